@@ -1,0 +1,125 @@
+"""The contract of the commands: lazy groups, exit statuses, JSON, progress."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NoReturn
+
+import click
+import numpy as np
+
+from skyshine.schemas.errors import CheckFailed, InputError
+
+CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
+
+
+class CommandGroup(click.Group):
+    """A click group whose commands load when they are called.
+
+    Parameters
+    ----------
+    package : str
+        Package that holds one module a command, each with a click command named ``command``.
+    commands : dict of str to str
+        Command names with the line that ``--help`` shows for each.
+
+    Notes
+    -----
+    Exit status: 0 done, 1 a check did not hold, 2 the input is wrong (one line on standard error), 130 interrupted.
+    """
+
+    def __init__(self, name: str, *, package: str, commands: dict[str, str], **settings: Any):
+        super().__init__(name=name, **settings)
+        self.package, self.lines = package, commands
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.lines)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in self.lines:
+            return None
+        return importlib.import_module(f"{self.package}.{name}").command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(self.lines.items()))
+
+    def main(self, *args: Any, **settings: Any) -> NoReturn:
+        settings["standalone_mode"] = False
+        try:
+            status = super().main(*args, **settings)
+        except InputError as error:
+            status = self._complain(str(error), INPUT_WRONG)
+        except CheckFailed as error:
+            status = self._complain(str(error), CHECK_FAILED)
+        except click.exceptions.NoArgsIsHelpError as error:
+            click.echo(error.ctx.get_help())
+            status = INPUT_WRONG
+        except click.ClickException as error:
+            context = getattr(error, "ctx", None)
+            where = context.command_path if context else self.name
+            message = " ".join(error.format_message().split())
+            status = self._complain(f"{message} (see '{where} --help')", INPUT_WRONG)
+        except (click.Abort, KeyboardInterrupt):
+            status = self._complain("interrupted; finished parts are kept", INTERRUPTED)
+        except BrokenPipeError:
+            sys.stderr.close()
+            status = 0
+        sys.exit(status if isinstance(status, int) else 0)
+
+    def _complain(self, message: str, status: int) -> int:
+        click.echo(f"{self.name}: {message}", err=True)
+        return status
+
+
+def json_option(function: Callable) -> Callable:
+    """Adds ``--json`` to a command, as the parameter `as_json`."""
+    return click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")(function)
+
+
+def quantity(values: Any, units: str) -> dict[str, Any]:
+    """A number or an array with its units, in the shape that every command prints.
+
+    Values that are not finite (a masked cell, an unbounded limit) become null: JSON has no other name for them.
+    """
+    array = np.asarray(values)
+    if array.ndim == 0:
+        return {"units": units, "value": _plain(array.item())}
+    return {"units": units, "values": _plain(array.tolist())}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def emit_json(result: dict[str, Any]) -> None:
+    """Print a result as JSON on standard output."""
+    click.echo(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False))
+
+
+@contextmanager
+def progress(total: float, description: str) -> Iterator[Callable[[float], None]]:
+    """Show progress on standard error while the body runs, where that is a terminal.
+
+    Yields
+    ------
+    advance : callable
+        ``advance(n)`` says that n more of `total` are done.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(description, total=total)
+        yield lambda amount=1: bar.advance(task, amount)

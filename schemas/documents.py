@@ -1,0 +1,248 @@
+"""YAML documents that know where each value stands, validated into typed models.
+
+Scalars follow the YAML 1.2 core schema, so that ``1e-3`` is a number and ``08:30``, ``on`` and ``2026-06-21`` stay
+the text that the model's own field type then reads. Loading never constructs anything but plain Python values.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pydantic
+import yaml
+from pydantic_core import PydanticCustomError
+
+from skyshine.schemas.errors import InputError, nearest
+
+NODE_LIMIT = 200_000
+DEPTH_LIMIT = 64
+BYTE_LIMIT = 20_000_000
+
+
+class StrictModel(pydantic.BaseModel):
+    """A frozen model that refuses keys it does not know and names the nearest one that it does."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            allowed = [info.alias or name for name, info in cls.model_fields.items()]
+            for key in data:
+                if key not in allowed:
+                    raise PydanticCustomError(
+                        "unknown_key",
+                        "unknown key '{key}'; {allowed}",
+                        {"key": str(key), "allowed": nearest(key, allowed)},
+                    )
+        return data
+
+
+Model = TypeVar("Model", bound=pydantic.BaseModel)
+
+
+@dataclass(frozen=True)
+class Document:
+    """Plain data of a YAML file with the place of each key and value.
+
+    Attributes
+    ----------
+    data : dict, list or scalar
+    file : Path
+    places : dict of path tuple to (line, column)
+        Paths are tuples of keys and list indices; lines and columns count from 1.
+    """
+
+    data: Any
+    file: Path
+    places: dict[tuple, tuple[int, int]] = field(repr=False)
+
+    def where(self, location: tuple) -> tuple[int, int]:
+        """Line and column of the value at `location`, or of its nearest parent that the file holds."""
+        path: tuple = ()
+        for part in location:
+            if path + (part,) in self.places:
+                path += (part,)
+        return self.places[path]
+
+    def error(self, location: tuple, message: str) -> InputError:
+        """An `InputError` at the place of `location`."""
+        line, column = self.where(location)
+        return InputError(message, file=self.file, line=line, column=column)
+
+
+class _CoreLoader(yaml.SafeLoader):
+    """PyYAML's safe loader with the scalars of YAML 1.2."""
+
+
+_CoreLoader.yaml_implicit_resolvers = {}
+for _tag, _pattern, _first in (
+    ("null", r"~|null|Null|NULL|", "~nN"),
+    ("bool", r"true|True|TRUE|false|False|FALSE", "tTfF"),
+    ("int", r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", "-+0123456789"),
+    (
+        "float",
+        r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+        "-+.0123456789",
+    ),
+):
+    _CoreLoader.add_implicit_resolver(
+        f"tag:yaml.org,2002:{_tag}", re.compile(f"^(?:{_pattern})$"), list(_first) + ([""] if _tag == "null" else [])
+    )
+
+_TAG = "tag:yaml.org,2002:"
+
+
+def _scalar(node: yaml.ScalarNode, file: Path) -> Any:
+    text, tag = node.value, node.tag.removeprefix(_TAG)
+    if tag == "str":
+        return text
+    if tag == "null":
+        return None
+    if tag == "bool":
+        return text.lower() == "true"
+    try:
+        if tag == "int":
+            base = {"0o": 8, "0x": 16}.get(text[:2].lower(), 10)
+            return int(text, base)
+        if tag == "float":
+            return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
+    except ValueError as error:
+        raise _at(node, file, f"found '{text[:40]}', which is not a number: {error}") from None
+    raise _at(node, file, f"found the tag '{node.tag}'; allowed: plain values without tags; remove the tag")
+
+
+def _at(node: yaml.Node, file: Path, message: str) -> InputError:
+    mark = node.start_mark
+    return InputError(message, file=file, line=mark.line + 1, column=mark.column + 1)
+
+
+class _Builder:
+    """Turns YAML nodes into plain data and notes where each value stands."""
+
+    def __init__(self, file: Path):
+        self.file, self.places, self.count = file, {}, 0
+
+    def build(self, node: yaml.Node, path: tuple) -> Any:
+        self.count += 1
+        if self.count > NODE_LIMIT or len(path) > DEPTH_LIMIT:
+            raise _at(
+                node,
+                self.file,
+                f"the document has more than {NODE_LIMIT} values or {DEPTH_LIMIT} levels once its aliases are "
+                "expanded; write it without nested aliases",
+            )
+        self.places[path] = (node.start_mark.line + 1, node.start_mark.column + 1)
+        if isinstance(node, yaml.ScalarNode):
+            return _scalar(node, self.file)
+        if isinstance(node, yaml.SequenceNode):
+            self._plain_tag(node, "seq")
+            return [self.build(child, path + (i,)) for i, child in enumerate(node.value)]
+        self._plain_tag(node, "map")
+        return self._mapping(node, path)
+
+    def _plain_tag(self, node: yaml.Node, kind: str) -> None:
+        if node.tag != _TAG + kind:
+            raise _at(node, self.file, f"found the tag '{node.tag}'; allowed: plain values without tags; remove it")
+
+    def _mapping(self, node: yaml.MappingNode, path: tuple) -> dict:
+        data: dict = {}
+        for key_node, value_node in node.value:
+            if not isinstance(key_node, yaml.ScalarNode):
+                raise _at(key_node, self.file, "found a list or mapping as a key; allowed: plain text keys")
+            key = _scalar(key_node, self.file)
+            if key in data:
+                first = self.places[path + (key,)]
+                raise _at(
+                    key_node,
+                    self.file,
+                    f"key '{key}' stands twice (first at line {first[0]}); allowed: each key once; remove one",
+                )
+            data[key] = self.build(value_node, path + (key,))
+            mark = (key_node.start_mark.line + 1, key_node.start_mark.column + 1)
+            self.places[path + (key, KEY)] = mark
+            if not isinstance(value_node, yaml.ScalarNode):
+                self.places[path + (key,)] = mark
+        return data
+
+
+KEY = "\0key"  # path suffix under which the place of a key, rather than of its value, is kept
+
+
+def read_yaml(file: str | os.PathLike) -> Document:
+    """Read a YAML file into plain data with positions.
+
+    Raises
+    ------
+    InputError
+        The file is missing, is not UTF-8 or YAML, is empty, repeats a key, uses tags, or is unreasonably large.
+    """
+    file = Path(file)
+    try:
+        if file.stat().st_size > BYTE_LIMIT:
+            raise InputError(f"found {file.stat().st_size} bytes; allowed: at most {BYTE_LIMIT}", file=file)
+        text = file.read_text(encoding="utf-8")
+        node = yaml.compose(text, Loader=_CoreLoader)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}; check the path", file=file) from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
+    except (yaml.YAMLError, RecursionError) as error:
+        mark = getattr(error, "problem_mark", None)
+        problem = getattr(error, "problem", None) or str(error) or "too deeply nested"
+        raise InputError(
+            f"is not valid YAML: {problem}; mend the syntax here",
+            file=file,
+            line=mark.line + 1 if mark else None,
+            column=mark.column + 1 if mark else None,
+        ) from None
+    if node is None:
+        raise InputError("is empty; write at least one key", file=file)
+    builder = _Builder(file)
+    data = builder.build(node, ())
+    return Document(data=data, file=file, places=builder.places)
+
+
+def parse_model(document: Document, model: type[Model], context: Any = None) -> Model:
+    """Validate a document into a typed model.
+
+    Raises
+    ------
+    InputError
+        At the file:line:column of the first value that does not fit.
+    """
+    try:
+        return model.model_validate(document.data, context=context)
+    except pydantic.ValidationError as error:
+        problems = error.errors(include_url=False)
+        raise _located(document, problems[0], len(problems) - 1) from None
+
+
+def _located(document: Document, problem: dict, others: int) -> InputError:
+    location, context = tuple(problem["loc"]), problem.get("ctx", {})
+    if problem["type"] == "unknown_key":
+        location += (context["key"], KEY)
+    name = ".".join(str(part) for part in problem["loc"])
+    text = problem["msg"].removeprefix("Value error, ")
+    if problem["type"] not in ("unknown_key", "missing", "value_error"):
+        text = f"found {_shown(problem['input'])}; {text[0].lower()}{text[1:]}"
+    elif problem["type"] == "missing":
+        text = f"the key '{location[-1]}' is missing; add it"
+        name = ".".join(str(part) for part in problem["loc"][:-1])
+    more = f" (and {others} more)" if others else ""
+    return document.error(location, (f"{name}: " if name else "") + text + more)
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def load_model(file: str | os.PathLike, model: type[Model], context: Any = None) -> Model:
+    """Read a YAML file and validate it into a typed model; see `read_yaml` and `parse_model` for what they raise."""
+    return parse_model(read_yaml(file), model, context)

@@ -1,0 +1,51 @@
+"""The errors that a user can mend, and the lines that report them."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Iterable
+
+
+class InputError(Exception):
+    """The input is wrong. The text is one line: where, what was found, what is allowed, what to do.
+
+    Parameters
+    ----------
+    message : str
+        What was found, what is allowed and what to do about it.
+    file, line, column : optional
+        Where it was found; lines and columns count from 1.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | os.PathLike | None = None,
+        line: int | None = None,
+        column: int | None = None,
+    ):
+        place = [str(part) for part in (file, line, column) if part is not None]
+        self.message = " ".join(str(message).split())
+        self.file, self.line, self.column = file, line, column
+        super().__init__(": ".join([":".join(place), self.message] if place else [self.message]))
+
+    def __reduce__(self):
+        return _rebuild, (self.message, self.file, self.line, self.column)
+
+
+def _rebuild(message, file, line, column):
+    return InputError(message, file=file, line=line, column=column)
+
+
+class CheckFailed(Exception):
+    """A check that was asked for did not hold; commands end with status 1."""
+
+
+def nearest(name: object, allowed: Iterable[str]) -> str:
+    """Words that list what is allowed and name the nearest choice first, for the end of a message."""
+    choices = [str(choice) for choice in allowed]
+    close = difflib.get_close_matches(str(name), choices, n=1, cutoff=0.5)
+    hint = f"did you mean '{close[0]}'? " if close else ""
+    return f"{hint}allowed: {', '.join(choices)}"

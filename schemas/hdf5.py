@@ -1,0 +1,239 @@
+"""Writing and reading of the HDF5 databases: dimension scales, units, versions, hash, whole files or none.
+
+The subset of HDF5 is the one that netCDF-4, xarray, C, Rust and JavaScript readers share: default library version,
+gzip with shuffle and Fletcher checksums, variable-length UTF-8 text, creation order kept, no times in the file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+
+CONVENTIONS = "CF-1.11"
+JOB_LIMIT = 60_000  # an HDF5 attribute of the default library version holds less than 64 KiB
+_SCALE_ATTRIBUTES = {
+    "CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates", "_FillValue",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis of a group: values (n,), kept as float64 unless they are integers or text."""
+
+    values: Any
+    units: str
+    long_name: str
+    attributes: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One array of a group on named axes: floats are kept as float32, integers and text as they are."""
+
+    dims: tuple[str, ...]
+    data: Any
+    units: str
+    long_name: str
+    attributes: dict[str, Any] = field(default_factory=dict)
+    chunks: tuple[int, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Group:
+    """Axes, arrays and further groups; a variable's axes stand in its own group."""
+
+    axes: dict[str, Axis] = field(default_factory=dict)
+    variables: dict[str, Variable] = field(default_factory=dict)
+    groups: dict[str, Group] = field(default_factory=dict)
+    attributes: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the root attributes of every database say of it."""
+
+    filetype: str
+    format_version: str
+    data_version: str
+    job: str
+    title: str = ""
+
+
+def write_file(path: str | os.PathLike, root: Group, header: Header) -> str:
+    """Write a database whole: a part file first, renamed when it is complete.
+
+    Returns
+    -------
+    str
+        The SHA-256 over the decoded arrays, as written to ``content_sha256``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written, or the job text is too long for an attribute.
+    """
+    path = Path(path)
+    if len(header.job.encode()) > JOB_LIMIT:
+        raise InputError(f"the resolved job is longer than {JOB_LIMIT} bytes; split it into smaller jobs", file=path)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with h5py.File(part, "w", track_order=True) as file:
+            _write_group(file, root)
+            digest = content_hash(file)
+            file.attrs.update(_root_attributes(header, digest))
+        os.replace(part, path)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=path) from None
+    finally:
+        part.unlink(missing_ok=True)
+    return digest
+
+
+def _root_attributes(header: Header, digest: str) -> dict[str, str]:
+    return {
+        "Conventions": CONVENTIONS,
+        "title": header.title,
+        "filetype": header.filetype,
+        "format_version": header.format_version,
+        "data_version": header.data_version,
+        "generator": f"skyshine {metadata.version('skyshine')}",
+        "job": header.job,
+        "content_sha256": digest,
+    }
+
+
+def _write_group(target: h5py.Group, group: Group) -> None:
+    for name, value in group.attributes.items():
+        target.attrs[name] = value
+    for name, axis in group.axes.items():
+        dataset = _write_array(target, name, np.asarray(axis.values), axis, np.float64, None)
+        dataset.make_scale(name)
+    for name, variable in group.variables.items():
+        data = np.asarray(variable.data)
+        expected = tuple(target[dim].shape[0] for dim in variable.dims)
+        if data.shape != expected:
+            raise ValueError(f"{name} has shape {data.shape}; its axes {variable.dims} have {expected}")
+        dataset = _write_array(target, name, data, variable, np.float32, variable.chunks)
+        for position, dim in enumerate(variable.dims):
+            dataset.dims[position].attach_scale(target[dim])
+    for name, child in group.groups.items():
+        _write_group(target.create_group(name, track_order=True), child)
+
+
+def _write_array(target, name, data, described, float_type, chunks) -> h5py.Dataset:
+    if data.dtype.kind in "UO":
+        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype())
+    else:
+        if data.dtype.kind == "f":
+            data = data.astype(float_type)
+        filters = {}
+        if data.ndim and data.size > 1:
+            shape = tuple(min(c, n) for c, n in zip(chunks, data.shape)) if chunks else True
+            filters = {
+                "chunks": shape, "compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True,
+            }  # fmt: skip
+        little = data.astype(data.dtype.newbyteorder("<"), copy=False)
+        dataset = target.create_dataset(name, data=little, **filters)
+    dataset.attrs["units"] = described.units
+    dataset.attrs["long_name"] = described.long_name
+    for key, value in described.attributes.items():
+        dataset.attrs[key] = value
+    return dataset
+
+
+def content_hash(file: h5py.File) -> str:
+    """SHA-256 over names, types, shapes and decoded values of all arrays, in the order of their names."""
+    names: list[str] = []
+    file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+    digest = hashlib.sha256()
+    for name in sorted(names):
+        data = _decoded(file[name])
+        kind = "text" if data.dtype.kind == "O" else data.dtype.newbyteorder("<").str
+        digest.update(f"{name}\0{kind}\0{data.shape}\0{file[name].attrs.get('units', '')}\0".encode())
+        if data.dtype.kind == "O":
+            digest.update("\0".join(data.ravel().tolist()).encode())
+        else:
+            digest.update(np.ascontiguousarray(data, dtype=data.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()
+
+
+def _decoded(dataset: h5py.Dataset) -> np.ndarray:
+    if h5py.check_string_dtype(dataset.dtype) is not None:
+        return np.asarray(dataset.asstr()[()], dtype=object)
+    return dataset[()]
+
+
+def open_database(path: str | os.PathLike, filetype: str | None = None, major: int | None = None) -> h5py.File:
+    """Open a database for reading and check what it is.
+
+    Raises
+    ------
+    InputError
+        The file is missing or damaged, is of another type, or has a layout of another major version.
+    """
+    try:
+        file = h5py.File(path, "r")
+    except FileNotFoundError:
+        raise InputError("does not exist; check the path, or build it with 'mat build'", file=path) from None
+    except OSError:
+        raise InputError("is not a readable HDF5 file (damaged or of another kind); build it again", file=path) from None
+    found, version = file.attrs.get("filetype"), str(file.attrs.get("format_version", ""))
+    if found is None or (filetype is not None and found != filetype):
+        file.close()
+        wanted = f"'{filetype}'" if filetype else "a database of skyshine"
+        raise InputError(f"holds {found!r}; allowed: {wanted}; name another file", file=path)
+    if major is not None and version.split(".")[0] != str(major):
+        file.close()
+        raise InputError(
+            f"has format_version {version!r}; this reader reads {major}.x; build it again with 'mat build --fresh', "
+            f"or read it with a skyshine whose {found} format is {version.split('.')[0]}.x",
+            file=path,
+        )
+    return file
+
+
+def read_file(path: str | os.PathLike, filetype: str | None = None, major: int | None = None) -> tuple[Group, dict]:
+    """Read a whole database into memory; see `open_database` for what it raises.
+
+    Returns
+    -------
+    root : Group
+    attributes : dict
+        The root attributes.
+    """
+    with open_database(path, filetype, major) as file:
+        return _read_group(file), {key: _text(value) for key, value in file.attrs.items()}
+
+
+def _read_group(source: h5py.Group) -> Group:
+    axes, variables, groups = {}, {}, {}
+    for name, item in source.items():
+        if isinstance(item, h5py.Group):
+            groups[name] = _read_group(item)
+            continue
+        extra = {k: _text(v) for k, v in item.attrs.items() if k not in _SCALE_ATTRIBUTES | {"units", "long_name"}}
+        units, long_name = _text(item.attrs.get("units", "")), _text(item.attrs.get("long_name", ""))
+        if item.is_scale:
+            axes[name] = Axis(_decoded(item), units, long_name, extra)
+        else:
+            variables[name] = Variable(dims_of(item), _decoded(item), units, long_name, extra)
+    return Group(axes, variables, groups, {k: _text(v) for k, v in source.attrs.items()})
+
+
+def dims_of(dataset: h5py.Dataset) -> tuple[str, ...]:
+    """Names of a dataset's axes, by its dimension scales."""
+    return tuple(dim[0].name.rsplit("/", 1)[-1] if len(dim) else "" for dim in dataset.dims)
+
+
+def _text(value: Any) -> Any:
+    return value.decode() if isinstance(value, bytes) else value

@@ -1,0 +1,95 @@
+"""The HDF5 writer: readers of others open its files, same content gives same bytes, failures leave nothing."""
+
+import shutil
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, read_file, write_file
+
+HEADER = Header("band", "1.2.3", "materials 1.0.0", "name: x\n", "A title")
+
+
+@pytest.fixture
+def group():
+    values = np.linspace(0, 1, 6).reshape(2, 3)
+    inner = Group({"quantity": Axis(["a", "b"], "1", "names")}, {"rms": Variable(("quantity",), [1.0, 2.0], "K", "rms")})
+    return Group(
+        {"range": Axis([1.0, 2.0], "km", "range"), "code": Axis(np.array([3, 5, 7], np.int32), "1", "code")},
+        {
+            "beta": Variable(("range", "code"), values, "km", "beta", {"comment": "gamma ünïcode"}),
+            "name": Variable(("code",), np.array(["soil", "rock", "sea"], object), "1", "name"),
+        },
+        {"accuracy": inner},
+    )
+
+
+def test_what_is_written_is_read_back(tmp_path, group):
+    digest = write_file(tmp_path / "a.h5", group, HEADER)
+    root, attributes = read_file(tmp_path / "a.h5", "band", 1)
+    assert attributes["content_sha256"] == digest and attributes["job"] == "name: x\n"
+    np.testing.assert_allclose(root.variables["beta"].data, group.variables["beta"].data, rtol=1e-7)
+    assert root.variables["beta"].dims == ("range", "code") and root.variables["beta"].data.dtype == np.float32
+    assert list(root.variables["name"].data) == ["soil", "rock", "sea"]
+    assert root.axes["code"].values.dtype == np.int32 and root.axes["range"].values.dtype == np.float64
+    assert list(root.groups["accuracy"].axes["quantity"].values) == ["a", "b"]
+    assert root.variables["beta"].attributes["comment"] == "gamma ünïcode"
+
+
+def test_the_same_content_gives_the_same_bytes(tmp_path, group):
+    for name in ("a.h5", "b.h5"):
+        write_file(tmp_path / name, group, HEADER)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+@pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
+def test_xarray_opens_it_without_a_warning(tmp_path, group, engine, recwarn):
+    xarray = pytest.importorskip("xarray")
+    write_file(tmp_path / "a.h5", group, HEADER)
+    with xarray.open_dataset(tmp_path / "a.h5", engine=engine) as data:
+        assert data["beta"].dims == ("range", "code") and data["beta"].attrs["units"] == "km"
+        assert float(data["beta"].sel(range=2.0, code=7)) == 1.0
+        assert str(data["name"].values[0]) == "soil"
+    with xarray.open_dataset(tmp_path / "a.h5", engine=engine, group="accuracy") as data:
+        assert float(data["rms"].sel(quantity="b")) == 2.0
+    assert not [w for w in recwarn if "skyshine" in str(w.filename) or "xarray" in str(w.filename)]
+
+
+@pytest.mark.parametrize("tool", [["ncdump", "-h"], ["h5dump", "-H"]], ids=["ncdump", "h5dump"])
+def test_the_standard_dump_tools_open_it(tmp_path, group, tool):
+    if shutil.which(tool[0]) is None:
+        pytest.skip(f"{tool[0]} is not installed")
+    write_file(tmp_path / "a.h5", group, HEADER)
+    done = subprocess.run([*tool, tmp_path / "a.h5"], capture_output=True, text=True)
+    assert done.returncode == 0 and "beta" in done.stdout and not done.stderr
+
+
+def test_a_failed_write_leaves_the_old_file_and_no_part(tmp_path, group):
+    write_file(tmp_path / "a.h5", group, HEADER)
+    before = (tmp_path / "a.h5").read_bytes()
+    wrong = Group(group.axes, {"beta": Variable(("range", "code"), np.zeros((2, 2)), "km", "beta")})
+    with pytest.raises(ValueError, match="shape"):
+        write_file(tmp_path / "a.h5", wrong, HEADER)
+    assert (tmp_path / "a.h5").read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["a.h5"]
+
+
+def test_readers_refuse_what_they_cannot_read(tmp_path, group):
+    file = tmp_path / "a.h5"
+    write_file(file, group, HEADER)
+    with pytest.raises(InputError, match="format_version '1.2.3'; this reader reads 2.x; build it again"):
+        read_file(file, "band", 2)
+    with pytest.raises(InputError, match="holds 'band'; allowed: 'htt'"):
+        read_file(file, "htt", 1)
+    with pytest.raises(InputError, match="does not exist"):
+        read_file(tmp_path / "none.h5")
+    file.write_bytes(file.read_bytes()[:3000])
+    with pytest.raises(InputError, match="not a readable HDF5"):
+        read_file(file)
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["x"] = 1
+    with pytest.raises(InputError, match="a database of skyshine"):
+        read_file(tmp_path / "other.h5")

@@ -6,7 +6,7 @@ import importlib
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NoReturn
 
@@ -16,6 +16,7 @@ import numpy as np
 from skyshine.schemas.errors import CheckFailed, InputError
 
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
+PIPE_WIDTH = 200  # columns of a table that no terminal shows
 
 
 class CommandGroup(click.Group):
@@ -104,6 +105,21 @@ def _plain(value: Any) -> Any:
 def emit_json(result: dict[str, Any]) -> None:
     """Print a result as JSON on standard output."""
     click.echo(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False))
+
+
+def echo_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print rows of text in aligned columns on standard output; nothing where there are no rows."""
+    if not rows:
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*header, box=None, pad_edge=False, title=None)
+    for row in rows:
+        table.add_row(*row)
+    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
+    console.print(table, markup=False, highlight=False)
+    click.echo()
 
 
 @contextmanager

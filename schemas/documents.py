@@ -26,7 +26,7 @@ BYTE_LIMIT = 20_000_000
 class StrictModel(pydantic.BaseModel):
     """A frozen model that refuses keys it does not know and names the nearest one that it does."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, validate_default=True)
 
     @pydantic.model_validator(mode="before")
     @classmethod
@@ -64,11 +64,14 @@ class Document:
 
     def where(self, location: tuple) -> tuple[int, int]:
         """Line and column of the value at `location`, or of its nearest parent that the file holds."""
+        return self.places[self.written(location)]
+
+    def written(self, location: tuple) -> tuple:
+        """The parts of a location that stand in the file, without the names of a model's alternatives."""
         path: tuple = ()
         for part in location:
-            if path + (part,) in self.places:
-                path += (part,)
-        return self.places[path]
+            path += (part,) if path + (part,) in self.places else ()
+        return path
 
     def error(self, location: tuple, message: str) -> InputError:
         """An `InputError` at the place of `location`."""
@@ -227,13 +230,12 @@ def _located(document: Document, problem: dict, others: int) -> InputError:
     location, context = tuple(problem["loc"]), problem.get("ctx", {})
     if problem["type"] == "unknown_key":
         location += (context["key"], KEY)
-    name = ".".join(str(part) for part in problem["loc"])
+    name = ".".join(str(part) for part in document.written(problem["loc"]))
     text = problem["msg"].removeprefix("Value error, ")
     if problem["type"] not in ("unknown_key", "missing", "value_error"):
         text = f"found {_shown(problem['input'])}; {text[0].lower()}{text[1:]}"
     elif problem["type"] == "missing":
         text = f"the key '{location[-1]}' is missing; add it"
-        name = ".".join(str(part) for part in problem["loc"][:-1])
     more = f" (and {others} more)" if others else ""
     return document.error(location, (f"{name}: " if name else "") + text + more)
 

@@ -1,0 +1,9 @@
+"""Packaged data of the atmosphere: profiles, aerosol, Sun and Moon, absorption."""
+
+from importlib.resources import files
+from pathlib import Path
+
+
+def path(name):
+    """Path of a packaged data file or folder, e.g. ``path("profiles/tropical.csv")``."""
+    return Path(str(files(__name__).joinpath(name)))

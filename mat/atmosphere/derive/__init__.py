@@ -1,0 +1,1 @@
+"""Programs that derive the packaged atmospheric data from their published sources."""

@@ -1,0 +1,94 @@
+"""Standard atmospheric profiles.
+
+The six profiles of Anderson et al. 1986 (AFGL-TR-86-0110) at 50 levels from 0 to 120 km. Mixing ratios are as tabulated:
+carbon dioxide is 330 ppmv, the value of that report. A state of another year scales it:
+``profile.with_gas_scaled("CO2", 420 / 330)`` (the table's decrease above 80 km is kept).
+"""
+
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+
+import numpy as np
+
+from skyshine import atmospheres
+from skyshine.mat.atmosphere.datafiles import read_csv
+from skyshine.schemas.errors import InputError
+
+PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter", "us_standard")
+
+BOLTZMANN = 1.380649e-23  # J K^-1, exact in the SI of 2019
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Pressure, temperature and composition against altitude.
+
+    Attributes
+    ----------
+    name : str
+    altitude : (N,) array
+        Geometric altitude above sea level, m, increasing.
+    pressure : (N,) array
+        Pa.
+    temperature : (N,) array
+        K.
+    mole_fraction : dict of (N,) arrays
+        Gas formula to mole fraction.
+    """
+
+    name: str
+    altitude: np.ndarray
+    pressure: np.ndarray
+    temperature: np.ndarray
+    mole_fraction: dict
+
+    @property
+    def number_density(self):
+        """Molecules of air, m^-3, shape (N,), by the ideal gas law."""
+        return self.pressure / (BOLTZMANN * self.temperature)
+
+    def with_gas_scaled(self, gas, factor):
+        """The same profile with one gas multiplied by a factor.
+
+        Raises
+        ------
+        InputError
+            When the profile does not hold the gas, or the factor is negative or not finite.
+        """
+        if gas not in self.mole_fraction:
+            raise InputError(f"no gas '{gas}' in profile '{self.name}'; it holds {', '.join(self.mole_fraction)}")
+        if not (np.isfinite(factor) and factor >= 0):
+            raise InputError(f"factor {factor} for gas '{gas}' is not allowed; give a finite number of at least 0")
+        return replace(self, mole_fraction={**self.mole_fraction, gas: self.mole_fraction[gas] * factor})
+
+
+def load_profile(name):
+    """Load a standard profile.
+
+    Parameters
+    ----------
+    name : str
+        One of `PROFILES`.
+
+    Returns
+    -------
+    Profile
+        Gases H2O, CO2, O3, N2O, CO, CH4, O2, N2 and the minor NO, SO2, NO2, NH3, HNO3.
+
+    Raises
+    ------
+    InputError
+        For any other name; the message holds the nearest one.
+    """
+    if name not in PROFILES:
+        nearest = get_close_matches(str(name), PROFILES, n=1, cutoff=0.0)[0]
+        raise InputError(f"no standard atmosphere '{name}'; did you mean '{nearest}'? Allowed: {', '.join(PROFILES)}")
+    table = read_csv(atmospheres.path(f"profiles/{name}.csv"))
+    gases = {column.removesuffix("[ppmv]"): values * 1e-6 for column, values in table.items() if column.endswith("[ppmv]")}
+    return Profile(
+        name=name,
+        altitude=table["altitude[km]"] * 1e3,
+        pressure=table["pressure[hPa]"] * 1e2,
+        temperature=table["temperature[K]"],
+        mole_fraction=gases,
+    )

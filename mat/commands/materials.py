@@ -1,0 +1,185 @@
+"""`mat materials`: list, show and plot the material library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+
+from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.errors import InputError
+
+BANDS = ((3.0, 5.0), (8.0, 12.0))
+TEMPERATURE = 300.0
+# Centres of the packaged table's bins over 0.3 to 4 um, where 98 % of the irradiance is.
+SOLAR_WAVENUMBERS = np.arange(2502.5, 33_333.0, 5.0)
+
+
+@click.command(epilog="Example: mat materials concrete --plot concrete.png")
+@click.argument("name", required=False)
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the reflectance to a PNG file.")
+@json_option
+def command(name: str | None, plot: Path | None, as_json: bool) -> None:
+    """List the materials, or show the one called NAME (or of this code) with the source of each value.
+
+    Solar absorptance is the mean over the Sun's spectrum outside the atmosphere; emissivities are those of 300 K.
+    MATERIALS_DATABASE in the environment adds a folder of your own.
+    """
+    from skyshine.materials.library import load_library
+
+    library = load_library()
+    chosen = [_find(library, name)] if name else list(library)
+    summaries = {material.name: _summary(material) for material in chosen}
+    if plot:
+        _plot(chosen, plot)
+    if as_json:
+        emit_json(_json(library, chosen, summaries, bool(name)))
+    elif name:
+        _show(library, chosen[0], summaries[chosen[0].name])
+    else:
+        _list(library, chosen, summaries)
+
+
+def _find(library, name):
+    return library.by_code(int(name)) if name.isdecimal() else library[name]
+
+
+def _summary(material):
+    """Solar absorptance and the emissivities of a material, by name."""
+    from skyshine.mat.atmosphere.sources import solar_irradiance
+    from skyshine.mat.radiometry import SpectralResponse
+    from skyshine.mat.reflectance import band_emissivity, solar_absorptance, thermal_emissivity
+
+    wavelength = 1e4 / SOLAR_WAVENUMBERS[::-1]
+    irradiance = solar_irradiance(SOLAR_WAVENUMBERS)[::-1] * 1e4 / wavelength**2
+    summary = {"solar_absorptance": solar_absorptance(material, wavelength, irradiance)}
+    for lower, upper in BANDS:
+        response = SpectralResponse.rectangular(lower, upper)
+        summary[f"emissivity_{lower:g}_{upper:g}_um"] = band_emissivity(material, response, TEMPERATURE)
+    summary["thermal_emissivity"] = thermal_emissivity(material, TEMPERATURE)
+    return summary
+
+
+def _list(library, materials, summaries):
+    click.echo(f"material library {library.version}, {len(library)} materials")
+    click.echo(f"{'code':>5}  {'name':<30} {'group':<11} {'solar':>6} {'3-5':>6} {'8-12':>6} {'thermal':>7}")
+    click.echo(f"{'':>5}  {'':<30} {'':<11} {'absorp':>6} {'emissivity at 300 K':>21}")
+    for material in materials:
+        values = " ".join(f"{value:6.3f}" for value in summaries[material.name].values())
+        click.echo(f"{material.code:5d}  {material.name:<30} {material.group:<11} {values}")
+
+
+def _show(library, material, summary):
+    click.echo(f"{material.code}  {material.name}  ({material.group}): {material.description}")
+    for key, value in summary.items():
+        click.echo(f"  {key:<34} {value:.4f}")
+    for key, value, units in _numbers(material):
+        shown = f"{value:g}" if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)
+        click.echo(f"  {key:<34} {shown} {units}".rstrip() + f"    {material.sources[key]}")
+    click.echo("reflectance")
+    for stretch in material.ranges:
+        click.echo(f"  {stretch.lower:7.3f} - {stretch.upper:7.3f} um  {stretch.kind:<12} {stretch.note}")
+    for line in material.reflectance_note.splitlines():
+        click.echo(f"  {line}")
+    if material.transmits:
+        click.echo("  transmits: absorptance stands beside reflectance and is less than 1 - reflectance")
+    click.echo("references")
+    for key, text in _cited(library, material).items():
+        click.echo(f"  [{key}] {text}")
+
+
+def _numbers(material):
+    """Each sourced value of a material as (field, value, units)."""
+    units = {"thickness": "m", "conductivity": "W m^-1 K^-1", "density": "kg m^-3", "heat_capacity": "J kg^-1 K^-1"}
+    layers = (("skin", material.thermal.skin), *((f"layers.{n}", x) for n, x in enumerate(material.thermal.layers, 1)))
+    for prefix, layer in layers:
+        for field, unit in units.items():
+            yield f"{prefix}.{field}", getattr(layer, field), unit
+    back = material.thermal.back
+    yield "back.kind", back.kind, ""
+    if back.kind != "adiabatic":
+        held = back.temperature is not None
+        yield "back.temperature", back.temperature if held else "daily mean air", "K" if held else ""
+    if back.kind == "convective":
+        yield "back.coefficient", back.coefficient, "W m^-2 K^-1"
+    surface = material.surface
+    yield "surface.roughness_length", surface.roughness_length, "m"
+    yield "surface.wetness", surface.wetness, "1"
+    yield "surface.surface_resistance", surface.surface_resistance, "s m^-1"
+    yield "surface.canopy", surface.canopy, ""
+    yield "surface.snow", surface.snow, ""
+    yield "specular_fraction", material.specular_fraction, "1"
+    yield "lobe_fwhm", material.lobe_fwhm, "degree"
+
+
+def _cited(library, material):
+    text = " ".join(material.sources.values())
+    return {key: reference for key, reference in library.references.items() if f"[{key}]" in text}
+
+
+def _json(library, materials, summaries, single):
+    entries = [_entry(material, summaries[material.name]) for material in materials]
+    result = {"data_version": library.version}
+    if not single:
+        return {**result, "materials": entries}
+    material = materials[0]
+    numbers = {
+        key: {
+            **(quantity(value, units) if isinstance(value, (int, float)) and units else {"value": value}),
+            "source": material.sources[key],
+        }
+        for key, value, units in _numbers(material)
+    }
+    spectrum = {
+        "wavelength": quantity(material.wavelength, "um"),
+        "reflectance": quantity(material.reflectance, "1"),
+        "absorptance": quantity(material.absorptance, "1"),
+        "ranges": [vars(stretch) for stretch in material.ranges],
+        "source": material.reflectance_note.splitlines(),
+    }
+    return {**result, **entries[0], "values": numbers, "spectrum": spectrum, "references": _cited(library, material)}
+
+
+def _entry(material, summary):
+    return {
+        "code": material.code,
+        "name": material.name,
+        "group": material.group,
+        "description": material.description,
+        "transmits": material.transmits,
+        **{key: quantity(value, "1") for key, value in summary.items()},
+    }
+
+
+def _plot(materials, file):
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import ScalarFormatter
+
+    figure = Figure(figsize=(9, 5), layout="constrained")
+    axes = figure.add_subplot(xscale="log", ylim=(0, 1), xlabel="wavelength [um]", ylabel="hemispherical reflectance")
+    for lower, upper in BANDS:
+        axes.axvspan(lower, upper, color="0.93")
+    for material in materials:
+        (line,) = axes.plot(material.wavelength, material.reflectance, label=material.name, linewidth=1)
+        if material.transmits:
+            note = f"{material.name}: 1 - absorptance"
+            axes.plot(material.wavelength, 1 - material.absorptance, ":", color=line.get_color(), label=note)
+    if len(materials) == 1:
+        _shade_filled(axes, materials[0])
+        axes.set_title(materials[0].description)
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.set_xticks([0.3, 0.5, 1, 2, 3, 5, 8, 12], minor=False)
+    axes.legend(fontsize=7, ncols=max(1, len(materials) // 40 + 1), loc="upper right")
+    try:
+        figure.savefig(file, dpi=120)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot write '{file}': {error}; give a path that ends in .png") from None
+
+
+def _shade_filled(axes, material):
+    """Hatch where the spectrum was not measured on the material itself."""
+    for stretch in material.ranges:
+        if stretch.kind not in ("measured", "modelled", "fresnel"):
+            axes.axvspan(stretch.lower, stretch.upper, ymax=0.03, color="tab:red", alpha=0.5)
+            axes.text((stretch.lower * stretch.upper) ** 0.5, 0.035, stretch.kind, fontsize=6, ha="center")

@@ -1,0 +1,232 @@
+"""The material library: the packaged materials and a user's own, by name or code."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, StringConstraints, field_validator
+
+from skyshine import materials
+from skyshine.materials.files import Text, load_specular, load_spectrum, load_thermal
+from skyshine.materials.records import (
+    Back,
+    Layer,
+    Material,
+    SpectralRange,
+    SurfaceProperties,
+    ThermalStack,
+)
+from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
+from skyshine.schemas.errors import InputError, nearest
+
+__all__ = [
+    "Back",
+    "Layer",
+    "Material",
+    "MaterialLibrary",
+    "SpectralRange",
+    "SurfaceProperties",
+    "ThermalStack",
+    "load_library",
+]
+
+ENVIRONMENT = "MATERIALS_DATABASE"
+
+Name = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
+Code = Annotated[int, Field(ge=1, le=65535, strict=True)]
+
+
+class IndexEntry(StrictModel):
+    """A line of the index."""
+
+    code: Code
+    name: Name
+    group: Name
+    description: Text
+
+
+class Index(StrictModel):
+    """`mat.yaml`."""
+
+    data_version: str
+    references: dict[str, Text] = {}
+    materials: Annotated[list[IndexEntry], Field(min_length=1)]
+
+    @field_validator("data_version", mode="before")
+    @classmethod
+    def _semantic(cls, value):
+        # Before the type check: YAML reads 1.0 as a number.
+        if not isinstance(value, str) or not re.fullmatch(r"\d+\.\d+\.\d+", value):
+            raise ValueError(f"found '{value}'; allowed: a semantic version such as 1.0.0")
+        return value
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where an entry of the library is defined."""
+
+    entry: IndexEntry
+    folder: Path
+    line: int
+
+
+class MaterialLibrary:
+    """Materials by name and code; each is read from its files when it is first asked for.
+
+    Attributes
+    ----------
+    version : str
+        `data_version` of the packaged index, followed by ``+NAME-VERSION`` for a user's folder.
+    references : dict of str to str
+        Full references of the keys that sources name in square brackets.
+    """
+
+    def __init__(self, version: str, references: dict[str, str], places: list[_Place]):
+        self.version = version
+        self.references = references
+        self._places = {place.entry.name: place for place in sorted(places, key=lambda place: place.entry.code)}
+        self._names = {place.entry.code: name for name, place in self._places.items()}
+        self._loaded: dict[str, Material] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all materials, in the order of their codes."""
+        return tuple(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._places
+
+    def __iter__(self) -> Iterator[Material]:
+        return (self[name] for name in self._places)
+
+    def __getitem__(self, name: str) -> Material:
+        """The material of this name.
+
+        Raises
+        ------
+        InputError
+            There is none of this name, or one of its files is wrong.
+        """
+        if name not in self._places:
+            raise InputError(f"no material '{name}'; {nearest(name, self._places)}")
+        if name not in self._loaded:
+            self._loaded[name] = _read(self._places[name])
+        return self._loaded[name]
+
+    def by_code(self, code: int) -> Material:
+        """The material of this code.
+
+        Raises
+        ------
+        InputError
+            There is none of this code, or one of its files is wrong.
+        """
+        if code not in self._names:
+            raise InputError(f"no material of code {code}; allowed: {', '.join(map(str, self._names))}")
+        return self[self._names[code]]
+
+
+def load_library(folder: str | os.PathLike | None = None) -> MaterialLibrary:
+    """The packaged library with the user's folder on top.
+
+    Parameters
+    ----------
+    folder : path, optional
+        A folder of the packaged layout (`mat.yaml`, `ht/`, `ref/`, `spec/`); by default the one that
+        MATERIALS_DATABASE names in the environment, if it is set. A material of a packaged name replaces
+        that one; other names are added.
+
+    Raises
+    ------
+    InputError
+        An index cannot be read, or a name or code stands twice.
+    """
+    if folder is None:
+        folder = os.environ.get(ENVIRONMENT) or None
+    packaged, places = _read_index(materials.path())
+    if folder is None:
+        return MaterialLibrary(packaged.data_version, packaged.references, places)
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that holds mat.yaml")
+    own, own_places = _read_index(folder)
+    merged = {place.entry.name: place for place in places}
+    merged.update({place.entry.name: place for place in own_places})
+    _refuse_shared_codes(merged.values())
+    return MaterialLibrary(
+        f"{packaged.data_version}+{folder.resolve().name}-{own.data_version}",
+        {**packaged.references, **own.references},
+        list(merged.values()),
+    )
+
+
+def _read_index(folder: Path) -> tuple[Index, list[_Place]]:
+    document = read_yaml(folder / "mat.yaml")
+    index = parse_model(document, Index)
+    places = [
+        _Place(entry, folder, document.where(("materials", position))[0])
+        for position, entry in enumerate(index.materials)
+    ]
+    _refuse_repeats(document, index)
+    return index, places
+
+
+def _refuse_repeats(document: Document, index: Index) -> None:
+    for field in ("name", "code"):
+        seen: dict = {}
+        for position, entry in enumerate(index.materials):
+            value = getattr(entry, field)
+            if value in seen:
+                first = document.where(("materials", seen[value], field))[0]
+                raise document.error(
+                    ("materials", position, field),
+                    f"{field} {value} stands twice (first at line {first}); allowed: each {field} once; "
+                    f"{'give this material a free code' if field == 'code' else 'rename this material'}",
+                )
+            seen[value] = position
+
+
+def _refuse_shared_codes(places) -> None:
+    """A user's addition must not take the code of another material: codes stand in textures."""
+    owners: dict[int, _Place] = {}
+    for place in places:
+        other = owners.setdefault(place.entry.code, place)
+        if other is not place:
+            raise InputError(
+                f"code {place.entry.code} of '{place.entry.name}' is that of '{other.entry.name}' "
+                f"({other.folder / 'mat.yaml'}:{other.line}); give it a free code (1 to 65535)",
+                file=place.folder / "mat.yaml",
+                line=place.line,
+            )
+
+
+def _read(place: _Place) -> Material:
+    entry = place.entry
+    stack, surface, sources = load_thermal(place.folder / "ht" / f"{entry.name}.yaml")
+    spectrum = load_spectrum(place.folder / "ref" / f"{entry.name}.csv")
+    fraction, width, lobe_sources = load_specular(place.folder / "spec" / f"{entry.name}.yaml")
+    return Material(
+        code=entry.code,
+        name=entry.name,
+        description=entry.description,
+        group=entry.group,
+        thermal=stack,
+        surface=surface,
+        wavelength=spectrum.wavelength,
+        reflectance=spectrum.reflectance,
+        absorptance=spectrum.absorptance,
+        transmits=spectrum.transmits,
+        ranges=spectrum.ranges,
+        specular_fraction=fraction,
+        lobe_fwhm=width,
+        sources={**sources, **lobe_sources, "reflectance": spectrum.header},
+        reflectance_note=spectrum.header,
+    )

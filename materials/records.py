@@ -1,0 +1,159 @@
+"""What is known of a material, as plain frozen records in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A homogeneous conducting layer.
+
+    Attributes
+    ----------
+    thickness : float
+        [m]
+    conductivity : float
+        [W m^-1 K^-1]
+    density : float
+        [kg m^-3]
+    heat_capacity : float
+        [J kg^-1 K^-1]
+    """
+
+    thickness: float
+    conductivity: float
+    density: float
+    heat_capacity: float
+
+
+@dataclass(frozen=True)
+class Back:
+    """What the stack rests on.
+
+    Attributes
+    ----------
+    kind : str
+        "adiabatic" (no flux), "fixed" (a temperature) or "convective" (a coefficient to an air temperature).
+    temperature : float or None
+        [K]; None stands for the day's mean air temperature. Unused when adiabatic.
+    coefficient : float or None
+        [W m^-2 K^-1], convective only.
+    """
+
+    kind: str
+    temperature: float | None = None
+    coefficient: float | None = None
+
+
+@dataclass(frozen=True)
+class ThermalStack:
+    """A surface skin over two conducting layers and a back boundary.
+
+    Attributes
+    ----------
+    skin : Layer
+        Stores heat at the surface temperature; its own conduction is neglected.
+    layers : tuple of two Layer
+        From the skin inwards.
+    back : Back
+    """
+
+    skin: Layer
+    layers: tuple[Layer, Layer]
+    back: Back
+
+
+@dataclass(frozen=True)
+class SurfaceProperties:
+    """How a surface exchanges heat and water with the air.
+
+    Attributes
+    ----------
+    roughness_length : float
+        For momentum [m].
+    wetness : float
+        Fraction of the surface that evaporates, 0 to 1.
+    surface_resistance : float
+        In series with the aerodynamic resistance to evaporation [s m^-1]; 0 for free water.
+    canopy : bool
+        Vegetation whose leaves exchange with the air within the canopy.
+    snow : bool
+        Temperature cannot exceed the melting point.
+    """
+
+    roughness_length: float
+    wetness: float
+    surface_resistance: float
+    canopy: bool
+    snow: bool
+
+
+@dataclass(frozen=True)
+class SpectralRange:
+    """Where one stretch of a reflectance spectrum comes from.
+
+    Attributes
+    ----------
+    lower, upper : float
+        [um]
+    kind : str
+        "measured", "modelled" (by the source), "fresnel" (from optical constants), "proxy" (another sample
+        of its kind), "constant" (a cited number), "held" (the nearest measured value) or "interpolated".
+    note : str
+    """
+
+    lower: float
+    upper: float
+    kind: str
+    note: str
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """A scene material.
+
+    Attributes
+    ----------
+    code : int
+        1 to 65535, stable between versions of the library.
+    name, description, group : str
+    thermal : ThermalStack
+    surface : SurfaceProperties
+    wavelength : ndarray, shape (n,)
+        [um], increasing.
+    reflectance : ndarray, shape (n,)
+        Hemispherical, 0 to 1.
+    absorptance : ndarray, shape (n,)
+        What heats the surface and, by Kirchhoff's law, what it emits: 1 - reflectance except where the
+        material transmits.
+    transmits : bool
+        Whether `absorptance` differs from 1 - reflectance.
+    ranges : tuple of SpectralRange
+    specular_fraction : float
+        Share of the reflected light in the specular lobe, 0 to 1.
+    lobe_fwhm : float
+        Full width of the lobe at half its maximum [degree].
+    sources : dict of str to str
+        Source of each number, by its field ("skin.thickness", "specular_fraction", "reflectance", ...).
+    reflectance_note : str
+        The comment header of the spectrum: sample, file, citation, credit, geometry.
+    """
+
+    code: int
+    name: str
+    description: str
+    group: str
+    thermal: ThermalStack
+    surface: SurfaceProperties
+    wavelength: np.ndarray
+    reflectance: np.ndarray
+    absorptance: np.ndarray
+    transmits: bool
+    ranges: tuple[SpectralRange, ...]
+    specular_fraction: float
+    lobe_fwhm: float
+    sources: dict[str, str]
+    reflectance_note: str

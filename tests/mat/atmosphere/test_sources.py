@@ -1,0 +1,259 @@
+"""Sun and Moon against published irradiances and almanac positions."""
+
+import numpy as np
+import pytest
+
+from skyshine import atmospheres
+from skyshine.mat.atmosphere.derive import lunar as derive_lunar
+from skyshine.mat.atmosphere.derive.solar import bin_means
+from skyshine.mat.atmosphere.lunar import MOON_RADIUS, disk_reflectance, lunar_irradiance, subsolar_temperature, thermal_emissivity
+from skyshine.mat.atmosphere.solar import ASTRONOMICAL_UNIT, solar_irradiance
+from skyshine.mat.atmosphere.sources import position
+from skyshine.schemas.errors import InputError
+
+MEAN_DISTANCE = 384_400e3  # m
+
+
+def times(*texts):
+    return np.array(texts, dtype="datetime64[s]")
+
+
+def mean_per_um(function, low_um, high_um):
+    """Mean over a band of wavelength of an irradiance given per cm^-1."""
+    edges = np.arange(5 * np.ceil(1e4 / high_um / 5), 1e4 / low_um, 5)
+    return np.sum(function(edges + 2.5)) * 5 / (1e4 / edges[0] - 1e4 / (edges[-1] + 5))
+
+
+class TestSun:
+    def test_total_irradiance(self):
+        """The solar constant, 1361 W m^-2 (Kopp and Lean 2011)."""
+        infrared = np.arange(12.5, 33500, 5)
+        ultraviolet = np.arange(33525.0, 49500, 50)
+        far = np.arange(49750.0, 83500, 500)
+        total = 5 * solar_irradiance(infrared).sum() + 50 * solar_irradiance(ultraviolet).sum() + 500 * solar_irradiance(far).sum()
+        assert total == pytest.approx(1361.0, rel=0.005)
+
+    @pytest.mark.parametrize(
+        ("low", "high", "expected", "tolerance"),
+        # Means of LOWTRAN7's solar spectrum (BLOCK DATA SOLAR, Kurucz), W m^-2 (cm^-1)^-1.
+        [
+            (800, 1250, 2.490e-3, 0.03),
+            (3680, 5000, 3.506e-2, 0.05),
+            (9000, 11000, 7.285e-2, 0.02),
+            (12000, 15000, 7.100e-2, 0.01),
+            (16000, 19000, 5.970e-2, 0.01),
+            (24000, 28000, 1.872e-2, 0.02),
+        ],
+    )
+    def test_bands_of_lowtran7(self, low, high, expected, tolerance):
+        assert solar_irradiance(np.arange(low + 2.5, high, 5)).mean() == pytest.approx(expected, rel=tolerance)
+
+    def test_brightness_temperature_in_the_window(self):
+        """The photosphere seen at 10 um is near 5,040 K (Vernazza et al. 1976), at 4 um near 5,600 K."""
+        from skyshine.mat.radiometry import planck_wavenumber
+
+        solid_angle = np.pi * (695.7e6 / ASTRONOMICAL_UNIT) ** 2
+        for wavenumber, expected in ((1002.5, 5040), (2502.5, 5600)):
+            radiance = solar_irradiance(np.array([wavenumber]))[0] / solid_angle
+            temperatures = np.linspace(4000, 7000, 3001)
+            found = temperatures[np.argmin(np.abs(planck_wavenumber(wavenumber, temperatures) - radiance))]
+            assert found == pytest.approx(expected, rel=0.04)
+
+    def test_bins_are_constant_and_ends_included(self):
+        assert solar_irradiance(1000.0) == solar_irradiance(1004.999)
+        assert np.all(solar_irradiance([10.0, 83500.0]) > 0)
+
+    def test_bin_means_conserve_energy(self):
+        """A spectrum linear in wavelength: its integral over a bin is known."""
+        wavelength = np.linspace(0.5, 20, 3000)
+        edges = np.array([510.0, 700.0, 2000.0, 19000.0])
+        mean = bin_means(wavelength, 3 * wavelength, edges)
+        np.testing.assert_allclose(mean * np.diff(edges), -np.diff(1.5 * (1e4 / edges) ** 2), rtol=1e-12)
+
+    @pytest.mark.parametrize("wavenumber", [9.0, 90000.0, np.nan, -5.0])
+    def test_outside_the_table(self, wavenumber):
+        with pytest.raises(InputError, match="10 to 83500"):
+            solar_irradiance([wavenumber])
+
+
+class TestReflectedMoonlight:
+    @pytest.mark.parametrize(
+        ("phase", "expected"),
+        # Miller and Turner 2009 at 0.555 um, 384,400 km, 1 au: mW m^-2 um^-1.
+        [(0, 4.53), (10, 3.53), (30, 2.15), (60, 1.045), (90, 0.444)],
+    )
+    def test_against_miller_and_turner(self, phase, expected):
+        value = mean_per_um(lambda nu: lunar_irradiance(nu, phase, MEAN_DISTANCE, 1.0).reflected, 0.55, 0.56)
+        assert 1e3 * value == pytest.approx(expected, rel=0.10)
+
+    def test_reflectance_of_rolo(self):
+        """Kieffer and Stone 2005: disk reflectance at 7 degrees, 0.555 um, about 0.105, and redder at longer waves."""
+        reflectance = disk_reflectance(np.array([0.44, 0.555, 0.87, 1.64]), 7.0)
+        assert reflectance[1] == pytest.approx(0.105, rel=0.1)
+        assert np.all(np.diff(reflectance) > 0)
+
+    def test_waxing_and_waning(self):
+        """The mare-rich trailing side makes the waning Moon darker; the default is the mean of both."""
+        band = np.array([0.555])
+        waxing, waning, mean = (disk_reflectance(band, 60.0, side)[0] for side in (True, False, None))
+        assert waning < mean < waxing
+        assert mean == pytest.approx(np.sqrt(waxing * waning))
+
+    @pytest.mark.shared_data
+    def test_packaged_tables_are_what_the_program_derives(self, shared_data, tmp_path):
+        derive_lunar.main([str(shared_data / "moon"), "--out", str(tmp_path)], standalone_mode=False)
+        for name in ("lunar_coefficients.csv", "lunar_shape.csv"):
+            assert (tmp_path / name).read_text() == atmospheres.path(f"sources/{name}").read_text()
+
+    @pytest.mark.shared_data
+    def test_against_the_whole_of_miller_and_turner(self, shared_data):
+        """Means over 0.44 to 0.72 um at phases of 0 to 74 degrees: half of them within 5 %, all within 15 %."""
+        rows = np.loadtxt(shared_data / "moon" / "miller_turner_2009_300_750nm.csv.gz", delimiter=",", skiprows=1)
+        spectra = rows[:, 1].reshape(181, 451)[:76:2, 140:421]
+        ratios = [
+            1e3 * mean_per_um(lambda nu, g=g: lunar_irradiance(nu, g, MEAN_DISTANCE, 1.0).reflected, 0.44, 0.72) / spectrum.mean()
+            for g, spectrum in zip(range(0, 76, 2), spectra, strict=True)
+        ]
+        assert np.abs(np.array(ratios) - 1).max() < 0.15
+        assert np.median(np.abs(np.array(ratios) - 1)) < 0.05
+
+    def test_distances(self):
+        near = lunar_irradiance([18000.0], 30.0, 360e6, 0.98)
+        far = lunar_irradiance([18000.0], 30.0, 400e6, 1.02)
+        assert near.reflected[0] / far.reflected[0] == pytest.approx((400 / 360 * 1.02 / 0.98) ** 2)
+
+    def test_falls_with_phase(self):
+        wavelength = np.array([0.3, 0.55, 1.0, 2.0, 4.0, 10.0])
+        curve = np.array([disk_reflectance(wavelength, phase) for phase in range(0, 181, 2)])
+        assert np.all(curve > 0)
+        assert np.all(np.diff(curve, axis=0) <= 0)
+
+
+class TestThermalMoonlight:
+    @pytest.mark.parametrize("phase", [0.0, 45.0, 90.0, 150.0, 180.0])
+    def test_against_a_picture_of_the_disk(self, phase):
+        """Sum over the pixels of the disk, the equilibrium of each with the Sun, at 10 and 4 um."""
+        from skyshine.mat.radiometry import planck_wavenumber
+
+        axis = (np.arange(600) + 0.5) / 300 - 1
+        x, y = np.meshgrid(axis, axis)
+        inside = x**2 + y**2 < 1
+        z = np.sqrt(1 - x[inside] ** 2 - y[inside] ** 2)
+        cos_incidence = np.clip(z * np.cos(np.radians(phase)) + x[inside] * np.sin(np.radians(phase)), 0, None)
+        temperature = ((1361 * 0.88 * cos_incidence) / (0.95 * 5.670374e-8) + 100.0**4) ** 0.25
+        solid_angle = (MOON_RADIUS / MEAN_DISTANCE) ** 2 / 300**2
+        result = lunar_irradiance([1000.0, 2500.0], phase, MEAN_DISTANCE, 1.0).thermal
+        for wavenumber, value in zip((1000.0, 2500.0), result, strict=True):
+            emissivity = thermal_emissivity(1e4 / wavenumber)
+            assert value == pytest.approx(emissivity * planck_wavenumber(wavenumber, temperature).sum() * solid_angle, rel=1e-2)
+
+    def test_subsolar_temperature(self):
+        """Noon at the lunar equator, Diviner: 380 to 400 K over the year and from highland to mare (Vasavada et al. 2012)."""
+        assert 380 < subsolar_temperature(1.017) < subsolar_temperature(0.983) < 400
+
+    def test_where_emission_takes_over(self):
+        """Reflected sunlight leads below 3.5 um, emission beyond 4.5 um, at full and half Moon."""
+        for phase in (5.0, 90.0):
+            light = lunar_irradiance([1e4 / 3.0, 1e4 / 4.5, 1e3], phase, MEAN_DISTANCE, 1.0)
+            assert light.reflected[0] > light.thermal[0]
+            assert light.thermal[1] > light.reflected[1]
+            assert light.thermal[2] > 1000 * light.reflected[2]
+            np.testing.assert_array_equal(light.total, light.reflected + light.thermal)
+
+    def test_total_emission_balances_sunlight(self):
+        """Over all directions and wavelengths a black-body Moon of this model sends out what it takes in."""
+        edges = np.arange(10.0, 5000.0, 10)
+        emitted = 0.0
+        nodes, weights = np.polynomial.legendre.leggauss(12)
+        for node, weight in zip(nodes, weights, strict=True):
+            spectrum = lunar_irradiance(edges + 5, float(np.degrees(np.arccos(node))), MEAN_DISTANCE, 1.0).thermal
+            emitted += weight * 2 * np.pi * MEAN_DISTANCE**2 * np.sum(spectrum / thermal_emissivity(1e4 / (edges + 5))) * 10
+        absorbed = np.pi * MOON_RADIUS**2 * 1361 * 0.88 / 0.95
+        night = 4 * np.pi * MOON_RADIUS**2 * 5.670374e-8 * 100.0**4
+        assert emitted == pytest.approx(absorbed + night, rel=5e-3)
+
+    @pytest.mark.parametrize(
+        ("phase", "distance", "sun", "message"),
+        [
+            (-1.0, MEAN_DISTANCE, 1.0, "phase angle"),
+            (181.0, MEAN_DISTANCE, 1.0, "phase angle"),
+            (np.nan, MEAN_DISTANCE, 1.0, "phase angle"),
+            (30.0, 1.0e6, 1.0, "radius"),
+            (30.0, np.nan, 1.0, "radius"),
+            (30.0, MEAN_DISTANCE, 0.0, "positive"),
+        ],
+    )
+    def test_bad_input(self, phase, distance, sun, message):
+        with pytest.raises(InputError, match=message):
+            lunar_irradiance([1000.0], phase, distance, sun)
+
+
+class TestPosition:
+    def test_sun_of_the_spa_report(self):
+        """Reda and Andreas 2008 (NREL/TP-560-34302), appendix A.5: 2003-10-17 12:30:30 at UTC-7.
+
+        Zenith 50.11162 degrees after a refraction of 0.016332 degrees (820 hPa, 11 C): elevation without it 39.872048.
+        """
+        sun = position("sun", times("2003-10-17T19:30:30"), 39.742476, -105.1786, 1830.14)
+        assert sun.elevation[0] == pytest.approx(39.872048, abs=5e-4)
+        assert sun.azimuth[0] == pytest.approx(194.34024, abs=5e-4)
+        assert sun.sun_distance[0] == pytest.approx(0.9965422974, abs=5e-5)  # the report's R is from the Earth's centre
+
+    def test_moon_of_meeus(self):
+        """Meeus, Astronomical Algorithms, examples 47.a and 48.a: 1992-04-12 0h TD, 368,409.7 km, phase angle 69.0756.
+
+        From the centre of the Earth; the observer whose zenith the Moon is in (right ascension 134.69, declination 13.77,
+        Greenwich sidereal time 200.2 degrees) is nearer by the radius of the Earth and sees the same phase.
+        """
+        moon = position("moon", times("1992-04-11T23:59:01"), 13.768, 134.688 - 199.92)
+        assert moon.elevation[0] > 89
+        assert moon.distance[0] + 6377e3 == pytest.approx(368409.7e3, rel=1e-4)
+        assert moon.phase_angle[0] == pytest.approx(69.0756, abs=0.02)
+        assert moon.waxing[0]
+
+    def test_total_eclipse_of_the_sun(self):
+        """NASA: greatest eclipse 2017-08-21 18:25:32 UT at 36.967 N, 87.672 W, the Sun 64 degrees high: both in one place."""
+        moment = times("2017-08-21T18:25:32")
+        sun = position("sun", moment, 36.967, -87.672)
+        moon = position("moon", moment, 36.967, -87.672)
+        assert sun.elevation[0] == pytest.approx(63.9, abs=0.1)
+        assert moon.elevation[0] == pytest.approx(sun.elevation[0], abs=0.01)
+        assert moon.azimuth[0] == pytest.approx(sun.azimuth[0], abs=0.02)
+        assert moon.phase_angle[0] > 179.9
+        # The Moon then covers the Sun, by a magnitude of 1.0306.
+        assert (MOON_RADIUS / moon.distance[0]) / (695.7e6 / sun.distance[0]) == pytest.approx(1.0306, abs=2e-3)
+
+    def test_total_eclipse_of_the_moon(self):
+        """Greatest eclipse 2018-07-27 20:22 UT: full Moon, up over Cairo, its distance near apogee (406,223 km geocentric)."""
+        moon = position("moon", times("2018-07-27T20:21:44"), 30.0, 31.2)
+        assert moon.phase_angle[0] < 1.6
+        assert moon.elevation[0] > 0
+        assert 400e6 < moon.distance[0] < 407e6
+
+    def test_polar_night_and_midnight_sun(self):
+        day = np.arange(np.datetime64("2024-12-21T00:00"), np.datetime64("2024-12-22T00:00"), np.timedelta64(30, "m"))
+        assert np.all(position("sun", day, 80.0, 15.0).elevation < 0)
+        assert np.all(position("sun", day, -80.0, 15.0).elevation > 0)
+        assert position("moon", day, 50.0, 10.0).elevation.min() < 0
+
+    def test_equinox_at_the_equator(self):
+        """Noon at the equator on the day of equinox: the Sun within half a degree of the zenith; sunrise due east."""
+        assert position("sun", times("2024-03-20T12:07:30"), 0.0, 0.0).elevation[0] > 89.5
+        assert position("sun", times("2024-03-20T06:07:30"), 0.0, 0.0).azimuth[0] == pytest.approx(90, abs=0.5)
+
+    def test_no_times(self):
+        assert position("sun", times(), 0.0, 0.0).elevation.shape == (0,)
+
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (("mars", times("2024-01-01T00:00:00"), 0.0, 0.0), "sun, moon"),
+            (("sun", times("NaT"), 0.0, 0.0), "NaT"),
+            (("sun", [1.0], 0.0, 0.0), "datetime64"),
+            (("sun", times("2024-01-01T00:00:00"), 91.0, 0.0), "latitude 91"),
+            (("sun", times("2024-01-01T00:00:00"), 0.0, np.nan), "longitude nan"),
+        ],
+    )
+    def test_bad_input(self, arguments, message):
+        with pytest.raises(InputError, match=message):
+            position(*arguments)

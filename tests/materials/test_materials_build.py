@@ -1,0 +1,82 @@
+"""The program that derives the reflectance tables: optics, resampling, units, and its agreement with the package."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from skyshine import materials
+from skyshine.mat.materials_build.__main__ import main
+from skyshine.mat.materials_build.optics import fresnel_reflectance, pane
+from skyshine.mat.materials_build.readers import read_constants, read_ecostress
+from skyshine.mat.materials_build.recipes import Recipes
+from skyshine.mat.materials_build.resample import compact_grid, fine_grid, project
+from skyshine.materials.files import load_spectrum
+from skyshine.schemas.documents import load_model
+from skyshine.schemas.errors import InputError
+
+
+def test_fresnel_of_glass_and_of_a_perfect_conductor():
+    assert fresnel_reflectance(np.array([1.5 + 0j]))[0] == pytest.approx(0.04)
+    assert fresnel_reflectance(np.array([1.0 + 1e6j]))[0] == pytest.approx(1.0)
+
+
+def test_clear_and_black_pane():
+    """Without absorption a pane of face reflectance r reflects 2 r / (1 + r); an opaque one reflects r."""
+    reflectance, absorptance = pane(np.array([1.5 + 0j, 1.5 + 0.1j]), np.array([0.5, 0.5]), 0.004)
+    assert reflectance == pytest.approx([2 * 0.04 / 1.04, fresnel_reflectance(1.5 + 0.1j)])
+    assert absorptance[0] == pytest.approx(0.0, abs=1e-12)
+    assert reflectance[1] + absorptance[1] == pytest.approx(1.0)
+
+
+def test_projection_keeps_what_it_can_hold_and_the_integral_of_what_it_cannot():
+    nodes, fine = compact_grid(0.3, 15.0), fine_grid(0.3, 15.0)
+    assert project(fine, 0.2 + 0.01 * fine, nodes) == pytest.approx(0.2 + 0.01 * nodes, abs=1e-6)
+    rough = 0.5 + 0.3 * np.sin(20.0 * fine) * np.exp(-((fine - 7.0) ** 2))
+    compact = project(fine, rough, nodes)
+    assert np.trapezoid(np.interp(fine, nodes, compact), fine) == pytest.approx(np.trapezoid(rough, fine), rel=1e-7)
+
+
+def test_grid_is_compact_and_reaches_its_ends():
+    for upper, most in ((15.0, 400), (50.0, 450)):
+        nodes = compact_grid(0.3, upper)
+        assert nodes[0] == 0.3 and nodes[-1] == upper and len(nodes) < most and np.all(np.diff(nodes) > 0.0)
+
+
+@pytest.mark.parametrize("unit, scale", [("fraction", 1.0), ("percent", 100.0)])
+def test_unit_of_a_library_file_is_checked(tmp_path, unit, scale):
+    file = tmp_path / "sample.txt"
+    rows = "\n".join(f"{14.0 - 0.1 * n:.3f}  {0.4 * scale:.3f}" for n in range(50))
+    file.write_text(f"Name: sample\nFirst X Value: 14.0\nY Units: Reflectance (percent)\n\n{rows}\n")
+    wavelength, value = read_ecostress(file, unit)
+    assert np.all(np.diff(wavelength) > 0.0) and value == pytest.approx(0.4)
+    with pytest.raises(InputError, match=f"which are {unit}; the recipe says"):
+        read_ecostress(file, "percent" if unit == "fraction" else "fraction")
+
+
+def test_dispersion_formula(tmp_path):
+    file = tmp_path / "glass.yml"
+    file.write_text(
+        "DATA:\n  - type: formula 5\n    wavelength_range: 0.3 4.6\n    coefficients: 1.5 -0.003 2 0.004 -2\n"
+        "  - type: tabulated k\n    data: |\n        0.5 1E-6\n        2.0 2E-6\n"
+    )
+    wavelength, index = read_constants(file)
+    assert list(wavelength) == [0.5, 2.0]
+    assert index == pytest.approx([1.5 - 0.003 * 0.25 + 0.004 / 0.25 + 1e-6j, 1.5 - 0.003 * 4 + 0.004 / 4 + 2e-6j])
+
+
+def test_each_material_has_a_recipe_with_citations():
+    recipes = load_model(materials.path("ref/recipes.yaml"), Recipes)
+    assert set(recipes.recipes) == {file.stem for file in materials.path("ref").glob("*.csv")}
+    for recipe in recipes.recipes.values():
+        assert {piece.source for piece in recipe.pieces} <= set(recipes.citations)
+
+
+@pytest.mark.shared_data
+def test_packaged_tables_are_those_that_the_program_derives(tmp_path, shared_data):
+    names = ["concrete", "limestone", "brick_red", "glass_window", "soil_loam_wet", "water_sea", "skin_human"]
+    result = CliRunner().invoke(main, [str(shared_data / "spectra"), *names, "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    for name in names:
+        derived, packaged = load_spectrum(tmp_path / f"{name}.csv"), load_spectrum(materials.path(f"ref/{name}.csv"))
+        assert derived.reflectance == pytest.approx(packaged.reflectance, abs=2e-5)
+        assert derived.ranges == packaged.ranges

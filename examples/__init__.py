@@ -1,0 +1,1 @@
+"""Jobs and textures that run as they are."""

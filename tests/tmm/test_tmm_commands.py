@@ -1,0 +1,117 @@
+"""The commands, on the demo that comes with the project and on jobs that are wrong."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from skyshine.tmm.cli import COMMANDS, main
+
+
+@pytest.fixture
+def run():
+    def invoke(*arguments):
+        return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+    return invoke
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory, request):
+    folder = tmp_path_factory.mktemp("demo")
+    source = request.getfixturevalue("demo_folder")
+    result = CliRunner().invoke(main, ["classify", str(source / "demo.tmm.yaml"), "--out", str(folder), "--json"])
+    assert result.exit_code == 0, result.output
+    return folder / "yellowstone_road.tmm.h5", json.loads(result.output)["textures"][0]
+
+
+def test_every_command_shows_an_example(run):
+    for name in COMMANDS:
+        result = run(name, "--help")
+        assert result.exit_code == 0 and f"Example: tmm {name}" in result.output
+
+
+def test_demo_is_sensible(demo):
+    _, report = demo
+    usage = {name: entry["value"] for name, entry in report["usage"].items()}
+    assert 0.05 < usage["asphalt_road"] < 0.10
+    assert usage["conifer"] > usage["leaf_litter"] > usage["grass_green"] > usage["asphalt_road"]
+    assert report["overall_accuracy"]["value"] > 0.9 and report["mean_iou"]["value"] > 0.8
+
+
+def test_check(run, demo_folder):
+    result = run("check", demo_folder / "demo.tmm.yaml", "--json")
+    report = json.loads(result.output)["textures"][0]
+    assert result.exit_code == 0 and report["width"] == 960 and len(report["seed_texels"]) == 5
+
+
+def test_info_and_usage(run, demo):
+    path, report = demo
+    info = json.loads(run("info", path, "--json").output)
+    assert info["filetype"] == "tmm" and info["levels"] == 10
+    assert info["quality"]["tested_texels"] == report["held_out_texels"]
+    assert "asphalt_road" in run("info", path).output
+    usage = json.loads(run("usage", path, path, "--json").output)
+    assert usage["all"]["conifer"]["value"] == pytest.approx(report["usage"]["conifer"]["value"], rel=1e-5)
+
+
+def test_preview(run, demo, demo_folder, tmp_path):
+    path, _ = demo
+    out = tmp_path / "picture.png"
+    result = run("preview", path, "--out", out, "--image", demo_folder / "yellowstone_road.png")
+    assert result.exit_code == 0, result.output
+    assert out.read_bytes().startswith(b"\x89PNG")
+    assert run("preview", path, "--out", out).exit_code == 2
+    other = run("preview", path, "--out", out, "--image", out)
+    assert other.exit_code == 2 and "not the image that was classified" in other.output
+
+
+JOB = """\
+textures:
+  - image: photo.png
+    seeds:
+      polygons:
+        grass_green: [[[1, 1]]]
+"""
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("grass_green", "gras_green", "5:9: textures.0.seeds.polygons.gras_green.*did you mean 'grass_green'"),
+        ("image:", "picture:", "2:5: .*unknown key 'picture'"),
+        ("polygons:", "polygon:", "4:7: .*unknown key 'polygon'; did you mean 'polygons'"),
+        ("[[[1, 1]]]", "[]", "found no polygon"),
+        ("[[[1, 1]]]", "[[[1, .nan]]]", "5:28: .*finite number"),
+        ("[[[1, 1]]]", "[[[1]]]", "5:"),
+        ("    seeds:", "    alpha: keep\n    seeds:", "3:12: .*'no-data' or 'ignore'"),
+        ("    seeds:", "    classifier: {radius: 128}\n    seeds:", "3:26: .*less than or equal to 127"),
+        ("    seeds:", "    name: ../up\n    seeds:", "3:11: .*pattern"),
+        ("photo.png", "missing.png", "missing.png: does not exist"),
+        ("textures:\n", "textures: []\nold:\n", "unknown key 'old'"),
+    ],
+)
+def test_wrong_jobs(run, tmp_path, old, new, message):
+    import re
+
+    path = tmp_path / "job.yaml"
+    path.write_text(JOB.replace(old, new))
+    result = run("classify", path)
+    assert result.exit_code == 2
+    assert re.search(message, result.output) and result.output.count("\n") == 1, result.output
+
+
+def test_palette_of_bare_digits(run, tmp_path):
+    path = tmp_path / "job.yaml"
+    path.write_text(
+        "textures:\n  - image: a.png\n    seeds:\n      labels: {image: b.png, palette: {323232: grass_green}}\n"
+    )
+    result = run("check", path)
+    assert result.exit_code == 2 and '"#RRGGBB" (in quotes)' in result.output
+
+
+def test_two_textures_of_one_name(run, tmp_path):
+    path = tmp_path / "job.yaml"
+    path.write_text(JOB + JOB.split("\n", 1)[1])
+    result = run("check", path)
+    assert result.exit_code == 2 and "two textures named 'photo'" in result.output

@@ -1,0 +1,22 @@
+"""The command ``tmm``."""
+
+import click
+
+from skyshine.schemas.commands import CommandGroup
+
+COMMANDS = {
+    "check": "Check a job: images, seeds, materials.",
+    "classify": "Map the texels of a job's textures to materials.",
+    "info": "Show what a texture database holds.",
+    "usage": "Share of each material in one texture or several.",
+    "preview": "Draw texture, materials and confidence side by side.",
+}
+
+main = CommandGroup(
+    "tmm",
+    package="skyshine.tmm.commands",
+    commands=COMMANDS,
+    help="Maps the texels of textures to materials, with confidence and exact mip levels.\n\n"
+    "Example: tmm classify demo.tmm.yaml && tmm preview build/yellowstone_road.tmm.h5 --out materials.png",
+)
+click.version_option(package_name="skyshine", prog_name="tmm")(main)

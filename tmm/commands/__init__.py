@@ -1,0 +1,1 @@
+"""The commands of `tmm`, one module each."""

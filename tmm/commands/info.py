@@ -1,0 +1,63 @@
+"""``tmm info``: what a texture database holds."""
+
+import click
+
+from skyshine.schemas.commands import emit_json, json_option, quantity
+
+
+@click.command(epilog="Example: tmm info build/yellowstone_road.tmm.h5")
+@click.argument("file", type=click.Path())
+@json_option
+def command(file: str, as_json: bool) -> None:
+    """Show what FILE holds: texture, materials, levels, quality."""
+    from skyshine.tmm.database import open_tmm
+
+    with open_tmm(file) as source:
+        result = {
+            "file": file,
+            **{key: _plain(value) for key, value in source.attributes.items()},
+            "levels": source.levels,
+            "materials": [
+                {"code": code, "name": name, "share": quantity(source.usage[name], "1")}
+                for code, name in source.materials.items()
+            ],
+            "texels": source.group_attributes("usage"),
+            "quality": source.group_attributes("quality"),
+            "confusion": source.array("quality/confusion").tolist(),
+            "mixtures": int(source.array("composites/composite").size),
+        }
+    if as_json:
+        emit_json(result)
+    else:
+        _print(result)
+
+
+def _plain(value):
+    return value.item() if hasattr(value, "item") else value
+
+
+def _print(result: dict) -> None:
+    for key in (
+        "filetype",
+        "format_version",
+        "data_version",
+        "generator",
+        "content_sha256",
+        "texture",
+        "texture_sha256",
+    ):
+        click.echo(f"{key}: {result[key]}")
+    click.echo(
+        f"size: {result['width']} x {result['height']} {result['pixel_type']}, {result['encoding']}, "
+        f"{result['levels']} levels, {result['mixtures']} mixtures"
+    )
+    click.echo("materials (code, name, share; then held-out texels found as unknown and as each material):")
+    width = max(len(material["name"]) for material in result["materials"])
+    for material, row in zip(result["materials"], result["confusion"]):
+        counts = " ".join(f"{count:6d}" for count in row)
+        click.echo(f"  {material['code']:5d}  {material['name']:{width}}  {material['share']['value']:.4f}  {counts}")
+    quality = result["quality"]
+    click.echo(
+        f"held-out seeds: accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f}, "
+        f"{quality['tested_texels']} of {quality['seed_texels']} texels in {quality['folds']} parts"
+    )

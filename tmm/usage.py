@@ -1,0 +1,44 @@
+"""Which materials textures use, and how much of them: what `mat` reads to leave out the others."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+
+from skyshine.schemas.hdf5 import open_database
+
+
+def read_usage(path: str | os.PathLike) -> dict[str, float]:
+    """Share of a texture's texels with data that have each of its materials.
+
+    Raises
+    ------
+    InputError
+        The file is missing or damaged, or is no texture database.
+    """
+    return _read(path)[0]
+
+
+def library_usage(paths: Iterable[str | os.PathLike]) -> dict[str, float]:
+    """Share of each material in all texels with data of several textures, largest first.
+
+    Raises
+    ------
+    InputError
+        A file is missing or damaged, or is no texture database.
+    """
+    totals: dict[str, float] = {}
+    texels = 0
+    for path in paths:
+        shares, weight = _read(path)
+        texels += weight
+        for name, share in shares.items():
+            totals[name] = totals.get(name, 0.0) + share * weight
+    return {name: total / texels for name, total in sorted(totals.items(), key=lambda item: (-item[1], item[0]))}
+
+
+def _read(path: str | os.PathLike) -> tuple[dict[str, float], int]:
+    with open_database(path, "tmm", 1) as file:
+        names = file["materials/name"].asstr()[()].tolist()
+        shares = file["usage/share"][()].astype(float).tolist()
+        return dict(zip(names, shares)), int(file["usage"].attrs["texels_with_data"])

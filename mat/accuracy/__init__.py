@@ -1,0 +1,1 @@
+"""How wrong the tables are, measured."""

@@ -1,0 +1,21 @@
+"""Radiance errors as equivalent temperatures of a black body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.radiometry import SpectralResponse, band_radiance
+
+REFERENCE = 300.0  # K, the scene temperature at which a radiance error is turned into kelvin
+_STEP = 0.5  # K, half the width of the central difference
+
+
+def kelvin_per_radiance(response: SpectralResponse) -> float:
+    """Change of a black body's temperature at 300 K that changes its band radiance by 1 W m^-2 sr^-1."""
+    low, high = band_radiance(response, np.array([REFERENCE - _STEP, REFERENCE + _STEP]))
+    return 2 * _STEP / float(high - low)
+
+
+def reference_radiance(response: SpectralResponse) -> float:
+    """Band radiance of a black body at 300 K, W m^-2 sr^-1."""
+    return float(band_radiance(response, REFERENCE))

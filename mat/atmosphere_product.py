@@ -1,0 +1,156 @@
+"""The ``.atmq`` and ``.lunar_atmq`` databases of one state and one band."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
+from skyshine.mat.accuracy.radiance import kelvin_per_radiance, reference_radiance
+from skyshine.mat.atmosphere.compile import CompiledBand, band_points, compile_band
+from skyshine.mat.job import LoadedJob
+from skyshine.mat.plan import Task
+from skyshine.mat.products import Product, TaskReport
+from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
+from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.tables.atmq import atmq_group
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
+from skyshine.mat.tables.interpolation import interpolate
+from skyshine.schemas.hdf5 import Axis, Group, Variable
+
+PROBES = 200  # random points at which the interpolation error is measured
+MAX_POINTS = 64
+
+
+def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport) -> None:
+    """Build the tables of a state and a band with each source of the job; arguments as `products.run_task`."""
+    products = _products(task, loaded, folder)
+    if not fresh and all(product.is_there() for product in products.values()):
+        report.kept = True
+        return
+    job = loaded.job
+    state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
+    grid = path_grid(loaded)
+    with report.stage("compile"):
+        everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+        compiled = {
+            source: compile_band(
+                state,
+                everything,
+                grid,
+                source_irradiance(job, source, everything.wavenumber),
+                tolerance=job.accuracy.spectral_tolerance,
+                max_points=MAX_POINTS,
+                seed=job.accuracy.seed,
+            )
+            for source in products
+        }
+    for source, product in products.items():
+        _build_one(product, source, loaded, state, compiled[source], grid, response, report)
+
+
+def path_grid(loaded: LoadedJob) -> PathGrid:
+    """Axes of the atmospheric tables of a job."""
+    job, axes = loaded.job, loaded.job.atmosphere_grid
+    return PathGrid(
+        axes.range_km, job.observer_altitudes_km, axes.elevation_deg, axes.source_elevation_deg, axes.source_azimuth_deg
+    )
+
+
+def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]:
+    job = loaded.job
+    kinds = {"sun": ATMQ, "moon": LUNAR_ATMQ}
+    return {
+        source: Product(
+            folder / name,
+            kinds[source],
+            f"absorption {absorption_table().version}",
+            {
+                "site": job.site.model_dump(mode="json"),
+                "state": job.states[task.index - 1].model_dump(mode="json"),
+                "band": job.bands[task.band - 1].model_dump(mode="json"),
+                "source": source,
+                "atmosphere_grid": {
+                    **job.atmosphere_grid.model_dump(mode="json"), "altitude_km": job.observer_altitudes_km
+                },
+                "accuracy": job.accuracy.model_dump(mode="json", include={"spectral_tolerance", "seed"}),
+            },
+        )
+        for source, name in zip(job.sources, task.files)
+    }  # fmt: skip
+
+
+def _build_one(product, source, loaded, state, compiled: CompiledBand, grid, response, report) -> None:
+    irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber)
+    air = BandAtmosphere.of(state, compiled.band)
+    with report.stage("tables"):
+        quantities = air.table(grid, irradiance)
+    with report.stage("accuracy"):
+        measures = _interpolation_errors(air, quantities, grid, irradiance, response, loaded.job.accuracy.seed)
+    with report.stage("write"):
+        low, high = response.lower, response.upper
+        attributes = {"source": source, "state": state.name, "wavelength_um": [low, high]}
+        accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed)
+        product.write(atmq_group(quantities, grid, accuracy, attributes))
+    left = [f"{gas} (at most {change:.1e} in transmittance)" for gas, change in compiled.dropped.items()]
+    report.notes.append(f"{source}: {compiled.index.size} of {compiled.total_points} spectral points")
+    if left:
+        report.notes.append(f"{source}: gases left out: {', '.join(left)}")
+
+
+def _interpolation_errors(
+    air: BandAtmosphere, table: AtmosphericQuantities, grid: PathGrid, irradiance, response, seed: int
+) -> list[ErrorMeasure]:
+    """Table against direct computation at random points; points whose path would pass through the ground are left out."""
+    generator = np.random.default_rng(seed)
+    names = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
+    nodes = (grid.range_km, grid.altitude_km, grid.elevation_deg, grid.source_elevation_deg, grid.source_azimuth_deg)
+    where = {name: random_places(axis, PROBES, generator) for name, axis in zip(names, nodes)}
+    truth = air.at_points(*where.values(), irradiance)
+    inside = truth.valid
+    rules = [AxisRule(name, axis) for name, axis in zip(names, nodes)]
+    per_kelvin, background = kelvin_per_radiance(response), reference_radiance(response)
+    found = []
+    for name, key in (
+        ("beta_star", "beta_star"), ("path_radiance_ratio", "path_radiance_ratio"),
+        ("ambient_radiance", "ambient"), ("direct_radiance", "direct"),
+    ):  # fmt: skip
+        values, exact = getattr(table, key), getattr(truth, key)
+        at = {rule.name: where[rule.name] for rule in rules[: values.ndim]}
+        read = interpolate(values, rules[: values.ndim], at)
+        error = (read - exact)[inside]
+        if name == "beta_star":
+            tau = np.exp(-5.5 * where["range"] / read) - truth.transmittance
+            kelvin = tau[inside] * background * per_kelvin
+        elif name == "path_radiance_ratio":
+            kelvin = error * (1 - truth.transmittance[inside]) * per_kelvin
+        else:
+            kelvin = error * truth.transmittance[inside] * per_kelvin
+        found.append(measure(name, error, kelvin))
+    return found
+
+
+def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int) -> Group:
+    kinds = list(compiled.errors)
+    words = {"max": "largest", "p95": "95th percentile of the", "rms": "root mean square"}
+    spectral = {
+        f"spectral_{name}": Variable(
+            ("spectral_quantity",),
+            np.array([compiled.errors[kind][name] for kind in kinds]),
+            "1",
+            f"{text} relative error of the compiled band against all spectral points",
+        )
+        for name, text in words.items()
+    }
+    notes = {
+        "seed": seed,
+        "method": "linear interpolation against direct computation at random places of random cells above the ground; "
+        "kelvin: change of a black body at 300 K seen through the path",
+        "spectral_points": int(compiled.index.size),
+        "spectral_points_in_band": int(compiled.total_points),
+        "gases_left_out": ", ".join(f"{gas} {change:.1e}" for gas, change in compiled.dropped.items()) or "none",
+    }
+    axes = {"spectral_quantity": Axis(np.array(kinds, object), "1", "in-band quantity whose spectral error is stated")}
+    return accuracy_group(measures, spectral, axes, notes)

@@ -1,0 +1,34 @@
+"""The ``.band`` database of one band."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.job import LoadedJob
+from skyshine.mat.plan import Task
+from skyshine.mat.products import Product, TaskReport
+from skyshine.mat.scene import materials_digest, response_of, solar_spectrum
+from skyshine.mat.tables.band import band_group
+from skyshine.mat.tables.files import BAND
+from skyshine.materials.library import load_library
+
+
+def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport) -> None:
+    """Build the properties of a band; arguments as `products.run_task`."""
+    library = load_library()
+    band = loaded.job.bands[task.band - 1]
+    resolved = {
+        "band": band.model_dump(mode="json"),
+        "materials": list(materials),
+        "materials_sha256": materials_digest(library, materials),
+    }
+    product = Product(folder / task.files[0], BAND, f"materials {library.version}", resolved)
+    if not fresh and product.is_there():
+        report.kept = True
+        return
+    with report.stage("tables"):
+        root = band_group(response_of(band), [library[name] for name in materials], solar_spectrum())
+    with report.stage("write"):
+        product.write(root)

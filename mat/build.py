@@ -1,0 +1,130 @@
+"""From a plan to files: the executor, progress, what is kept, the catalogue."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import time
+from collections.abc import Iterable
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from pathlib import Path
+
+from skyshine.mat.job import LoadedJob
+from skyshine.mat.plan import Plan, Task, make_plan, texture_file
+from skyshine.mat.products import TaskReport, run_task
+from skyshine.mat.scene import check_scene
+from skyshine.mat.tables.catalog import write_catalog
+from skyshine.materials.library import load_library
+from skyshine.schemas.commands import progress
+from skyshine.schemas.errors import InputError
+
+# One thread a process: the processes already fill the cores.
+THREAD_LIMITS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+
+
+def build(loaded: LoadedJob, *, out: str | os.PathLike | None = None, jobs: int | None = None, fresh: bool = False):
+    """Build all files of a job.
+
+    Parameters
+    ----------
+    out : path, optional
+        Output folder; by default the one that the job names.
+    jobs : int, optional
+        Processes; by default one a core.
+    fresh : bool
+        Build files again that the same job has built before.
+
+    Returns
+    -------
+    dict
+        Folder, seconds, and for each file whether it was kept, its seconds, stages and peak memory.
+
+    Raises
+    ------
+    InputError
+        The job does not fit, or a file cannot be written.
+    """
+    begin = time.perf_counter()
+    library = load_library()
+    folder = Path(out) if out is not None else loaded.folder / loaded.job.output.folder
+    plan = make_plan(loaded, library)
+    check_scene(loaded)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made: {error.strerror}; name another output folder", file=folder) from None
+    reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh)
+    names = [name for report in reports for name in report.files]
+    write_catalog(folder, names)
+    result = _result(folder, reports, time.perf_counter() - begin)
+    (folder / "build.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    return result
+
+
+def _run_all(loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool) -> list[TaskReport]:
+    """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use."""
+    first = [task for task in plan.tasks if task.kind in ("atmosphere", "texture")]
+    first.sort(key=lambda task: task.kind != "texture")
+    later = [task for task in plan.tasks if task not in first]
+    reports: dict[Task, TaskReport] = {}
+    saved = {name: os.environ.get(name) for name in THREAD_LIMITS}
+    os.environ.update(THREAD_LIMITS)
+    try:
+        with (
+            progress(len(plan.tasks), f"building {loaded.job.name}") as advance,
+            _executor(min(jobs, len(plan.tasks))) as executor,
+        ):
+            waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
+            textures = sum(task.kind == "texture" for task in first)
+            if not textures:
+                waiting |= _submit_later(executor, loaded, later, folder, fresh)
+            while waiting:
+                done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+                for future in done:
+                    task = waiting.pop(future)
+                    reports[task] = future.result()
+                    advance(1)
+                    textures -= task.kind == "texture"
+                    if task.kind == "texture" and not textures:
+                        waiting |= _submit_later(executor, loaded, later, folder, fresh)
+    finally:
+        for name, value in saved.items():
+            os.environ.pop(name, None) if value is None else os.environ.__setitem__(name, value)
+    return [reports[task] for task in plan.tasks]
+
+
+def _submit_later(executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool) -> dict[Future, Task]:
+    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.job.textures))]
+    materials = make_plan(loaded, load_library(), usage or None).materials
+    return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}
+
+
+class _Pool(ProcessPoolExecutor):
+    """Processes that stop with the build: what is running is dropped when it fails or is interrupted."""
+
+    def __exit__(self, kind, value, traceback):
+        self.shutdown(wait=kind is None, cancel_futures=True)
+        if kind is not None:
+            for process in multiprocessing.active_children():
+                process.terminate()
+        return False
+
+
+def _executor(jobs: int) -> ProcessPoolExecutor:
+    return _Pool(max_workers=jobs, mp_context=multiprocessing.get_context("spawn"))
+
+
+def _result(folder: Path, reports: list[TaskReport], seconds: float) -> dict:
+    files = {
+        name: {
+            "kept": report.kept,
+            "seconds": round(report.seconds, 3),
+            "stages": {stage: round(value, 3) for stage, value in report.stages.items()},
+            "peak_memory_bytes": report.peak_memory,
+            "notes": list(report.notes),
+        }
+        for report in reports
+        for name in report.files
+    }
+    return {"folder": str(folder), "seconds": round(seconds, 3), "files": files}

@@ -1,0 +1,29 @@
+"""The command ``mat``."""
+
+import click
+
+from skyshine.schemas.commands import CommandGroup
+
+COMMANDS = {
+    "init": "Write a starter job that runs as it is.",
+    "check": "Check a job and print what will be built and what is left out.",
+    "build": "Build the databases of a job.",
+    "info": "Show what a database holds.",
+    "verify": "Check layout, units, values and hash of databases.",
+    "query": "Interpolate one value, with its stated error.",
+    "plot": "Draw a database.",
+    "spectrum": "Transmittance and radiance of one line of sight.",
+    "temperature": "One surface through the day: temperature and every flux.",
+    "specular": "Shininess and normalisation of a specular lobe.",
+    "materials": "List, show or plot the materials.",
+    "lines": "The band model: build it from line lists, show what it holds.",
+}
+
+main = CommandGroup(
+    "mat",
+    package="skyshine.mat.commands",
+    commands=COMMANDS,
+    help="Builds the atmospheric and temperature databases of an infrared scene from one YAML job.\n\n"
+    "Example: mat init demo && mat build demo/job.yaml",
+)
+click.version_option(package_name="skyshine", prog_name="mat")(main)

@@ -1,0 +1,25 @@
+"""``mat build``: build the databases of a job."""
+
+import click
+
+from skyshine.schemas.commands import emit_json, json_option
+
+
+@click.command(epilog="Example: mat build demo/job.yaml --jobs 2")
+@click.argument("job", type=click.Path())
+@click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
+@click.option("--jobs", type=click.IntRange(1, 256), default=None, help="Processes; by default one a core.")
+@click.option("--fresh", is_flag=True, help="Build everything again; without it, finished files are kept.")
+@json_option
+def command(job: str, out: str | None, jobs: int | None, fresh: bool, as_json: bool) -> None:
+    """Build the databases of JOB. Files that the same job has built before are kept."""
+    from skyshine.mat.build import build
+    from skyshine.mat.job import load_job
+
+    report = build(load_job(job), out=out, jobs=jobs, fresh=fresh)
+    if as_json:
+        emit_json(report)
+        return
+    for name, entry in report["files"].items():
+        click.echo(f"  {name}  {'kept' if entry['kept'] else 'built'}")
+    click.echo(f"{report['folder']}: {len(report['files'])} files in {report['seconds']:.1f} s")

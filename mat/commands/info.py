@@ -1,0 +1,91 @@
+"""``mat info``: what a database holds."""
+
+import click
+
+from skyshine.schemas.commands import echo_table, emit_json, json_option
+
+
+@click.command(epilog="Example: mat info built/s01b02.atmq.h5")
+@click.argument("file", type=click.Path())
+@json_option
+def command(file: str, as_json: bool) -> None:
+    """Show what FILE holds: versions, axes, quantities and their stated errors."""
+    from skyshine.schemas.hdf5 import read_file
+
+    root, attributes = read_file(file)
+    content = _content(root, attributes)
+    if as_json:
+        emit_json(content)
+    else:
+        _print(file, content)
+
+
+def _content(root, attributes: dict) -> dict:
+    axes = {
+        name: {"units": axis.units, "nodes": len(axis.values), "long_name": axis.long_name}
+        | ({"from": float(axis.values[0]), "to": float(axis.values[-1])} if axis.values.dtype.kind != "O" else {})
+        for name, axis in root.axes.items()
+    }
+    variables = {
+        name: {"units": v.units, "axes": list(v.dims), "shape": list(v.data.shape), "long_name": v.long_name}
+        for name, v in root.variables.items()
+    }
+    return {
+        "attributes": {name: str(value) for name, value in attributes.items() if name != "job"},
+        "axes": axes,
+        "variables": variables,
+        "groups": list(root.groups),
+        "accuracy": _accuracy(root),
+        "job": str(attributes.get("job", "")),
+    }
+
+
+def _accuracy(root) -> dict:
+    group = root.groups.get("accuracy")
+    if group is None:
+        return {}
+    result: dict = {"attributes": {name: str(value) for name, value in group.attributes.items()}}
+    for name, variable in group.variables.items():
+        labels = group.axes[variable.dims[0]].values
+        result[name] = {
+            "units": variable.units,
+            "values": {str(k): _finite(v) for k, v in zip(labels, variable.data.tolist())},
+        }
+    return result
+
+
+def _finite(value):
+    import math
+
+    return value if not isinstance(value, float) or math.isfinite(value) else None
+
+
+def _print(file: str, content: dict) -> None:
+    click.echo(file)
+    for name, value in content["attributes"].items():
+        click.echo(f"  {name}: {value}")
+    axes = [
+        (name, str(axis["nodes"]), *(f"{axis[key]:g}" if key in axis else "" for key in ("from", "to")), axis["units"])
+        for name, axis in content["axes"].items()
+    ]
+    echo_table(("axis", "nodes", "from", "to", "units"), axes)
+    quantities = [(name, v["units"], v["long_name"], " x ".join(v["axes"])) for name, v in content["variables"].items()]
+    echo_table(("quantity", "units", "what", "axes"), quantities)
+    if content["groups"]:
+        click.echo(f"  groups: {', '.join(content['groups'])}")
+    _print_accuracy(content["accuracy"])
+
+
+def _print_accuracy(accuracy: dict) -> None:
+    measures = {name: value for name, value in accuracy.items() if name != "attributes"}
+    for spectral in (False, True):
+        chosen = {name: m["values"] for name, m in measures.items() if name.startswith("spectral_") is spectral}
+        rows = next(iter(chosen.values()), {})
+        cells = [(row, *(_number(values[row]) for values in chosen.values())) for row in rows]
+        echo_table(("stated error", *chosen), cells)
+    for name, value in accuracy.get("attributes", {}).items():
+        click.echo(f"  {name}: {value}")
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}"

@@ -1,0 +1,25 @@
+"""``mat plot``: draw databases."""
+
+import click
+
+from skyshine.schemas.errors import InputError
+
+
+@click.command(epilog="Example: mat plot built/s01b02.atmq.h5 --out atmosphere.png")
+@click.argument("files", nargs=-1, required=True, type=click.Path())
+@click.option("--out", required=True, type=click.Path(), help="PNG to write; with several FILES a folder.")
+def command(files: tuple[str, ...], out: str) -> None:
+    """Draw FILES: temperatures, atmospheric quantities, band properties."""
+    from pathlib import Path
+
+    from skyshine.mat.pictures import draw
+
+    target = Path(out)
+    if len(files) == 1:
+        if target.suffix.lower() != ".png":
+            raise InputError(f"found --out '{out}'; allowed: a name that ends in .png")
+        click.echo(draw(files[0], target))
+        return
+    target.mkdir(parents=True, exist_ok=True)
+    for file in files:
+        click.echo(draw(file, target / (Path(file).name.removesuffix(".h5") + ".png")))

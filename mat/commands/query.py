@@ -1,0 +1,42 @@
+"""``mat query``: one interpolated value with its stated error."""
+
+import click
+
+from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.errors import InputError
+
+
+@click.command(
+    epilog="Example: mat query built/s01.htt.h5 temperature material=concrete altitude=0 azimuth=180 slope=30 time=14.5"
+)
+@click.argument("file", type=click.Path())
+@click.argument("name", metavar="QUANTITY")
+@click.argument("where", nargs=-1, metavar="AXIS=VALUE...")
+@click.option("--clamp", is_flag=True, help="Read values outside an axis at its nearest end.")
+@json_option
+def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: bool) -> None:
+    """Interpolate QUANTITY of FILE at a value for each axis, and print the error that the file states."""
+    import skyshine.mat
+
+    table = skyshine.mat.open(file)
+    place = dict(_pair(text) for text in where)
+    value = float(table.value(name, out_of_range="clamp" if clamp else None, **place))
+    units, error = table.root.variables[name].units, table.error(name)
+    if as_json:
+        emit_json({"quantity": name, **quantity(value, units), "at": place, "stated_error": error})
+        return
+    click.echo(f"{name} = {value:.7g} {units}")
+    for measure, amount in error.items():
+        click.echo(f"  interpolation error, {measure}: {amount:.3g}")
+
+
+def _pair(text: str) -> tuple[str, float | str]:
+    axis, equals, value = text.partition("=")
+    if not equals or not axis:
+        raise InputError(f"found '{text}'; allowed: AXIS=VALUE, such as range=5")
+    if axis == "material" and not value.lstrip("-").isdigit():
+        return axis, value
+    try:
+        return axis, int(value) if axis == "material" else float(value)
+    except ValueError:
+        raise InputError(f"found '{value}' for the axis '{axis}'; allowed: a number, such as {axis}=5") from None

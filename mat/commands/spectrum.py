@@ -1,0 +1,152 @@
+"""`mat spectrum`: one line of sight."""
+
+from __future__ import annotations
+
+import math
+
+import click
+
+from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.errors import InputError
+
+RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
+IRRADIANCE = "W m^-2 (cm^-1)^-1"
+# Of the two fogs of LOWTRAN7 the dense one, which lies over the sea and the coast.
+FOG = "fog_advection"
+MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
+# A full Moon outside the Earth's shadow: the phase angle of the reflectance model's own limit, in degree.
+FULL_MOON_PHASE = 4.0
+
+
+@click.command("spectrum")
+@click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile.")
+@click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default the profile's own 330.")
+@click.option("--altitude", type=float, default=0.0, show_default=True, help="Observer above sea level, km.")
+@click.option(
+    "--elevation", type=float, default=0.0, show_default=True, help="Line of sight above the horizontal, degree."
+)
+@click.option("--range", "range_text", default="space", show_default=True, help="km, or 'space'.")
+@click.option("--wavenumber", help="LO:HI in cm-1.")
+@click.option("--wavelength", help="LO:HI in um.")
+@click.option(
+    "--resolution", type=float, help="Bins in cm-1, a multiple of the table's intervals (its own by default)."
+)
+@click.option(
+    "--aerosol",
+    default="rural",
+    show_default=True,
+    help="Near the ground: rural, urban, maritime, tropospheric, fog, fog_advection, fog_radiation, or none at all.",
+)
+@click.option("--visibility", type=float, default=23.0, show_default=True, help="km.")
+@click.option(
+    "--source",
+    type=click.Choice(["sun", "moon", "none"]),
+    default="sun",
+    show_default=True,
+    help="Sun at 1 au, full Moon.",
+)
+@click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
+@click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
+@json_option
+def command(
+    atmosphere, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
+    aerosol, visibility, source, source_elevation, source_azimuth, as_json,
+):  # fmt: skip
+    """Transmittance and radiance along one line of sight, for each spectral interval.
+
+    Prints CSV, or JSON with --json. Sky and direct irradiance are those at the end of the line of sight, at the observer where it
+    leads into space.
+
+    Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
+    """
+    import numpy as np
+
+    from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.spectrum import line_spectrum
+    from skyshine.mat.atmosphere.state import AtmosphericState
+
+    _finite(altitude=altitude, elevation=elevation, source_elevation=source_elevation, source_azimuth=source_azimuth)
+    low, high = _limits(wavenumber, wavelength)
+    distance = _range(range_text)
+    state = AtmosphericState.from_profile(
+        atmosphere, co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility
+    )
+    points = AbsorptionTable.open().points(low, high)
+    result = line_spectrum(
+        state, points, _irradiance(source, points),
+        altitude=altitude * 1e3, elevation=np.radians(elevation), distance=distance,
+        source_elevation=np.radians(source_elevation), source_azimuth=np.radians(source_azimuth), resolution=resolution,
+    )  # fmt: skip
+    columns = {
+        "wavenumber": ("cm^-1", result.wavenumber),
+        "transmittance": ("1", result.transmittance),
+        **{f"transmittance_{gas}": ("1", values) for gas, values in result.transmittance_by_gas.items()},
+        "transmittance_rayleigh": ("1", result.transmittance_rayleigh),
+        "transmittance_aerosol": ("1", result.transmittance_aerosol),
+        "path_thermal": (RADIANCE, result.path_thermal),
+        "path_scattered": (RADIANCE, result.path_scattered),
+        "sky_irradiance": (IRRADIANCE, result.sky_irradiance),
+        "direct_irradiance": (IRRADIANCE, result.direct_irradiance),
+    }
+    if as_json:
+        _print_json(result, columns)
+    else:
+        click.echo(",".join(f"{name}[{unit}]" for name, (unit, _) in columns.items()))
+        for row in zip(*(values for _, values in columns.values()), strict=True):
+            click.echo(",".join(f"{value:.8g}" for value in row))
+
+
+def _print_json(result, columns):
+    gases = {f"transmittance_{gas}" for gas in result.transmittance_by_gas}
+    shown = {name: quantity(values, unit) for name, (unit, values) in columns.items() if name not in gases}
+    shown["transmittance_by_gas"] = {gas: quantity(values, "1") for gas, values in result.transmittance_by_gas.items()}
+    shown["range"] = quantity(result.range / 1e3, "km")
+    shown["ends_at_ground"] = result.ground
+    emit_json(shown)
+
+
+def _irradiance(source, points):
+    """Of the source outside the atmosphere at the points, W m^-2 (cm^-1)^-1."""
+    import numpy as np
+
+    from skyshine.mat.atmosphere.lunar import lunar_irradiance
+    from skyshine.mat.atmosphere.solar import solar_irradiance
+
+    if source == "sun":
+        return solar_irradiance(points.wavenumber)
+    if source == "moon":
+        return lunar_irradiance(points.wavenumber, FULL_MOON_PHASE, MEAN_MOON_DISTANCE, 1.0).total
+    return np.zeros(points.wavenumber.size)
+
+
+def _finite(**values):
+    for name, value in values.items():
+        if not math.isfinite(value):
+            raise InputError(f"--{name.replace('_', '-')} {value} is not a number; give a finite one")
+
+
+def _limits(wavenumber, wavelength):
+    """Lowest and highest wavenumber, cm^-1."""
+    if (wavenumber is None) == (wavelength is None):
+        raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
+    text = wavelength if wavenumber is None else wavenumber
+    try:
+        low, high = (float(part) for part in text.split(":"))
+    except ValueError:
+        raise InputError(f"found '{text}'; allowed: two numbers LO:HI, such as 700:1250") from None
+    if not 0 < low < high < math.inf:
+        raise InputError(f"found '{text}'; allowed: 0 < LO < HI")
+    return (low, high) if wavelength is None else (1e4 / high, 1e4 / low)
+
+
+def _range(text):
+    """Range in m, infinite for space."""
+    if text == "space":
+        return math.inf
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(f"--range found '{text}'; allowed: km, or 'space'") from None
+    if not 0 <= value < math.inf:
+        raise InputError(f"--range found '{text}'; allowed: at least 0 km, or 'space'")
+    return value * 1e3

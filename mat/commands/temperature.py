@@ -1,0 +1,132 @@
+"""`mat temperature`: one surface through the day, with every flux."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+import numpy as np
+
+from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.errors import InputError
+
+if TYPE_CHECKING:
+    from skyshine.mat.surface.column import ColumnResult
+
+
+@click.command("temperature")
+@click.option("--material", required=True, metavar="NAME|FILE", help="Of the library, or a file of the layout of ht/.")
+@click.option("--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Degree; 0 faces up.")
+@click.option("--azimuth", type=click.FloatRange(-360, 360), default=180.0, show_default=True, help="It faces, degree.")
+@click.option("--job", type=click.Path(), help="Sun, sky and weather of a job's state.")
+@click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
+@click.option("--altitude", type=float, metavar="KM", help="Of the surface, with --job; by default the site's.")
+@click.option("--forcing", type=click.Path(), metavar="CSV", help="Measured radiation and weather, taken as periodic.")
+@click.option("--latitude", type=click.FloatRange(-90, 90), help="With --forcing and a slope: places the Sun.")
+@click.option("--longitude", type=click.FloatRange(-180, 180), help="East is positive.")
+@click.option("--ground-albedo", type=click.FloatRange(0, 1), default=0.2, show_default=True, help="With --forcing.")
+@click.option(
+    "--depth", type=click.FloatRange(0), metavar="M", help="Also give the temperature this far below the skin."
+)
+@click.option("--solar-absorptance", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
+@click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
+@json_option
+def command(
+    material, slope, azimuth, job, state, altitude, forcing, latitude, longitude, ground_albedo, depth, as_json, **own
+):
+    """Temperature and every flux of one surface through the day.
+
+    Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
+    melt. The CSV has the columns time (ISO 8601), sw_down, lw_down, air_temperature, relative_humidity, wind_speed,
+    pressure in SI and percent; air_temperature[C] names another unit.
+
+    Example: mat temperature --material concrete --slope 30 --azimuth 180 --job job.yaml
+    """
+    from skyshine.mat.surface import column
+
+    if (job is None) == (forcing is None):
+        raise InputError("found both or neither of --job and --forcing; allowed: one of them")
+    surface = _material(material, **own)
+    if job is not None:
+        from skyshine.mat.surface_inputs import surface_inputs
+
+        site, weather, sky = surface_inputs(job, state)
+        metres = site.altitude if altitude is None else 1e3 * altitude
+        result = column.from_scene(surface, site, weather, sky, metres, slope, azimuth, depth)
+    else:
+        if altitude is not None:
+            raise InputError(
+                "found --altitude with --forcing; allowed: with --job only; a record holds its own pressure"
+            )
+        sun = (lambda times: _sun(times, latitude, longitude)) if slope else None
+        result = column.from_record(surface, forcing, slope, azimuth, sun, ground_albedo, depth)
+    _emit_json(result) if as_json else _print(result)
+
+
+def _material(name: str, solar_absorptance: float | None, thermal_emissivity: float | None):
+    """A material of the library, or of a file; given optical values replace the library's."""
+    from pathlib import Path
+
+    from skyshine.mat.surface.material import SurfaceMaterial
+    from skyshine.materials.library import load_library
+
+    given = {"solar_absorptance": solar_absorptance, "thermal_emissivity": thermal_emissivity}
+    if name.endswith((".yaml", ".yml")) or Path(name).is_file():
+        from skyshine.materials.files import load_thermal
+
+        missing = [key for key, value in given.items() if value is None]
+        if missing:
+            raise InputError(f"a material file holds no {missing[0]}; give --{missing[0].replace('_', '-')}", file=name)
+        thermal, surface, _ = load_thermal(name)
+        return SurfaceMaterial(name, thermal, surface, **given)
+    from dataclasses import replace
+
+    from skyshine.mat.surface_inputs import surface_materials
+
+    (found,) = surface_materials([load_library()[name]])
+    return replace(found, **{key: value for key, value in given.items() if value is not None})
+
+
+def _sun(times: np.ndarray, latitude: float | None, longitude: float | None):
+    if latitude is None or longitude is None:
+        raise InputError("a slope under a measured record needs the Sun; give --latitude and --longitude")
+    from skyshine.mat.atmosphere.sources import position
+
+    sun = position("sun", times.astype("datetime64[s]"), latitude, longitude, 0.0)
+    return sun.elevation, sun.azimuth
+
+
+def _emit_json(result: ColumnResult) -> None:
+    output = {
+        "time": {"units": result.time_units, "values": list(result.time)},
+        "temperature": quantity(result.temperature, "K"),
+    }
+    if result.depth_temperature is not None:
+        output["temperature_at_depth"] = quantity(result.depth_temperature, "K")
+    output |= {name: quantity(values, "W m^-2") for name, values in result.fluxes.items()}
+    output |= {
+        "residual": quantity(result.residual, "W m^-2"),
+        "energy_closure": quantity(result.energy_closure, "W m^-2"),
+        "bound_excess": quantity(result.bound_excess, "K"),
+        "method": result.method,
+        "iterations": result.iterations,
+    }
+    emit_json(output)
+
+
+def _print(result: ColumnResult) -> None:
+    temperatures = {"temperature": result.temperature}
+    if result.depth_temperature is not None:
+        temperatures["at_depth   "] = result.depth_temperature
+    click.echo(f"time [{result.time_units}], temperature [C], fluxes [W/m2]")
+    click.echo("  ".join(["time".ljust(20), *temperatures, *result.fluxes]))
+    step = max(1, len(result.time) // 48)
+    for i in range(0, len(result.time), step):
+        time = result.time[i] if isinstance(result.time[i], str) else f"{result.time[i]:05.2f}"
+        cells = [f"{values[i]:{len(name)}.2f}" for name, values in result.fluxes.items()]
+        celsius = [f"{values[i] - 273.15:11.3f}" for values in temperatures.values()]
+        click.echo("  ".join([str(time).ljust(20), *celsius, *cells]))
+    click.echo(
+        f"method {result.method}, {result.iterations} iterations; residual {result.residual:.1e} W/m2, energy closure "
+        f"{result.energy_closure:+.1e} W/m2, bound excess {result.bound_excess:.1e} K"
+    )

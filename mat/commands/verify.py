@@ -1,0 +1,25 @@
+"""``mat verify``: check databases."""
+
+import click
+
+from skyshine.schemas.commands import emit_json, json_option
+from skyshine.schemas.errors import CheckFailed
+
+
+@click.command(epilog="Example: mat verify built/*.h5")
+@click.argument("files", nargs=-1, required=True, type=click.Path())
+@json_option
+def command(files: tuple[str, ...], as_json: bool) -> None:
+    """Check layout, versions, units, finite values and hash of FILES; exit status 1 if one does not hold."""
+    from skyshine.mat.tables.verify import problems
+
+    found = {file: problems(file) for file in files}
+    if as_json:
+        emit_json({"files": found, "holds": not any(found.values())})
+    else:
+        for file, wrong in found.items():
+            for line in wrong or ["holds"]:
+                click.echo(f"{file}: {line}")
+    bad = [file for file, wrong in found.items() if wrong]
+    if bad:
+        raise CheckFailed(f"{len(bad)} of {len(files)} files do not hold: {', '.join(bad)}")

@@ -1,0 +1,170 @@
+"""What a job needs: the tasks that build its files, what is left out and why, and how large the result is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.job import Job, LoadedJob
+from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.seeds import seed_materials
+from skyshine.tmm.usage import read_usage
+
+FLOAT_BYTES = 4
+
+
+@dataclass(frozen=True)
+class Task:
+    """One independent part of a build.
+
+    Attributes
+    ----------
+    kind : str
+        ``texture``, ``atmosphere``, ``temperature`` or ``band``.
+    index : int
+        Of the texture, counted from 0, or of the state, counted from 1; of the band for ``band``.
+    band : int
+        Counted from 1; 0 where the task has none.
+    files : tuple of str
+        That it writes into the output folder.
+    values : int
+        Numbers in those files.
+    """
+
+    kind: str
+    index: int
+    band: int
+    files: tuple[str, ...]
+    values: int
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Something that the job does not need.
+
+    Attributes
+    ----------
+    what, why : str
+    bound : str
+        What leaving it out changes at most.
+    restore : str
+        The key that brings it back.
+    """
+
+    what: str
+    why: str
+    bound: str
+    restore: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The tasks of a job and what it leaves out."""
+
+    tasks: tuple[Task, ...]
+    materials: tuple[str, ...]
+    left_out: tuple[LeftOut, ...]
+
+    @property
+    def bytes(self) -> int:
+        """Size of all files before compression."""
+        return FLOAT_BYTES * sum(task.values for task in self.tasks)
+
+
+def texture_file(loaded: LoadedJob, index: int) -> str:
+    """Name of the database of a texture."""
+    return f"{loaded.job.textures[index].name}.tmm.h5"
+
+
+def named_materials(loaded: LoadedJob) -> tuple[str, ...]:
+    """Materials that the job or the seeds of its textures name: no other can come to be used."""
+    job = loaded.job
+    names = set(job.materials) if isinstance(job.materials, list) else set()
+    for texture in job.textures:
+        names |= set(seed_materials(texture, loaded.folder))
+    return tuple(sorted(names))
+
+
+def used_materials(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | None = None) -> tuple[str, ...]:
+    """Materials to build, in the order of their codes.
+
+    Parameters
+    ----------
+    usage_files : list of path, optional
+        Databases of all textures of the job; without them the materials that the seeds name are taken.
+
+    Raises
+    ------
+    InputError
+        The textures use no known material.
+    """
+    job = loaded.job
+    if job.materials == "all":
+        names = set(library.names)
+    elif isinstance(job.materials, list):
+        names = set(job.materials)
+    elif usage_files is None:
+        names = set(named_materials(loaded))
+    else:
+        names = {name for file in usage_files for name, share in read_usage(file).items() if share > 0}
+    if not names:
+        raise InputError("no material is used: the textures have no texel of a known material; see 'tmm preview'")
+    return tuple(name for name in library.names if name in names)
+
+
+def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | None = None) -> Plan:
+    """Plan a job.
+
+    Raises
+    ------
+    InputError
+        The job uses no material at all.
+    """
+    job = loaded.job
+    materials = used_materials(loaded, library, usage_files)
+    tasks = [Task("texture", i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.textures))]
+    for state in range(1, len(job.states) + 1):
+        for band in range(1, len(job.bands) + 1):
+            files = tuple(atmosphere_file(state, band, source) for source in job.sources)
+            tasks.append(Task("atmosphere", state, band, files, len(files) * _atmosphere_values(job)))
+        size = len(materials) * _surface_values(job)
+        tasks.append(Task("temperature", state, 0, (state_file(state),), size))
+    tasks += [Task("band", band, band, (band_file(band),), 0) for band in range(1, len(job.bands) + 1)]
+    return Plan(tuple(tasks), materials, tuple(_left_out(loaded, library, materials)))
+
+
+def _atmosphere_values(job: Job) -> int:
+    grid = job.atmosphere_grid
+    paths = len(grid.range_km) * len(job.observer_altitudes_km) * len(grid.elevation_deg)
+    return paths * (1 + len(grid.source_elevation_deg) * (2 + len(grid.source_azimuth_deg)))
+
+
+def _surface_values(job: Job) -> int:
+    grid = job.surface_grid
+    return len(job.surface_altitudes_km) * len(grid.azimuth_deg) * len(grid.slope_deg) * len(grid.time)
+
+
+def _left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tuple[str, ...]) -> list[LeftOut]:
+    job, found = loaded.job, []
+    unused = set(library.names) - set(materials)
+    if unused and job.materials == "used":
+        found.append(
+            LeftOut(f"{len(unused)} of {len(library)} materials", "no texture uses them", "none", "materials: all")
+        )
+    level = int(np.sum(np.isin(job.surface_grid.slope_deg, (0.0, 180.0))))
+    if level and len(job.surface_grid.azimuth_deg) > 1:
+        spared = level * (len(job.surface_grid.azimuth_deg) - 1)
+        total = len(job.surface_grid.slope_deg) * len(job.surface_grid.azimuth_deg)
+        found.append(
+            LeftOut(
+                f"{spared} of {total} orientations", "level surfaces face no azimuth: solved once and copied", "none",
+                "nothing to restore: the table holds them",
+            )  # fmt: skip
+        )
+    for source, kind in (("sun", "atmq"), ("moon", "lunar_atmq")):
+        if source not in job.sources:
+            found.append(LeftOut(f"{kind} tables", f"sources does not name the {source}", "none", f"sources: [{source}]"))
+    return found

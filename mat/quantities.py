@@ -1,0 +1,377 @@
+"""The four quantities of the atmospheric tables, equations (8), (10), (20) and (36), for a state, a band and a source.
+
+Angles: source elevation is geometric (without refraction), line-of-sight elevation apparent. For the path radiance both source
+angles are those at the observer, azimuth counted from that of the line of sight; for ambient and direct the source elevation is
+that at the surface point, the end of the line of sight.
+
+In-band transmittance weights wavelengths: integral of phi tau dlambda over integral of phi dlambda.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from skyshine.mat.atmosphere import transfer
+from skyshine.mat.atmosphere.air import SpectralAir
+from skyshine.mat.atmosphere.compile import BandPoints
+from skyshine.mat.atmosphere.diffuse import lean
+from skyshine.mat.atmosphere.geometry import EARTH_RADIUS, Rays, scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.schemas.errors import InputError
+
+# Exponent of equations (8) and (9).
+BETA_FACTOR = 5.5
+# Largest beta*, where the path holds no air or next to none: transmittance is right to 5.5e-12 per km.
+BETA_CAP_KM = 1e12
+# A range to the ground within this relative difference of the computed one ends on it, not below.
+_ROUNDING = 1e-9
+# Heights above the ground [m] at which sky irradiance is computed; between them it is exponential. Aerosol ends steeply
+# above 2 km.
+SKY_HEIGHTS = (
+    0, 250, 500, 1e3, 1.5e3, 2e3, 2.25e3, 2.5e3, 3e3, 4e3, 5e3, 6.5e3, 8e3, 10e3, 12e3, 14e3, 17e3, 22e3, 30e3, 40e3, 60e3,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class PathGrid:
+    """Axes of the atmospheric tables, each a strictly increasing array.
+
+    Attributes
+    ----------
+    range_km, altitude_km, elevation_deg : (R,), (A,), (E,) arrays
+        Range, altitude of the observer above sea level, elevation of the line of sight at the observer.
+    source_elevation_deg, source_azimuth_deg : (SE,), (SA,) arrays
+    """
+
+    range_km: np.ndarray
+    altitude_km: np.ndarray
+    elevation_deg: np.ndarray
+    source_elevation_deg: np.ndarray
+    source_azimuth_deg: np.ndarray
+
+    def __post_init__(self):
+        for name in self.__dataclass_fields__:
+            values = np.array(getattr(self, name), dtype=float)
+            if values.ndim != 1 or not values.size or not np.all(np.isfinite(values)) or np.any(np.diff(values) <= 0):
+                raise InputError(f"grid axis {name} must hold finite, strictly increasing numbers")
+            object.__setattr__(self, name, values)
+
+    @property
+    def shape(self):
+        """(R, A, E, SE, SA)."""
+        return tuple(getattr(self, name).size for name in self.__dataclass_fields__)
+
+
+@dataclass(frozen=True, eq=False)
+class AtmosphericQuantities:
+    """The four quantities on a grid, or at points.
+
+    Attributes
+    ----------
+    beta_star : (R, A, E) array
+        km; at most `BETA_CAP_KM`.
+    path_radiance_ratio : (R, A, E, SE, SA) array
+        Path radiance over (1 - transmittance), W m^-2 sr^-1.
+    ambient, direct : (R, A, E, SE) arrays
+        W m^-2 sr^-1; direct is the irradiance normal to the beam over pi.
+    valid : (R, A, E) bool array
+        False where the range would pass through the ground; the other quantities are held there at their values on the ground.
+    transmittance : (R, A, E) array
+    """
+
+    beta_star: np.ndarray
+    path_radiance_ratio: np.ndarray
+    ambient: np.ndarray
+    direct: np.ndarray
+    valid: np.ndarray
+    transmittance: np.ndarray
+
+
+def atmospheric_quantities(state, band, grid, source_irradiance, *, progress=None):
+    """The table of a state, a band and a source.
+
+    Parameters
+    ----------
+    state : AtmosphericState
+    band : BandPoints
+        All points of the band (`compile.band_points`) or the compiled ones (`compile.compile_band`); the response is in their
+        weights.
+    grid : PathGrid
+    source_irradiance : (P,) array
+        Of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
+    progress : callable, optional
+        Called with the number of lines of sight done since the last call; there are A * E.
+
+    Returns
+    -------
+    AtmosphericQuantities
+
+    Raises
+    ------
+    InputError
+        For an observer below the ground, a negative range, or an irradiance that is negative or of another length.
+    """
+    air = BandAtmosphere.of(state, band)
+    return air.table(grid, source_irradiance, progress=progress)
+
+
+@dataclass(frozen=True, eq=False)
+class BandAtmosphere:
+    """A state prepared for a band: everything that does not depend on grid or source."""
+
+    band: BandPoints
+    air: SpectralAir
+
+    @classmethod
+    def of(cls, state: AtmosphericState, band: BandPoints) -> BandAtmosphere:
+        """Prepare a state for a band."""
+        return cls(band, SpectralAir.of(state, band.points, band.gases, band.weight))
+
+    def table(self, grid, source_irradiance, *, progress=None):
+        """The quantities on a grid; arguments and result as `atmospheric_quantities`."""
+        irradiance = self._irradiance(source_irradiance)
+        ranges, elevation = grid.range_km * 1e3, np.radians(grid.elevation_deg)
+        source = np.radians(grid.source_elevation_deg)
+        azimuth = np.radians(grid.source_azimuth_deg)
+        sky = self._sky(np.add(self.air.state.surface_altitude, SKY_HEIGHTS), source, irradiance)
+        result = _empty(grid.shape)
+        for place, altitude in enumerate(grid.altitude_km * 1e3):
+            rays = trace(
+                self.air.shells,
+                np.full(elevation.size, altitude),
+                elevation,
+                np.broadcast_to(ranges, (elevation.size, ranges.size)),
+            )
+            for row in range(elevation.size):
+                path = _Path.of(self.air, rays, row, altitude, elevation[row], ranges)
+                self._fill(result, (slice(None), place, row), path, source, azimuth, irradiance, sky)
+                if progress is not None:
+                    progress(1)
+        return AtmosphericQuantities(**result)
+
+    def at_points(
+        self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, source_irradiance
+    ):
+        """The quantities at single points, computed directly.
+
+        Parameters
+        ----------
+        range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg : (n,) arrays
+        source_irradiance : (P,) array
+
+        Returns
+        -------
+        AtmosphericQuantities
+            Of (n,) arrays.
+        """
+        irradiance = self._irradiance(source_irradiance)
+        columns = np.broadcast_arrays(
+            *(
+                np.atleast_1d(a)
+                for a in (range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg)
+            )
+        )
+        ranges, altitude = (columns[i].astype(float) * 1e3 for i in (0, 1))
+        elevation, source, azimuth = (np.radians(columns[i]) for i in (2, 3, 4))
+        rays = trace(self.air.shells, altitude, elevation, ranges[:, None])
+        results = []
+        for row in range(ranges.size):
+            path = _Path.of(self.air, rays, row, altitude[row], elevation[row], ranges[row : row + 1])
+            one = slice(row, row + 1)
+            sky = self._sky(path.surface_altitude, source[one], irradiance)
+            result = _empty((1, 1, 1, 1, 1))
+            self._fill(result, (slice(None), 0, 0), path, source[one], azimuth[one], irradiance, sky)
+            results.append(result)
+        return AtmosphericQuantities(**{name: np.array([r[name].item() for r in results]) for name in results[0]})
+
+    def _irradiance(self, source_irradiance):
+        irradiance = np.asarray(source_irradiance, dtype=float)
+        if irradiance.shape != self.band.weight.shape:
+            raise InputError(
+                f"source irradiance has shape {irradiance.shape}; give one for each of {self.band.weight.size} points"
+            )
+        if not np.all(np.isfinite(irradiance) & (irradiance >= 0)):
+            raise InputError("source irradiance must be finite and not negative")
+        return irradiance
+
+    def _sky(self, altitude, source_elevation, irradiance):
+        """Altitudes (Z,) [m], increasing, and the logarithm of sky irradiance (Z, SE, P) [W m^-2 (cm^-1)^-1] at them."""
+        altitude = np.unique(np.minimum(altitude, self.air.shells.top))
+        sky = sky_irradiance(self.air, altitude, source_elevation)
+        total = sky.thermal[:, None] + sky.scattered * irradiance
+        return altitude, np.log(np.maximum(total, np.finfo(float).tiny))
+
+    def _sky_at(self, altitude, sky):
+        """Sky irradiance (R, SE, P) at altitudes (R,): exponential between those of `_sky`, falling with the pressure above."""
+        nodes, log_irradiance = sky
+        lower = np.clip(np.searchsorted(nodes, altitude, side="right") - 1, 0, nodes.size - 1)
+        upper = np.minimum(lower + 1, nodes.size - 1)
+        share = np.where(
+            upper > lower, (altitude - nodes[lower]) / np.where(upper > lower, nodes[upper] - nodes[lower], 1.0), 0.0
+        )
+        share = share[:, None, None]
+        irradiance = np.exp(log_irradiance[lower] * (1 - share) + log_irradiance[upper] * share)
+        state = self.air.state
+        pressure = np.where(altitude > self.air.shells.top, 0.0, state.pressure_at(altitude))
+        return irradiance * np.minimum(pressure / state.pressure_at(nodes[-1]), 1.0)[:, None, None]
+
+    def _fill(self, result, cell, path, source_elevation, source_azimuth, irradiance, sky):
+        """Put the quantities of one line of sight into the arrays of the result."""
+        band = self.band
+        ln_tau, absorbed = _in_band(path.depth, band.weight)
+        result["valid"][cell] = path.valid
+        result["transmittance"][cell] = np.exp(ln_tau)
+        result["beta_star"][cell] = self._beta(path, ln_tau)
+        elevations = np.repeat(source_elevation, source_azimuth.size)
+        azimuths = np.tile(source_azimuth, source_elevation.size)
+        ratio = self._path_radiance(path, elevations, azimuths, irradiance)
+        ratio /= np.where(absorbed > 0, absorbed, 1.0)[:, None]
+        empty = absorbed <= 0
+        if np.any(empty):
+            ratio[empty] = self._local_source(path, elevations, azimuths, irradiance)
+        result["path_radiance_ratio"][cell] = ratio.reshape(-1, source_elevation.size, source_azimuth.size)
+
+        through = np.exp(path.depth.min(axis=1, keepdims=True) - path.depth)  # transmittance over its largest
+        weight = through * band.radiance_weight / (np.pi * (through @ band.weight / band.weight.sum()))[:, None]
+        result["ambient"][cell] = np.einsum("rp,rsp->rs", weight, self._sky_at(path.surface_altitude, sky))
+        direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source_elevation)
+        result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
+
+    def _beta(self, path, ln_tau):
+        """beta* [km] of each range; where the range is 0, its limit."""
+        here = path.local_extinction @ self.band.weight / self.band.weight.sum()  # m^-1
+        with np.errstate(divide="ignore", invalid="ignore"):
+            beta = np.where(path.length > 0, BETA_FACTOR * path.length / np.abs(ln_tau), BETA_FACTOR / here) * 1e-3
+        return np.minimum(beta, BETA_CAP_KM)
+
+    def _path_radiance(self, path, elevations, azimuths, irradiance):
+        """In-band path radiance (R, S)."""
+        segments, optics, band = path.segments, self.air.optics, self.band
+        total = np.zeros((segments.distance.size, elevations.size))
+        if segments.index.size:
+            total += (self.air.thermal_radiance(segments, path.segment_depth) @ band.radiance_weight)[:, None]
+            if np.any(irradiance > 0):
+                ends = path.ends
+                to_source = source_cosine(ends, elevations, azimuths)[0]
+                deflection = scattering_cosine(ends, elevations, azimuths)[0]
+                attenuation = transfer.segment_attenuation(
+                    segments, path.segment_depth, self.air.source_paths, to_source
+                )
+                weight = band.radiance_weight * irradiance
+                total += transfer.scattered_band(segments, optics, attenuation, deflection, weight)
+        return total[path.node]
+
+    def _local_source(self, path, elevations, azimuths, irradiance):
+        """Limit of path radiance over (1 - transmittance) for short ranges, (S,); in space that of the highest air."""
+        layer, share = path.local_layer, path.local_share
+
+        def here(values):
+            return values[layer] * (1 - share) + values[layer + 1] * share
+
+        optics, band = self.air.optics, self.band
+        direction = np.pi / 2 - path.elevation
+        cosine = np.sin(elevations) * np.cos(direction) + np.cos(elevations) * np.cos(azimuths) * np.sin(direction)
+        # The air of one metre at the density of the ground: any amount will do, this one stays inside single precision.
+        air = 1e25 * np.array([[1 - share], [share]])
+        point = transfer.Segments(np.zeros(1, int), np.array([layer]), *air, *(np.zeros(2),) * 4)
+        light = direct_transmittance(self.air.source_paths, np.array([path.local_altitude]), elevations)
+        unit = transfer.scattered_spectral(point, optics, light.astype(np.float32), np.stack([cosine, cosine]))
+        extinction = point.column(optics.extinction)[0]
+        thermal = here(self.air.thermal.mean) + lean(-np.sin(path.elevation)) * here(self.air.thermal.tilt)
+        source = extinction * thermal + unit * irradiance
+        return source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class _Path:
+    """One line of sight with its R ranges.
+
+    depth (R, P) optical depth to each range; length (R,) its length, which ends at the ground; node (R,) the segment end at it;
+    surface_altitude (R,) m. The local values are those of the air at the observer, or of the highest air below him.
+    """
+
+    elevation: float
+    segments: transfer.Segments
+    ends: Rays
+    segment_depth: np.ndarray
+    depth: np.ndarray
+    length: np.ndarray
+    node: np.ndarray
+    surface_altitude: np.ndarray
+    valid: np.ndarray
+    local_altitude: float
+    local_layer: int
+    local_share: float
+    local_extinction: np.ndarray
+
+    @classmethod
+    def of(cls, air, rays, row, altitude, elevation, ranges):
+        segments = transfer.Segments.of(rays, row)
+        depth = segments.column(air.optics.extinction)
+        before = np.concatenate([np.zeros((1, depth.shape[1])), np.cumsum(depth, axis=0)])
+        end, ground = rays.end[row], bool(rays.ground[row])
+        length = np.minimum(ranges, end) if ground else ranges
+        valid = ranges <= end * (1 + _ROUNDING) if ground else np.ones(ranges.shape, dtype=bool)
+        node = np.minimum(np.searchsorted(segments.distance, length), segments.distance.size - 1)
+        local = float(np.clip(altitude, air.state.surface_altitude, air.shells.top))
+        levels = air.shells.altitude
+        layer = int(np.clip(np.searchsorted(levels, local, side="right") - 1, 0, levels.size - 2))
+        share = (local - levels[layer]) / (levels[layer + 1] - levels[layer])
+        section = air.optics.extinction[layer] * (1 - share) + air.optics.extinction[layer + 1] * share
+        density = (
+            np.exp(np.interp(local, levels, np.log(air.shells.number_density))) if altitude <= air.shells.top else 0.0
+        )
+        return cls(
+            elevation, segments, _ends(rays, row, segments), depth, before[node], length, node,
+            _end_altitude(segments, node, length, altitude, elevation), valid,
+            local, layer, share, density * section,
+        )  # fmt: skip
+
+
+def _ends(rays, row, segments):
+    """The segment ends of one ray, in the shape that `geometry` takes."""
+    none = np.zeros((1, 0))
+    return Rays(
+        segments.distance[None], segments.altitude[None], segments.central_angle[None], segments.direction[None],
+        none, none, none, rays.end[row : row + 1], rays.ground[row : row + 1],
+    )  # fmt: skip
+
+
+def _end_altitude(segments, node, length, altitude, elevation):
+    """Altitude [m] of the end of each range, (R,), in space too."""
+
+    def straight(start, sine, distance):
+        radius = EARTH_RADIUS + start
+        gain = distance**2 + 2 * radius * distance * sine
+        return start + gain / (radius + np.sqrt(radius**2 + gain))
+
+    first, last = segments.distance[0], segments.distance[-1]
+    if not segments.index.size:
+        return straight(altitude, np.sin(elevation), length)
+    leaving = np.cos(segments.direction[-1] - segments.central_angle[-1])
+    beyond = straight(segments.altitude[-1], leaving, np.maximum(length - last, 0.0))
+    before = straight(altitude, np.sin(elevation), np.minimum(length, first))
+    return np.select([length < first, length > last], [before, beyond], segments.altitude[node])
+
+
+def _in_band(depth, weight):
+    """ln(transmittance) and 1 - transmittance of a band, both (R,), from optical depths (R, P): exact near 0 and near 1."""
+    absorbed = -np.expm1(-depth) @ weight / weight.sum()
+    thick = logsumexp(-depth, axis=1, b=weight / weight.sum())
+    return np.where(absorbed < 0.5, np.log1p(-np.minimum(absorbed, 0.5)), thick), absorbed
+
+
+def _empty(shape):
+    path, source = shape[:3], shape[:4]
+    return {
+        "beta_star": np.empty(path),
+        "path_radiance_ratio": np.empty(shape),
+        "ambient": np.empty(source),
+        "direct": np.empty(source),
+        "valid": np.empty(path, dtype=bool),
+        "transmittance": np.empty(path),
+    }

@@ -1,0 +1,124 @@
+"""From a job to the objects of the physics: atmospheric states, bands, sources."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import lru_cache
+
+import numpy as np
+
+from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.sources import lunar_irradiance, position, solar_irradiance
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.job import Job, LoadedJob, Site, State, local_times_utc
+from skyshine.mat.radiometry import SpectralResponse
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import InputError
+
+ZERO_CELSIUS = 273.15  # K
+
+
+def atmospheric_state(site: Site, state: State) -> AtmosphericState:
+    """The atmospheric state of a job's state over the ground of its site.
+
+    The ground below the paths has the mean of the day's air temperature.
+    """
+    mean = float(np.mean(state.weather.air_temperature_c)) + ZERO_CELSIUS
+    return AtmosphericState.from_profile(
+        state.profile,
+        surface_altitude=site.altitude_km * 1e3,
+        co2_ppm=state.co2_ppm,
+        humidity_scale=state.humidity_scale,
+        aerosol=state.aerosol,
+        visibility_km=state.visibility_km,
+        surface_temperature=mean,
+        surface_albedo=state.surface_albedo,
+    )
+
+
+def response_of(band) -> SpectralResponse:
+    """The sensor response of a job's band."""
+    return SpectralResponse.rectangular(*band.wavelength_um)
+
+
+@lru_cache(maxsize=1)
+def absorption_table() -> AbsorptionTable:
+    """The packaged band model, opened once a process."""
+    return AbsorptionTable.open()
+
+
+def check_scene(loaded: LoadedJob) -> None:
+    """Check what the models alone cannot: that the band model covers each band.
+
+    Raises
+    ------
+    InputError
+        At the place in the job.
+    """
+    table = absorption_table()
+    for i, band in enumerate(loaded.job.bands):
+        low, high = response_of(band).wavenumber_range
+        if not any(start <= low and high <= end for start, end in table.coverage):
+            spans = ", ".join(f"{1e4 / end:.4g} to {1e4 / start:.4g} um" for start, end in table.coverage)
+            found = "{:g} to {:g} um".format(*band.wavelength_um)
+            raise loaded.document.error(
+                ("bands", i), f"bands.{i}: found {found}; allowed: inside {spans}, which the band model covers"
+            )
+    for i, state in enumerate(loaded.job.states):
+        try:
+            atmospheric_state(loaded.job.site, state)
+        except InputError as error:
+            raise loaded.document.error(("states", i), f"states.{i}: {error.message}") from None
+
+
+def source_irradiance(job: Job, source: str, wavenumber: np.ndarray) -> np.ndarray:
+    """Irradiance (P,) of a source outside the atmosphere on the day of the job, W m^-2 (cm^-1)^-1.
+
+    The Sun at its distance at noon; the Moon at its phase and distance at local midnight, the middle of the night
+    that its tables are for.
+    """
+    site = job.site
+    hour = 12.0 if source == "sun" else 24.0
+    where = position(source, local_times_utc(site, [hour]), site.latitude_deg, site.longitude_deg)
+    if source == "sun":
+        return solar_irradiance(wavenumber) / where.sun_distance[0] ** 2
+    moon = lunar_irradiance(
+        wavenumber, where.phase_angle[0], where.distance[0], where.sun_distance[0], bool(where.waxing[0])
+    )
+    return moon.total
+
+
+def solar_spectrum() -> tuple[np.ndarray, np.ndarray]:
+    """Sunlight outside the atmosphere at 1 au: wavelength (n,) um, increasing, and irradiance (n,) W m^-2 um^-1."""
+    wavelength = np.geomspace(0.25, 25.0, 3000)
+    wavenumber = 1e4 / wavelength
+    return wavelength, solar_irradiance(wavenumber) * wavenumber**2 * 1e-4
+
+
+def materials_digest(library: MaterialLibrary, names: tuple[str, ...]) -> str:
+    """SHA-256 over all that the databases take from materials, so that a changed material is built anew."""
+    digest = hashlib.sha256()
+    for name in names:
+        m = library[name]
+        scalars = (m.code, m.name, m.thermal, m.surface, m.specular_fraction, m.lobe_fwhm)
+        digest.update(repr(scalars).encode())
+        for array in (m.wavelength, m.reflectance, m.absorptance):
+            digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return digest.hexdigest()
+
+
+def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, str]]]:
+    """Local clock times between which each source of the job stands above the horizon, to the step in hours."""
+    hours = np.arange(0.0, 24.0, step)
+    times = local_times_utc(job.site, hours)
+    spans: dict[str, list[tuple[str, str]]] = {}
+    for source in job.sources:
+        up = position(source, times, job.site.latitude_deg, job.site.longitude_deg).elevation > 0
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], up, [False]]).astype(int)))
+        spans[source] = [(_clock(hours[a]), _clock(hours[b - 1] + step)) for a, b in zip(edges[::2], edges[1::2])]
+    return spans
+
+
+def _clock(hour: float) -> str:
+    minutes = min(round(hour * 60), 24 * 60)
+    return f"{minutes // 60:02d}:{minutes % 60:02d}"

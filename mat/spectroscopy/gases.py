@@ -1,0 +1,117 @@
+"""The gases of the band model: their lines, line shapes, continua and the columns that make a line matter."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.spectroscopy import linebyline
+from skyshine.mat.spectroscopy.lines import LineList, merge_lines, read_lines
+from skyshine.schemas.errors import InputError
+
+LONGEST_COLUMN = 300e3 * 2.5e25  # molecules of air m^-2: 300 km at sea level
+NEGLIGIBLE_DEPTH = 1e-4  # lines weaker than this at their centre on that path are left out
+HITRAN = "HITRAN2012 lines (Rothman et al. 2013, JQSRT 130, 4); partition sums TIPS-2021 (Gamache et al. 2021)"
+
+
+@dataclass(frozen=True)
+class Gas:
+    """What the line-by-line sum needs to know of a gas.
+
+    Attributes
+    ----------
+    molecule : int
+        HITRAN number.
+    largest_fraction : float
+        Largest mole fraction along a 300 km path that has to be right; sets which lines are kept.
+    self_fraction : float
+        Typical mole fraction, for self broadening (H2O: of its own, an axis of the table).
+    """
+
+    name: str
+    molecule: int
+    largest_fraction: float
+    self_fraction: float = 0.0
+    shape: int = linebyline.PLAIN
+    continuum: str | None = None
+
+
+GASES = {
+    gas.name: gas
+    for gas in (
+        Gas("H2O", 1, 2e-2, shape=linebyline.PEDESTAL_REMOVED),
+        Gas("CO2", 2, 1e-3, 4e-4, shape=linebyline.SUB_LORENTZIAN, continuum="co2"),
+        Gas("CH4", 6, 4e-6),
+        Gas("O3", 3, 3e-7),
+        Gas("N2O", 4, 6e-7),
+        Gas("CO", 5, 1e-6),
+        Gas("O2", 7, 0.21, 0.21, continuum="o2"),
+        Gas("N2", 22, 0.78, 0.78, continuum="n2"),
+    )
+}
+
+
+class LineLibrary:
+    """The line lists of a folder; files are named after the HITRAN molecule number: ``01_*.par``, ``.par.gz``, ``.par.xz``."""
+
+    def __init__(self, folder):
+        self.folder = Path(folder)
+        self._lists = {}
+        if not self.folder.is_dir():
+            raise InputError("is not a folder; --lines needs the folder of the HITRAN records", file=folder)
+
+    @functools.cached_property
+    def gases(self) -> list[Gas]:
+        """The gases whose lines are here, in the order of the HITRAN numbers."""
+        found = [gas for gas in GASES.values() if self._paths(gas)]
+        missing = [name for name in ("H2O", "CO2") if GASES[name] not in found]
+        if missing:
+            raise InputError(f"has no line list of {', '.join(missing)} (files 01_*.par, 02_*.par)", file=self.folder)
+        return sorted(found, key=lambda gas: gas.molecule)
+
+    def _paths(self, gas):
+        return sorted(self.folder.glob(f"{gas.molecule:02d}_*.par*"))
+
+    def _read(self, name):
+        """The lines that matter on the longest column, and the first and last wavenumber of each file."""
+        if name not in self._lists:
+            self._lists[name] = self._read_files(name)
+        return self._lists[name]
+
+    def _read_files(self, name):
+        gas = GASES[name]
+        paths = self._paths(gas)
+        if not paths:
+            raise InputError(f"has no line list of {name} (a file {gas.molecule:02d}_*.par)", file=self.folder)
+        lists = [read_lines(path) for path in paths]
+        spans = [(part.wavenumber[0], part.wavenumber[-1]) for part in lists]
+        lines = merge_lines(lists)
+        return lines.select(strongest(lines) * gas.largest_fraction * LONGEST_COLUMN > NEGLIGIBLE_DEPTH), spans
+
+    def lines(self, name: str) -> LineList:
+        """The lines of a gas that matter on the longest column.
+
+        Raises
+        ------
+        InputError
+            The folder has no line list of this gas.
+        """
+        return self._read(name)[0]
+
+    def covers(self, name: str, low: float, high: float) -> bool:
+        """Whether [low, high] cm^-1 overlaps the lines of a file; a file counts as complete from its first line to its last."""
+        return any(first < high and last > low for first, last in self._read(name)[1])
+
+    def near(self, name: str, low: float, high: float) -> LineList:
+        """The lines of a gas that reach into [low, high] cm^-1 (a pressure shift's width is added)."""
+        margin = linebyline.CUT_OFF + 0.5
+        return self.lines(name).between(low - margin, high + margin)
+
+
+def strongest(lines: LineList) -> np.ndarray:
+    """Largest cross section at the line centre, m2/molecule, from 200 to 330 K at a width of 0.05 cm^-1; (N,) for N lines."""
+    strength, _, _ = linebyline.line_parameters(lines, np.array([200.0, 330.0]))
+    return np.maximum(strength.max(0), lines.strength * linebyline.CM2_TO_M2) / (np.pi * 0.05)

@@ -1,0 +1,191 @@
+"""From lines to the spectral points of one interval."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.atmosphere.absorption import CONTINUUM, CrossSectionNodes, water_continuum
+from skyshine.mat.atmosphere.selection import select_points
+from skyshine.mat.spectroscopy import linebyline, nodes
+from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
+from skyshine.mat.spectroscopy.linebyline import C2
+
+CANDIDATES = 1000  # fine wavenumbers among which an interval's points are chosen
+SINGLE_GAS_SCALE = 0.7  # importance of transmittances by single gases
+EXCHANGES = 4  # passes that improve the greedy choice
+PRESENT = 1e-3  # a gas is in an interval when its optical depth exceeds this on the longest path
+FLOOR = 1e-37  # m2/molecule; 300 km of air at sea level: 1e-6 optical depth
+
+
+@dataclass(frozen=True)
+class IntervalPoints:
+    """The points of one interval.
+
+    Attributes
+    ----------
+    low, high : float, cm^-1
+    wavenumber, weight : (K,) arrays, cm^-1
+    cross_section : dict of (K, P, T) arrays, m2/molecule in dry air
+    humid : dict of (K, Q - 1, H, T) arrays
+        Logarithm of the ratio of cross sections in moist and dry air, at `nodes.H2O_FRACTION[1:]` and the H highest pressures.
+    continuum : (3, K) array
+        Water vapour continuum at the points: self, foreign (m2/molecule per cm^-1), self exponent.
+    error : (4,) array
+        On held-out paths: rms and largest error of the mixture's transmittance, rms and largest of single gases.
+    gas_error : dict of float
+        On held-out paths: rms error of the transmittance by each gas.
+    """
+
+    low: float
+    high: float
+    wavenumber: np.ndarray
+    weight: np.ndarray
+    cross_section: dict
+    humid: dict
+    continuum: np.ndarray
+    error: np.ndarray
+    gas_error: dict
+
+
+class Spectra:
+    """Monochromatic cross sections of all gases on the fine grid of an interval."""
+
+    def __init__(self, sources, continua, low, high):
+        self.low, self.high = low, high
+        self.wavenumber = linebyline.interval_grid(low, high)
+        self.water = continua.water_coefficients(self.wavenumber)
+        self.tables = {}
+        for gas in sources:
+            source = gas.source(low, high)
+            if source is None:
+                continue
+            table = source.spectrum(self.wavenumber, low, high)
+            depth = table[-1].max(axis=0) * GASES[source.name].largest_fraction * LONGEST_COLUMN
+            if depth.max() > PRESENT:
+                self.tables[source.name] = np.log(np.maximum(table, FLOOR)).astype(np.float32)
+
+    def at_levels(self, state):
+        """Absorption by gas per molecule of air at the levels of a state: dict of (L, K), m2; H2O means its lines."""
+        interpolate = CrossSectionNodes(nodes.PRESSURE, nodes.TEMPERATURE)
+        result = {}
+        for gas, table in self.tables.items():
+            pressure = state.pressure
+            if gas == "H2O":  # self broadening, near enough for choosing points: widths grow about fourfold
+                pressure = np.minimum(pressure * (1 + 4 * state.h2o_fraction), nodes.PRESSURE[-1])
+            weights = interpolate.weights(pressure, state.temperature).astype(np.float32)
+            sigma = np.exp(weights @ table.reshape(-1, table.shape[-1]))
+            result[gas] = sigma * state.fraction[gas][:, None].astype(np.float32)
+        continuum = water_continuum(*self.water, self.wavenumber, state.pressure, state.temperature, state.h2o_fraction)
+        result[CONTINUUM] = (continuum * state.h2o_fraction[:, None]).astype(np.float32)
+        return result
+
+
+def targets(spectra, states):
+    """Rows whose interval mean the points have to reproduce.
+
+    Returns
+    -------
+    rows : (M, K) float32 array
+        Transmittances of the mixture and by gas, thermal path radiance over the blackbody of the warmest level.
+    kind : (M,) array of str
+        "mixture", "emission" or the name of a gas.
+    """
+    rows, kind = [], []
+    for state in states:
+        levels = spectra.at_levels(state)
+        columns = state.columns.astype(np.float32)
+        depth = {gas: columns @ absorption for gas, absorption in levels.items()}
+        rows.append(np.exp(-sum(depth.values())))
+        kind += ["mixture"] * len(columns)
+        for gas in spectra.tables:
+            one = np.exp(-depth[gas][state.apart])
+            matters = one.min(axis=1) < 0.998
+            rows.append(one[matters])
+            kind += [gas] * int(matters.sum())
+        total = sum(levels.values())
+        source = _planck_ratio(0.5 * (spectra.low + spectra.high), state.temperature)
+        for slabs in state.emission:
+            rows.append(_emission(slabs.astype(np.float32) @ total, source)[None])
+            kind.append("emission")
+    return np.concatenate(rows), np.array(kind)
+
+
+def _emission(depth, source):
+    """Radiance of successive slabs of optical depth (S, K), nearest first, that end at the top of the levels; (K,)."""
+    through = np.exp(-np.vstack([np.zeros((1, depth.shape[1]), np.float32), np.cumsum(depth, axis=0)]))
+    first = source.size - 1 - len(depth)
+    mean = 0.5 * (source[first:-1] + source[first + 1 :])
+    return (mean.astype(np.float32) @ -np.diff(through, axis=0)).astype(np.float32)
+
+
+def _planck_ratio(wavenumber, temperature):
+    """Planck radiance over that of the warmest temperature."""
+    return np.expm1(C2 * wavenumber / temperature.max()) / np.expm1(C2 * wavenumber / temperature)
+
+
+def build_interval(sources, continua, low, high, training, held_out, *, tolerance, max_points) -> IntervalPoints:
+    """Choose the points of [low, high] and tabulate the cross sections there.
+
+    Parameters
+    ----------
+    sources : list of GasSources
+    continua : Continua
+    training, held_out : lists of State
+    tolerance : float
+        Scaled rms error at which no further points are added.
+    max_points : int
+    """
+    spectra = Spectra(sources, continua, low, high)
+    rows, kind = targets(spectra, training)
+    scale = np.where((kind == "mixture") | (kind == "emission"), 1.0, SINGLE_GAS_SCALE)
+    candidates = _stratified(rows[kind == "mixture"], CANDIDATES, seed=round(low * 10))
+    index, weight, _ = select_points(
+        rows[:, candidates].T.astype(float),
+        rows.mean(axis=1, dtype=float),
+        tolerance=tolerance,
+        max_points=max_points,
+        total_weight=high - low,
+        row_scale=scale,
+        exchanges=EXCHANGES,
+    )
+    order = np.argsort(candidates[index])
+    where, weight = candidates[index][order], weight[order]
+    error, gas_error = _errors(spectra, held_out, where, weight / (high - low))
+    wavenumber = spectra.wavenumber[where]
+    cross_section, humid = {}, {}
+    for gas in sources:
+        if gas.name in spectra.tables:
+            cross_section[gas.name], humid_ratio = gas.source(low, high).points(wavenumber, low, high)
+            if humid_ratio is not None:
+                humid[gas.name] = humid_ratio
+    continuum = np.array(continua.water_coefficients(wavenumber))
+    return IntervalPoints(low, high, wavenumber, weight, cross_section, humid, continuum, error, gas_error)
+
+
+def _stratified(mixture, count, seed):
+    """Fine wavenumbers spread evenly over the range of mean absorption, in two ways: of all paths and of thin ones."""
+    rng = np.random.default_rng(seed)
+    size = mixture.shape[1]
+    if size <= count:
+        return np.arange(size)
+    mean = mixture.mean(axis=1)
+    chosen = []
+    for lowest in (0.0, 0.5):
+        key = (mean >= lowest).astype(np.float32) @ mixture
+        edges = np.linspace(0, size, count // 2 + 1).astype(int)
+        order = np.argsort(key, kind="stable")
+        chosen.append(order[rng.integers(edges[:-1], edges[1:])])
+        extremes = [order[0], order[-1]]
+    return np.unique(np.concatenate([*chosen, extremes]))
+
+
+def _errors(spectra, states, where, weight):
+    rows, kind = targets(spectra, states)
+    error = rows[:, where].astype(float) @ weight - rows.mean(axis=1, dtype=float)
+    mixture, single = error[kind == "mixture"], error[(kind != "mixture") & (kind != "emission")]
+    single = single if single.size else np.zeros(1)
+    by_gas = {gas: float(np.sqrt(np.mean(error[kind == gas] ** 2))) for gas in spectra.tables if np.any(kind == gas)}
+    summary = [np.sqrt(np.mean(mixture**2)), np.abs(mixture).max(), np.sqrt(np.mean(single**2)), np.abs(single).max()]
+    return np.array(summary), by_gas

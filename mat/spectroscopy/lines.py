@@ -1,0 +1,129 @@
+"""Spectral lines from HITRAN 160-column records."""
+
+from __future__ import annotations
+
+import gzip
+import lzma
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+
+RECORD_WIDTH = 160
+# Columns of the 160-character record, Rothman et al. 2005, JQSRT 96, 139, Table 1: name, first, last (exclusive).
+_COLUMNS = {
+    "wavenumber": (3, 15),
+    "strength": (15, 25),
+    "air_width": (35, 40),
+    "self_width": (40, 45),
+    "lower_energy": (45, 55),
+    "temperature_exponent": (55, 59),
+    "shift": (59, 67),
+}
+_ISOTOPOLOGUES = {ord(c): n for n, c in enumerate("1234567890AB", start=1)}
+
+
+@dataclass(frozen=True)
+class LineList:
+    """Lines of one molecule, in the units of the HITRAN records, ordered by wavenumber.
+
+    Attributes
+    ----------
+    molecule : int
+        HITRAN molecule number.
+    isotopologue : (N,) int array
+    wavenumber : (N,) array
+        cm^-1, in vacuum, at zero pressure.
+    strength : (N,) array
+        cm^-1 / (molecule cm^-2) at 296 K, natural abundance included.
+    air_width, self_width : (N,) arrays
+        Half widths at half maximum, cm^-1 atm^-1 at 296 K.
+    lower_energy : (N,) array
+        cm^-1.
+    temperature_exponent : (N,) array
+    shift : (N,) array
+        Pressure shift in air, cm^-1 atm^-1.
+    """
+
+    molecule: int
+    isotopologue: np.ndarray
+    wavenumber: np.ndarray
+    strength: np.ndarray
+    air_width: np.ndarray
+    self_width: np.ndarray
+    lower_energy: np.ndarray
+    temperature_exponent: np.ndarray
+    shift: np.ndarray
+
+    def __len__(self):
+        return self.wavenumber.size
+
+    def select(self, which):
+        """The lines of an index, a mask or a slice."""
+        arrays = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "molecule"}
+        return LineList(molecule=self.molecule, **arrays)
+
+    def between(self, low, high):
+        """The lines with ``low <= wavenumber <= high`` (cm^-1)."""
+        first, last = np.searchsorted(self.wavenumber, [low, np.nextafter(high, np.inf)])
+        return self.select(slice(first, last))
+
+
+def read_lines(paths) -> LineList:
+    """Read HITRAN records of one molecule from one or several files, plain, ``.gz`` or ``.xz``.
+
+    Raises
+    ------
+    InputError
+        A file is missing, is not made of 160-column records, holds a field that is not a number, or another molecule.
+    """
+    return merge_lines([_parse(Path(path)) for path in ([paths] if isinstance(paths, (str, Path)) else paths)])
+
+
+def merge_lines(parts) -> LineList:
+    """One list from several of the same molecule, ordered by wavenumber; an InputError where molecules differ."""
+    molecules = {part.molecule for part in parts}
+    if len(molecules) != 1:
+        raise InputError(f"line lists of molecules {sorted(molecules)} given together; give the files of one molecule")
+    arrays = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(LineList) if f.name != "molecule"}
+    merged = LineList(molecule=molecules.pop(), **arrays)
+    return merged.select(np.argsort(merged.wavenumber, kind="stable"))
+
+
+def _parse(path):
+    records = _records(path)
+    try:
+        values = {name: _column(records, first, last).astype(float) for name, (first, last) in _COLUMNS.items()}
+        molecules = np.unique(_column(records, 0, 2).astype(int))
+        isotopologue = np.array([_ISOTOPOLOGUES[code] for code in records[:, 2]], dtype=np.int16)
+    except (ValueError, KeyError) as error:
+        raise InputError(f"a field of a record is not what HITRAN's 160-column format says ({error})", file=path) from None
+    if molecules.size != 1:
+        raise InputError(f"holds molecules {molecules.tolist()}; give one molecule a file", file=path)
+    return LineList(molecule=int(molecules[0]), isotopologue=isotopologue, **values)
+
+
+def _records(path):
+    """Characters of a file's records, shape (N, 160), as bytes."""
+    opener = {".gz": gzip.open, ".xz": lzma.open}.get(path.suffix, open)
+    try:
+        with opener(path, "rb") as file:
+            data = file.read()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error}; give a file of HITRAN records", file=path) from None
+    end = data.find(b"\n")
+    stride = end + 1 if end >= 0 else len(data)
+    width = len(data[:stride].rstrip(b"\r\n"))
+    if width != RECORD_WIDTH:
+        raise InputError(f"its first line has {width} characters; HITRAN records have {RECORD_WIDTH}", file=path, line=1)
+    if not data.endswith(b"\n"):
+        data += data[RECORD_WIDTH:stride] if end >= 0 else b""
+    if len(data) % stride:
+        raise InputError(f"not every record has {RECORD_WIDTH} characters; the file is damaged", file=path)
+    return np.frombuffer(data, dtype=np.uint8).reshape(-1, stride)[:, :RECORD_WIDTH]
+
+
+def _column(records, first, last):
+    return np.ascontiguousarray(records[:, first:last]).view(f"S{last - first}").ravel()

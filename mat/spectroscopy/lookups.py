@@ -1,0 +1,137 @@
+"""Gases without line lists: representative cross sections of REPTRAN, shaped within its bands by LOWTRAN7.
+
+REPTRAN (Gasteiger et al. 2014, JQSRT 148, 99) gives, in bands of 15 cm^-1, a few representative wavelengths with
+weights and the cross sections of each gas there over pressure and temperature (from HITRAN2004). Where in the band
+an absorption lies is not known any more, so the representatives are spread evenly over the fine grid of an interval: the gas
+is then uncorrelated with the lines of the others. How absorption changes between the intervals of one band follows the
+5 cm^-1 parameters of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177).
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.spectroscopy import linebyline, nodes
+from skyshine.schemas.errors import InputError
+
+STEM = "reptran_thermal_coarse"
+UNIT = 1e-20  # m2, of the lookups
+SHAPE_LIMITS = (0.2, 5.0)  # of an interval's share in its band
+# Fractional steps of the sequences that spread representatives: the inverse golden ratio, and the square root of 2, less 1.
+_SPREAD = {"O3": (5**0.5 - 1) / 2, "N2O": 2**0.5 - 1}
+TEXT = (
+    "REPTRAN lookups (Gasteiger et al. 2014, JQSRT 148, 99; HITRAN2004 lines), 15 cm-1 bands, shaped by the 5 cm-1 parameters of "
+    "LOWTRAN7 (Kneizys et al. 1988)"
+)
+
+
+class LookupSource:
+    """A gas from the REPTRAN lookups of a folder and the Fortran source of LOWTRAN7.
+
+    Raises
+    ------
+    InputError
+        A file is missing or does not hold what it should.
+    """
+
+    provenance = TEXT
+
+    def __init__(self, name, folder, lowtran):
+        self.name = name
+        folder = Path(folder)
+        bands, lookup = _variables(folder / f"{STEM}.cdf"), _variables(folder / f"{STEM}.lookup.{name}.cdf")
+        self._low, self._high = 1e7 / bands["wvlmax"], 1e7 / bands["wvlmin"]
+        self._members, self._weights = bands["iwvl"].astype(int), bands["iwvl_weight"]
+        self._count = bands["nwvl_in_band"].astype(int)
+        self._row = {int(index): row for row, index in enumerate(lookup["wvl_index"])}
+        self._lookup = lookup
+        self._shape = band_parameters(lowtran, name)
+
+    def covers(self, low, high) -> bool:
+        """Whether a band holds all of [low, high] cm^-1."""
+        return self._band(low, high) is not None
+
+    def _band(self, low, high):
+        found = np.flatnonzero((self._low <= low + 0.01) & (self._high >= high - 0.01))
+        return int(found[0]) if found.size else None
+
+    def spectrum(self, wavenumber, low, high):
+        """Cross sections (P, T, K) on the fine grid of an interval, m2/molecule."""
+        table, member = self._members_at(wavenumber, low, high)
+        return np.moveaxis(table, 0, -1)[..., member]
+
+    def points(self, wavenumber, low, high):
+        """Cross sections (K, P, T) at wavenumbers of the fine grid, m2/molecule; water vapour's amount changes nothing."""
+        table, member = self._members_at(wavenumber, low, high)
+        return table[member], None
+
+    def _members_at(self, wavenumber, low, high):
+        band = self._band(low, high)
+        count = self._count[band]
+        members, weights = self._members[:count, band], self._weights[:count, band]
+        step = (high - low) / linebyline.interval_grid(low, high).size
+        position = np.rint((np.asarray(wavenumber) - low) / step - 0.5)
+        share = np.cumsum(weights / weights.sum())
+        member = np.searchsorted(share, (position * _SPREAD[self.name]) % 1.0)
+        table = np.array([self._at_nodes(int(index)) for index in members]) * self._share(band, low, high)
+        return table, np.minimum(member, count - 1)
+
+    def _at_nodes(self, index):
+        """Cross sections (P, T) of one representative at the nodes; zero where the lookup has no entry for the gas."""
+        if index not in self._row:
+            return np.zeros((nodes.PRESSURE.size, nodes.TEMPERATURE.size))
+        values = np.log(np.maximum(self._lookup["xsec"][:, 0, self._row[index], :] * UNIT, 1e-45))
+        offsets, reference = self._lookup["t_pert"], self._lookup["t_ref"]
+        by_level = np.array([np.interp(nodes.TEMPERATURE - t, offsets, v) for t, v in zip(reference, values.T, strict=True)])
+        order = np.argsort(self._lookup["pressure"])
+        pressure = np.log(self._lookup["pressure"][order])
+        columns = [np.interp(np.log(nodes.PRESSURE), pressure, column) for column in by_level[order].T]
+        return np.exp(np.array(columns).T)
+
+    def _share(self, band, low, high):
+        """Absorption of an interval over that of its band, from LOWTRAN7's parameters at the interval's edges."""
+        edges = np.arange(np.rint(self._low[band]), np.rint(self._high[band]) + 1, 5.0)
+        values = np.array([self._shape.get(int(v), 0.0) for v in edges])
+        if np.any(values <= 0):
+            return 1.0
+        own = np.mean([self._shape.get(int(np.rint(v)), 0.0) for v in (low, high)])
+        return float(np.clip(own / np.mean(0.5 * (values[1:] + values[:-1])), *SHAPE_LIMITS))
+
+
+def band_parameters(lowtran, name) -> dict[int, float]:
+    """LOWTRAN7's absorption parameter C' of a gas by wavenumber (cm^-1, every 5), read from its Fortran source."""
+    try:
+        text = Path(lowtran).read_text(encoding="latin-1")
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}; --lowtran needs lowtran7.f", file=lowtran) from None
+    joined = re.sub(r"\n {5}\S", " ", re.sub(r"(?m)^[Cc*!].*\n", "", text))
+    numbers = re.compile(r"[-+]?\d*\.?\d+")
+    lows = _data(joined, rf"IWL{name}", lowtran)
+    highs = _data(joined, rf"IWH{name}", lowtran)
+    values = []
+    for block in re.findall(rf"DATA\s+C\d+{name}\s*/([^/]*)/", joined):
+        values += [float(number) for number in numbers.findall(block)]
+    wavenumbers = [v for low, high in zip(lows, highs, strict=True) if low >= 0 for v in range(int(low), int(high) + 1, 5)]
+    if len(values) != len(wavenumbers):
+        raise InputError(f"has {len(values)} parameters of {name} for {len(wavenumbers)} wavenumbers", file=lowtran)
+    return {v: 10.0**value for v, value in zip(wavenumbers, values, strict=True)}
+
+
+def _data(text, name, path):
+    found = re.search(rf"DATA\s+{name}\s*/([^/]*)/", text)
+    if found is None:
+        raise InputError(f"has no DATA of {name}; --lowtran needs lowtran7.f", file=path)
+    return [float(number) for number in found.group(1).split(",")]
+
+
+def _variables(path):
+    import netCDF4
+
+    try:
+        with netCDF4.Dataset(path) as file:
+            return {name: np.asarray(v[...]) for name, v in file.variables.items()}
+    except OSError as error:
+        raise InputError(f"cannot be read: {error}; --lookups needs the folder of the REPTRAN files", file=path) from None

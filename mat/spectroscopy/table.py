@@ -1,0 +1,256 @@
+"""Building the absorption table: intervals one by one, kept as parts, then the file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.atmosphere.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
+from skyshine.mat.spectroscopy import nodes
+from skyshine.mat.spectroscopy.continua import Continua
+from skyshine.mat.spectroscopy.gases import LineLibrary
+from skyshine.mat.spectroscopy.intervals import CANDIDATES, EXCHANGES, FLOOR, IntervalPoints, build_interval
+from skyshine.mat.spectroscopy.lookups import LookupSource
+from skyshine.mat.spectroscopy.sources import GasSources, LineSource
+from skyshine.mat.spectroscopy.training import PERTURBED, held_out_states, training_states
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
+
+FORMAT_VERSION = "1.0"
+DATA_VERSION = "hitran2012-mtckd4.3-1"
+WIDTH = 5.0  # cm^-1; edges are multiples of it
+# Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at most.
+LOG_STEP, LOG_OFFSET = 6.4e-4, -64.5
+RATIO_STEP = 1.0e-4
+LOOKUP_GASES = ("O3", "N2O")
+CITATION = (
+    "Lines: L. S. Rothman et al., The HITRAN2012 molecular spectroscopic database, JQSRT 130 (2013) 4-50. "
+    "Partition sums: R. R. Gamache et al., JQSRT 271 (2021) 107713. "
+    "Continua: E. J. Mlawer et al., Phil. Trans. R. Soc. A 370 (2012) 2520-2556; MT_CKD 4.3 (2023). "
+    "The attribute `sources` of each gas names what else its cross sections come from."
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How points are chosen: scaled rms error at which to stop, and at most how many points an interval gets."""
+
+    tolerance: float = 4e-4
+    max_points: int = 16
+
+
+def interval_lows(low: float, high: float) -> np.ndarray:
+    """Lower edges of the intervals that cover [low, high]."""
+    if not 0 < low < high:
+        raise InputError(f"wavenumbers {low:g}:{high:g} are no range; give LO:HI in cm^-1 with 0 < LO < HI")
+    return WIDTH * np.arange(np.floor(low / WIDTH), np.ceil(high / WIDTH))
+
+
+class Builder:
+    """Builds intervals.
+
+    Parameters
+    ----------
+    lines, continua : folders
+        HITRAN records; netCDF files of MT_CKD.
+    lookups, lowtran : folder and file, optional
+        REPTRAN lookups and the Fortran source of LOWTRAN7, for O3 and N2O where there are no lines.
+    settings : Settings
+    """
+
+    def __init__(self, lines, continua, lookups=None, lowtran=None, settings=Settings()):
+        self.library, self.continua, self.settings = LineLibrary(lines), Continua(continua), settings
+        found = {gas.name: [LineSource(gas.name, self.library, self.continua)] for gas in self.library.gases}
+        if lookups is not None:
+            if lowtran is None:
+                raise InputError("--lookups needs --lowtran too, the Fortran source of LOWTRAN7 (lowtran7.f)")
+            for name in LOOKUP_GASES:
+                found.setdefault(name, []).append(LookupSource(name, lookups, lowtran))
+        self.sources = [GasSources(name, sources) for name, sources in found.items()]
+        self._training, self._held_out = training_states(), held_out_states()
+
+    @property
+    def key(self) -> str:
+        """Identifies parts that were built alike: settings, nodes and sources."""
+        parts = [DATA_VERSION, CANDIDATES, EXCHANGES, PERTURBED, self.settings.tolerance, self.settings.max_points]
+        parts += [a.tolist() for a in (nodes.PRESSURE, nodes.TEMPERATURE, nodes.H2O_FRACTION)]
+        parts += [[gas.name, *(source.provenance for source in gas.sources)] for gas in self.sources]
+        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
+
+    def interval(self, low: float) -> IntervalPoints:
+        """The points of one interval."""
+        return build_interval(
+            self.sources, self.continua, low, low + WIDTH, self._training, self._held_out,
+            tolerance=self.settings.tolerance, max_points=self.settings.max_points,
+        )  # fmt: skip
+
+
+def part_path(folder: Path, low: float) -> Path:
+    """File of the part of one interval."""
+    return Path(folder) / f"{low:08.1f}.npz"
+
+
+def part_is_done(folder: Path, low: float, key: str) -> bool:
+    """Whether an interval's part is there, whole and built alike."""
+    try:
+        with np.load(part_path(folder, low)) as part:
+            return str(part["key"]) == key
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+        return False
+
+
+def write_part(folder: Path, points: IntervalPoints, key: str) -> None:
+    """Keep an interval; the logarithms are packed as the table packs them."""
+    arrays = {
+        "key": key,
+        "low": points.low,
+        "high": points.high,
+        "wavenumber": points.wavenumber,
+        "weight": points.weight,
+        "continuum": points.continuum,
+        "error": points.error,
+        "gases": np.array(list(points.cross_section)),
+        "gas_error": np.array([points.gas_error.get(gas, 0.0) for gas in points.cross_section]),
+    }
+    for gas, values in points.cross_section.items():
+        arrays[f"dry_{gas}"] = pack(np.log(np.maximum(values, FLOOR)), LOG_STEP, LOG_OFFSET)
+    for gas, ratio in points.humid.items():
+        arrays[f"humid_{gas}"] = pack(np.clip(ratio, -3.0, 3.0), RATIO_STEP, 0.0)
+    path = part_path(folder, points.low)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_suffix(f".{os.getpid()}.tmp")
+    with open(temporary, "wb") as file:
+        np.savez(file, **arrays)
+    os.replace(temporary, path)
+
+
+def pack(values, step, offset) -> np.ndarray:
+    """Values as 16-bit steps from an offset."""
+    steps = np.rint((values - offset) / step)
+    if np.abs(steps).max(initial=0) > 32767:
+        raise ValueError(f"values from {values.min():g} to {values.max():g} do not fit 16-bit steps of {step:g}")
+    return steps.astype(np.int16)
+
+
+def assemble(folder: Path, lows, out: Path, *, sources, notice: str, settings: Settings) -> str:
+    """Write the table from the parts of the intervals with lower edges `lows`; returns its hash."""
+    parts = [dict(np.load(part_path(folder, low))) for low in sorted(lows)]
+    counts = np.array([part["wavenumber"].size for part in parts])
+    interval = Axis([0.5 * (p["low"] + p["high"]) for p in parts], "cm-1", "centre of the interval")
+    statistic = Axis(np.array(["mixture rms", "mixture largest", "single gas rms", "single gas largest"]), "1", "statistic")
+    intervals = Group(
+        axes={"interval": interval, "statistic": statistic},
+        variables={
+            "low": Variable(("interval",), np.array([p["low"] for p in parts]), "cm-1", "lower edge"),
+            "high": Variable(("interval",), np.array([p["high"] for p in parts]), "cm-1", "upper edge"),
+            "count": Variable(("interval",), counts.astype(np.int32), "1", "number of points"),
+            "error": Variable(
+                ("interval", "statistic"), np.array([p["error"] for p in parts]), "1",
+                "error of the interval's transmittance against line by line on unseen profiles and paths",
+            ),
+        },
+    )  # fmt: skip
+    wavenumber = np.concatenate([p["wavenumber"] for p in parts])
+    continuum = np.concatenate([p["continuum"] for p in parts], axis=1)
+    per = "m2/molecule per cm-1"
+    points = Group(
+        axes={"point": Axis(wavenumber, "cm-1", "wavenumber of the point")},
+        variables={
+            "weight": Variable(("point",), np.concatenate([p["weight"] for p in parts]), "cm-1", "weight of the point"),
+            "self_continuum": Variable(("point",), continuum[0], per, "water vapour self continuum, 296 K, 1013 hPa"),
+            "foreign_continuum": Variable(("point",), continuum[1], per, "water vapour foreign continuum, 296 K, 1013 hPa"),
+            "self_exponent": Variable(("point",), continuum[2], "1", "temperature exponent of the self continuum"),
+        },
+        attributes={"notice": notice},
+    )
+    gases = {source.name: _gas_group(source, parts, interval) for source in sources}
+    about = {
+        "citation": CITATION,
+        "notice": notice,
+        "description": "Spectral points of the band model; cross sections of gases over pressure and temperature.",
+    }
+    root = Group(groups={"intervals": intervals, "points": points, "gases": Group(groups=gases)}, attributes=about)
+    job = f"mat lines build; tolerance {settings.tolerance:g}, max_points {settings.max_points}"
+    return write_file(out, root, Header(FILETYPE, FORMAT_VERSION, DATA_VERSION, job, title="skyshine absorption table"))
+
+
+def _gas_group(source, parts, interval):
+    name = source.name
+    there = [p for p in parts if f"dry_{name}" in p]
+    shape = (nodes.PRESSURE.size, nodes.TEMPERATURE.size)
+    dry = np.concatenate([np.zeros((0, *shape), np.int16), *(p[f"dry_{name}"] for p in there)])
+    axes = {
+        "interval": interval,
+        "point": Axis(np.concatenate([np.zeros(0), *(p["wavenumber"] for p in there)]), "cm-1", "wavenumber of the point"),
+        "pressure": Axis(nodes.PRESSURE, "Pa", "pressure"),
+        "temperature": Axis(nodes.TEMPERATURE, "K", "temperature"),
+    }
+    packed = {"scale_factor": LOG_STEP, "add_offset": LOG_OFFSET}
+    error = [p["gas_error"][list(p["gases"]).index(name)] if f"dry_{name}" in p else 0.0 for p in parts]
+    variables = {
+        "source": Variable(("interval",), _codes(source, parts), "1", "0 no data, 1 negligible, 2... entry of `sources`"),
+        "rms_error": Variable(("interval",), np.array(error), "1", "rms error of this gas's transmittance, see /intervals/error"),
+        "log_cross_section": Variable(
+            ("point", "pressure", "temperature"), dry, "1", "natural logarithm of the cross section in m2/molecule, dry air",
+            packed, chunks=(128, *shape),
+        ),
+    }  # fmt: skip
+    if any(f"humid_{name}" in p for p in there):
+        humid = np.concatenate([p[f"humid_{name}"] for p in there])
+        axes["h2o_fraction"] = Axis(nodes.H2O_FRACTION[1:], "1", "mole fraction of water vapour")
+        axes["humid_pressure"] = Axis(nodes.PRESSURE[nodes.HUMID_PRESSURE :], "Pa", "pressure")
+        variables["log_moist_ratio"] = Variable(
+            ("point", "h2o_fraction", "humid_pressure", "temperature"), humid, "1",
+            "natural logarithm of the ratio of the cross sections in moist and dry air",
+            {"scale_factor": RATIO_STEP, "add_offset": 0.0}, chunks=(128, *humid.shape[1:]),
+        )  # fmt: skip
+    return Group(axes=axes, variables=variables, attributes={"sources": [one.provenance for one in source.sources]})
+
+
+def _codes(gas, parts):
+    codes = []
+    for part in parts:
+        number = gas.number(float(part["low"]), float(part["high"]))
+        present = f"dry_{gas.name}" in part
+        codes.append(NEGLIGIBLE + 1 + number if present else NO_DATA if number is None else NEGLIGIBLE)
+    return np.array(codes, dtype=np.int8)
+
+
+def build(ranges, out, lines, continua, *, lookups=None, lowtran=None, settings=Settings(), parts=None, progress=None) -> str:
+    """Build the table over ranges of wavenumber; finished intervals of an earlier, interrupted build are kept.
+
+    Parameters
+    ----------
+    ranges : list of (low, high), cm^-1
+        Widened to whole intervals.
+    out : path
+    lines, continua, lookups, lowtran
+        See `Builder`.
+    parts : path, optional
+        Folder of the finished intervals; by default `out` with ``.parts`` added.
+    progress : callable, optional
+        Called with (done, total) after each interval.
+
+    Returns
+    -------
+    str
+        Hash of the table's content.
+    """
+    folder = Path(parts) if parts else Path(f"{out}.parts")
+    lows = np.unique(np.concatenate([interval_lows(*pair) for pair in ranges]))
+    builder = Builder(lines, continua, lookups, lowtran, settings)
+    for done, low in enumerate(lows):
+        if not part_is_done(folder, low, builder.key):
+            write_part(folder, builder.interval(float(low)), builder.key)
+        if progress:
+            progress(done + 1, len(lows))
+    return assemble(
+        folder, lows, Path(out), sources=builder.sources, notice=builder.continua.notice,
+        settings=settings,
+    )  # fmt: skip

@@ -1,0 +1,126 @@
+"""Atmospheres and paths on which spectral points are chosen, and the held-out ones on which the choice is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.atmosphere.profiles import BOLTZMANN, load_profile
+
+TRAINING_PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter")
+HELD_OUT_PROFILE = "us_standard"
+# Levels of the training columns, km: fine where water vapour is.
+LEVELS = 1e3 * np.array(
+    [0, 0.5, 1, 1.5, 2, 3, 4, 5, 6, 7.5, 9, 10.5, 12, 14, 16, 18, 20, 23, 26, 30, 35, 40, 45, 50, 60, 70, 85, 100.0]
+)
+PERTURBED = 5  # perturbed versions of each training profile; with 2 the largest errors on unseen paths were twice as large
+GRAZING_AIR_MASS = 38.0  # sea-level air mass at the horizon (Kasten and Young 1989)
+MOST_H2O = 0.06  # mole fraction
+
+
+@dataclass(frozen=True)
+class State:
+    """One atmosphere with its paths.
+
+    Attributes
+    ----------
+    pressure, temperature, h2o_fraction : (L,) arrays, Pa, K, 1
+    fraction : dict of (L,) arrays
+        Mole fractions of the gases.
+    columns : (R, L) array
+        Molecules of air m^-2 that each path collects at each level.
+    apart : (R,) bool array
+        Paths whose transmittance by single gases is a target too.
+    emission : list of (S, L) arrays
+        Lines of sight through successive slabs: air columns of slab s, for thermal path radiance.
+    """
+
+    pressure: np.ndarray
+    temperature: np.ndarray
+    h2o_fraction: np.ndarray
+    fraction: dict
+    columns: np.ndarray
+    apart: np.ndarray
+    emission: list
+
+
+def training_states(perturbed=PERTURBED, seed=1) -> list[State]:
+    """The training atmospheres: each profile as it is and `perturbed` times with other humidity, temperature and gases."""
+    rng = np.random.default_rng(seed)
+    states = []
+    for name in TRAINING_PROFILES:
+        states.append(_state(name, rng))
+        states += [_state(name, rng, *_perturbation(rng)) for _ in range(perturbed)]
+    return states
+
+
+def held_out_states(seed=2) -> list[State]:
+    """Atmospheres and paths that no choice has seen: another profile, other perturbations, other ranges."""
+    rng = np.random.default_rng(seed)
+    return [_state(HELD_OUT_PROFILE, rng)] + [_state(HELD_OUT_PROFILE, rng, *_perturbation(rng)) for _ in range(2)]
+
+
+def _perturbation(rng):
+    humidity = np.exp(rng.uniform(np.log(0.1), np.log(3.0)))
+    others = np.exp(rng.uniform(np.log(0.75), np.log(1.4)))
+    return humidity, rng.uniform(-15.0, 15.0), others
+
+
+def saturation_pressure(temperature):
+    """Over water, Pa (Bolton 1980, Mon. Weather Rev. 108, 1046, equation 10)."""
+    celsius = temperature - 273.15
+    return 611.2 * np.exp(17.67 * celsius / (celsius + 243.5))
+
+
+def _state(name, rng, humidity=1.0, warming=0.0, others=1.0):
+    profile = load_profile(name)
+    z = profile.altitude
+    pressure = np.exp(np.interp(LEVELS, z, np.log(profile.pressure)))
+    temperature = np.clip(np.interp(LEVELS, z, profile.temperature) + warming, 150.0, 350.0)
+    fraction = {gas: np.exp(np.interp(LEVELS, z, np.log(x))) for gas, x in profile.mole_fraction.items() if np.all(x > 0)}
+    saturated = saturation_pressure(np.maximum(temperature, 200.0)) / pressure
+    fraction["H2O"] = np.minimum(np.minimum(fraction["H2O"] * humidity, saturated), MOST_H2O)
+    for gas in set(fraction) - {"H2O", "N2", "O2"}:
+        fraction[gas] = fraction[gas] * others
+    density = pressure / (BOLTZMANN * temperature)
+    columns, apart = _paths(density, rng)
+    return State(pressure, temperature, fraction["H2O"], fraction, columns, apart, _sky_paths(density))
+
+
+def _vertical(density, bottom, top):
+    """Air columns between two levels, shared between the levels of each slab (trapezoids); (L,)."""
+    thickness = np.diff(LEVELS)[bottom:top]
+    columns = np.zeros(LEVELS.size)
+    columns[bottom:top] += 0.5 * thickness * density[bottom:top]
+    columns[bottom + 1 : top + 1] += 0.5 * thickness * density[bottom + 1 : top + 1]
+    return columns
+
+
+def _paths(density, rng):
+    top = LEVELS.size - 1
+    columns, apart = [], []
+    for bottom in (0, 3, 7, 12, 16, 20):  # to space, from the ground to 30 km and more
+        for mass in (1.0, rng.uniform(1.3, 3.0), rng.uniform(4.0, 15.0), GRAZING_AIR_MASS):
+            columns.append(mass * _vertical(density, bottom, top))
+            apart.append(mass == 1.0 or mass == GRAZING_AIR_MASS)
+    for bottom, end in ((0, 2), (0, 5), (0, 9), (2, 7), (5, 10), (9, 14)):
+        for mass in (1.0, rng.uniform(1.5, 10.0), rng.uniform(10.0, 40.0)):
+            columns.append(mass * _vertical(density, bottom, end))
+            apart.append(False)
+    for level in (0, 0, 2, 5, 9, 12, 16, 19):
+        for decade in (10.0, 100.0, 1e3, 1e4, 1e5):
+            one = np.zeros(LEVELS.size)
+            one[level] = density[level] * decade * 10 ** rng.uniform(0.0, 1.0 if decade < 1e5 else 0.48)
+            columns.append(one)
+            apart.append(level < 9)
+    return np.array(columns), np.array(apart)
+
+
+def _sky_paths(density):
+    """Slabs of the sky seen from the ground and aloft, near zenith and low."""
+    paths = []
+    for bottom, mass in ((0, 1.66), (0, 10.0), (7, 1.66), (12, 3.0)):
+        slabs = [mass * _vertical(density, s, s + 1) for s in range(bottom, LEVELS.size - 1)]
+        paths.append(np.array(slabs))
+    return paths

@@ -1,0 +1,332 @@
+"""The nonlinear heat balance of a surface: what it absorbs, emits, and gives to the air.
+
+Sign: every function here counts heat that leaves the surface outwards as positive. Arrays are (columns, times) or
+broadcast to that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from scipy.constants import Stefan_Boltzmann
+
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.materials.records import SurfaceProperties
+from skyshine.schemas.errors import InputError
+
+MELTING_POINT = 273.15  # K
+STANDARD_PRESSURE = 101325.0  # Pa, ISO 2533
+# Psychrometer constant over pressure [1/K]: FAO Irrigation and Drainage Paper 56 (Allen et al. 1998), eq. 8.
+PSYCHROMETER_RATIO = 0.665e-3
+# Specific heat of moist air [J kg^-1 K^-1]: Allen et al. 1998, eq. 8.
+AIR_HEAT_CAPACITY = 1013.0
+# Gas constant of dry air [J kg^-1 K^-1]: R / M with M = 28.9644 g/mol (ISO 2533).
+AIR_GAS_CONSTANT = 287.053
+# Least transfer coefficient where there is air [W m^-2 K^-1]: no outdoor air is still, and the periodic problem is
+# well posed with it.
+LEAST_CONVECTION = 2.0
+# b of h = 5.678 b (V / 0.3048)^0.78 for a plate: McAdams (1954), Heat Transmission, 3rd ed., after Juerges (1924).
+# Below 4.88 m/s they fit a + b V, whose constant is the free convection that is a law of its own here.
+_PLATE = {"smooth": 0.50, "rough": 0.53}
+_PLATE_POWER = 0.78
+# Wind at a plate over that at 10 m: logarithmic profile at 2 m, chosen for objects on open ground, whose roughness
+# length is 0.03 m (WMO-No. 8, part I, chapter 5).
+_PLATE_WIND = np.log(2.0 / 0.03) / np.log(10.0 / 0.03)
+# Roughness length [m] above which a plate counts as rough: grains of 1 mm, by Nikuradse's (1933) rule of a thirtieth
+# of the grain.
+_ROUGH_PLATE = 3e-5
+_VON_KARMAN = 0.40  # Hogstrom (1988)
+WIND_HEIGHT = 10.0  # m, WMO-No. 8 standard height of wind measurement
+# ln of momentum over heat roughness length, kB^-1: Garratt and Hicks (1973), Q. J. R. Meteorol. Soc. 99, 680-687:
+# about 2 for vegetation, from canopies to bare fields.
+_ROUGHNESS_RATIO = np.exp(2.0)
+# Width [K] over which the sign of the temperature difference turns, so that convection is smooth at zero.
+_TURNOVER = 0.1
+_KELVIN_ZERO = 273.15
+# Below 150 K water vapour over the surface is below 1e-5 Pa; the clip keeps Magnus' formula away from its pole.
+_COLDEST_VAPOUR = 150.0
+
+
+def saturation_pressure(temperature) -> np.ndarray:
+    """Saturation vapour pressure over water [Pa] at temperatures [K].
+
+    References
+    ----------
+    Magnus form with the constants of Sonntag (1990), Z. Meteorol. 70, 340-344; WMO-No. 8, Annex 4.B.
+    """
+    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - _KELVIN_ZERO
+    return 611.2 * np.exp(17.62 * celsius / (243.12 + celsius))
+
+
+def _saturation_slope(temperature, pressure) -> np.ndarray:
+    """Derivative of `saturation_pressure` [Pa/K], given its value."""
+    celsius = temperature - _KELVIN_ZERO
+    return np.where(temperature > _COLDEST_VAPOUR, pressure * 17.62 * 243.12 / (243.12 + celsius) ** 2, 0.0)
+
+
+def forced_coefficient(wind_speed, pressure, air_temperature, surface: SurfaceProperties) -> np.ndarray:
+    """Transfer coefficient of wind over a surface [W m^-2 K^-1].
+
+    Parameters
+    ----------
+    wind_speed : array_like
+        [m/s], at 10 m over open ground.
+    pressure : array_like
+        [Pa]
+    air_temperature : array_like
+        [K]
+    surface : SurfaceProperties
+
+    Notes
+    -----
+    Open ground rough on the scale of the wind profile obeys the logarithmic law; a plate shorter than that profile
+    has its own thinner boundary layer. The larger of the two holds; a canopy always has the logarithmic law. The
+    plate law, given for standard pressure, scales with density to the power 0.8 of turbulent plates.
+
+    References
+    ----------
+    Plate: Juerges (1924) in McAdams (1954). Log law: Brutsaert (1982), Evaporation into the Atmosphere, section 4.2.
+    """
+    wind_speed = np.asarray(wind_speed, float)
+    momentum = np.log1p(WIND_HEIGHT / surface.roughness_length)
+    heat = np.log1p(WIND_HEIGHT * _ROUGHNESS_RATIO / surface.roughness_length)
+    density = pressure / (AIR_GAS_CONSTANT * air_temperature)
+    field = density * AIR_HEAT_CAPACITY * _VON_KARMAN**2 * wind_speed / (momentum * heat)
+    if surface.canopy:
+        return field
+    kind = "rough" if surface.roughness_length > _ROUGH_PLATE else "smooth"
+    plate = 5.678 * _PLATE[kind] * (_PLATE_WIND * wind_speed / 0.3048) ** _PLATE_POWER
+    plate = plate * (pressure / STANDARD_PRESSURE) ** 0.8
+    return np.maximum(field, plate)
+
+
+def natural_coefficients(cos_slope, pressure) -> tuple[np.ndarray, np.ndarray]:
+    """Factors of |dT|^(1/3) [W m^-2 K^-4/3] of free convection from an (unstable, stable) surface.
+
+    Parameters
+    ----------
+    cos_slope : array_like
+        1 face up, 0 a wall, -1 face down.
+    pressure : array_like
+        [Pa]
+
+    Returns
+    -------
+    tuple of ndarray
+        For a surface warmer than the air and for one colder. A face that looks down exchanges the two.
+
+    References
+    ----------
+    Walton (1983), Thermal Analysis Research Program reference manual, NBSIR 83-2655: 9.482 |dT|^(1/3) /
+    (7.238 - |cos|) unstable and 1.810 |dT|^(1/3) / (1.382 + |cos|) stable, for standard pressure; Rayleigh's number
+    makes a coefficient that does not depend on length go with density to the power 2/3.
+    """
+    cos_slope = np.asarray(cos_slope, float)
+    scale = (pressure / STANDARD_PRESSURE) ** (2 / 3)
+    unstable = scale * 9.482 / (7.238 - np.abs(cos_slope))
+    stable = scale * 1.810 / (1.382 + np.abs(cos_slope))
+    up = cos_slope >= 0
+    return np.where(up, unstable, stable), np.where(up, stable, unstable)
+
+
+@dataclass(frozen=True, eq=False)
+class Forcing:
+    """What reaches the surface of each column at each time; every field is (columns, N) or broadcasts to it.
+
+    Attributes
+    ----------
+    shortwave_direct, shortwave_diffuse, shortwave_reflected : ndarray
+        On the plane of the column [W m^-2].
+    longwave_sky, longwave_ground : ndarray
+        On the plane, view factors included [W m^-2].
+    air_temperature : ndarray
+        [K]
+    vapour_pressure, pressure : ndarray
+        [Pa]; pressure 0 is vacuum.
+    wind_speed : ndarray
+        At 10 m [m/s].
+    cos_slope : ndarray
+        1 face up, 0 a wall, -1 face down.
+    """
+
+    shortwave_direct: np.ndarray
+    shortwave_diffuse: np.ndarray
+    shortwave_reflected: np.ndarray
+    longwave_sky: np.ndarray
+    longwave_ground: np.ndarray
+    air_temperature: np.ndarray
+    vapour_pressure: np.ndarray
+    pressure: np.ndarray
+    wind_speed: np.ndarray
+    cos_slope: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(columns, N)."""
+        return np.broadcast_shapes(*(np.shape(getattr(self, field.name)) for field in fields(self)))
+
+    def columns(self, chosen) -> Forcing:
+        """The forcing of a slice or index array of columns."""
+        shape = self.shape
+        return Forcing(*(_rows(getattr(self, field.name), shape, chosen) for field in fields(self)))
+
+    def check(self) -> None:
+        """Refuse values that no balance can have.
+
+        Raises
+        ------
+        InputError
+            A value is not a number, or negative where only positive makes sense; it names field, column and time.
+        """
+        for field in fields(self):
+            values = np.asarray(getattr(self, field.name), float)
+            wrong = ~np.isfinite(values)
+            allowed = "finite numbers"
+            if field.name != "cos_slope":
+                limit = {"air_temperature": 1.0}.get(field.name, 0.0)
+                wrong |= values < limit
+                allowed = f"finite numbers of at least {limit:g}"
+            if np.any(wrong):
+                place = np.argwhere(np.broadcast_to(wrong, self.shape))[0]
+                found = np.broadcast_to(values, self.shape)[tuple(place)]
+                raise InputError(
+                    f"found {field.name} = {found:g} in column {place[0]} at time step {place[1]}; "
+                    f"allowed: {allowed}; mend the weather or sky that it comes from"
+                )
+
+
+def _rows(values, shape, chosen) -> np.ndarray:
+    """Rows of an array that broadcasts to `shape`, without spreading an axis that all columns share."""
+    values = np.asarray(values, float)
+    if values.ndim < 2 or values.shape[0] == 1:
+        return values
+    return values[chosen]
+
+
+class Balance:
+    """Net heat that leaves the surfaces of some columns, as a function of their temperatures.
+
+    Parameters
+    ----------
+    forcing : Forcing
+    material : SurfaceMaterial
+
+    Notes
+    -----
+    Convection blends forced and natural transfer by the cubes of their coefficients, as Churchill (1977), AIChE J. 23,
+    10-16, does for assisting flow: h^3 = h_least^3 + h_forced^3 + c^3 |dT|, the natural law being c |dT|^(1/3). The
+    turn of c between the unstable and stable side is smoothed over 0.1 K, so that h has all derivatives and is never
+    below 2 W m^-2 K^-1 where there is air. Evaporation is the bulk latent flux
+    wetness rho cp / gamma (e_sat(T) - e) / (r_a + r_s), r_a = rho cp / h, r_s the surface resistance (Penman 1948,
+    Monteith 1965); the same path carries condensation when e > e_sat(T).
+    """
+
+    def __init__(self, forcing: Forcing, material: SurfaceMaterial):
+        self.shape = forcing.shape
+        self.forcing, self.material = forcing, material
+        self.shortwave = material.solar_absorptance * (
+            forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
+        )
+        self.longwave = material.thermal_emissivity * (forcing.longwave_sky + forcing.longwave_ground)
+        self.absorbed = self.shortwave + self.longwave
+        self.emission = material.thermal_emissivity * Stefan_Boltzmann
+        self.air_temperature = forcing.air_temperature
+        surface = material.surface
+        self.airless = not np.any(forcing.pressure)
+        if not self.airless:
+            self._set_air(surface)
+        self.wetness = 0.0 if self.airless else surface.wetness
+        if self.wetness:
+            self._set_water(surface)
+
+    def columns(self, chosen) -> Balance:
+        """The balance of a slice or index array of columns."""
+        return Balance(self.forcing.columns(chosen), self.material)
+
+    def _set_air(self, surface: SurfaceProperties) -> None:
+        forcing = self.forcing
+        if np.any(np.asarray(forcing.pressure) <= 0):
+            raise InputError("found pressure 0 in some columns only; allowed: air in all of them or vacuum in all")
+        forced = forced_coefficient(forcing.wind_speed, forcing.pressure, forcing.air_temperature, surface)
+        warm, cold = natural_coefficients(forcing.cos_slope, forcing.pressure)
+        self.even, self.odd = 0.5 * (warm**3 + cold**3), 0.5 * (warm**3 - cold**3)
+        self.steady = LEAST_CONVECTION**3 + forced**3
+
+    def _set_water(self, surface: SurfaceProperties) -> None:
+        forcing = self.forcing
+        density = forcing.pressure / (AIR_GAS_CONSTANT * forcing.air_temperature)
+        self.resistance = surface.surface_resistance / (density * AIR_HEAT_CAPACITY)
+        self.psychrometer = PSYCHROMETER_RATIO * forcing.pressure
+
+    def loss(self, temperature: np.ndarray) -> np.ndarray:
+        """Net outward flux f(T) [W m^-2], shape (columns, N)."""
+        square = temperature * temperature
+        net = square * temperature
+        net *= np.abs(temperature)
+        net *= self.emission
+        net -= self.absorbed
+        if self.airless:
+            return net
+        difference = temperature - self.air_temperature
+        coefficient = self._coefficient(difference)
+        if self.wetness:
+            net += self._latent(temperature, coefficient)
+        difference *= coefficient
+        net += difference
+        return net
+
+    def loss_and_slope(self, temperature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """f(T) and its derivative by temperature [W m^-2 K^-1], each (columns, N)."""
+        loss = self.loss(temperature)
+        slope = 4 * self.emission * np.abs(temperature) ** 3
+        if self.airless:
+            return loss, slope + np.zeros(self.shape)
+        difference = temperature - self.air_temperature
+        coefficient = self._coefficient(difference)
+        width = np.sqrt(difference**2 + _TURNOVER**2)
+        bend = (self.even * difference / width + self.odd) / (3 * coefficient**2)
+        slope = slope + coefficient + bend * difference
+        if self.wetness:
+            slope += self._latent_slope(temperature, coefficient, bend)
+        return loss, slope
+
+    def _coefficient(self, difference: np.ndarray) -> np.ndarray:
+        """Convective transfer coefficient h [W m^-2 K^-1] at temperature differences to the air [K]."""
+        cube = difference * difference
+        cube += _TURNOVER**2
+        np.sqrt(cube, out=cube)
+        cube *= self.even
+        cube += self.odd * difference
+        cube += self.steady
+        return np.cbrt(cube, out=cube)
+
+    def _latent(self, temperature, coefficient) -> np.ndarray:
+        deficit = saturation_pressure(temperature) - self.forcing.vapour_pressure
+        return self.wetness * deficit / (self.psychrometer * (1 / coefficient + self.resistance))
+
+    def _latent_slope(self, temperature, coefficient, bend) -> np.ndarray:
+        saturation = saturation_pressure(temperature)
+        transfer = 1 / (1 / coefficient + self.resistance)
+        transfer_slope = transfer**2 * bend / coefficient**2
+        rise = transfer * _saturation_slope(temperature, saturation)
+        rise = rise + transfer_slope * (saturation - self.forcing.vapour_pressure)
+        return self.wetness * rise / self.psychrometer
+
+    def fluxes(self, temperature: np.ndarray) -> dict[str, np.ndarray]:
+        """Each flux by name [W m^-2], (columns, N): absorbed ones positive inwards, the others positive outwards."""
+        zero = np.zeros(self.shape)
+        parts = {
+            "shortwave_absorbed": self.shortwave + zero,
+            "longwave_absorbed": self.longwave + zero,
+            "longwave_emitted": self.emission * np.abs(temperature) * temperature**3 + zero,
+            "convection": zero,
+            "evaporation": zero,
+        }
+        if not self.airless:
+            difference = temperature - self.air_temperature
+            coefficient = self._coefficient(difference)
+            parts["convection"] = coefficient * difference
+            if self.wetness:
+                parts["evaporation"] = self._latent(temperature, coefficient)
+        return parts

@@ -1,0 +1,153 @@
+"""One surface through the day or a record, with every flux."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.conduction import depth_response, frequencies
+from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Site, Sky, Weather, plane_irradiance
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.record import Record, read_record, record_forcing
+from skyshine.mat.surface.solver import DAY, Method, back_temperature, solve_columns
+
+STEPS = 96
+LONGEST_STEP = DAY / STEPS  # s: coarser records are solved at a fraction of their step
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnResult:
+    """Temperatures and fluxes of one column; arrays are (N,).
+
+    Attributes
+    ----------
+    time : list of float or str
+        In `time_units`: hours of the local clock, or ISO 8601 (UTC).
+    time_units : str
+    temperature : ndarray
+        [K]
+    fluxes : dict of str to ndarray
+        [W m^-2]; absorbed ones positive inwards, the others outwards: absorbed = emitted + convection + evaporation
+        + conduction + melt.
+    residual, energy_closure, bound_excess : float
+        [W m^-2], [W m^-2], [K]; see `skyshine.mat.surface.solver.Solution`.
+    method : str
+    iterations : int
+    depth_temperature : ndarray or None
+        At the depth that was asked for [K].
+    """
+
+    time: list
+    time_units: str
+    temperature: np.ndarray
+    fluxes: dict[str, np.ndarray]
+    residual: float
+    energy_closure: float
+    bound_excess: float
+    method: str
+    iterations: int
+    depth_temperature: np.ndarray | None
+
+
+def from_scene(
+    material: SurfaceMaterial,
+    site: Site,
+    weather: Weather,
+    sky: Sky,
+    altitude: float,
+    slope: float,
+    azimuth: float,
+    depth: float | None = None,
+) -> ColumnResult:
+    """A plane at an altitude [m] under a scene's Sun, sky and weather; slope and azimuth in degrees, depth in m."""
+    scene = Scene(site, weather, sky, np.array([altitude]), np.array([slope]), np.array([azimuth]))
+    ((_, solution),) = (part for part in solve_columns(material, scene.forcing, steps=STEPS) if len(part[0]))
+    steps = solution.temperature.shape[1]
+    hours = list(np.arange(steps) * (24.0 / steps))
+    return _result(material, scene.forcing(steps), solution, (hours, "h"), DAY, depth)
+
+
+def from_record(
+    material: SurfaceMaterial,
+    file: str | os.PathLike,
+    slope: float,
+    azimuth: float,
+    sun: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]] | None,
+    ground_albedo: float,
+    depth: float | None = None,
+) -> ColumnResult:
+    """A plane under a measured record, periodic over its length; temperatures at the record's own times.
+
+    Parameters
+    ----------
+    material : SurfaceMaterial
+    file : path
+        See `skyshine.mat.surface.record.read_record`.
+    slope, azimuth : float
+        [degree]
+    sun : callable or None
+        Solar elevation and azimuth [degree] at UTC times; needed where the slope is not 0.
+    ground_albedo : float
+    depth : float, optional
+        Below the skin [m], at which the temperature is wanted too.
+    """
+    own = read_record(file)
+    factor = int(np.ceil(own.step / LONGEST_STEP - 1e-9))
+    record = own.refined(factor)
+    forcing = record_forcing(record, _shortwave(record, slope, azimuth, sun, ground_albedo), slope)
+    parts = solve_columns(material, lambda steps: forcing, steps=record.steps, fine_steps=None, period=record.period)
+    ((_, solution),) = (part for part in parts if len(part[0]))
+    times = [f"{time}Z" for time in np.datetime_as_string(own.times, unit="s")]
+    return _result(material, forcing, solution, (times, "ISO 8601"), record.period, depth, factor)
+
+
+def _shortwave(record: Record, slope: float, azimuth: float, sun, ground_albedo: float):
+    """Direct, diffuse and reflected irradiance on the plane; a level one takes what was measured as it is.
+
+    References
+    ----------
+    Direct and diffuse parts of the measured sum: Erbs, Klein and Duffie (1982), Solar Energy 28, 293-302, as in pvlib.
+    """
+    total = record.values["sw_down"]
+    if sun is None:
+        return np.zeros_like(total), total, np.zeros_like(total)
+    import pvlib
+
+    elevation, sun_azimuth = sun(record.times)
+    times = record.times.astype("datetime64[D]")
+    day = (times - times.astype("datetime64[Y]")).astype(int) + 1
+    parts = pvlib.irradiance.erbs(total, 90.0 - elevation, day)
+    normal = np.asarray(pvlib.irradiance.get_extra_radiation(day, solar_constant=SOLAR_CONSTANT))
+    return plane_irradiance(slope, azimuth, elevation, sun_azimuth, parts["dni"], parts["dhi"], ground_albedo, normal)
+
+
+def _result(
+    material, forcing, solution, clock: tuple[list, str], period: float, depth: float | None, every: int = 1
+) -> ColumnResult:
+    """The result at `every`-th solver time."""
+    fluxes = Balance(forcing, material).fluxes(solution.temperature)
+    gain = fluxes["shortwave_absorbed"] + fluxes["longwave_absorbed"]
+    spent = fluxes["longwave_emitted"] + fluxes["convection"] + fluxes["evaporation"] + solution.melt
+    fluxes |= {"conduction": gain - spent, "melt": solution.melt}
+    surface = solution.temperature[0]
+    return ColumnResult(
+        *clock,
+        surface[::every],
+        {name: values[0, ::every] for name, values in fluxes.items()},
+        *(float(getattr(solution, name)[0]) for name in ("residual", "energy_closure", "bound_excess")),
+        Method(solution.method[0]).name.lower(),
+        int(solution.iterations[0]),
+        None if depth is None else _at_depth(material, forcing, surface, period, depth)[::every],
+    )
+
+
+def _at_depth(material: SurfaceMaterial, forcing, surface: np.ndarray, period: float, depth: float) -> np.ndarray:
+    """Temperature at a depth [m] below the skin, from the surface's (N,) [K], wave by wave."""
+    back = back_temperature(material, forcing)[0, 0]
+    steps = len(surface)
+    response = depth_response(material.thermal, frequencies(steps, period, "spectral"), depth)
+    return back + np.fft.irfft(np.fft.rfft(surface - back) * response, steps)

@@ -1,0 +1,154 @@
+"""Damped Newton for the columns that the batch iteration does not settle, and for melting snow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.conduction import Conduction
+
+_ITERATIONS = 80
+_HALVINGS = 20
+_LARGEST_STEP = 80.0  # K in one iteration
+_LEAST_SLOPE = 1e-3  # W m^-2 K^-1: keeps the matrix regular where radiation vanishes with T
+_MEMORY = 50_000_000  # elements of the batch of matrices solved at once: 400 MB
+# Above this many steps a dense matrix costs more than Krylov iterations with fast Fourier transforms.
+DENSE_STEPS = 1500
+
+
+@dataclass(frozen=True, eq=False)
+class NewtonResult:
+    """Temperatures, melt (columns, N), residual and iterations (columns,)."""
+
+    temperature: np.ndarray
+    melt: np.ndarray
+    residual: np.ndarray
+    iterations: np.ndarray
+
+
+def solve_newton(
+    balance: Balance,
+    conduction: Conduction,
+    source: np.ndarray,
+    start: np.ndarray,
+    cap: float | None,
+    tolerance: float,
+) -> NewtonResult:
+    """Solve f(T) + C T + m = source by damped Newton.
+
+    Parameters
+    ----------
+    balance : Balance
+    conduction : Conduction
+    source : (columns, 1) ndarray
+        [W m^-2]
+    start : (columns, N) ndarray
+        [K]
+    cap : float or None
+        Temperature T_m that the surface cannot exceed [K]: then m >= 0, T <= T_m and m (T_m - T) = 0, m being the heat
+        spent on melting, whose water runs off and does not freeze again. Solved as max(F, k (T - T_m)) = 0 by the
+        primal-dual active set method.
+    tolerance : float
+        [W m^-2]
+
+    Returns
+    -------
+    NewtonResult
+        The caller judges `residual`: columns beyond the tolerance have not converged.
+
+    References
+    ----------
+    Hintermueller, Ito and Kunisch (2002), The primal-dual active set strategy as a semismooth Newton method,
+    SIAM J. Optim. 13, 865-888.
+    """
+    temperature = start.copy() if cap is None else np.minimum(start, cap)
+    iterations = np.zeros(len(temperature), np.int32)
+    problem = _Problem(balance, conduction, source, cap)
+    merit, defect, slope = problem.evaluate(temperature, np.arange(len(temperature)))
+    for _ in range(_ITERATIONS):
+        active = np.flatnonzero(merit > 0.5 * tolerance)
+        if not active.size:
+            break
+        step = problem.step(temperature[active], defect[active], slope[active], active)
+        step *= np.minimum(1.0, _LARGEST_STEP / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
+        moved = _damp(problem, temperature, step, active, merit)
+        iterations[active] += 1
+        if not moved.any():
+            break
+        merit, defect, slope = problem.evaluate(temperature, np.arange(len(temperature)))
+    raw = problem.imbalance(temperature)
+    melt = np.zeros_like(temperature)
+    if cap is not None:
+        melt = np.where(temperature >= cap - 1e-9, np.maximum(-raw, 0.0), 0.0)
+    return NewtonResult(temperature, melt, np.abs(raw + melt).max(axis=1), iterations)
+
+
+def _damp(problem: _Problem, temperature, step, active, merit) -> np.ndarray:
+    """Move the active columns along their steps, each by the longest halving that lowers its defect; which moved."""
+    length = np.ones(len(active))
+    pending = np.arange(len(active))
+    moved = np.zeros(len(active), bool)
+    for _ in range(_HALVINGS):
+        rows = active[pending]
+        trial = np.maximum(temperature[rows] + length[pending, None] * step[pending], 1.0)
+        better = problem.evaluate(trial, rows)[0] < (1 - 1e-4 * length[pending]) * merit[rows]
+        temperature[rows[better]] = trial[better]
+        moved[pending[better]] = True
+        pending = pending[~better]
+        if not pending.size:
+            break
+        length[pending] *= 0.5
+    return moved
+
+
+class _Problem:
+    """The defect of a set of columns and the Newton matrix of each."""
+
+    def __init__(self, balance: Balance, conduction: Conduction, source: np.ndarray, cap: float | None):
+        self.balance, self.conduction, self.source, self.cap = balance, conduction, source, cap
+        # Weight of the temperature condition against the heat condition: the stack's own stiffness.
+        self.stiffness = 5.0 + float(conduction.admittance.real.mean())
+
+    def imbalance(self, temperature: np.ndarray) -> np.ndarray:
+        return self.balance.loss(temperature) + self.conduction.flux(temperature) - self.source
+
+    def evaluate(self, temperature: np.ndarray, rows: np.ndarray):
+        """Largest |defect| (columns,), defect and slope (columns, N) of some columns at trial temperatures."""
+        loss, slope = self.balance.columns(rows).loss_and_slope(temperature)
+        defect = loss + self.conduction.flux(temperature) - self.source[rows]
+        if self.cap is not None:
+            defect = np.maximum(defect, self.stiffness * (temperature - self.cap))
+        return np.abs(defect).max(axis=1), defect, np.maximum(slope, _LEAST_SLOPE)
+
+    def step(self, temperature, defect, slope, rows) -> np.ndarray:
+        melting = np.zeros(defect.shape, bool)
+        if self.cap is not None:
+            melting = defect <= self.stiffness * (temperature - self.cap)
+        if self.conduction.steps > DENSE_STEPS:
+            return np.stack([self._krylov(*row) for row in zip(defect, slope, melting, strict=True)])
+        size = max(1, _MEMORY // self.conduction.steps**2)
+        parts = [slice(i, i + size) for i in range(0, len(defect), size)]
+        return np.concatenate([self._dense(defect[part], slope[part], melting[part]) for part in parts])
+
+    def _dense(self, defect, slope, melting) -> np.ndarray:
+        matrix = np.repeat(self.conduction.matrix[None], len(defect), axis=0)
+        matrix[melting] = 0.0
+        diagonal = np.arange(self.conduction.steps)
+        matrix[:, diagonal, diagonal] += np.where(melting, self.stiffness, slope)
+        return np.linalg.solve(matrix, -defect[..., None])[..., 0]
+
+    def _krylov(self, defect, slope, melting) -> np.ndarray:
+        from scipy.sparse.linalg import LinearOperator, gmres
+
+        shape = (len(defect), len(defect))
+        mean = float(np.mean(slope))
+
+        def apply(vector):
+            return np.where(melting, self.stiffness * vector, slope * vector + self.conduction.flux(vector))
+
+        matrix = LinearOperator(shape, apply, dtype=float)
+        approximate = LinearOperator(shape, lambda vector: self.conduction.relax(vector, mean), dtype=float)
+        step, _ = gmres(matrix, -defect, M=approximate, rtol=1e-6, restart=60, maxiter=20)
+        return step

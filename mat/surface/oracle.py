@@ -1,0 +1,209 @@
+"""The same heat balance written independently in casadi: finite volumes in the layers, collocation in time.
+
+It shares no numerics with the solver: the layers are cut into cells, the day into intervals with Radau points, and all
+temperatures of the period are found at once by Newton with casadi's exact derivatives. Slow, and only for checking.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.surface import balance as laws
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.schemas.errors import InputError
+
+_GROWTH = 1.12  # of cells inwards
+_SEMI_INFINITE_DEPTHS = 12.0  # daily damping depths that stand for infinity: exp(-12) = 6e-6
+
+
+@dataclass(frozen=True, eq=False)
+class OracleSolution:
+    """Times [s] (n,), surface temperature [K] (n,) and cell temperatures [K] (n, cells)."""
+
+    time: np.ndarray
+    surface: np.ndarray
+    cells: np.ndarray
+
+
+def solve_oracle(
+    material: SurfaceMaterial,
+    forcing_at: Callable[[np.ndarray], Forcing],
+    *,
+    period: float = 86400.0,
+    intervals: int = 144,
+    degree: int = 3,
+    cells: int = 40,
+) -> OracleSolution:
+    """Periodic temperatures of one column.
+
+    Parameters
+    ----------
+    material : SurfaceMaterial
+    forcing_at : callable
+        Gives the `Forcing` of one column at times (n,) [s].
+    period : float
+        [s]
+    intervals, degree : int
+        Of the Radau collocation.
+    cells : int
+        In each layer.
+
+    Returns
+    -------
+    OracleSolution
+        At the ends of the intervals; the last is the end of the period.
+
+    Raises
+    ------
+    InputError
+        The surface is snow, whose melting the oracle does not know.
+    RuntimeError
+        Newton does not converge.
+    """
+    import casadi as ca
+
+    if material.surface.snow:
+        raise InputError(f"material '{material.name}': snow; allowed: surfaces that do not melt")
+    points = np.array(ca.collocation_points(degree, "radau"))
+    times = (np.arange(intervals)[:, None] + points[None, :]) * (period / intervals)
+    forcing = forcing_at(times.ravel())
+    rate, size = _rate(ca, material, forcing, cells, period)
+    parameters = _parameters(forcing, times.size)
+    residual, unknowns = _collocation(ca, rate, size, parameters, intervals, degree, period)
+    values = _newton(ca, residual, unknowns, np.full(size * times.size, float(np.mean(forcing.air_temperature))))
+    states = values.reshape(intervals, degree, size)[:, -1]
+    ends = (np.arange(intervals) + 1) * (period / intervals)
+    return OracleSolution(ends, states[:, 0], states[:, 1:])
+
+
+def _grid(material: SurfaceMaterial, cells: int, period: float) -> list[tuple]:
+    """Cells of the stack from the surface inwards: width, conductivity, volumetric heat capacity."""
+    grid = []
+    for layer in material.thermal.layers:
+        capacity = layer.density * layer.heat_capacity
+        thickness = layer.thickness
+        damping = np.sqrt(layer.conductivity * period / (np.pi * capacity))
+        thickness = min(thickness, _SEMI_INFINITE_DEPTHS * damping) if np.isinf(thickness) else thickness
+        growth = _GROWTH if thickness > 0.2 * damping else 1.0
+        widths = growth ** np.arange(cells)
+        widths *= thickness / widths.sum()
+        grid += [(width, layer.conductivity, capacity) for width in widths]
+    return grid
+
+
+def _rate(ca, material: SurfaceMaterial, forcing: Forcing, cells: int, period: float):
+    """casadi function of (state, forcing) to the state's rate of change [K/s]; the state is surface, then cells."""
+    grid = _grid(material, cells, period)
+    size = len(grid) + 1
+    state, parameter = ca.SX.sym("T", size), ca.SX.sym("p", len(_NAMES))
+    resistance = [0.5 * width / conductivity for width, conductivity, _ in grid]
+    down = [(state[0] - state[1]) / resistance[0]]
+    down += [
+        (state[i] - state[i + 1]) / (resistance[i - 1] + resistance[i]) for i in range(1, size - 1)
+    ]  # between cells i and i + 1
+    down.append(_into_back(material, forcing, state[size - 1], resistance[-1]))
+    skin = material.thermal.skin
+    capacity = skin.thickness * skin.density * skin.heat_capacity
+    rates = [(-_loss(ca, material, state[0], parameter) - down[0]) / capacity]
+    rates += [(down[i - 1] - down[i]) / (grid[i - 1][0] * grid[i - 1][2]) for i in range(1, size)]
+    return ca.Function("rate", [state, parameter], [ca.vertcat(*rates)]), size
+
+
+def _into_back(material: SurfaceMaterial, forcing: Forcing, temperature, resistance: float):
+    back = material.thermal.back
+    if back.kind == "adiabatic" or np.isinf(material.thermal.layers[-1].thickness):
+        return 0.0
+    behind = float(np.mean(forcing.air_temperature)) if back.temperature is None else back.temperature
+    if back.kind == "convective":
+        resistance = resistance + 1.0 / back.coefficient
+    return (temperature - behind) / resistance
+
+
+_NAMES = ("shortwave", "longwave", "air", "vapour", "pressure", "wind", "warm", "cold")
+
+
+def _parameters(forcing: Forcing, count: int) -> np.ndarray:
+    """What the balance needs at each time, (fields, times): see `_NAMES`."""
+    warm, cold = laws.natural_coefficients(forcing.cos_slope, forcing.pressure)
+    rows = [
+        forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected,
+        forcing.longwave_sky + forcing.longwave_ground,
+        forcing.air_temperature,
+        forcing.vapour_pressure,
+        forcing.pressure,
+        forcing.wind_speed,
+        warm,
+        cold,
+    ]
+    return np.stack([np.broadcast_to(row, (1, count))[0] for row in rows])
+
+
+def _loss(ca, material: SurfaceMaterial, surface, parameter):
+    """Outward flux of the surface [W m^-2] as a casadi expression."""
+    short, long, air, vapour, pressure, wind, warm, cold = ca.vertsplit(parameter)
+    emissivity = material.thermal_emissivity
+    net = emissivity * (laws.Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
+    properties = material.surface
+    roughness = properties.roughness_length
+    logs = np.log1p(10.0 / roughness) * np.log1p(10.0 * np.exp(2.0) / roughness)
+    volumetric = pressure / (laws.AIR_GAS_CONSTANT * air) * laws.AIR_HEAT_CAPACITY
+    forced = volumetric * 0.16 * wind / logs
+    if not properties.canopy:
+        plate = 5.678 * (0.53 if roughness > 3e-5 else 0.50) * (0.7229474 * wind / 0.3048) ** 0.78
+        forced = ca.fmax(forced, plate * (pressure / 101325.0) ** 0.8)
+    difference = surface - air
+    width = ca.sqrt(difference**2 + 0.01)
+    natural = 0.5 * (warm**3 * (width + difference) + cold**3 * (width - difference))
+    coefficient = ca.if_else(pressure > 0, (8.0 + forced**3 + natural) ** (1.0 / 3.0), 0.0)
+    net += coefficient * difference
+    if properties.wetness:
+        celsius = surface - 273.15
+        deficit = 611.2 * ca.exp(17.62 * celsius / (243.12 + celsius)) - vapour
+        resistance = volumetric / coefficient + properties.surface_resistance
+        net += properties.wetness * volumetric / (0.665e-3 * pressure) * deficit / resistance
+    return net
+
+
+def _collocation(ca, rate, size: int, parameters: np.ndarray, intervals: int, degree: int, period: float):
+    """Equations of periodic Radau collocation and their unknowns, ordered interval, point, state."""
+    nodes = np.concatenate([[0.0], ca.collocation_points(degree, "radau")])
+    weights = _derivative_weights(nodes)
+    unknowns = ca.MX.sym("x", size, intervals * degree)
+    slopes = rate.map(intervals * degree)(unknowns, ca.DM(parameters)) * (period / intervals)
+    ends = unknowns[:, degree - 1 :: degree]
+    starts = ca.horzcat(ends[:, -1], ends[:, :-1])
+    equations = []
+    for point in range(degree):
+        total = weights[0, point + 1] * starts
+        for other in range(degree):
+            total = total + weights[other + 1, point + 1] * unknowns[:, other::degree]
+        equations.append(total - slopes[:, point::degree])
+    return ca.vertcat(*(ca.vec(equation) for equation in equations)), unknowns
+
+
+def _derivative_weights(nodes: np.ndarray) -> np.ndarray:
+    """Derivatives of the Lagrange polynomials (rows) at the nodes (columns)."""
+    polynomials = [
+        np.poly1d(np.delete(nodes, i), r=True) / np.prod(nodes[i] - np.delete(nodes, i)) for i in range(len(nodes))
+    ]
+    return np.array([np.polyval(np.polyder(polynomial), nodes) for polynomial in polynomials])
+
+
+def _newton(ca, residual, unknowns, start: np.ndarray) -> np.ndarray:
+    """Temperatures at which the residual vanishes."""
+    from scipy.sparse.linalg import spsolve
+
+    flat = ca.vec(unknowns)
+    both = ca.Function("both", [unknowns], [residual, ca.jacobian(residual, flat)])
+    values = start
+    for _ in range(40):
+        defect, matrix = both(values.reshape(-1, unknowns.shape[0]).T)
+        step = spsolve(matrix.sparse().tocsc(), -np.array(defect).ravel())
+        values = values + step * min(1.0, 40.0 / np.abs(step).max())
+        if np.abs(step).max() < 1e-8:
+            return values
+    raise RuntimeError(f"the oracle's Newton iteration did not converge: last step {np.abs(step).max():.3g} K")

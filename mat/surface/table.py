@@ -1,0 +1,158 @@
+"""The temperature table of a state: every material, altitude, azimuth, slope and time of day."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from skyshine.mat.surface.forcing import Scene, Site, Sky, Weather
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.solver import Method, Solution, solve_columns
+from skyshine.schemas.errors import InputError
+
+_DIAGNOSTICS = {"residual": "f4", "energy_closure": "f4", "bound_excess": "f4", "method": "u1", "iterations": "i4"}
+
+
+@dataclass(frozen=True, eq=False)
+class TemperatureTable:
+    """Surface temperatures on five axes, with how each column was solved.
+
+    Attributes
+    ----------
+    temperature : ndarray of float32, shape (M, A, Z, S, T)
+        Material, altitude, azimuth, slope, time of day [K].
+    residual : ndarray, shape (M, A, Z, S)
+        Largest imbalance of fluxes at any solver time [W m^-2].
+    energy_closure : ndarray, shape (M, A, Z, S)
+        Daily mean of the fluxes [W m^-2].
+    bound_excess : ndarray, shape (M, A, Z, S)
+        How far a temperature leaves its physical bounds [K].
+    method : ndarray of uint8, shape (M, A, Z, S)
+        A `skyshine.mat.surface.solver.Method`.
+    iterations : ndarray, shape (M, A, Z, S)
+    """
+
+    temperature: np.ndarray
+    residual: np.ndarray
+    energy_closure: np.ndarray
+    bound_excess: np.ndarray
+    method: np.ndarray
+    iterations: np.ndarray
+
+    @property
+    def method_names(self) -> str:
+        """What the numbers of `method` mean, on one line."""
+        return ", ".join(f"{method.value} {method.name.lower()}" for method in Method)
+
+
+def temperature_table(
+    materials: Sequence[SurfaceMaterial],
+    site: Site,
+    weather: Weather,
+    sky: Sky,
+    altitudes_m: Sequence[float],
+    azimuths_deg: Sequence[float],
+    slopes_deg: Sequence[float],
+    times_h: Sequence[float],
+    *,
+    steps: int = 96,
+    progress: Callable[[float], None] | None = None,
+) -> TemperatureTable:
+    """Solve the heat balance of all columns.
+
+    Parameters
+    ----------
+    materials : sequence of M SurfaceMaterial
+    site, weather, sky
+        See `skyshine.mat.surface.forcing`.
+    altitudes_m : (A,) sequence
+        Of the surfaces above sea level.
+    azimuths_deg : (Z,) sequence
+        Direction a surface faces, from north eastward.
+    slopes_deg : (S,) sequence
+        0 faces up, 90 is a wall, 180 faces down.
+    times_h : (T,) sequence
+        Local clock hours of the day: the clock of `site`, whose Sun is given at hours of the same clock. Between the
+        solver's times temperatures are linear.
+    steps : int
+        Solver times of a day, a divisor of 576.
+    progress : callable, optional
+        Called with 1 after each material.
+
+    Returns
+    -------
+    TemperatureTable
+
+    Raises
+    ------
+    InputError
+        An axis is empty or out of range, or the forcing holds values that no balance can have.
+    skyshine.mat.surface.solver.ConvergenceError
+        No method solves a column.
+    """
+    slopes, azimuths = _checked_axes(materials, slopes_deg, azimuths_deg, altitudes_m, times_h)
+    planes, plane_of = _planes(slopes, azimuths)
+    scene = Scene(site, weather, sky, np.asarray(altitudes_m, float), planes[:, 0], planes[:, 1])
+    forcing_at = lru_cache(maxsize=None)(scene.forcing)
+    shape = (len(materials), len(altitudes_m), len(azimuths), len(slopes))
+    table = TemperatureTable(
+        np.empty((*shape, len(times_h)), np.float32), *(np.empty(shape, kind) for kind in _DIAGNOSTICS.values())
+    )
+    solved: dict[tuple, int] = {}
+    for number, material in enumerate(materials):
+        twin = solved.setdefault(material.physics, number)
+        if twin != number:
+            for name in ("temperature", *_DIAGNOSTICS):
+                getattr(table, name)[number] = getattr(table, name)[twin]
+        else:
+            for columns, solution in solve_columns(material, forcing_at, steps=steps):
+                _fill(table, number, columns, solution, plane_of, len(planes), np.asarray(times_h, float))
+        if progress is not None:
+            progress(1)
+    return table
+
+
+def _checked_axes(materials, slopes_deg, azimuths_deg, altitudes_m, times_h) -> tuple[np.ndarray, np.ndarray]:
+    limits = {"slope": (slopes_deg, 0, 180), "azimuth": (azimuths_deg, -360, 360), "time": (times_h, 0, 24)}
+    for name, (values, low, high) in limits.items():
+        if len(values) == 0 or not all(low <= value <= high for value in values):
+            raise InputError(f"the {name} axis: found {list(values)}; allowed: one or more values of {low} to {high}")
+    if len(altitudes_m) == 0 or len(materials) == 0:
+        raise InputError("found no altitude or no material; allowed: one or more of each")
+    return np.asarray(slopes_deg, float), np.asarray(azimuths_deg, float)
+
+
+def _planes(slopes: np.ndarray, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct planes (P, 2) as slope and azimuth, and which of them each (azimuth, slope) is, (Z, S).
+
+    Level planes face no azimuth: one stands for all.
+    """
+    level = (slopes == 0) | (slopes == 180)
+    pairs = np.stack(np.broadcast_arrays(slopes[None, :], azimuths[:, None] % 360.0), axis=-1)
+    pairs[:, level, 1] = 0.0
+    planes, index = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
+    return planes, index.reshape(len(azimuths), len(slopes))
+
+
+def _fill(table, number: int, columns, solution: Solution, plane_of, planes: int, times_h) -> None:
+    """Put solved columns, altitudes x planes, at all azimuths and slopes that they stand for."""
+    rows = np.full((table.residual.shape[1], planes), -1)
+    rows.ravel()[columns] = np.arange(len(columns))
+    rows = rows[:, plane_of]
+    here = rows >= 0
+    values = _at_times(solution.temperature, times_h)
+    table.temperature[number][here] = values[rows[here]]
+    for name in _DIAGNOSTICS:
+        getattr(table, name)[number][here] = getattr(solution, name)[rows[here]]
+
+
+def _at_times(temperature: np.ndarray, times_h: np.ndarray) -> np.ndarray:
+    """Linear interpolation of periodic temperatures (columns, N) to hours of the day, (columns, T)."""
+    steps = temperature.shape[1]
+    place = (times_h % 24.0) * (steps / 24.0)
+    before = np.floor(place).astype(int)
+    weight = place - before
+    return temperature[:, before % steps] * (1 - weight) + temperature[:, (before + 1) % steps] * weight

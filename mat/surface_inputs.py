@@ -1,0 +1,73 @@
+"""From a job to what the surface heat balance needs: Sun, weather, sky, materials."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+
+from skyshine.mat.atmosphere.sources import position
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.job import Job, load_job, local_times_utc
+from skyshine.mat.reflectance import solar_absorptance, thermal_emissivity
+from skyshine.mat.scene import ZERO_CELSIUS, atmospheric_state, solar_spectrum
+from skyshine.mat.surface.forcing import Site, Sky, Weather, sun_hours
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.materials.records import Material
+from skyshine.schemas.errors import InputError
+
+SKY_STEP = 250.0  # m between the altitudes at which the sky is described
+
+
+def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Site, Weather, Sky]:
+    """Sun, weather and sky of a job's state, counted from 1.
+
+    Raises
+    ------
+    InputError
+        The job does not fit, or has no such state.
+    """
+    job = load_job(job_file).job
+    if not 1 <= state_index <= len(job.states):
+        raise InputError(f"found state {state_index}; allowed: 1 to {len(job.states)}", file=job_file)
+    return scene_inputs(job, state_index)
+
+
+def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
+    """Sun, weather and sky of a state, counted from 1."""
+    state = job.states[state_index - 1]
+    place = job.site
+    sun = position(
+        "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
+    )
+    site = Site(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
+    low, high = (celsius + ZERO_CELSIUS for celsius in state.weather.air_temperature_c)
+    weather = Weather((low, high), state.weather.relative_humidity_percent, state.weather.wind_speed_m_s)
+    air = atmospheric_state(place, state)
+    return site, weather, _sky(air, job.surface_altitudes_km[-1] * 1e3, state)
+
+
+def _sky(air: AtmosphericState, highest: float, state) -> Sky:
+    levels = np.arange(air.surface_altitude, max(highest, air.surface_altitude + SKY_STEP) + SKY_STEP, SKY_STEP)
+    return Sky(
+        altitude=levels,
+        pressure=air.pressure_at(levels),
+        precipitable_water=air.precipitable_water(levels),
+        aerosol_optical_depth_380=air.aerosol_optical_depth(380.0, levels),
+        aerosol_optical_depth_500=air.aerosol_optical_depth(500.0, levels),
+        ozone=float(air.ozone_column(air.surface_altitude)),
+        ground_albedo=state.weather.ground_albedo,
+        cloud_fraction=state.weather.cloud_fraction,
+    )
+
+
+def surface_materials(materials: Sequence[Material]) -> list[SurfaceMaterial]:
+    """Materials of the library as the heat balance sees them."""
+    wavelength, irradiance = solar_spectrum()
+    return [
+        SurfaceMaterial(
+            m.name, m.thermal, m.surface, float(solar_absorptance(m, wavelength, irradiance)), float(thermal_emissivity(m))
+        )
+        for m in materials
+    ]

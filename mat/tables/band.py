@@ -1,0 +1,87 @@
+"""Layout of the ``.band`` database: what a runtime needs of a band beside the atmosphere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from skyshine.mat.radiometry import SpectralResponse, band_radiance
+from skyshine.mat.reflectance import band_emissivity, band_reflectance
+from skyshine.mat.specular import normalisation, shininess
+from skyshine.mat.tables.axes import EXACT, table_axis
+from skyshine.schemas.hdf5 import Axis, Group, Variable
+
+if TYPE_CHECKING:
+    from skyshine.materials.library import Material
+
+TEMPERATURES = np.arange(150.0, 1500.25, 0.5)  # K; linear interpolation is then within 0.01 K from 3 um on
+PLANCK_TEMPERATURES = np.array([200.0, 250.0, 275.0, 300.0, 325.0, 350.0, 400.0, 500.0, 700.0, 1000.0])  # K
+SOURCE_ANGLES = np.arange(0.0, 90.0, 15.0)  # degree, those of Table 1 of DSTO-TN-0193
+RADIANCE = "W m^-2 sr^-1"
+
+
+def band_group(
+    response: SpectralResponse, materials: Sequence[Material], irradiance: tuple[np.ndarray, np.ndarray]
+) -> Group:
+    """Compute and arrange the properties of a band.
+
+    Parameters
+    ----------
+    response : SpectralResponse
+    materials : (M,) sequence of Material
+        Codes ascending.
+    irradiance : (wavelength, spectral irradiance)
+        Of the Sun, in um and W m^-2 um^-1, for the solar-weighted reflectance.
+    """
+    axes = {
+        "wavelength": Axis(response.wavelength, "um", "wavelength"),
+        "temperature": table_axis(TEMPERATURES, "K", "temperature of a black body"),
+        "material": table_axis(
+            np.array([m.code for m in materials], np.int32), "1", "material code", interpolation=EXACT
+        ),
+        "planck_temperature": table_axis(PLANCK_TEMPERATURES, "K", "temperature of the Planck weighting"),
+        "source_angle": table_axis(SOURCE_ANGLES, "degree", "angle of incidence"),
+    }
+    variables = {
+        "response": Variable(("wavelength",), response.response, "1", "sensor response, peak 1"),
+        "blackbody_radiance": Variable(
+            ("temperature",), band_radiance(response, TEMPERATURES), RADIANCE, "band radiance of a black body, (7)"
+        ),
+        "material_name": Variable(("material",), np.array([m.name for m in materials], object), "1", "material name"),
+    }
+    variables |= _reflectances(response, materials, irradiance) | _lobes(materials)
+    return Group(axes, variables)
+
+
+def _reflectances(response, materials, irradiance) -> dict[str, Variable]:
+    flat = np.array([band_reflectance(m, response, "flat") for m in materials])
+    planck = np.array([band_reflectance(m, response, "planck", temperature=PLANCK_TEMPERATURES) for m in materials])
+    warm = np.array([band_emissivity(m, response, PLANCK_TEMPERATURES) for m in materials])
+    solar = np.array([band_reflectance(m, response, "solar", irradiance=irradiance) for m in materials])
+    per_material, per_temperature = ("material",), ("material", "planck_temperature")
+    return {
+        "reflectance": Variable(per_material, flat, "1", "hemispherical reflectance, flat mean over the band"),
+        "reflectance_planck": Variable(per_temperature, planck, "1", "reflectance weighted by Planck radiance"),
+        "reflectance_solar": Variable(per_material, solar, "1", "reflectance weighted by solar irradiance"),
+        "emissivity": Variable(per_material, 1.0 - flat, "1", "1 - reflectance, the emissivity of equation (6)"),
+        "emissivity_planck": Variable(
+            per_temperature, warm, "1", "emissivity weighted by Planck radiance; below 1 - reflectance where light passes"
+        ),
+    }
+
+
+def _lobes(materials) -> dict[str, Variable]:
+    widths = np.array([m.lobe_fwhm for m in materials])
+    by_angle = np.array([normalisation(width, SOURCE_ANGLES) for width in widths])
+    per_material = ("material",)
+    return {
+        "specular_fraction": Variable(
+            per_material, np.array([m.specular_fraction for m in materials]), "1", "specular share of the reflection"
+        ),
+        "lobe_fwhm": Variable(per_material, widths, "degree", "full width at half maximum of the specular lobe"),
+        "shininess": Variable(per_material, shininess(widths), "1", "shininess, equation (42)"),
+        "normalisation": Variable(per_material, by_angle.mean(axis=1), "1", "N_s, mean of (43) over source angles"),
+        "normalisation_by_angle": Variable(("material", "source_angle"), by_angle, "1", "N_s by source angle, (43)"),
+    }

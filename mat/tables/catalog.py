@@ -1,0 +1,32 @@
+"""``catalog.json``: every database of a folder with its type, state, band, versions and hash."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from skyshine.schemas.hdf5 import open_database
+
+CATALOG_FORMAT = "1.0.0"
+_NAME = re.compile(r"^(?:s(?P<state>\d+))?(?:b(?P<band>\d+))?\.")
+
+
+def write_catalog(folder: Path, names: Sequence[str]) -> Path:
+    """Write the catalogue of the databases `names` in `folder`."""
+    path = folder / "catalog.json"
+    part = folder / f".catalog.{os.getpid()}.part"
+    content = {"format_version": CATALOG_FORMAT, "files": [_entry(folder, name) for name in sorted(names)]}
+    part.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    os.replace(part, path)
+    return path
+
+
+def _entry(folder: Path, name: str) -> dict:
+    match = _NAME.match(name)
+    numbers = {key: int(text) for key, text in match.groupdict().items() if text} if match else {}
+    with open_database(folder / name) as file:
+        read = ("filetype", "format_version", "data_version", "generator", "content_sha256")
+        return {"file": name, **numbers, **{key: str(file.attrs[key]) for key in read}}

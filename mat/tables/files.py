@@ -1,0 +1,54 @@
+"""The file types of the table builder: names, versions, file names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class FileType:
+    """One type of database.
+
+    Attributes
+    ----------
+    name : str
+        The root attribute ``filetype``.
+    format_version : str
+        Semantic version of the layout.
+    title : str
+    """
+
+    name: str
+    format_version: str
+    title: str
+
+    @property
+    def major(self) -> int:
+        return int(self.format_version.split(".")[0])
+
+    @property
+    def layout(self) -> str:
+        """Name of the JSON Schema of the layout."""
+        return f"{self.name}-{self.major}.layout.json"
+
+
+HTT = FileType("htt", "1.0.0", "Surface temperatures through the day")
+ATMQ = FileType("atmq", "1.0.0", "Atmospheric quantities with the Sun as source")
+LUNAR_ATMQ = FileType("lunar_atmq", "1.0.0", "Atmospheric quantities with the Moon as source")
+BAND = FileType("band", "1.0.0", "Blackbody radiance and material properties of a spectral band")
+FILE_TYPES = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, BAND)}
+
+
+def state_file(state: int) -> str:
+    """Name of the temperature table of a state, counted from 1."""
+    return f"s{state:02d}.htt.h5"
+
+
+def atmosphere_file(state: int, band: int, source: str) -> str:
+    """Name of the atmospheric table of a state, band and source ('sun' or 'moon')."""
+    return f"s{state:02d}b{band:02d}.{'atmq' if source == 'sun' else 'lunar_atmq'}.h5"
+
+
+def band_file(band: int) -> str:
+    """Name of the band database, counted from 1."""
+    return f"b{band:02d}.band.h5"

@@ -1,0 +1,161 @@
+"""Loading a database and reading it as a runtime does: linear in every axis."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT
+from skyshine.mat.tables.interpolation import interpolate
+from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.hdf5 import Group, open_database, read_file
+
+
+@dataclass(frozen=True)
+class Table:
+    """A database in memory; safe to share between threads, for nothing in it changes.
+
+    Attributes
+    ----------
+    path : Path
+    filetype : str
+    root : Group
+    attributes : dict
+        The root attributes.
+    """
+
+    path: Path
+    filetype: str
+    root: Group
+    attributes: dict
+
+    @property
+    def quantities(self) -> list[str]:
+        """Names of the quantities that can be interpolated."""
+        return [name for name, variable in self.root.variables.items() if variable.data.dtype.kind == "f"]
+
+    def rules(self, quantity: str, out_of_range: str | None = None) -> list[AxisRule]:
+        """Axes of a quantity; `out_of_range` ('error' or 'clamp') overrides what the file states."""
+        if quantity not in self.root.variables:
+            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
+        rules = [AxisRule.of(dim, self.root.axes[dim]) for dim in self.root.variables[quantity].dims]
+        if out_of_range is None:
+            return rules
+        if out_of_range not in ("error", "clamp"):
+            raise InputError(f"found out_of_range {out_of_range!r}; allowed: 'error', 'clamp'")
+        return [AxisRule(r.name, r.nodes, r.interpolation, r.period, out_of_range) for r in rules]
+
+    def value(self, quantity: str, *, out_of_range: str | None = None, **where) -> np.ndarray:
+        """Interpolated values of a quantity.
+
+        Parameters
+        ----------
+        quantity : str
+            One of `quantities`.
+        out_of_range : {'error', 'clamp'}, optional
+            Overrides what the file states for its axes.
+        **where
+            A number or an array for each axis, broadcast against each other; a material may be named.
+
+        Returns
+        -------
+        ndarray
+            In the quantity's units, of the broadcast shape.
+
+        Raises
+        ------
+        InputError
+            Unknown quantity, axis or material, missing axis, or a value outside its axis.
+        """
+        rules = self.rules(quantity, out_of_range)
+        if "material" in where:
+            where["material"] = self.material_codes(where["material"])
+        return interpolate(self.root.variables[quantity].data, rules, where)
+
+    def error(self, quantity: str) -> dict[str, float]:
+        """The interpolation error that the file states for a quantity: max, p95, rms, and in kelvin."""
+        group = self.root.groups.get("accuracy")
+        if group is None or quantity not in list(group.axes["quantity"].values):
+            return {}
+        at = list(group.axes["quantity"].values).index(quantity)
+        return {
+            name: float(v.data[at]) for name, v in group.variables.items() if np.isfinite(v.data[at])
+        }
+
+    @property
+    def materials(self) -> dict[str, int]:
+        """Material names with their codes, where the file has a material axis."""
+        if "material_name" not in self.root.variables:
+            return {}
+        names = self.root.variables["material_name"].data
+        return dict(zip(names.tolist(), (int(code) for code in self.root.axes["material"].values)))
+
+    def material_codes(self, given) -> np.ndarray:
+        """Codes of materials given by code or by name."""
+        array = np.asarray(given)
+        if array.dtype.kind not in "UO":
+            return array
+        known = self.materials
+        for name in array.ravel():
+            if name not in known:
+                raise InputError(f"found the material '{name}'; {nearest(name, known)}", file=self.path)
+        return np.array([known[name] for name in array.ravel()], dtype=int).reshape(array.shape)
+
+
+class TemperatureTable(Table):
+    """A ``.htt`` database."""
+
+    def temperature(self, *, material, altitude=0.0, azimuth=0.0, slope=0.0, time=0.0, out_of_range=None):
+        """Surface temperature in kelvin.
+
+        Parameters
+        ----------
+        material : int, str or array
+            Code or name.
+        altitude : km
+        azimuth, slope : degree
+            The face looks towards `azimuth`, from north eastward.
+        time : h
+            Local clock.
+        """
+        return self.value(
+            "temperature", material=material, altitude=altitude, azimuth=azimuth, slope=slope, time=time,
+            out_of_range=out_of_range,
+        )  # fmt: skip
+
+
+class BandTable(Table):
+    """A ``.band`` database."""
+
+    def blackbody_radiance(self, temperature):
+        """Band radiance of a black body, equation (7), W m^-2 sr^-1, at `temperature` in kelvin."""
+        return self.value("blackbody_radiance", temperature=temperature)
+
+
+class AtmosphereTable(Table):
+    """An ``.atmq`` or ``.lunar_atmq`` database."""
+
+    def transmittance(self, *, range, beta_star):  # noqa: A002 - the axis has this name
+        """Transmittance over a range in km for a given beta*, equation (9)."""
+        return np.exp(-5.5 * np.asarray(range, float) / np.asarray(beta_star, float))
+
+
+def open_table(path: str | os.PathLike) -> Table:
+    """Open any database of the table builder.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, of another type, or its layout has another major version.
+    """
+    with open_database(path) as file:
+        filetype = str(file.attrs["filetype"])
+    if filetype not in FILE_TYPES:
+        raise InputError(f"holds '{filetype}'; {nearest(filetype, FILE_TYPES)}; name another file", file=path)
+    root, attributes = read_file(path, filetype, FILE_TYPES[filetype].major)
+    kinds = {HTT.name: TemperatureTable, BAND.name: BandTable}
+    return kinds.get(filetype, AtmosphereTable)(Path(path), filetype, root, attributes)

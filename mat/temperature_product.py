@@ -1,0 +1,106 @@
+"""The ``.htt`` database of one state."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
+from skyshine.mat.job import LoadedJob
+from skyshine.mat.plan import Task
+from skyshine.mat.products import Product, TaskReport
+from skyshine.mat.scene import materials_digest
+from skyshine.mat.surface.table import TemperatureTable, temperature_table
+from skyshine.mat.surface_inputs import scene_inputs, surface_materials
+from skyshine.mat.tables.axes import EXACT, PERIODIC, AxisRule
+from skyshine.mat.tables.files import HTT
+from skyshine.mat.tables.htt import htt_group
+from skyshine.mat.tables.interpolation import interpolate
+from skyshine.materials.library import load_library
+
+# Random values of each axis at which the interpolation error is measured; all their combinations are.
+PROBES = {"altitude": 3, "azimuth": 5, "slope": 5, "time": 24}
+FINE_STEPS = 288  # of the finer solution that the solver's error is measured against
+
+
+def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport) -> None:
+    """Build the temperature table of a state; arguments as `products.run_task`."""
+    library, job = load_library(), loaded.job
+    axes = {
+        "altitude_km": job.surface_altitudes_km,
+        "azimuth_deg": job.surface_grid.azimuth_deg,
+        "slope_deg": job.surface_grid.slope_deg,
+        "time_h": job.surface_grid.time,
+    }
+    resolved = {
+        "site": job.site.model_dump(mode="json"),
+        "state": job.states[task.index - 1].model_dump(mode="json"),
+        "surface_grid": {**job.surface_grid.model_dump(mode="json"), "altitude_km": job.surface_altitudes_km},
+        "accuracy": job.accuracy.model_dump(mode="json", include={"solver_steps", "seed"}),
+        "materials": list(materials),
+        "materials_sha256": materials_digest(library, materials),
+    }
+    product = Product(folder / task.files[0], HTT, f"materials {library.version}", resolved)
+    if not fresh and product.is_there():
+        report.kept = True
+        return
+    chosen = [library[name] for name in materials]
+    codes = np.array([material.code for material in chosen])
+    solver = _Solver(surface_materials(chosen), scene_inputs(job, task.index))
+    steps = job.accuracy.solver_steps
+    with report.stage("tables"):
+        table = solver.table(axes, steps)
+    with report.stage("accuracy"):
+        error, solver_error = _errors(solver, table, codes, axes, steps, job.accuracy.seed)
+    with report.stage("write"):
+        notes = {
+            "seed": job.accuracy.seed,
+            "method": "linear interpolation against direct computation at random altitudes, azimuths, slopes and times",
+            "solver_error_kelvin": solver_error.maximum,
+            "solver_error_rms_kelvin": solver_error.rms,
+            "solver_error_method": f"{steps} against {FINE_STEPS} steps a day at the same random places",
+        }
+        attributes = {"state": job.states[task.index - 1].profile, "date": job.site.date.isoformat()}
+        accuracy = accuracy_group([error], {}, {}, notes)
+        product.write(htt_group(table, codes, materials, axes, accuracy, attributes))
+    report.notes.append(f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K")
+
+
+class _Solver:
+    """The heat balance of the job's materials in one state."""
+
+    def __init__(self, materials, inputs):
+        self.materials, self.inputs = materials, inputs
+
+    def table(self, axes: dict, steps: int) -> TemperatureTable:
+        metres = [1e3 * altitude for altitude in axes["altitude_km"]]
+        return temperature_table(
+            self.materials, *self.inputs, metres, axes["azimuth_deg"], axes["slope_deg"], axes["time_h"], steps=steps
+        )
+
+
+def _errors(
+    solver: _Solver, table: TemperatureTable, codes: np.ndarray, axes: dict, steps: int, seed: int
+) -> tuple[ErrorMeasure, ErrorMeasure]:
+    """Errors of interpolation and of the solver's step, at random places."""
+    generator = np.random.default_rng(seed)
+    closed = {"azimuth_deg": 360.0, "time_h": 24.0}
+    places = {}
+    for name, nodes in axes.items():
+        nodes = np.asarray(nodes, float)
+        if name in closed and nodes.size > 1:
+            nodes = np.append(nodes, nodes[0] + closed[name])
+        count = PROBES[name.split("_")[0]] if nodes.size > 1 else 1
+        places[name] = np.mod(random_places(nodes, count, generator), closed.get(name, np.inf))
+    exact, fine = (solver.table(places, n).temperature.astype(float) for n in (steps, FINE_STEPS))
+    rules = [
+        AxisRule("material", codes, EXACT),
+        AxisRule("altitude", np.asarray(axes["altitude_km"], float)),
+        AxisRule("azimuth", np.asarray(axes["azimuth_deg"], float), PERIODIC, 360.0),
+        AxisRule("slope", np.asarray(axes["slope_deg"], float)),
+        AxisRule("time", np.asarray(axes["time_h"], float), PERIODIC, 24.0),
+    ]
+    mesh = np.meshgrid(codes, *places.values(), indexing="ij", sparse=True)
+    read = interpolate(table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh)))
+    return measure("temperature", read - exact, read - exact), measure("solver", exact - fine, exact - fine)

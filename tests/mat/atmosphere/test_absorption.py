@@ -1,0 +1,180 @@
+"""The packaged absorption table: agreement with line by line, behaviour at the ends, errors."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.absorption import CONTINUUM, AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.datafiles import read_csv
+from skyshine.mat.atmosphere.interpolation import lagrange_weights
+from skyshine.schemas.errors import InputError
+
+REFERENCE = Path(__file__).parents[2] / "data" / "line_by_line_tropical_5km.csv"
+BOLTZMANN = 1.380649e-23  # J/K
+
+
+@pytest.fixture(scope="module")
+def table():
+    return AbsorptionTable.open()
+
+
+@pytest.fixture(scope="module")
+def points(table):
+    return table.points(1000, 1050)
+
+
+def interval_means(points, transmittance):
+    return np.bincount(points.interval, points.weight * transmittance) / np.bincount(points.interval, points.weight)
+
+
+def reference_path():
+    text = REFERENCE.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
+    return {name: float(value) for name, value in (item.split("=") for item in text.split())}
+
+
+@pytest.mark.parametrize("gas", ["H2O", CONTINUUM, "CO2", "CH4"])
+def test_each_gas_agrees_with_line_by_line(table, gas):
+    expected, path = read_csv(REFERENCE), reference_path()
+    points = table.points(expected["low[cm-1]"][0], expected["high[cm-1]"][-1])
+    np.testing.assert_allclose(points.interval_edges[:, 0], expected["low[cm-1]"])
+    sections = points.cross_sections(path["pressure_Pa"], path["temperature_K"], path["H2O"], gases=[gas])[gas][0]
+    density = path["pressure_Pa"] / (BOLTZMANN * path["temperature_K"])
+    depth = sections * path[gas.split("_")[0]] * density * path["length_m"]
+    error = interval_means(points, np.exp(-depth)) - expected[gas]
+    assert np.sqrt(np.mean(error**2)) <= 0.003
+    assert np.abs(error).max() <= 0.015
+
+
+def test_error_on_unseen_paths_is_within_the_goal(table):
+    rms, largest = np.sqrt(np.mean(table.error[:, 0] ** 2)), table.error[:, 1].max()
+    assert rms <= 0.0015 and largest <= 0.015
+
+
+def test_covers_the_thermal_windows(table):
+    for low, high in ((695, 1305), (1900, 3400)):
+        assert any(first <= low and high <= last for first, last in table.coverage)
+    assert {"H2O", "CO2", "CH4"} <= set(table.gases)
+
+
+def test_weights_sum_to_the_width_of_each_interval(table):
+    points = table.points(2000, 2500)
+    sums = np.bincount(points.interval, points.weight)
+    np.testing.assert_allclose(sums, np.diff(points.interval_edges, axis=1)[:, 0], rtol=1e-12)
+    assert points.weight.min() > 0
+    inside = points.interval_edges[points.interval]
+    assert np.all((inside[:, 0] <= points.wavenumber) & (points.wavenumber <= inside[:, 1]))
+
+
+def test_range_is_widened_to_whole_intervals(table):
+    points = table.points(1001, 1006)
+    np.testing.assert_array_equal(points.interval_edges, [[1000, 1005], [1005, 1010]])
+
+
+def test_cross_sections_are_finite_and_never_negative(points):
+    pressure = np.array([1e-9, 1e-3, 1.0, 1e4, 1.1e5])
+    for temperature in (150.0, 250.0, 350.0):
+        for gas, values in points.cross_sections(pressure, np.full(5, temperature), np.full(5, 0.02)).items():
+            assert values.shape == (5, points.wavenumber.size), gas
+            assert np.all(np.isfinite(values)) and values.min() >= 0, gas
+
+
+def test_lines_keep_their_doppler_shape_below_the_lowest_pressure(points):
+    low, lower = (points.cross_sections(p, 250.0, 0.0, gases=["CO2"])["CO2"] for p in (1e-3, 1e-9))
+    np.testing.assert_array_equal(low, lower)
+
+
+def test_water_broadens_its_own_lines(points):
+    dry, moist = (points.cross_sections(101300.0, 300.0, q, gases=["H2O"])["H2O"][0] for q in (0.0, 0.04))
+    ratio = moist / dry
+    # The self width of water vapour is three to seven times its air width: wings grow by 8 to 24 %, centres shrink alike.
+    assert 0.75 < ratio.min() < 0.97 < 1.06 < np.median(ratio) < 1.25
+
+
+def test_interpolation_is_smooth_between_the_nodes(points):
+    temperature = np.linspace(200.0, 320.0, 400)
+    values = np.log(points.cross_sections(np.full(400, 8e4), temperature, np.full(400, 0.01), gases=["H2O"])["H2O"])
+    steps = np.diff(values, axis=0)
+    assert np.abs(np.diff(steps, axis=0)).max() < 0.1 * np.abs(steps).max()
+
+
+def test_continuum_is_quadratic_in_the_amount_of_water():
+    # The self continuum alone (no foreign): absorption coefficient goes with the square of the water density.
+    arguments = np.array([1e-28]), np.zeros(1), np.array([5.0]), np.array([1000.0])
+    one, two = (water_continuum(*arguments, [1e5], [290.0], [q])[0, 0] * q for q in (0.01, 0.02))
+    assert two / one == pytest.approx(4.0)
+
+
+def test_continuum_in_the_window_weakens_with_warmth(points):
+    values = points.cross_sections(np.full(2, 1e5), np.array([280.0, 310.0]), np.full(2, 0.01), gases=[CONTINUUM])[CONTINUUM]
+    assert np.all(values[0] > 1.3 * values[1])
+
+
+def test_subset_gives_the_same_cross_sections(points):
+    index = np.array([40, 3, 17])
+    few = points.subset(index, weight=[1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(few.wavenumber, points.wavenumber[index])
+    np.testing.assert_array_equal(few.weight, [1.0, 2.0, 3.0])
+    all_sections, some = (p.cross_sections(5e4, 260.0, 0.003) for p in (points, few))
+    for gas, values in some.items():
+        np.testing.assert_allclose(values, all_sections[gas][:, index], rtol=1e-5)
+
+
+def test_subset_keeps_gases_that_only_some_points_have(table):
+    points = table.points(2000, 2600)
+    full = points.cross_sections(5e4, 260.0, 0.003)
+    index = np.arange(0, points.wavenumber.size, 7)
+    some = points.subset(index).cross_sections(5e4, 260.0, 0.003)
+    for gas in full:
+        np.testing.assert_allclose(some[gas], full[gas][:, index], rtol=1e-5)
+
+
+def test_every_interval_of_a_gas_names_its_source(table):
+    for gas in table.gases:
+        ranges = table.provenance(gas)
+        assert sum(high - low for low, high, _ in ranges) == pytest.approx(sum(b - a for a, b in table.coverage))
+    assert any("HITRAN2012" in text for _, _, text in table.provenance("CO2"))
+
+
+@pytest.mark.parametrize(
+    "pressure, temperature, fraction, message",
+    [
+        (1.2e5, 290.0, 0.01, "pressure 1200 hPa"),
+        (-1.0, 290.0, 0.01, "pressure"),
+        (1e5, 149.0, 0.01, "temperature 149 K"),
+        (1e5, 290.0, 0.2, "mole fraction 0.2"),
+        (1e5, np.nan, 0.01, "temperature nan K"),
+    ],
+)
+def test_values_outside_the_table_are_refused(points, pressure, temperature, fraction, message):
+    with pytest.raises(InputError, match=message):
+        points.cross_sections(pressure, temperature, fraction)
+
+
+def test_unknown_gas_is_refused(points):
+    with pytest.raises(InputError, match="no gas 'XYZ'"):
+        points.cross_sections(1e5, 290.0, 0.01, gases=["XYZ"])
+
+
+@pytest.mark.parametrize("low, high, message", [(1000, 1000, "no range"), (1200, 1100, "no range"), (10, 20, "not covered")])
+def test_ranges_that_cannot_be_are_refused(table, low, high, message):
+    with pytest.raises(InputError, match=message):
+        table.points(low, high)
+
+
+def test_other_files_are_refused(tmp_path):
+    path = tmp_path / "text.h5"
+    path.write_text("not a table")
+    with pytest.raises(InputError, match="not a readable HDF5 file"):
+        AbsorptionTable.open(path)
+    with pytest.raises(InputError, match="does not exist"):
+        AbsorptionTable.open(tmp_path / "absent.h5")
+
+
+@pytest.mark.parametrize("count", [3, 4, 9])
+def test_lagrange_weights_reproduce_polynomials(count):
+    nodes = np.sort(np.random.default_rng(1).uniform(0, 10, count))
+    x = np.linspace(nodes[0], nodes[-1], 50)
+    weights = lagrange_weights(nodes, x)
+    for degree in range(min(4, count)):
+        np.testing.assert_allclose(weights @ nodes**degree, x**degree, rtol=1e-9, atol=1e-9)

@@ -1,0 +1,96 @@
+"""Bands and their reduction: weights, tolerance, repeatability, gases left out."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.compile import KINDS, band_points, compile_band
+from skyshine.mat.atmosphere.solar import solar_irradiance
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.quantities import PathGrid
+from skyshine.mat.radiometry import SpectralResponse
+from skyshine.schemas.errors import InputError
+
+GRID = PathGrid(
+    range_km=[0.001, 0.3, 1.0, 5.0, 20.0, 100.0],
+    altitude_km=[0.002, 1.0, 10.0],
+    elevation_deg=[-90.0, -10.0, -1.0, 0.0, 5.0, 90.0],
+    source_elevation_deg=[-10.0, 5.0, 60.0],
+    source_azimuth_deg=[0.0, 180.0],
+)
+
+
+@pytest.fixture(scope="module")
+def state():
+    return AtmosphericState.from_profile("midlatitude_summer", co2_ppm=420)
+
+
+@pytest.fixture(scope="module")
+def band():
+    response = SpectralResponse.rectangular(8.5, 9.2)
+    return band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+
+
+@pytest.fixture(scope="module")
+def compiled(state, band):
+    return compile_band(state, band, GRID, solar_irradiance(band.wavenumber))
+
+
+def test_weights_of_a_triangular_response(synthetic_points):
+    response = SpectralResponse(np.array([10.0, 10.5, 11.0]), np.array([0.0, 1.0, 0.0]))
+    edges = np.arange(900.0, 1010.1, 5.0)
+    band = band_points(synthetic_points(edges, {"CO2": np.zeros(22)}), response)
+    assert band.weight.sum() == pytest.approx(0.5, rel=1e-4)  # um
+    assert np.all(band.weight > 0)
+    assert band.weight.size == 19  # 909.1 to 1000 cm^-1
+    # The same integral in wavenumbers: of the response over d(nu).
+    nu = np.linspace(900, 1010, 20001)
+    assert band.radiance_weight.sum() == pytest.approx(np.trapezoid(response.at_wavenumber(nu), nu), rel=1e-3)
+
+
+def test_a_response_elsewhere_is_refused(synthetic_points):
+    with pytest.raises(InputError, match="response is 0"):
+        band_points(synthetic_points(np.array([900.0, 905.0]), {"CO2": [0.0]}), SpectralResponse.rectangular(3.0, 4.0))
+
+
+def test_a_compiled_band_holds_its_tolerance(band, compiled):
+    assert compiled.index.size <= 64 < compiled.total_points == band.weight.size
+    assert compiled.band.weight.sum() == pytest.approx(band.weight.sum(), rel=1e-9)
+    assert np.all(compiled.band.weight > 0)
+    assert set(compiled.errors) == set(KINDS)
+    for kind, error in compiled.errors.items():
+        assert error["rms"] < 3e-3, kind
+        assert error["rms"] <= error["max"] < 0.02, kind
+    assert np.all(np.diff(compiled.ladder[[0, 3, 7, -1]]) < 0)
+
+
+def test_the_same_band_compiles_to_the_same_points(state, band, compiled):
+    again = compile_band(state, band, GRID, solar_irradiance(band.wavenumber))
+    assert np.array_equal(again.index, compiled.index)
+    assert np.array_equal(again.band.weight, compiled.band.weight)
+    assert again.errors == compiled.errors
+
+
+def test_gases_without_effect_are_left_out_and_named(compiled):
+    assert {"H2O", "H2O_continuum"} <= set(compiled.band.gases)
+    assert compiled.dropped and not set(compiled.dropped) & set(compiled.band.gases)
+    assert sum(compiled.dropped.values()) <= 0.5e-3
+
+
+def test_a_looser_tolerance_takes_fewer_points(state, band, compiled):
+    loose = compile_band(state, band, GRID, solar_irradiance(band.wavenumber), tolerance=0.02)
+    assert loose.index.size < compiled.index.size
+
+
+def test_night_needs_no_source(state, band):
+    dark = compile_band(state, band, GRID, np.zeros(band.weight.size), max_points=12)
+    assert "direct_irradiance" not in dark.errors
+    assert dark.index.size <= 12
+
+
+def test_two_sources_share_a_band(state, band, compiled):
+    sun = solar_irradiance(band.wavenumber)
+    moon = 1e-6 * sun * np.linspace(0.5, 2.0, sun.size)
+    both = compile_band(state, band, GRID, np.stack([sun, moon]))
+    for kind, error in both.errors.items():
+        assert error["rms"] < 3e-3, kind

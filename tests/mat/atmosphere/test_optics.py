@@ -1,0 +1,73 @@
+"""Optical properties at levels: molecular scattering against published values, phase functions, sums."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere import optics
+from skyshine.mat.atmosphere.state import AtmosphericState
+
+
+@pytest.mark.parametrize("micron", [0.25, 0.3, 0.4, 0.55, 0.7, 0.85])
+def test_rayleigh_cross_section_of_bodhaine(micron):
+    # Bodhaine et al. 1999, equation 29: their own fit at 360 ppmv of CO2, good to 0.01 % from 0.25 to 0.85 um; 1e-28 cm2.
+    fit = (1.0455996 - 341.29061 / micron**2 - 0.90230850 * micron**2) / (
+        1 + 0.0027059889 / micron**2 - 85.968563 * micron**2
+    )
+    section, _ = optics.rayleigh_scattering(np.array([1e4 / micron]), 0.036)
+    assert section[0] == pytest.approx(fit * 1e-32, rel=5e-4)
+
+
+def test_rayleigh_optical_depth_of_the_air():
+    # Bodhaine et al. 1999, section 4: 0.0973 at 0.55 um for 1013.25 hPa at 45 degrees latitude (other authors 0.0971 to 0.0976).
+    state = AtmosphericState.from_profile("us_standard")
+    section, _ = optics.rayleigh_scattering(np.array([1e4 / 0.55]), 0.036)
+    assert section[0] * state._column(state.number_density, 0.0) == pytest.approx(0.0973, rel=5e-3)
+
+
+def test_rayleigh_scattering_stays_positive_from_ultraviolet_to_far_infrared():
+    section, anisotropy = optics.rayleigh_scattering(1e4 / np.geomspace(0.3, 30.0, 50), 0.042)
+    assert np.all(section > 0) and np.all(np.diff(section) < 0)
+    assert np.all((anisotropy > 0.01) & (anisotropy < 0.03))
+
+
+@pytest.mark.parametrize("anisotropy", [0.0, 0.0148, 0.03])
+def test_molecular_phase_function_has_mean_one(anisotropy):
+    cosine, weight = np.polynomial.legendre.leggauss(8)
+    assert optics.rayleigh_phase(cosine, anisotropy) @ weight / 2 == pytest.approx(1.0, rel=1e-12)
+
+
+def test_particle_phase_functions_have_mean_one(synthetic_points):
+    state = AtmosphericState.from_profile("midlatitude_summer")
+    points = synthetic_points(np.array([800.0, 805.0, 1200.0, 2500.0]), {"CO2": np.zeros(3)})
+    phase = optics.spectral_optics(state, points).phase
+    angle = optics.PHASE_ANGLES
+    mean = np.trapezoid(phase * np.sin(angle)[:, None, None], angle, axis=0) / 2
+    assert np.all(np.abs(mean - 1) < 5e-3)
+    assert np.all(phase > 0)
+
+
+def test_extinction_is_the_sum_of_its_parts_and_emission_the_black_bodys(synthetic_points):
+    state = AtmosphericState.from_profile("tropical", co2_ppm=400)
+    points = synthetic_points(np.array([900.0, 905.0, 910.0]), {"H2O": [1e-28, 2e-28], "CO2": [3e-27, 0.0]})
+    found = optics.spectral_optics(state, points)
+    parts = sum(found.absorption.values()) + found.rayleigh + found.aerosol_extinction
+    assert found.extinction == pytest.approx(parts, rel=1e-12)
+    assert found.absorption["CO2"][0] == pytest.approx([3e-27 * 400e-6, 0.0])
+    assert np.all(found.aerosol_scattering < found.aerosol_extinction)
+    # Planck's law with the radiation constants of CODATA 2018.
+    assert found.emission[0, 0] == pytest.approx(
+        1.191042972e-8 * 902.5**3 / np.expm1(1.438776877 * 902.5 / state.temperature[0])
+    )
+
+
+def test_gases_can_be_left_out(synthetic_points):
+    state = AtmosphericState.from_profile("tropical")
+    points = synthetic_points(np.array([900.0, 905.0]), {"H2O": [1e-28], "CO2": [3e-27], "XY9": [1.0]})
+    assert set(optics.spectral_optics(state, points).absorption) == {"H2O", "CO2"}
+    assert set(optics.spectral_optics(state, points, gases=("CO2",)).absorption) == {"CO2"}
+
+
+def test_phase_wavelength_weights_add_up():
+    nodes, share = optics._phase_wavelengths(np.linspace(2000.0, 3333.0, 40))
+    assert share.sum(axis=0) == pytest.approx(np.ones(40))
+    assert (1e4 / nodes) @ share == pytest.approx(1e4 / np.linspace(2000.0, 3333.0, 40))

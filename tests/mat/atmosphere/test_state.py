@@ -1,0 +1,115 @@
+"""Columns of the standard states against published ones, and the limits of states."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.aerosol import RAYLEIGH_550
+from skyshine.mat.atmosphere.state import AtmosphericState, saturation_pressure
+from skyshine.schemas.errors import InputError
+
+
+# Water [kg m^-2] and ozone [DU] of the profiles of Anderson et al. 1986, as MODTRAN's users know them.
+@pytest.mark.parametrize(
+    ("profile", "water", "ozone"),
+    [
+        ("tropical", 41.1, 277),
+        ("midlatitude_summer", 29.2, 332),
+        ("midlatitude_winter", 8.5, 377),
+        ("subarctic_summer", 20.8, 345),
+        ("subarctic_winter", 4.2, 376),
+        ("us_standard", 14.2, 344),
+    ],
+)
+def test_columns_of_the_profiles(profile, water, ozone):
+    state = AtmosphericState.from_profile(profile)
+    assert state.precipitable_water(0.0) == pytest.approx(water, rel=0.015)
+    assert state.ozone_column(0.0) == pytest.approx(ozone, rel=0.015)
+
+
+def test_columns_fall_with_altitude_and_end_at_the_top():
+    state = AtmosphericState.from_profile("tropical")
+    altitude = np.linspace(0, 110e3, 300)
+    for column in (
+        state.precipitable_water(altitude),
+        state.ozone_column(altitude),
+        state.aerosol_optical_depth(500, altitude),
+    ):
+        assert np.all(np.diff(column) <= 1e-12 * column[0])
+        assert column[-1] == 0.0
+    inside = np.linspace(100.0, 900.0, 5)
+    fresh = AtmosphericState.from_profile("tropical", surface_altitude=500.0)
+    assert fresh.precipitable_water(700.0) == pytest.approx(state.precipitable_water(700.0), rel=2e-3)
+    assert np.all(np.diff(state.pressure_at(inside)) < 0)
+
+
+def test_hydrostatic_weight_of_the_air():
+    state = AtmosphericState.from_profile("us_standard")
+    assert state._column(state.number_density, 0.0) == pytest.approx(
+        2.1535e29, rel=3e-3
+    )  # 101325 Pa / (28.964 g/mol * 9.79)
+
+
+def test_visibility_gives_the_extinction_at_the_ground():
+    for visibility in (0.1, 5.0, 23.0, 300.0):
+        state = AtmosphericState.from_profile("us_standard", visibility_km=visibility)
+        total = sum(component.extinction_550[0] for component in state.aerosols) + RAYLEIGH_550
+        assert total * visibility * 1e3 == pytest.approx(3.912, rel=1e-6)
+    hazy, clear = (
+        AtmosphericState.from_profile("us_standard", visibility_km=v).aerosol_optical_depth(500, 0.0) for v in (5, 50)
+    )
+    assert hazy > 2 * clear > 0
+    assert AtmosphericState.from_profile("us_standard", aerosol="none").aerosol_optical_depth(500, 0.0) == 0.0
+
+
+def test_saturation_pressure_at_the_triple_point_and_at_boiling():
+    assert saturation_pressure(273.16) == pytest.approx(611.657, rel=1e-4)
+    assert saturation_pressure(313.15) == pytest.approx(7384.9, rel=1e-3)  # 40 C, IAPWS
+
+
+def test_scaled_humidity_stops_at_saturation():
+    state = AtmosphericState.from_profile("tropical", humidity_scale=10.0)
+    vapour = state.mole_fraction["H2O"] * state.pressure
+    assert np.all(vapour <= saturation_pressure(state.temperature) * (1 + 1e-12))
+    assert np.all(state.relative_humidity <= 100.0)
+    dry = AtmosphericState.from_profile("tropical", humidity_scale=0.0)
+    assert dry.precipitable_water(0.0) == 0.0
+
+
+def test_carbon_dioxide_is_that_at_the_ground():
+    assert AtmosphericState.from_profile("tropical", co2_ppm=420).mole_fraction["CO2"][0] == pytest.approx(420e-6)
+    assert AtmosphericState.from_profile("tropical").mole_fraction["CO2"][0] == pytest.approx(330e-6)
+
+
+@pytest.mark.parametrize("ground", [-430.0, 0.0, 1609.0, 5000.0])
+def test_ground_altitude_begins_the_levels(ground):
+    state = AtmosphericState.from_profile("midlatitude_summer", surface_altitude=ground)
+    assert state.altitude[0] == ground
+    assert state.altitude[-1] == 100e3
+    assert np.all(np.diff(state.altitude) > 50)
+    assert np.all(np.diff(state.pressure) < 0)
+    assert state.surface_temperature == state.temperature[0]
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"surface_altitude": 9000.0}, "surface altitude"),
+        ({"humidity_scale": -1.0}, "humidity scale"),
+        ({"humidity_scale": float("nan")}, "humidity scale"),
+        ({"visibility_km": 0.01}, "visibility"),
+        ({"aerosol": "rurl"}, "rural"),
+        ({"surface_albedo": 1.5}, "albedo"),
+        ({"surface_temperature": -5.0}, "surface temperature"),
+        ({"co2_ppm": float("inf")}, "finite"),
+    ],
+)
+def test_bad_settings_are_refused(settings, message):
+    with pytest.raises(InputError, match=message):
+        AtmosphericState.from_profile("tropical", **settings)
+
+
+def test_repeated_altitudes_are_refused():
+    levels = np.array([0.0, 1e3, 1e3, 2e3])
+    ones = np.ones(4)
+    with pytest.raises(InputError, match="without repetition"):
+        AtmosphericState("x", levels, ones * 1e5, ones * 280, {"H2O": ones * 0}, (), 280.0, 0.1)

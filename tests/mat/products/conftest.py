@@ -1,0 +1,44 @@
+"""One small job, built once, for all tests of files and commands."""
+
+import pytest
+
+from skyshine.mat.build import build
+from skyshine.mat.job import load_job
+
+SMALL_JOB = """\
+skyshine: 1
+name: small
+site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
+states:
+  - profile: midlatitude_summer
+    visibility_km: 23
+    weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
+bands:
+  - wavelength_um: [8, 12]
+materials: [asphalt_road, grass_green]
+atmosphere_grid:
+  range_km: [0.001, 1, 5, 20]
+  altitude_km: [0.01, 1]
+  elevation_deg: [-90, -30, -5, 0, 30, 90]
+  source_elevation_deg: [-20, 0, 30, 60]
+  source_azimuth_deg: [0, 90, 180]
+surface_grid:
+  altitude_km: [0, 1]
+  azimuth_deg: [0, 90, 180, 270]
+  slope_deg: [0, 45]
+  time: [00:00, 06:00, 12:00, 18:00]
+"""
+
+
+@pytest.fixture(scope="session")
+def small_job(tmp_path_factory):
+    file = tmp_path_factory.mktemp("small") / "job.yaml"
+    file.write_text(SMALL_JOB, encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="session")
+def small_build(small_job):
+    """Folder of the databases of the small job."""
+    build(load_job(small_job), jobs=1)
+    return small_job.parent / "built"

@@ -1,0 +1,111 @@
+"""The commands on a built job: results, JSON, exit statuses, clear lines."""
+
+import json
+
+import pytest
+
+from skyshine.mat.cli import COMMANDS, main
+
+
+@pytest.fixture
+def mat(capsys):
+    """Run ``mat`` with arguments: exit status, standard output, standard error."""
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            main.main([str(argument) for argument in arguments])
+        shown = capsys.readouterr()
+        return stop.value.code, shown.out, shown.err
+
+    return run
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_with_an_example(mat, name):
+    status, shown, _ = mat(name, "--help")
+    assert status == 0 and "Example: mat" in shown
+
+
+def test_check_prints_what_is_built_and_when_the_sources_are_up(mat, small_job):
+    status, shown, _ = mat("check", small_job, "--json")
+    plan = json.loads(shown)
+    assert status == 0 and plan["materials"] == ["asphalt_road", "grass_green"]
+    assert sorted(plan["files"]) == ["b01.band.h5", "s01.htt.h5", "s01b01.atmq.h5", "s01b01.lunar_atmq.h5"]
+    # Almanac for 29.7 N, 82.0 W on 28 June 2026: the Sun is up from about 05:30 to 19:30 EST.
+    (rise, sink) = plan["source_up"]["sun"][0]
+    assert rise in ("05:30", "05:35") and sink in ("19:25", "19:30")
+    assert any("orientations" in item["what"] for item in plan["left_out"])
+    assert "left out" in mat("check", small_job)[1]
+
+
+def test_info_shows_versions_axes_and_errors(mat, small_build):
+    status, shown, _ = mat("info", small_build / "s01b01.atmq.h5", "--json")
+    content = json.loads(shown)
+    assert status == 0 and content["attributes"]["filetype"] == "atmq"
+    assert content["axes"]["range"] == {"units": "km", "nodes": 4, "long_name": content["axes"]["range"]["long_name"], "from": 0.001, "to": 20.0}
+    assert content["accuracy"]["rms_kelvin"]["values"]["beta_star"] > 0
+    assert "beta_star" in mat("info", small_build / "s01b01.atmq.h5")[1]
+
+
+def test_verify_is_0_for_good_files_1_for_changed_ones(mat, small_build, tmp_path):
+    files = sorted(small_build.glob("*.h5"))
+    assert mat("verify", *files)[0] == 0
+    import h5py
+
+    changed = tmp_path / "b01.band.h5"
+    changed.write_bytes((small_build / "b01.band.h5").read_bytes())
+    with h5py.File(changed, "r+") as file:
+        file["reflectance"][0] = 0.5
+    status, shown, complaint = mat("verify", changed, "--json")
+    assert status == 1 and json.loads(shown)["holds"] is False and "1 of 1 files do not hold" in complaint
+    assert mat("verify", tmp_path / "none.h5")[0] == 2
+
+
+def test_query_gives_a_value_with_its_stated_error(mat, small_build):
+    place = ["material=asphalt_road", "altitude=0.5", "azimuth=200", "slope=20", "time=13.5"]
+    status, shown, _ = mat("query", small_build / "s01.htt.h5", "temperature", *place, "--json")
+    result = json.loads(shown)
+    assert status == 0 and result["units"] == "K" and 290 < result["value"] < 345 and result["stated_error"]["maximum"] > 0
+    assert "temperature = " in mat("query", small_build / "s01.htt.h5", "temperature", *place)[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["temprature", "material=1"], "found the quantity 'temprature'; did you mean 'temperature'?"),
+        (["temperature", "material=concrete", "altitude=0", "azimuth=0", "slope=0", "time=1"], "found the material 'concrete'"),
+        (["temperature", "material=asphalt_road", "azimuth=0", "slope=0", "time=1"], "the axis 'altitude' is missing"),
+        (["temperature", "material=asphalt_road", "altitude=9", "azimuth=0", "slope=0", "time=1"], "altitude: found 9; allowed: 0 to 1"),
+        (["temperature", "material=asphalt_road", "altitude=x"], "found 'x' for the axis 'altitude'; allowed: a number"),
+        (["temperature", "noon"], "found 'noon'; allowed: AXIS=VALUE"),
+    ],
+)
+def test_a_wrong_query_is_one_clear_line(mat, small_build, arguments, complaint):
+    status, _, shown = mat("query", small_build / "s01.htt.h5", *arguments)
+    assert status == 2 and complaint in shown and shown.strip().count("\n") == 0
+
+
+def test_plot_draws_several_files_into_a_folder(mat, small_build, tmp_path):
+    status, _, _ = mat("plot", small_build / "s01.htt.h5", small_build / "b01.band.h5", "--out", tmp_path / "p")
+    assert status == 0 and sorted(p.name for p in (tmp_path / "p").iterdir()) == ["b01.band.png", "s01.htt.png"]
+    assert mat("plot", small_build / "s01.htt.h5", "--out", tmp_path / "x.jpg")[0] == 2
+
+
+def test_init_writes_a_job_that_checks_and_never_overwrites(mat, tmp_path):
+    assert mat("init", tmp_path / "demo")[0] == 0
+    status, shown, _ = mat("check", tmp_path / "demo" / "job.yaml")
+    assert status == 0 and "yellowstone_road.tmm.h5" in shown and "no texture uses them" in shown
+    status, _, complaint = mat("init", tmp_path / "demo")
+    assert status == 2 and "exists already" in complaint
+
+
+def test_build_reports_bad_jobs_with_status_2_and_leaves_nothing(mat, tmp_path):
+    (tmp_path / "job.yaml").write_text("skyshine: 1\nnaem: x\n", encoding="utf-8")
+    status, _, complaint = mat("build", tmp_path / "job.yaml")
+    assert status == 2 and f"{tmp_path / 'job.yaml'}:2:1: unknown key 'naem'; did you mean 'name'?" in complaint
+    assert [p.name for p in tmp_path.iterdir()] == ["job.yaml"]
+
+
+def test_build_prints_json(mat, small_job, small_build):
+    status, shown, _ = mat("build", small_job, "--json", "--jobs", 1)
+    assert status == 0 and all(entry["kept"] for entry in json.loads(shown)["files"].values())

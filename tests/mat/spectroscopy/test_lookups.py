@@ -1,0 +1,66 @@
+"""Stand-ins for missing line lists: LOWTRAN7's parameters from its source, REPTRAN's representatives on the fine grid."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+pytest.importorskip("netCDF4")
+
+from skyshine.mat.spectroscopy import linebyline, nodes  # noqa: E402
+from skyshine.mat.spectroscopy.lookups import LookupSource, band_parameters  # noqa: E402
+from skyshine.schemas.errors import InputError  # noqa: E402
+
+FORTRAN = """\
+      DATA IWLO3 /   0,    515,   -999/
+      DATA IWHO3 /  10,    520,   -999/
+      BLOCK DATA CPO3
+C     DATA C11O3/ 9.0/
+      DATA C11O3/
+     1 -2.0, -1.5,
+     2  0.5/
+      DATA C21O3/ -0.25, 1.0/
+      END
+"""
+
+
+def test_parameters_are_read_with_their_wavenumbers(tmp_path):
+    path = tmp_path / "lowtran7.f"
+    path.write_text(FORTRAN)
+    found = band_parameters(path, "O3")
+    assert list(found) == [0, 5, 10, 515, 520]
+    np.testing.assert_allclose([np.log10(value) for value in found.values()], [-2.0, -1.5, 0.5, -0.25, 1.0])
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [(FORTRAN.replace(", 1.0/", "/"), "4 parameters of O3 for 5 wavenumbers"), ("      END\n", "no DATA of IWLO3")],
+)
+def test_other_sources_are_refused(tmp_path, text, message):
+    path = tmp_path / "lowtran7.f"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        band_parameters(path, "O3")
+
+
+def test_missing_files_are_named(tmp_path):
+    with pytest.raises(InputError, match="--lowtran needs"):
+        band_parameters(tmp_path / "absent.f", "O3")
+    with pytest.raises(InputError, match="--lookups needs"):
+        LookupSource("O3", tmp_path, tmp_path / "absent.f")
+
+
+@pytest.mark.shared_data
+def test_ozone_near_nine_and_a_half_micrometres(shared_data, tmp_path):
+    path = tmp_path / "lowtran7.f"
+    path.write_text(FORTRAN.replace("515", "1050").replace("520", "1055"))
+    source = LookupSource("O3", shared_data / "ozone_n2o", path)
+    assert source.covers(1050.0, 1055.0) and not source.covers(20.0, 25.0)
+    grid = linebyline.interval_grid(1050.0, 1055.0)
+    spectrum = source.spectrum(grid, 1050.0, 1055.0)
+    assert spectrum.shape == (nodes.PRESSURE.size, nodes.TEMPERATURE.size, grid.size) and spectrum.min() >= 0
+    # Band strength of nu3 is 1.4e-17 cm over some 70 cm-1 (Rothman et al. 2005): a mean of about 2e-19 cm2, more in the branches.
+    mean = spectrum[-1, 4].mean() * 1e4
+    assert 1e-19 < mean < 8e-19
+    some, humid = source.points(grid[[5, 700, 4000]], 1050.0, 1055.0)
+    assert humid is None
+    np.testing.assert_array_equal(some, np.moveaxis(spectrum[..., [5, 700, 4000]], -1, 0))

@@ -1,0 +1,47 @@
+"""A summer day at 40 degrees north, by the textbook formulae for the Sun."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.surface.forcing import Site, Sky, Weather, sun_hours
+
+
+def sun(latitude: float, declination: float) -> tuple[np.ndarray, np.ndarray]:
+    """Elevation and azimuth of the Sun at `sun_hours()`, solar noon at 12 [degree]."""
+    hour = np.radians(15 * (sun_hours() - 12))
+    lat, dec = np.radians(latitude), np.radians(declination)
+    up = np.sin(lat) * np.sin(dec) + np.cos(lat) * np.cos(dec) * np.cos(hour)
+    east = -np.cos(dec) * np.sin(hour)
+    north = np.cos(lat) * np.sin(dec) - np.sin(lat) * np.cos(dec) * np.cos(hour)
+    return np.degrees(np.arcsin(up)), np.degrees(np.arctan2(east, north)) % 360
+
+
+@pytest.fixture(scope="session")
+def make_site():
+    return lambda latitude=40.0, declination=20.0: Site(0.0, *sun(latitude, declination))
+
+
+@pytest.fixture(scope="session")
+def site(make_site):
+    return make_site()
+
+
+@pytest.fixture(scope="session")
+def weather():
+    return Weather((285.0, 301.0), 50.0, 2.0)
+
+
+@pytest.fixture(scope="session")
+def make_sky():
+    def make(cloud_fraction=0.0):
+        z = np.linspace(0.0, 4000.0, 9)
+        pressure = 101325 * np.exp(-z / 8000)
+        water, aerosol = 25 * np.exp(-z / 2000), np.exp(-z / 1500)
+        return Sky(z, pressure, water, 0.3 * aerosol, 0.2 * aerosol, 300.0, 0.2, cloud_fraction)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def sky(make_sky):
+    return make_sky()

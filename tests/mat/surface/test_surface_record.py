@@ -1,0 +1,248 @@
+"""Measured records: units, gaps, equal steps, and the place of what is wrong."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from skyshine.mat.commands.temperature import command
+from skyshine.mat.surface.record import read_record
+from skyshine.schemas.errors import InputError
+
+HEADER = "time,sw_down,lw_down,air_temperature[C],relative_humidity,wind_speed,pressure[hPa]"
+MATERIAL = """
+skin:
+  thickness: {value: 0.002, source: test}
+  conductivity: {value: 1.0, source: test}
+  density: {value: 2000, source: test}
+  heat_capacity: {value: 1000, source: test}
+layers:
+  - {thickness: {value: 0.1, source: test}, conductivity: {value: 1.0, source: test},
+     density: {value: 2000, source: test}, heat_capacity: {value: 1000, source: test}}
+  - {thickness: {value: 5.0, source: test}, conductivity: {value: 1.0, source: test},
+     density: {value: 2000, source: test}, heat_capacity: {value: 1000, source: test}}
+back:
+  kind: {value: adiabatic, source: test}
+surface:
+  roughness_length: {value: 0.005, source: test}
+  wetness: {value: 0, source: test}
+  surface_resistance: {value: 0, source: test}
+  canopy: {value: false, source: test}
+  snow: {value: false, source: test}
+"""
+
+
+def write(folder, *rows, header=HEADER):
+    file = folder / "weather.csv"
+    file.write_text("\n".join(["# a record", header, *rows]) + "\n")
+    return file
+
+
+def hourly(days=1, row="{sun:.1f},300,20,40,2.0,950"):
+    for hour in range(24 * days):
+        sun = 800 * max(0.0, np.sin(np.pi * (hour % 24 - 6) / 12))
+        yield f"2026-06-{21 + hour // 24:02d}T{hour % 24:02d}:00:00Z," + row.format(sun=sun)
+
+
+def test_units_and_zones(tmp_path):
+    rows = ["2026-06-21T02:00:00+02:00,-3.5,300,20,40,36,950"] + [
+        f"2026-06-21T{hour:02d}:00,100,300,20,102,36,950" for hour in range(1, 6)
+    ]
+    record = read_record(write(tmp_path, *rows, header=HEADER.replace("wind_speed", "wind_speed[km/h]")))
+    assert record.start == np.datetime64("2026-06-21T00:00:00")
+    assert (record.step, record.steps) == (3600.0, 6)
+    assert record.values["air_temperature"] == pytest.approx(293.15)
+    assert record.values["wind_speed"] == pytest.approx(10.0)
+    assert record.values["pressure"] == pytest.approx(95000.0)
+    assert record.values["sw_down"][0] == 0.0 and record.values["relative_humidity"][1] == 100.0
+
+
+def test_missing_hours_are_bridged(tmp_path):
+    rows = list(hourly())
+    record = read_record(write(tmp_path, *rows[:9], *rows[10:]))
+    assert record.steps == 24
+    assert record.values["sw_down"][9] == pytest.approx(
+        0.5 * (record.values["sw_down"][8] + record.values["sw_down"][10])
+    )
+
+
+GOOD = "2026-06-21T{:02d}:00:00Z,0,300,20,40,2.0,950"
+
+
+@pytest.mark.parametrize(
+    "row, message",
+    [
+        ("2026-06-21T02:00:00Z,0,abc,20,40,2.0,950", r"weather.csv:5:24: lw_down: found 'abc'"),
+        ("2026-06-21T02:00:00Z,0,300,293,40,2.0,950", r"weather.csv:5:28: air_temperature: found '293'; allowed"),
+        ("2026-06-21T02:00:00Z,0,300,20,40,2.0,nan", r"weather.csv:5:38: pressure: found 'nan'"),
+        ("2026-06-21T02:00:00Z,-9999,300,20,40,2.0,950", r"weather.csv:5:22: sw_down: found '-9999'"),
+        ("yesterday,0,300,20,40,2.0,950", r"weather.csv:5:1: time: found 'yesterday'; allowed: ISO 8601"),
+        ("2026-06-21T02:00:00Z,0,300,20,40,2.0", r"weather.csv:5:1: found 6 cells; allowed: 7"),
+        ("2026-06-20T02:00:00Z,0,300,20,40,2.0,950", r"weather.csv:5:1: found a time that is not after"),
+        ("2026-06-21T14:00:00Z,0,300,20,40,2.0,950", r"weather.csv:5:1: found a gap of 13.0 h"),
+    ],
+)
+def test_wrong_rows_are_placed(tmp_path, row, message):
+    later = [GOOD.format(hour) for hour in ((15, 16) if "T14" in row else (3, 4))]
+    with pytest.raises(InputError, match=message):
+        read_record(write(tmp_path, GOOD.format(0), GOOD.format(1), row, *later))
+
+
+@pytest.mark.parametrize(
+    "header, message",
+    [
+        (HEADER.replace("lw_down", "lw_dwn"), r"weather.csv:2:14: found the column 'lw_dwn'; did you mean 'lw_down'"),
+        (HEADER.replace("[C]", "[Celsius]"), r"weather.csv:2:22: found the unit 'Celsius' of air_temperature"),
+        (HEADER.replace("lw_down", "sw_down"), r"weather.csv:2:14: found the column 'sw_down' twice"),
+        (HEADER.replace(",wind_speed", ""), r"weather.csv:2:1: the column 'wind_speed' is missing"),
+    ],
+)
+def test_wrong_headers_are_placed(tmp_path, header, message):
+    with pytest.raises(InputError, match=message):
+        read_record(write(tmp_path, *hourly(), header=header))
+
+
+def run(tmp_path, *extra, rows=None):
+    material = tmp_path / "solid.yaml"
+    material.write_text(MATERIAL)
+    file = write(tmp_path, *(rows or hourly()))
+    optical = ["--solar-absorptance", "1", "--thermal-emissivity", "1"]
+    return CliRunner().invoke(command, ["--material", str(material), *optical, "--forcing", str(file), *extra])
+
+
+def test_command_gives_temperature_and_closing_fluxes(tmp_path):
+    result = run(tmp_path, "--json")
+    assert result.exit_code == 0, result.output
+    output = json.loads(result.output)
+    flux = {
+        name: np.array(part["values"])
+        for name, part in output.items()
+        if isinstance(part, dict) and part["units"] == "W m^-2" and "values" in part
+    }
+    assert set(flux) == {
+        *("shortwave_absorbed", "longwave_absorbed", "longwave_emitted"),
+        *("convection", "evaporation", "conduction", "melt"),
+    }
+    assert output["time"]["values"][0] == "2026-06-21T00:00:00Z" and output["temperature"]["units"] == "K"
+    gain = flux["shortwave_absorbed"] + flux["longwave_absorbed"]
+    assert np.allclose(gain, sum(flux[name] for name in flux if not name.endswith("absorbed")))
+    assert abs(output["energy_closure"]["value"]) < 1e-3 and abs(output["residual"]["value"]) < 1e-3
+    assert np.ptp(output["temperature"]["values"]) > 10
+
+
+def test_command_over_a_steady_record_is_in_equilibrium(tmp_path):
+    """A black surface under a black sky at air temperature stays there."""
+    rows = [f"2026-06-21T{hour:02d}:00:00Z,0,418.766,20,40,2.0,950" for hour in range(24)]
+    output = json.loads(run(tmp_path, "--json", rows=rows).output)
+    assert output["temperature"]["values"] == pytest.approx([293.15] * 24, abs=1e-3)
+
+
+def test_command_over_two_days(tmp_path):
+    output = json.loads(run(tmp_path, "--json", rows=list(hourly(2))).output)
+    values = np.array(output["temperature"]["values"])
+    assert len(values) == 48 and np.allclose(values[:24], values[24:], atol=1e-3)
+
+
+def test_hourly_record_is_solved_in_finer_steps(tmp_path):
+    """The same weather written every hour and every 15 minutes (linear between) gives the same temperatures."""
+    series = read_record(write(tmp_path, *hourly())).refined(4)
+    rows = [
+        f"{time},{sun:.4f},300,20,40,2.0,950" for time, sun in zip(series.times, series.values["sw_down"], strict=True)
+    ]
+    hour, quarter = (json.loads(run(tmp_path, "--json", rows=r).output)["temperature"]["values"] for r in (None, rows))
+    assert hour == pytest.approx(quarter[::4], abs=1e-3)
+
+
+def minutes(wave):
+    for minute in range(1440):
+        value = wave(2 * np.pi * minute / 1440)
+        yield f"2026-06-21T{minute // 60:02d}:{minute % 60:02d}:00Z,{value:.6f},300,20,40,0,0"
+
+
+def first_harmonic(values):
+    return np.fft.rfft(values)[1] * 2 / len(values)
+
+
+def vacuum_wave(tmp_path, material, *extra):
+    """The command under a 24 h flux wave of 100 W/m2 on a body that does not radiate, without air."""
+    (tmp_path / "body.yaml").write_text(material)
+    file = write(tmp_path, *minutes(lambda angle: 150 + 100 * np.cos(angle)))
+    arguments = ["--material", str(tmp_path / "body.yaml"), "--forcing", str(file), "--json", *extra]
+    result = CliRunner().invoke(command, [*arguments, "--solar-absorptance", "1", "--thermal-emissivity", "0"])
+    assert result.exit_code == 0, result.exception
+    return json.loads(result.output)
+
+
+def test_command_on_the_semi_infinite_solid(tmp_path):
+    """Flux wave: amplitude 100 / 12.0600 K, lag 3 h; wave at 0.10 m: ratio 0.426232, lag 3.2574 h (5 m is 43 damping
+    depths; the 2 mm skin is made of nothing here)."""
+    body = MATERIAL.replace(
+        "{value: adiabatic, source: test}", "{value: fixed, source: test}\n  temperature: {value: 280, source: test}"
+    )
+    body = body.replace("thickness: {value: 0.002", "thickness: {value: 1.0e-6", 1)
+    output = vacuum_wave(tmp_path, body, "--depth", "0.1")
+    surface, below = (first_harmonic(output[name]["values"]) for name in ("temperature", "temperature_at_depth"))
+    assert abs(surface) == pytest.approx(100 / 12.0600, rel=5e-5)
+    assert -np.angle(surface) * 12 / np.pi == pytest.approx(3.0, abs=5e-4)
+    assert abs(below / surface) == pytest.approx(0.426232, abs=2e-6)
+    assert -np.angle(below / surface) * 12 / np.pi == pytest.approx(3.2574, abs=5e-5)
+
+
+WALL = """
+skin: {thickness: {value: 1.0e-6, source: t}, conductivity: {value: 1, source: t}, density: {value: 1, source: t},
+  heat_capacity: {value: 1000, source: t}}
+layers:
+  - {thickness: {value: 0.1, source: t}, conductivity: {value: 1.4, source: t}, density: {value: 2100, source: t},
+     heat_capacity: {value: 880, source: t}}
+  - {thickness: {value: 0.05, source: t}, conductivity: {value: 0.035, source: t}, density: {value: 30, source: t},
+     heat_capacity: {value: 1400, source: t}}
+back: {kind: {value: convective, source: t}, temperature: {value: 293, source: t}, coefficient: {value: 8, source: t}}
+surface:
+  roughness_length: {value: 0.005, source: test}
+  wetness: {value: 0, source: test}
+  surface_resistance: {value: 0, source: test}
+  canopy: {value: false, source: test}
+  snow: {value: false, source: test}
+"""
+
+
+def test_command_on_the_two_layer_wall(tmp_path):
+    """Transfer matrix: |Y1| = 12.3128 at 70.519 degrees, U = 0.61538 W/m2K."""
+    output = vacuum_wave(tmp_path, WALL)
+    temperature = np.array(output["temperature"]["values"])
+    wave = first_harmonic(temperature)
+    assert abs(wave) == pytest.approx(100 / 12.3128, rel=5e-5)
+    assert -np.degrees(np.angle(wave)) == pytest.approx(70.519, abs=5e-3)
+    assert temperature.mean() == pytest.approx(293 + 150 / 0.61538, abs=3e-3)
+
+
+def test_slope_without_a_place_is_refused(tmp_path):
+    result = run(tmp_path, "--slope", "30")
+    assert isinstance(result.exception, InputError) and "--latitude" in str(result.exception)
+
+
+def test_slope_takes_the_sun_of_its_place(tmp_path):
+    """Near noon in June at 40 N a steep north face gets less than a level one, a south face at 25 degrees more."""
+    pytest.importorskip("skyshine.mat.atmosphere.sources")
+    place = ["--latitude", "40", "--longitude", "0", "--json"]
+    level = json.loads(run(tmp_path, "--json").output)["shortwave_absorbed"]["values"][12]
+    north = json.loads(run(tmp_path, "--slope", "70", "--azimuth", "0", *place).output)["shortwave_absorbed"]["values"][
+        12
+    ]
+    south = json.loads(run(tmp_path, "--slope", "25", "--azimuth", "180", *place).output)["shortwave_absorbed"][
+        "values"
+    ][12]
+    assert north < 0.6 * level and south > level
+
+
+def test_material_file_needs_its_optical_values(tmp_path):
+    material = tmp_path / "solid.yaml"
+    material.write_text(MATERIAL)
+    result = CliRunner().invoke(command, ["--material", str(material), "--forcing", "x.csv"])
+    assert isinstance(result.exception, InputError) and "--solar-absorptance" in str(result.exception)
+
+
+def test_job_and_forcing_exclude_each_other(tmp_path):
+    result = CliRunner().invoke(command, ["--material", "concrete"])
+    assert isinstance(result.exception, InputError) and "both or neither" in str(result.exception)

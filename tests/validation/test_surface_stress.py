@@ -1,0 +1,85 @@
+"""Three thousand random brutal columns, and two hundred random Earth columns against the oracle."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.oracle import solve_oracle
+from skyshine.mat.surface.solver import TOLERANCE, Method, solve_columns
+from skyshine.mat.surface.stress import random_forcing, random_material
+
+pytestmark = pytest.mark.validation
+
+
+def test_brutal_columns():
+    """None fails, bounds hold to 0.5 K, energy closes."""
+    methods, worst = Counter(), 0.0
+    for number in range(3000):
+        generator = np.random.default_rng([2, number])
+        found = [
+            part for rows, part in solve_columns(random_material(generator), random_forcing(generator)) if len(rows)
+        ]
+        assert len(found) == 1
+        (solution,) = found
+        assert np.all(np.isfinite(solution.temperature)), number
+        assert solution.residual[0] <= TOLERANCE and abs(solution.energy_closure[0]) <= TOLERANCE, number
+        worst = max(worst, solution.bound_excess[0])
+        methods[Method(solution.method[0]).name] += 1
+    print(f"\n{dict(methods)}; largest bound excess {worst:.3f} K")
+    assert worst <= 0.5
+
+
+def smooth_day(generator):
+    """A random Earth day without kinks, for comparing integrators at any times."""
+    mean, swing, noon = generator.uniform(255, 310), generator.uniform(0, 12), generator.uniform(0, 1000)
+    width, wind, humid, sky = (
+        generator.uniform(1.5, 4),
+        generator.uniform(0, 12),
+        generator.uniform(0.1, 1),
+        generator.uniform(0.65, 0.98),
+    )
+    tilt = generator.uniform(-0.2, 1)
+    pressure = generator.uniform(6e4, 1.02e5)
+
+    def forcing_at(seconds):
+        turn = 2 * np.pi * np.asarray(seconds)[None, :] / 86400
+        air = mean + swing * np.cos(turn - 2 * np.pi * 15 / 24)
+        sun = noon * np.exp(width * (-np.cos(turn) - 1))
+        none = np.zeros_like(turn)
+        vapour = humid * 611.2 * np.exp(17.62 * (mean - swing - 273.15) / (243.12 + mean - swing - 273.15)) + none
+        return Forcing(
+            0.8 * sun,
+            0.2 * sun,
+            none,
+            sky * 5.67e-8 * air**4,
+            none,
+            air,
+            vapour,
+            none + pressure,
+            none + wind,
+            np.array([[tilt]]),
+        )
+
+    return forcing_at
+
+
+def test_solver_agrees_with_the_oracle_on_random_columns():
+    """The spectral scheme shares the exact conduction and no step error: it must agree to 0.02 K."""
+    errors = {"spectral": [], "bdf2": []}
+    for number in range(200):
+        generator = np.random.default_rng([5, number])
+        material = random_material(generator)
+        while material.surface.snow or material.thermal_emissivity < 0.1:
+            material = random_material(generator)
+        forcing_at = smooth_day(generator)
+        oracle = solve_oracle(material, forcing_at, intervals=96, cells=40)
+        forcing = forcing_at(np.arange(192) * 86400.0 / 192)
+        for scheme, listed in errors.items():
+            ((_, found),) = solve_columns(material, lambda n: forcing, steps=192, fine_steps=None, scheme=scheme)  # noqa: B023
+            listed.append(np.abs(np.roll(found.temperature[0], -1)[1::2] - oracle.surface).max())
+    for scheme, listed in errors.items():
+        middle, most, largest = np.quantile(listed, [0.5, 0.95, 1.0])
+        print(f"\n{scheme}: median {middle:.4f} K, 95 % {most:.4f} K, largest {largest:.4f} K")
+    assert np.max(errors["spectral"]) < 0.02

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
 from skyshine.mat.accuracy.radiance import kelvin_per_radiance, reference_radiance
-from skyshine.mat.atmosphere.compile import CompiledBand, band_points, compile_band
+from skyshine.mat.atmosphere.compile import CompiledBand, band_points, compile_band, negligible_gases
 from skyshine.mat.job import LoadedJob
-from skyshine.mat.plan import Task
+from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
@@ -35,20 +36,42 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     grid = path_grid(loaded)
     with report.stage("compile"):
         everything = band_points(absorption_table().points(*response.wavenumber_range), response)
-        compiled = {
-            source: compile_band(
-                state,
-                everything,
-                grid,
-                source_irradiance(job, source, everything.wavenumber),
-                tolerance=job.accuracy.spectral_tolerance,
-                max_points=MAX_POINTS,
-                seed=job.accuracy.seed,
-            )
-            for source in products
-        }
+        compiled = compile_band(
+            state,
+            everything,
+            grid,
+            np.stack([source_irradiance(job, source, everything.wavenumber) for source in products]),
+            tolerance=job.accuracy.spectral_tolerance,
+            max_points=MAX_POINTS,
+            seed=job.accuracy.seed,
+        )
+    report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
+    if compiled.dropped:
+        report.notes.append(f"gases left out: {_left_out(compiled)}")
+    air = BandAtmosphere.of(state, compiled.band)
     for source, product in products.items():
-        _build_one(product, source, loaded, state, compiled[source], grid, response, report)
+        _build_one(product, source, loaded, air, compiled, grid, response, report)
+
+
+def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
+    """Gases that no band of a state needs, with what each changes at most."""
+    job, grid, found = loaded.job, path_grid(loaded), []
+    for number, (state, band) in enumerate(itertools.product(job.states, job.bands)):
+        air, response = atmospheric_state(job.site, state), response_of(band)
+        everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+        gases = negligible_gases(
+            air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
+        )
+        if gases:
+            place = "s{:02d}b{:02d}".format(*(1 + i for i in divmod(number, len(job.bands))))
+            largest = max(gases.values())
+            found.append(
+                LeftOut(
+                    f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band",
+                    f"at most {largest:.1e} in transmittance", "a smaller accuracy.spectral_tolerance",
+                )
+            )  # fmt: skip
+    return found
 
 
 def path_grid(loaded: LoadedJob) -> PathGrid:
@@ -82,22 +105,22 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
     }  # fmt: skip
 
 
-def _build_one(product, source, loaded, state, compiled: CompiledBand, grid, response, report) -> None:
+def _build_one(product, source, loaded, air, compiled: CompiledBand, grid, response, report) -> None:
     irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber)
-    air = BandAtmosphere.of(state, compiled.band)
     with report.stage("tables"):
         quantities = air.table(grid, irradiance)
     with report.stage("accuracy"):
         measures = _interpolation_errors(air, quantities, grid, irradiance, response, loaded.job.accuracy.seed)
     with report.stage("write"):
         low, high = response.lower, response.upper
-        attributes = {"source": source, "state": state.name, "wavelength_um": [low, high]}
+        attributes = {"source": source, "state": air.air.state.name, "wavelength_um": [low, high]}
         accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed)
         product.write(atmq_group(quantities, grid, accuracy, attributes))
-    left = [f"{gas} (at most {change:.1e} in transmittance)" for gas, change in compiled.dropped.items()]
-    report.notes.append(f"{source}: {compiled.index.size} of {compiled.total_points} spectral points")
-    if left:
-        report.notes.append(f"{source}: gases left out: {', '.join(left)}")
+
+
+def _left_out(compiled: CompiledBand) -> str:
+    """Gases left out of a compiled band, with the largest change each makes in a transmittance."""
+    return ", ".join(f"{gas} ({change:.1e})" for gas, change in compiled.dropped.items()) or "none"
 
 
 def _interpolation_errors(
@@ -150,7 +173,7 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int) -
         "kelvin: change of a black body at 300 K seen through the path",
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),
-        "gases_left_out": ", ".join(f"{gas} {change:.1e}" for gas, change in compiled.dropped.items()) or "none",
+        "gases_left_out": _left_out(compiled),
     }
     axes = {"spectral_quantity": Axis(np.array(kinds, object), "1", "in-band quantity whose spectral error is stated")}
     return accuracy_group(measures, spectral, axes, notes)

@@ -179,6 +179,23 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     return CompiledBand(compiled, index, band.weight.size, errors, dropped, ladder)
 
 
+def negligible_gases(state, band, grid, *, tolerance=1e-3, seed=0):
+    """Gases that `compile_band` leaves out, with the largest change each makes in an in-band transmittance.
+
+    Parameters
+    ----------
+    state, band, grid, tolerance, seed
+        As `compile_band`.
+
+    Returns
+    -------
+    dict of str to float
+    """
+    training = _Sample.of(state, grid, _TRAINING_RAYS, np.random.default_rng(seed))
+    air = SpectralAir.of(state, band.points, band.gases, band.weight)
+    return _drop_gases(air, band, training, tolerance * _GAS_SHARE)[1]
+
+
 @dataclass(frozen=True, eq=False)
 class _Sample:
     """Lines of sight drawn from a job's axes, each with ranges and a source; altitudes and sources for sky and direct light.

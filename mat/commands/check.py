@@ -10,6 +10,7 @@ from skyshine.schemas.commands import emit_json, json_option, quantity
 @json_option
 def command(job: str, as_json: bool) -> None:
     """Check JOB; print what will be built, what is left out and why, which source is up when, and the size."""
+    from skyshine.mat.atmosphere_product import gases_left_out
     from skyshine.mat.job import load_job
     from skyshine.mat.plan import make_plan
     from skyshine.mat.scene import check_scene, source_hours
@@ -18,32 +19,33 @@ def command(job: str, as_json: bool) -> None:
     loaded = load_job(job)
     plan = make_plan(loaded, load_library())
     check_scene(loaded)
+    left_out = [*plan.left_out, *gases_left_out(loaded)]
     hours = source_hours(loaded.job)
     if as_json:
-        emit_json(_as_json(plan, hours))
+        emit_json(_as_json(plan, left_out, hours))
     else:
-        _print(loaded, plan, hours)
+        _print(loaded, plan, left_out, hours)
 
 
-def _as_json(plan, hours) -> dict:
+def _as_json(plan, left_out, hours) -> dict:
     return {
         "files": [name for task in plan.tasks for name in task.files],
         "materials": list(plan.materials),
-        "left_out": [vars(item) for item in plan.left_out],
+        "left_out": [vars(item) for item in left_out],
         "source_up": {source: [list(span) for span in spans] for source, spans in hours.items()},
         "size_before_compression": quantity(plan.bytes, "byte"),
     }
 
 
-def _print(loaded, plan, hours) -> None:
+def _print(loaded, plan, left_out, hours) -> None:
     click.echo(f"{loaded.file}: holds")
     click.echo("will be built:")
     for task in plan.tasks:
         for name in task.files:
             click.echo(f"  {name}")
     click.echo(f"materials: {', '.join(plan.materials)}")
-    click.echo("left out:" if plan.left_out else "left out: nothing")
-    for item in plan.left_out:
+    click.echo("left out:" if left_out else "left out: nothing")
+    for item in left_out:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")
     for source, spans in hours.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"

@@ -1,0 +1,59 @@
+"""The atmospheric databases as written: (9) gives the transmittance back, no gap from 1 m to space, night is 0."""
+
+import numpy as np
+import pytest
+
+import skyshine.mat
+from skyshine.mat.atmosphere.compile import band_points
+from skyshine.mat.job import load_job
+from skyshine.mat.quantities import BandAtmosphere
+from skyshine.mat.scene import absorption_table, atmospheric_state, response_of
+from skyshine.mat.tables.atmq import atmq_group
+from skyshine.mat.quantities import PathGrid
+from skyshine.schemas.hdf5 import Group
+
+
+@pytest.fixture(scope="module")
+def sun(small_build):
+    return skyshine.mat.open(small_build / "s01b01.atmq.h5")
+
+
+def test_beta_star_as_stored_gives_the_transmittance_back(small_job):
+    job = load_job(small_job).job
+    response = response_of(job.bands[0])
+    every = band_points(absorption_table().points(*response.wavenumber_range), response)
+    few = type(every)(every.points.subset(np.arange(0, every.weight.size, 40)), every.weight[::40], every.gases)
+    grid = PathGrid([0.001, 0.1, 1, 10, 100, 1000], [0.01, 5, 600], [-90, -20, -1, 0, 1, 45, 90], [45], [0])
+    air = BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), few)
+    quantities = air.table(grid, np.zeros(few.weight.size))
+    stored = atmq_group(quantities, grid, Group(), {}).variables["beta_star"].data.astype(np.float32)
+    where = quantities.valid
+    again = np.exp(-5.5 * grid.range_km[:, None, None] / stored.astype(float))
+    assert np.max(np.abs(again - quantities.transmittance)[where]) <= 1e-6
+    assert np.all(np.isfinite(stored)) and np.all(stored > 0)
+
+
+def test_cells_behind_the_ground_are_marked(sun):
+    valid = sun.root.variables["valid"].data  # range 0.001, 1, 5, 20 km; altitude 0.01, 1; elevation -90 ... 90
+    assert valid[0].all() and valid[:, :, 3:].all()
+    assert not valid[2:, 1, 0].any() and not valid[1:, 0, 0].any() and not valid[3, 1, 1]
+
+
+def test_every_value_is_finite_and_no_radiance_is_negative(sun):
+    for name in sun.quantities:
+        values = sun.root.variables[name].data
+        assert np.all(np.isfinite(values)) and np.all(values >= 0), name
+
+
+def test_at_night_direct_light_is_0_and_the_sky_is_not(sun):
+    night = {"range": 1.0, "altitude": 0.5, "elevation": 30.0, "source_elevation": -20.0}
+    assert sun.value("direct_radiance", **night) == 0.0
+    assert sun.value("ambient_radiance", **night) > 1.0
+
+
+def test_the_moon_is_far_fainter_than_the_sun(sun, small_build):
+    moon = skyshine.mat.open(small_build / "s01b01.lunar_atmq.h5")
+    place = {"range": 1.0, "altitude": 0.01, "elevation": 30.0, "source_elevation": 60.0}
+    ratio = moon.value("direct_radiance", **place) / sun.value("direct_radiance", **place)
+    # A 390 K disk against a 5000 K one of the same size at 10 um: 3e-3 of it; seen nearly full.
+    assert 1e-3 < ratio < 1e-2

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import signal
 import time
 from collections.abc import Iterable
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 from skyshine.mat.job import LoadedJob
@@ -17,7 +19,7 @@ from skyshine.mat.scene import check_scene
 from skyshine.mat.tables.catalog import write_catalog
 from skyshine.materials.library import load_library
 from skyshine.schemas.commands import progress
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import CheckFailed, InputError
 
 # One thread a process: the processes already fill the cores.
 THREAD_LIMITS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
@@ -73,7 +75,7 @@ def _run_all(loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool
     try:
         with (
             progress(len(plan.tasks), f"building {loaded.job.name}") as advance,
-            _executor(min(jobs, len(plan.tasks))) as executor,
+            _Pool(min(jobs, len(plan.tasks)), folder) as executor,
         ):
             waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
             textures = sum(task.kind == "texture" for task in first)
@@ -101,18 +103,31 @@ def _submit_later(executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Pa
 
 
 class _Pool(ProcessPoolExecutor):
-    """Processes that stop with the build: what is running is dropped when it fails or is interrupted."""
+    """Processes that stop with the build: what is running is dropped, with its part files, when it fails or is interrupted."""
+
+    def __init__(self, jobs: int, folder: Path):
+        super().__init__(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts_to_parent)
+        self.folder = folder
 
     def __exit__(self, kind, value, traceback):
-        self.shutdown(wait=kind is None, cancel_futures=True)
+        workers = list(multiprocessing.active_children())
         if kind is not None:
-            for process in multiprocessing.active_children():
+            for process in workers:
                 process.terminate()
+        self.shutdown(wait=True, cancel_futures=True)
+        for process in workers:
+            for part in self.folder.glob(f".*.{process.pid}.part"):
+                part.unlink(missing_ok=True)
+        if kind is BrokenProcessPool:
+            raise CheckFailed(
+                "a process of the build died, perhaps for want of memory; finished files are kept: run it again, "
+                "with fewer --jobs"
+            ) from value
         return False
 
 
-def _executor(jobs: int) -> ProcessPoolExecutor:
-    return _Pool(max_workers=jobs, mp_context=multiprocessing.get_context("spawn"))
+def _leave_interrupts_to_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _result(folder: Path, reports: list[TaskReport], seconds: float) -> dict:

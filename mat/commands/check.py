@@ -50,4 +50,4 @@ def _print(loaded, plan, left_out, hours) -> None:
     for source, spans in hours.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
         click.echo(f"{source} up: {times}")
-    click.echo(f"size before compression: {plan.bytes / 1e6:.1f} MB")
+    click.echo(f"size of the tables before compression: {plan.bytes / 1e6:.1f} MB")

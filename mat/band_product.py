@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Task
 from skyshine.mat.products import Product, TaskReport

@@ -121,7 +121,8 @@ def _fit(gram, moment, chosen):
         return weight
     from scipy.optimize import nnls
 
-    return nnls(factor.T, half)[0]
+    # The default limit of 3 n steps stops it on sets of nearly equal points.
+    return nnls(factor.T, half, maxiter=100 * len(chosen))[0]
 
 
 def _residual(a, y, chosen, weight):

@@ -1,0 +1,205 @@
+"""Transmittance and thermal path radiance against MODTRAN 5.2.1, and what the difference is made of.
+
+The spectra are those of the PyPI package `pybsm` 0.16.1 (SKYSHINE_PEERS names the folder of its wheel): mid-latitude summer, 360 ppm
+CO2, rural aerosol of 23 km visibility, lines of sight from 0.5 to 3 km altitude down to the ground, a triangular slit of 0.02 um;
+means over 0.1 um. Path radiance at 0.5 km altitude is left out: opaque bins of these spectra then show the temperature of 1 km.
+
+MODTRAN 5.2.1 has an older water vapour continuum than MT_CKD 4.3 (Mlawer et al. 2023), which lowered the self continuum of the
+8-12 um window; that of 2000-3200 cm-1 was raised by MT_CKD 2.5 (Mlawer et al. 2012). With one factor on the self continuum in each
+0.1 um, fitted over all altitudes and ranges, little remains: no gas, line or aerosol is missing. Near 4.1 um the factor stands also
+for the collisions of nitrogen with water vapour, which fall off with height nearly as it does and add a sixth to the nitrogen
+continuum near the ground; what remains at 4.15 um is the head of the CO2 band (2375-2400 cm-1), where MODTRAN absorbs less.
+"""
+
+import csv
+import io
+import zipfile
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere import geometry, transfer
+from skyshine.mat.atmosphere.absorption import AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.air import SpectralAir
+from skyshine.mat.atmosphere.compile import band_points
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.radiometry import SpectralResponse, band_radiance
+
+pytestmark = pytest.mark.validation
+
+ALTITUDES = (0.5, 1.0, 2.0, 3.0)  # km
+RANGES = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0)  # km along the ground
+WAVELENGTH = np.linspace(0.3, 14.0, 1371)  # um
+SLIT = 0.02  # um, full width at half maximum
+SURFACE_TEMPERATURE = 294.2  # K, of mid-latitude summer at the ground
+BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}
+RURAL_23_KM = 1
+SUB = 20  # parts of an interval that line by line is kept in
+FITTED_ABOVE = 0.02  # transmittance of MODTRAN below which an optical depth is not told from the printed spectrum
+
+
+@pytest.fixture(scope="module")
+def spectra(peers):
+    """(altitude, ground range) [km] to transmittance and thermal path radiance [W m^-2 sr^-1 um^-1] at `WAVELENGTH`."""
+    wheels = sorted(peers.glob("pybsm-*.whl"))
+    if not wheels:
+        pytest.skip(f"{peers} holds no wheel of pybsm")
+    found = {}
+    with zipfile.ZipFile(wheels[0]) as wheel:
+        decoder = csv.reader(io.TextIOWrapper(wheel.open("pybsm/atms/fileDecoder.csv"), encoding="utf-8"))
+        for number, altitude, ground_range, haze, *_ in list(decoder)[1:]:
+            if int(haze) == RURAL_23_KM and float(altitude) in ALTITUDES and float(ground_range) in RANGES:
+                columns = np.frombuffer(wheel.read(f"pybsm/atms/{number}.bin"), dtype="<f4").reshape(5, WAVELENGTH.size)
+                found[float(altitude), float(ground_range)] = columns[0].astype(float), columns[1] * 1e4
+    assert len(found) == len(ALTITUDES) * len(RANGES)
+    return found
+
+
+@pytest.fixture(scope="module")
+def state():
+    return AtmosphericState.from_profile("midlatitude_summer", co2_ppm=360, aerosol="rural", visibility_km=23)
+
+
+def lines_of_sight(shells, paths):
+    """Segments from altitudes down to the ground at ground ranges [km]."""
+    ground = geometry.EARTH_RADIUS
+    observer, angle = np.array([(ground + 1e3 * altitude, 1e3 * reach / ground) for altitude, reach in paths]).T
+    length = np.sqrt(observer**2 + ground**2 - 2 * observer * ground * np.cos(angle))
+    elevation = -np.arcsin(np.clip((length**2 + observer**2 - ground**2) / (2 * length * observer), -1, 1))
+    rays = geometry.trace(shells, observer - ground, elevation)
+    assert np.all(rays.ground)
+    return [transfer.Segments.of(rays, row) for row in range(len(paths))]
+
+
+def bins(low, high):
+    return np.round(np.arange(low, high + 0.05, 0.1), 3)
+
+
+def bin_means(values, low, high):
+    """Means (..., bins) over 0.1 um of spectra (..., W) at `WAVELENGTH`, by trapezoids."""
+    edges, means = bins(low, high), []
+    for first, last in zip(edges[:-1], edges[1:], strict=True):
+        inside = np.flatnonzero((WAVELENGTH > first - 0.005) & (WAVELENGTH < last + 0.005))
+        share = np.ones(inside.size)
+        share[[0, -1]] = 0.5
+        means.append(values[..., inside] @ share / share.sum())
+    return np.stack(means, axis=-1)
+
+
+def report(title, paths, errors, names):
+    print(f"\n{title}\naltitude  ground range   " + "   ".join(f"{name}: rms    mean     max" for name in names))
+    for path, *rows in zip(paths, *errors, strict=True):
+        numbers = "      ".join(f"{rms(row):.4f} {row.mean():+.4f} {np.abs(row).max():.4f}" for row in rows)
+        print(f"{path[0]:5.1f} km {path[1]:8.0f} km       {numbers}")
+    print("all                      " + "      ".join(f"{rms(e):.4f} {e.mean():+.4f} {np.abs(e).max():.4f}" for e in errors))
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+@pytest.mark.parametrize(("name", "limit_tau", "limit_radiance"), [("3-5 um", 0.02, 0.02), ("8-12 um", 0.03, 0.03)])
+def test_points_against_modtran(spectra, state, name, limit_tau, limit_radiance):
+    low, high = BANDS[name]
+    table, edges, paths = AbsorptionTable.open(), bins(low, high), list(spectra)
+    ours = np.zeros((2, len(paths), edges.size - 1))
+    black = np.zeros(edges.size - 1)
+    for b, (first, last) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+        response = SpectralResponse.rectangular(first, last)
+        band = band_points(table.points(*response.wavenumber_range), response)
+        air = SpectralAir.of(state, band.points)
+        black[b] = band_radiance(response, SURFACE_TEMPERATURE) / (last - first)
+        for p, segments in enumerate(lines_of_sight(air.shells, paths)):
+            depth = segments.column(air.optics.extinction)
+            ours[0, p, b] = np.exp(-depth.sum(axis=0)) @ band.weight / band.weight.sum()
+            ours[1, p, b] = air.thermal_radiance(segments, depth)[-1] @ band.radiance_weight / band.weight.sum()
+    theirs = np.array([[bin_means(one[k], low, high) for one in spectra.values()] for k in (0, 1)])
+    tau, radiance = ours[0] - theirs[0], (ours[1] - theirs[1]) / black
+    judged = np.array([altitude > 0.5 for altitude, _ in paths])
+    report(f"{name}, points less MODTRAN", paths, (tau, radiance), ("transmittance", "radiance over black body"))
+    print(f"radiance at 1 km and above: rms {rms(radiance[judged]):.4f}")
+    assert rms(tau) <= limit_tau
+    assert rms(radiance[judged]) <= limit_radiance
+
+
+@pytest.mark.shared_data
+@pytest.mark.parametrize(("name", "limit", "limit_fitted"), [("3-5 um", 0.021, 0.006), ("8-12 um", 0.03, 0.004)])
+def test_line_by_line_differs_from_modtran_by_the_self_continuum(spectra, state, shared_data, name, limit, limit_fitted):
+    low, high = BANDS[name]
+    paths = list(spectra)
+    ours, continuum = line_by_line(state, paths, shared_data, low, high)
+    ours, theirs = bin_means(ours, low, high), np.array([bin_means(one[0], low, high) for one in spectra.values()])
+    error = ours - theirs
+    told = theirs > FITTED_ABOVE
+    depth = np.where(told, np.log(np.maximum(ours, 1e-12) / np.maximum(theirs, 1e-12)), 0.0)
+    weight = np.where(told, theirs, 0.0)
+    factor = np.sum(weight**2 * depth * continuum, axis=0) / np.maximum(np.sum((weight * continuum) ** 2, axis=0), 1e-30)
+    fitted = ours * np.exp(-factor * continuum) - theirs
+    report(f"{name}, line by line less MODTRAN", paths, (error, fitted), ("transmittance", "with the self continuum fitted"))
+    print("  um   mean error   rms   MODTRAN's self continuum over MT_CKD 4.3's   rms then")
+    for b, middle in enumerate(0.5 * (bins(low, high)[1:] + bins(low, high)[:-1])):
+        values = f"{error[:, b].mean():+.4f}     {rms(error[:, b]):.4f}   {1 + factor[b]:.2f}"
+        print(f"{middle:6.2f}   {values}                                        {rms(fitted[:, b]):.4f}")
+    assert rms(error) <= limit
+    assert rms(fitted) <= limit_fitted
+
+
+def line_by_line(state, paths, shared_data, low, high):
+    """Transmittances (paths, W) with the slit of the spectra, and optical depths (paths, bins) of the self continuum."""
+    pytest.importorskip("numba")
+    from skyshine.mat.accuracy.line_by_line import absorption_at_levels, judged_gases
+    from skyshine.mat.spectroscopy.continua import Continua
+    from skyshine.mat.spectroscopy.gases import LineLibrary
+
+    library, continua, table = LineLibrary(shared_data / "lines"), Continua(shared_data / "continua"), AbsorptionTable.open()
+    first, last = 1e4 / high - 10, 1e4 / low + 10
+    listed, _ = judged_gases(library, table, first, last)
+    points = table.points(first, last)
+    air = SpectralAir.of(state, points)
+    sights = lines_of_sight(air.shells, paths)
+    rest = air.optics.extinction - sum(air.optics.absorption[gas] for gas in [*listed, "H2O_continuum"])
+    lowest = lower_part(state, 1e3 * max(ALTITUDES))
+    values, wavenumber = [], []
+    for number, (a, b) in enumerate(points.interval_edges):
+        absorption = absorption_at_levels(library, continua, lowest, listed, a, b)
+        mine = points.interval == number
+        share = points.weight[mine] / points.weight[mine].sum()
+        others = [np.exp(-part.column(rest[:, mine]).sum(axis=0)) @ share for part in sights]
+        fine = [np.exp(-part.column(absorption).sum(axis=0)) for part in sights]
+        means = np.array([[piece.mean() for piece in np.array_split(one, SUB)] for one in fine])
+        values.append(means * np.array(others)[:, None])
+        wavenumber.append(a + (np.arange(SUB) + 0.5) * (b - a) / SUB)
+    seen = through_slit(1e4 / np.concatenate(wavenumber), np.concatenate(values, axis=1))
+    return seen, self_continuum(lowest, sights, continua, low, high)
+
+
+def lower_part(state, altitude):
+    """The levels up to the first above an altitude [m]."""
+    from dataclasses import replace
+
+    keep = slice(0, int(np.searchsorted(state.altitude, altitude, side="right")) + 1)
+    fractions = {gas: values[keep] for gas, values in state.mole_fraction.items()}
+    return replace(
+        state, altitude=state.altitude[keep], pressure=state.pressure[keep], temperature=state.temperature[keep],
+        mole_fraction=fractions, aerosols=(),
+    )  # fmt: skip
+
+
+def through_slit(wavelength, values):
+    """Spectra (paths, W) at `WAVELENGTH`, NaN outside, of spectra (paths, N) at falling wavelengths."""
+    step = 0.001
+    even = np.arange(wavelength[-1], wavelength[0], step)
+    offset = step * np.arange(-round(SLIT / step), round(SLIT / step) + 1)
+    kernel = np.maximum(0.0, 1 - np.abs(offset) / SLIT)
+    kernel /= kernel.sum()
+    smooth = [np.convolve(np.interp(even, wavelength[::-1], row[::-1]), kernel, "same") for row in values]
+    return np.array([np.interp(WAVELENGTH, even, row, np.nan, np.nan) for row in smooth])
+
+
+def self_continuum(state, sights, continua, low, high):
+    edges = bins(low, high)
+    wavenumber = 1e4 / (0.5 * (edges[1:] + edges[:-1]))
+    own, foreign, exponent = continua.water_coefficients(wavenumber)
+    humidity = state.mole_fraction["H2O"]
+    section = water_continuum(own, 0 * foreign, exponent, wavenumber, state.pressure, state.temperature, humidity)
+    return np.array([part.column(humidity[:, None] * section).sum(axis=0) for part in sights])

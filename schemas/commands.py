@@ -16,6 +16,8 @@ import numpy as np
 from skyshine.schemas.errors import CheckFailed, InputError
 
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
+# Packages that only some commands need, with the extra that installs them.
+EXTRAS = {"numba": "spectroscopy", "hapi": "spectroscopy", "netCDF4": "spectroscopy", "casadi": "oracle"}
 PIPE_WIDTH = 200  # columns of a table that no terminal shows
 
 
@@ -58,6 +60,13 @@ class CommandGroup(click.Group):
             status = self._complain(str(error), INPUT_WRONG)
         except CheckFailed as error:
             status = self._complain(str(error), CHECK_FAILED)
+        except ModuleNotFoundError as error:
+            if error.name not in EXTRAS:
+                raise
+            status = self._complain(
+                f"this command needs the package '{error.name}'; install it with: pip install 'skyshine[{EXTRAS[error.name]}]'",
+                INPUT_WRONG,
+            )
         except click.exceptions.NoArgsIsHelpError as error:
             click.echo(error.ctx.get_help())
             status = INPUT_WRONG

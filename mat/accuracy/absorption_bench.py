@@ -322,18 +322,18 @@ def bench_band(band, limits, *, library=None, continua=None, program=None, advan
     advance : callable, optional
         Called after each interval of line by line.
     """
-    from skyshine.mat.accuracy.line_by_line import judged_gases, with_continuum
-
     table = AbsorptionTable.open()
     gases, left_out = table.gases, []
     if library is not None:
+        from skyshine.mat.accuracy.line_by_line import judged_gases
+
         gases, left_out = judged_gases(library, table, 1e4 / limits[1], 1e4 / limits[0])
     scene = Scene(limits, gases)
     own = float(np.max(np.diff(scene.points.interval_edges, axis=1)))
     computed = [] if library is None else [(REFERENCE_NAME, own, line_by_line(scene, library, continua, gases, advance))]
     computed.append((f"all points, {own:g} cm-1", own, with_points(scene)))
     for width in WIDTHS:
-        chosen = ladders.merged_intervals(scene.points, width, with_continuum(gases))
+        chosen = ladders.merged_intervals(scene.points, width, ladders.with_continuum(gases))
         computed.append((f"{width:g} cm-1", width, with_points(scene, *chosen)))
     for means in _compiled_ladder(scene):
         computed.append((f"compiled, {means.points} points", None, means))

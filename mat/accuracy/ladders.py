@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from skyshine.mat.atmosphere.absorption import CONTINUUM
 from skyshine.mat.atmosphere.compile import band_points, compile_band
 from skyshine.mat.atmosphere.optics import gas_absorption
 from skyshine.mat.atmosphere.profiles import load_profile
@@ -103,3 +104,8 @@ def compiled(state, points, response, count: int):
     band = band_points(points, response)
     sun = solar_irradiance(band.points.wavenumber)
     return compile_band(state, band, GRID, sun, tolerance=_COMPILE_TOLERANCE, max_points=count)
+
+
+def with_continuum(gases) -> list[str]:
+    """Names as `SpectralPoints.cross_sections` takes them: the water vapour continuum follows water vapour."""
+    return [part for gas in gases for part in ((gas, CONTINUUM) if gas == "H2O" else (gas,))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from skyshine.mat.atmosphere.absorption import CONTINUUM, AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.absorption import AbsorptionTable, water_continuum
 from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import GASES, LineLibrary
@@ -78,8 +78,3 @@ def absorption_at_levels(library: LineLibrary, continua: Continua, state, gases,
         section = water_continuum(*coefficients, wavenumber, state.pressure, state.temperature, humidity)
         total += humidity[:, None] * section
     return total
-
-
-def with_continuum(gases) -> list[str]:
-    """Names as `SpectralPoints.cross_sections` takes them: the water vapour continuum follows water vapour."""
-    return [part for gas in gases for part in ((gas, CONTINUUM) if gas == "H2O" else (gas,))]

@@ -48,9 +48,7 @@ def test_level_paths_hold_the_air_of_their_altitude(scene):
 
 @pytest.mark.parametrize("width", [10.0, 20.0])
 def test_wider_intervals_keep_their_width_and_most_of_the_accuracy(scene, all_points, width):
-    from skyshine.mat.accuracy.line_by_line import with_continuum
-
-    index, weight, group = ladders.merged_intervals(scene.points, width, with_continuum(scene.table.gases))
+    index, weight, group = ladders.merged_intervals(scene.points, width, ladders.with_continuum(scene.table.gases))
     assert np.all(weight > 0) and index.size < scene.points.wavenumber.size
     sums = np.bincount(group[scene.points.interval[index]], weight)
     np.testing.assert_allclose(sums, np.bincount(group, np.diff(scene.points.interval_edges, axis=1)[:, 0]), rtol=1e-9)

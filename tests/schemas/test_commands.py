@@ -14,10 +14,12 @@ def group():
     raised = {"input": InputError("is wrong", file="f", line=3, column=4), "check": CheckFailed("does not hold")}
 
     @click.command()
-    @click.argument("kind", type=click.Choice(["input", "check", "stop", "fine"]))
+    @click.argument("kind", type=click.Choice(["input", "check", "stop", "bare", "fine"]))
     def run(kind):
         if kind == "stop":
             raise KeyboardInterrupt
+        if kind == "bare":
+            raise ModuleNotFoundError("No module named 'numba'", name="numba")
         if kind in raised:
             raise raised[kind]
         emit_json({"a": quantity([1.0, float("nan")], "K"), "b": quantity(2.5, "km")})
@@ -33,6 +35,7 @@ def group():
         (["run", "check"], 1, "tool: does not hold\n"),
         (["run", "input"], 2, "tool: f:3:4: is wrong\n"),
         (["run", "stop"], 130, "tool: interrupted; finished parts are kept\n"),
+        (["run", "bare"], 2, "needs the package 'numba'; install it with: pip install 'skyshine[spectroscopy]'"),
         (["run", "other"], 2, "'other' is not one of"),
         (["other"], 2, "No such command 'other'"),
     ],

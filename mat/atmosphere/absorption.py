@@ -206,11 +206,11 @@ class SpectralPoints:
 class AbsorptionTable:
     """The absorption table; `open` reads what describes it, `points` the intervals that are asked for."""
 
-    def __init__(self, path, version, edges, count, error, gases, sources, errors):
-        self.path, self.version = path, version
+    def __init__(self, path, version, name, edges, count, error, gases, sources, terms, errors):
+        self.path, self.version, self.name = path, version, name
         self.interval_edges, self.error = edges, error
         self._first = np.concatenate([[0], np.cumsum(count)])
-        self._source_codes, self._source_texts, self.gas_error = gases, sources, errors
+        self._source_codes, self._source_texts, self._terms, self.gas_error = gases, sources, terms, errors
 
     @classmethod
     def open(cls, path=None) -> AbsorptionTable:
@@ -227,9 +227,11 @@ class AbsorptionTable:
             edges = np.stack([about["low"][()], about["high"][()]], axis=1).astype(float)
             codes = {name: group["source"][()] for name, group in file["gases"].items()}
             texts = {name: [str(text) for text in group.attrs["sources"]] for name, group in file["gases"].items()}
+            terms = {name: [str(text) for text in group.attrs.get("terms", [])] for name, group in file["gases"].items()}
             errors = {name: group["rms_error"][()] for name, group in file["gases"].items()}
             error = about["error"][()].astype(float)
-            return cls(path, str(file.attrs["data_version"]), edges, about["count"][()], error, codes, texts, errors)
+            version, label = str(file.attrs["data_version"]), str(file.attrs.get("data_name", ""))
+            return cls(path, version, label, edges, about["count"][()], error, codes, texts, terms, errors)
 
     @property
     def gases(self) -> list[str]:
@@ -254,6 +256,11 @@ class AbsorptionTable:
         for code in np.unique(codes):
             found += [(low, high, texts[code]) for low, high in _merged(self.interval_edges[codes == code])]
         return sorted(found)
+
+    def terms(self, gas: str) -> list[str]:
+        """Licence or terms of the sources that a gas's cross sections come from, each once."""
+        used = [text for code, text in enumerate(self._terms[gas], start=NEGLIGIBLE + 1) if code in self._source_codes[gas]]
+        return list(dict.fromkeys(used))
 
     def points(self, low: float, high: float) -> SpectralPoints:
         """The points of every interval that overlaps [low, high] (cm^-1).

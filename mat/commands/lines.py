@@ -29,27 +29,30 @@ def _ranges(_context, _parameter, texts):
 @click.option("--continua", required=True, type=click.Path(), help="Folder of the MT_CKD netCDF files and their notice.")
 @click.option("--lookups", type=click.Path(), help="Folder of REPTRAN lookups, for O3 and N2O where there are no lines.")
 @click.option("--lowtran", type=click.Path(), help="lowtran7.f; gives the lookups their shape within a band.")
+@click.option("--cross-sections", type=click.Path(), help="Folder of measured cross sections (xs/*.gz, crs_*.dat.gz).")
 @click.option("--wavenumber", "ranges", required=True, multiple=True, callback=_ranges, help="LO:HI in cm-1; may be repeated.")
 @click.option("--points", default=16, show_default=True, type=click.IntRange(1, 64), help="Most points an interval gets.")
 @click.option("--tolerance", default=4e-4, show_default=True, help="Error of the choice at which fewer points suffice.")
 @click.option("--parts", type=click.Path(), help="Folder of finished intervals; default: OUT.parts.")
 @click.option("--out", required=True, type=click.Path(), help="The table to write.")
-def build(lines, continua, lookups, lowtran, ranges, points, tolerance, parts, out):
+def build(lines, continua, lookups, lowtran, cross_sections, ranges, points, tolerance, parts, out):
     """Build an absorption table from line lists.
 
     Finished intervals are kept in a folder beside the table; the same command resumes an interrupted build, and several
-    processes may share that folder. About 2 s an interval of 5 cm-1.
+    processes may share that folder. About 2 s an interval. Gases of --cross-sections are added at the points of
+    finished intervals, which takes seconds.
 
     \b
     Example:
       mat lines build --lines hitran --continua mt_ckd --wavenumber 750:1300 --wavenumber 1900:3400 --out absorption.h5
     """
-    from skyshine.mat.spectroscopy.table import Settings, build, interval_lows
+    from skyshine.mat.spectroscopy.table import Settings, build
+    from skyshine.mat.spectroscopy.widths import interval_edges
 
-    total = len({low for pair in ranges for low in interval_lows(*pair)})
+    total = len({low for pair in ranges for low, _ in interval_edges(*pair)})
     with progress(total, "intervals") as advance:
         digest = build(
-            ranges, out, lines, continua, lookups=lookups, lowtran=lowtran, parts=parts,
+            ranges, out, lines, continua, lookups=lookups, lowtran=lowtran, cross_sections=cross_sections, parts=parts,
             settings=Settings(tolerance=tolerance, max_points=points), progress=lambda *_: advance(1),
         )  # fmt: skip
     click.echo(f"{out}: {total} intervals, content {digest[:16]}")
@@ -72,7 +75,8 @@ def info(file, as_json):
     if as_json:
         emit_json(about)
         return
-    click.echo(f"{about['file']}\nversion {about['data_version']}, {about['intervals']} intervals, {about['points']} points")
+    click.echo(f"{about['file']}\n{about['data_name']}, version {about['data_version']}")
+    click.echo(f"{about['intervals']} intervals, {about['points']} points")
     click.echo("coverage " + ", ".join(f"{low:g}-{high:g}" for low, high in about["coverage"]["values"]) + " cm-1")
     rms, largest = about["error"]["rms"]["value"], about["error"]["largest"]["value"]
     click.echo(f"error of an interval's transmittance on an unseen profile and paths: rms {rms:.2g}, largest {largest:.2g}")
@@ -83,6 +87,8 @@ def info(file, as_json):
             ranges.setdefault(text, []).append(f"{low:g}-{high:g}")
         for text in sorted(set(ranges) - {"negligible"}):
             click.echo(f"  {text}:\n    {', '.join(ranges[text])}")
+        for text in gas["terms"]:
+            click.echo(f"  terms: {text}")
 
 
 def describe(table) -> dict:
@@ -93,10 +99,11 @@ def describe(table) -> dict:
     for name in table.gases:
         error = table.gas_error[name].astype(float)
         rms = float(np.sqrt(np.mean(error[error > 0] ** 2))) if np.any(error > 0) else 0.0
-        gases[name] = {"rms_error": quantity(rms, "1"), "provenance": table.provenance(name)}
+        gases[name] = {"rms_error": quantity(rms, "1"), "provenance": table.provenance(name), "terms": table.terms(name)}
     return {
         "file": str(table.path),
         "data_version": table.version,
+        "data_name": table.name,
         "coverage": quantity(table.coverage, "cm-1"),
         "intervals": len(table.interval_edges),
         "points": table.size,

@@ -1,8 +1,10 @@
 """Continua of the MT_CKD model: water vapour, carbon dioxide, nitrogen and oxygen.
 
 Sources: Mlawer et al. 2012 (Phil. Trans. R. Soc. A 370, 2520) and 2023 (MT_CKD 4.3); for N2 Lafferty et al. 1996 (Appl. Opt. 35,
-5911) and Hartmann et al. 2017; for O2 Thibault et al. 1997 (Appl. Opt. 36, 563). The coefficients are AER's, their
-notice travels with whatever is derived from them (`Continua.notice`).
+5911) and Hartmann et al. 2017; for O2 Thibault et al. 1997 (Appl. Opt. 36, 563; 6.4 um), Mate et al. 1999 (J. Geophys. Res. 104,
+30585; 1.27 um), Mlawer et al. 1998 (J. Geophys. Res. 103, 3859; 1.06 um and the A band) and Greenblatt et al. 1990 (J. Geophys.
+Res. 95, 18577; O2-O2 in the visible). The coefficients are AER's, their notice travels with whatever is derived from them
+(`Continua.notice`).
 """
 
 from __future__ import annotations
@@ -24,6 +26,13 @@ REFERENCE_TEMPERATURE = 296.0  # K
 AMAGAT_TEMPERATURE = 273.15  # K
 LOSCHMIDT = 2.68675e19  # molecules cm^-3 at 1 atm and 273.15 K, as MT_CKD uses it
 N2_DRY, O2_DRY = 0.78084, 0.20946  # mole fractions of dry air, US Standard Atmosphere 1976
+
+# O2 at 1.06 um (Mlawer et al. 1998): centre and half width (cm^-1), strength of two Lorentzians, and the common decay towards low
+# wavenumbers (cm^-1). 1.054: MT_CKD's adjustment of the strength.
+O2_1060 = ((9375.0, 58.96, 1.166e-4 * 1.054), (9439.0, 45.04, 3.086e-5 * 1.054))
+O2_1060_DECAY, O2_1060_RANGE = 176.1, (9100.0, 11000.0)
+# Greenblatt et al. 1990 measured 89.5 cm of 55 atm O2 at 296 K; MT_CKD keeps their optical depths.
+GREENBLATT_PATH = 89.5 * (55.0 * AMAGAT_TEMPERATURE / REFERENCE_TEMPERATURE) ** 2  # cm amagat^2
 
 
 def radiation_term(wavenumber, temperature):
@@ -111,9 +120,19 @@ class Continua:
         return self._induced(fundamental * partners + overtone, wavenumber, pressure, temperature)
 
     def o2(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
-        """Collision-induced fundamental (6.4 um) per O2 molecule, m2."""
+        """Collision-induced bands per O2 molecule in air, m2: 6.4, 1.27 and 1.06 um, around the A band, O2-O2 in the visible."""
         slope = self._others["o2_t"].at(wavenumber)
-        strength = self._others["o2_f"].at(wavenumber) * np.exp(slope * (1 / REFERENCE_TEMPERATURE - 1 / temperature))
+        fundamental = self._others["o2_f"].at(wavenumber) * np.exp(slope * (1 / REFERENCE_TEMPERATURE - 1 / temperature))
+        dry = 1 - h2o_fraction
+        # Efficiencies of Mate et al. 1999, whose coefficients are for a mixture of 21 % O2 in N2: 0.21 + 0.3 * 0.79 = 0.446.
+        partners = dry * (O2_DRY + 0.3 * N2_DRY) / 0.446 + h2o_fraction
+        strength = (
+            fundamental
+            + self._others["o2_inf1"].at(wavenumber) * partners
+            + _o2_1060(wavenumber) * dry
+            + self._others["o2_inf3"].at(wavenumber)
+            + self._others["o2_invis"].at(wavenumber) / GREENBLATT_PATH * dry * O2_DRY
+        )
         return self._induced(strength, wavenumber, pressure, temperature)
 
     @staticmethod
@@ -121,6 +140,19 @@ class Continua:
         amagats = pressure / REFERENCE_PRESSURE * AMAGAT_TEMPERATURE / temperature
         per_wavenumber = strength / wavenumber * radiation_term(wavenumber, temperature)
         return per_wavenumber * amagats / LOSCHMIDT * CM2_TO_M2
+
+
+def _o2_1060(wavenumber):
+    """The band at 1.06 um, cm^-1 amagat^-2 in dry air (Mlawer et al. 1998)."""
+    wavenumber = np.asarray(wavenumber, float)
+    total = 0.0
+    for centre, width, strength in O2_1060:
+        away = wavenumber - centre
+        damping = np.exp(np.minimum(away, 0.0) / O2_1060_DECAY)
+        total = total + strength * damping / (np.pi * width * (1 + (away / width) ** 2))
+    inside = (wavenumber > O2_1060_RANGE[0]) & (wavenumber < O2_1060_RANGE[1])
+    # Given in 1e-20 cm2 per molecule at 1013 hPa and 296 K.
+    return np.where(inside, total, 0.0) * 1e-20 * LOSCHMIDT * REFERENCE_TEMPERATURE / AMAGAT_TEMPERATURE
 
 
 def _variables(path):

@@ -24,7 +24,7 @@ class Gas:
     Attributes
     ----------
     molecule : int
-        HITRAN number.
+        HITRAN number; 0 where there are no lines but measured cross sections.
     largest_fraction : float
         Largest mole fraction along a 300 km path that has to be right; sets which lines are kept.
     self_fraction : float
@@ -50,6 +50,13 @@ GASES = {
         Gas("CO", 5, 1e-6),
         Gas("O2", 7, 0.21, 0.21, continuum="o2"),
         Gas("N2", 22, 0.78, 0.78, continuum="n2"),
+        Gas("HNO3", 12, 2e-9),
+        Gas("NO2", 10, 5e-8),
+        Gas("SO2", 9, 5e-8),
+        Gas("CFC-11", 0, 3e-10),
+        Gas("CFC-12", 0, 6e-10),
+        Gas("HCFC-22", 0, 5e-10),
+        Gas("CCl4", 0, 2e-10),
     )
 }
 
@@ -66,7 +73,7 @@ class LineLibrary:
     @functools.cached_property
     def gases(self) -> list[Gas]:
         """The gases whose lines are here, in the order of the HITRAN numbers."""
-        found = [gas for gas in GASES.values() if self._paths(gas)]
+        found = [gas for gas in GASES.values() if gas.molecule and self._paths(gas)]
         missing = [name for name in ("H2O", "CO2") if GASES[name] not in found]
         if missing:
             raise InputError(f"has no line list of {', '.join(missing)} (files 01_*.par, 02_*.par)", file=self.folder)

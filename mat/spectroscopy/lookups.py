@@ -38,6 +38,7 @@ class LookupSource:
     """
 
     provenance = TEXT
+    terms = "figures derived from published lookups, to be cited; LOWTRAN7 is a work of the US Government"
 
     def __init__(self, name, folder, lowtran):
         self.name = name

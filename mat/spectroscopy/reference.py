@@ -16,7 +16,7 @@ from skyshine.mat.atmosphere.profiles import BOLTZMANN, PROFILES, load_profile
 from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import GASES, LineLibrary
-from skyshine.mat.spectroscopy.table import WIDTH, interval_lows
+from skyshine.mat.spectroscopy.widths import interval_edges
 
 
 @dataclass(frozen=True)
@@ -81,9 +81,9 @@ def main(lines, continua, atmosphere, range_km, wavenumber, gases, out):
     path = horizontal_path(atmosphere, range_km * 1e3)
     library, coefficients = LineLibrary(lines), Continua(continua)
     rows = []
-    for start in interval_lows(low, high):
-        values = [interval_transmittance(library, coefficients, path, gas, start, start + WIDTH) for gas in gases]
-        rows.append([start, start + WIDTH, *values])
+    for start, end in interval_edges(low, high):
+        values = [interval_transmittance(library, coefficients, path, gas, start, end) for gas in gases]
+        rows.append([start, end, *values])
     header = [
         f"Transmittance of {range_km:g} km at the lowest level of the {atmosphere} atmosphere, line by line, interval means.",
         f"pressure_Pa={path.pressure:.6g} temperature_K={path.temperature:.6g} length_m={path.length:.6g} "

@@ -27,6 +27,8 @@ class GasSources:
 class LineSource:
     """A gas summed line by line."""
 
+    terms = "figures computed from HITRAN, which asks to be cited (Rothman et al. 2013); MT_CKD under AER's notice"
+
     def __init__(self, name, library, continua):
         self.name, self.gas = name, GASES[name]
         self._library = library

@@ -14,17 +14,20 @@ import numpy as np
 from skyshine.mat.atmosphere.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.continua import Continua
+from skyshine.mat.spectroscopy.cross_sections import read_cross_sections
 from skyshine.mat.spectroscopy.gases import LineLibrary
 from skyshine.mat.spectroscopy.intervals import CANDIDATES, EXCHANGES, FLOOR, IntervalPoints, build_interval
 from skyshine.mat.spectroscopy.lookups import LookupSource
+from skyshine.mat.spectroscopy.overlay import overlay
 from skyshine.mat.spectroscopy.sources import GasSources, LineSource
 from skyshine.mat.spectroscopy.training import PERTURBED, held_out_states, training_states
+from skyshine.mat.spectroscopy.widths import interval_edges, most_points
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
-FORMAT_VERSION = "1.0"
-DATA_VERSION = "hitran2012-mtckd4.3-1"
-WIDTH = 5.0  # cm^-1; edges are multiples of it
+FORMAT_VERSION = "1.1"
+DATA_VERSION, DATA_NAME = "1.1.0", "hitran2012-mtckd4.3"  # a gas or a range added: minor; other lines or continua: major
+PART_VERSION = 1  # raised when the way from lines to points changes, so that finished parts are made again
 # Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at most.
 LOG_STEP, LOG_OFFSET = 6.4e-4, -64.5
 RATIO_STEP = 1.0e-4
@@ -45,13 +48,6 @@ class Settings:
     max_points: int = 16
 
 
-def interval_lows(low: float, high: float) -> np.ndarray:
-    """Lower edges of the intervals that cover [low, high]."""
-    if not 0 < low < high:
-        raise InputError(f"wavenumbers {low:g}:{high:g} are no range; give LO:HI in cm^-1 with 0 < LO < HI")
-    return WIDTH * np.arange(np.floor(low / WIDTH), np.ceil(high / WIDTH))
-
-
 class Builder:
     """Builds intervals.
 
@@ -61,10 +57,13 @@ class Builder:
         HITRAN records; netCDF files of MT_CKD.
     lookups, lowtran : folder and file, optional
         REPTRAN lookups and the Fortran source of LOWTRAN7, for O3 and N2O where there are no lines.
+    cross_sections : folder, optional
+        Measured cross sections, see `skyshine.mat.spectroscopy.cross_sections`; used where a gas has no other source, at the
+        points that were chosen for the others.
     settings : Settings
     """
 
-    def __init__(self, lines, continua, lookups=None, lowtran=None, settings=Settings()):
+    def __init__(self, lines, continua, lookups=None, lowtran=None, cross_sections=None, settings=Settings()):
         self.library, self.continua, self.settings = LineLibrary(lines), Continua(continua), settings
         found = {gas.name: [LineSource(gas.name, self.library, self.continua)] for gas in self.library.gases}
         if lookups is not None:
@@ -73,21 +72,47 @@ class Builder:
             for name in LOOKUP_GASES:
                 found.setdefault(name, []).append(LookupSource(name, lookups, lowtran))
         self.sources = [GasSources(name, sources) for name, sources in found.items()]
+        self._measured = [] if cross_sections is None else read_cross_sections(cross_sections)
         self._training, self._held_out = training_states(), held_out_states()
 
     @property
-    def key(self) -> str:
-        """Identifies parts that were built alike: settings, nodes and sources."""
-        parts = [DATA_VERSION, CANDIDATES, EXCHANGES, PERTURBED, self.settings.tolerance, self.settings.max_points]
+    def gases(self) -> list[GasSources]:
+        """All gases with all their sources, the measured cross sections last."""
+        found = {gas.name: list(gas.sources) for gas in self.sources}
+        for source in self._measured:
+            found.setdefault(source.name, []).append(source)
+        return [GasSources(name, sources) for name, sources in found.items()]
+
+    def with_measured(self, part: dict) -> dict:
+        """A part of an interval with the gases that have measured cross sections there and no other source."""
+        low, high = float(part["low"]), float(part["high"])
+        chosen = {gas.name for gas in self.sources if gas.source(low, high) is not None}
+        for source in self._measured:
+            if source.name in chosen or not source.covers(low, high):
+                continue
+            section, error = overlay(source, low, high, part["wavenumber"], part["weight"], self._held_out)
+            if section is not None:
+                part[f"dry_{source.name}"] = pack(np.log(np.maximum(section, FLOOR)), LOG_STEP, LOG_OFFSET)
+                part["gases"] = np.append(part["gases"], source.name)
+                part["gas_error"] = np.append(part["gas_error"], error)
+        return part
+
+    def key(self, low: float, high: float) -> str:
+        """Identifies parts of an interval that were built alike: edges, settings, nodes and the sources of this interval."""
+        parts = [PART_VERSION, low, high, CANDIDATES, EXCHANGES, PERTURBED, self.settings.tolerance, self._most_points(low)]
         parts += [a.tolist() for a in (nodes.PRESSURE, nodes.TEMPERATURE, nodes.H2O_FRACTION)]
-        parts += [[gas.name, *(source.provenance for source in gas.sources)] for gas in self.sources]
+        here = [(gas.name, gas.source(low, high)) for gas in self.sources]
+        parts += [[name, source.provenance] for name, source in here if source is not None]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 
-    def interval(self, low: float) -> IntervalPoints:
+    def _most_points(self, low):
+        return min(self.settings.max_points, most_points(low))
+
+    def interval(self, low: float, high: float) -> IntervalPoints:
         """The points of one interval."""
         return build_interval(
-            self.sources, self.continua, low, low + WIDTH, self._training, self._held_out,
-            tolerance=self.settings.tolerance, max_points=self.settings.max_points,
+            self.sources, self.continua, low, high, self._training, self._held_out,
+            tolerance=self.settings.tolerance, max_points=self._most_points(low),
         )  # fmt: skip
 
 
@@ -138,9 +163,8 @@ def pack(values, step, offset) -> np.ndarray:
     return steps.astype(np.int16)
 
 
-def assemble(folder: Path, lows, out: Path, *, sources, notice: str, settings: Settings) -> str:
-    """Write the table from the parts of the intervals with lower edges `lows`; returns its hash."""
-    parts = [dict(np.load(part_path(folder, low))) for low in sorted(lows)]
+def assemble(parts, out: Path, *, sources, notice: str, settings: Settings) -> str:
+    """Write the table from the parts of its intervals, in order; returns its hash."""
     counts = np.array([part["wavenumber"].size for part in parts])
     interval = Axis([0.5 * (p["low"] + p["high"]) for p in parts], "cm-1", "centre of the interval")
     statistic = Axis(np.array(["mixture rms", "mixture largest", "single gas rms", "single gas largest"]), "1", "statistic")
@@ -173,6 +197,7 @@ def assemble(folder: Path, lows, out: Path, *, sources, notice: str, settings: S
     about = {
         "citation": CITATION,
         "notice": notice,
+        "data_name": DATA_NAME,
         "description": "Spectral points of the band model; cross sections of gases over pressure and temperature.",
     }
     root = Group(groups={"intervals": intervals, "points": points, "gases": Group(groups=gases)}, attributes=about)
@@ -210,7 +235,7 @@ def _gas_group(source, parts, interval):
             "natural logarithm of the ratio of the cross sections in moist and dry air",
             {"scale_factor": RATIO_STEP, "add_offset": 0.0}, chunks=(128, *humid.shape[1:]),
         )  # fmt: skip
-    return Group(axes=axes, variables=variables, attributes={"sources": [one.provenance for one in source.sources]})
+    return Group(axes=axes, variables=variables, attributes={"sources": [one.provenance for one in source.sources], "terms": [one.terms for one in source.sources]})
 
 
 def _codes(gas, parts):
@@ -222,7 +247,9 @@ def _codes(gas, parts):
     return np.array(codes, dtype=np.int8)
 
 
-def build(ranges, out, lines, continua, *, lookups=None, lowtran=None, settings=Settings(), parts=None, progress=None) -> str:
+def build(
+    ranges, out, lines, continua, *, lookups=None, lowtran=None, cross_sections=None, settings=Settings(), parts=None, progress=None
+) -> str:
     """Build the table over ranges of wavenumber; finished intervals of an earlier, interrupted build are kept.
 
     Parameters
@@ -230,7 +257,7 @@ def build(ranges, out, lines, continua, *, lookups=None, lowtran=None, settings=
     ranges : list of (low, high), cm^-1
         Widened to whole intervals.
     out : path
-    lines, continua, lookups, lowtran
+    lines, continua, lookups, lowtran, cross_sections
         See `Builder`.
     parts : path, optional
         Folder of the finished intervals; by default `out` with ``.parts`` added.
@@ -243,14 +270,13 @@ def build(ranges, out, lines, continua, *, lookups=None, lowtran=None, settings=
         Hash of the table's content.
     """
     folder = Path(parts) if parts else Path(f"{out}.parts")
-    lows = np.unique(np.concatenate([interval_lows(*pair) for pair in ranges]))
-    builder = Builder(lines, continua, lookups, lowtran, settings)
-    for done, low in enumerate(lows):
-        if not part_is_done(folder, low, builder.key):
-            write_part(folder, builder.interval(float(low)), builder.key)
+    edges = np.unique(np.concatenate([interval_edges(*pair) for pair in ranges]), axis=0)
+    builder = Builder(lines, continua, lookups, lowtran, cross_sections, settings)
+    for done, (low, high) in enumerate(edges.tolist()):
+        key = builder.key(low, high)
+        if not part_is_done(folder, low, key):
+            write_part(folder, builder.interval(low, high), key)
         if progress:
-            progress(done + 1, len(lows))
-    return assemble(
-        folder, lows, Path(out), sources=builder.sources, notice=builder.continua.notice,
-        settings=settings,
-    )  # fmt: skip
+            progress(done + 1, len(edges))
+    finished = [builder.with_measured(dict(np.load(part_path(folder, low)))) for low in edges[:, 0]]
+    return assemble(finished, Path(out), sources=builder.gases, notice=builder.continua.notice, settings=settings)

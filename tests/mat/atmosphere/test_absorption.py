@@ -178,3 +178,14 @@ def test_lagrange_weights_reproduce_polynomials(count):
     weights = lagrange_weights(nodes, x)
     for degree in range(min(4, count)):
         np.testing.assert_allclose(weights @ nodes**degree, x**degree, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "gas, low, high", [("CFC-11", 845, 850), ("CFC-12", 920, 925), ("HCFC-22", 805, 815), ("CCl4", 790, 800), ("HNO3", 870, 900)]
+)
+def test_heavy_molecules_absorb_in_the_window(table, gas, low, high):
+    points = table.points(low, high)
+    values = points.cross_sections([1e3, 1e5], [220.0, 290.0], [0.0, 0.01], gases=[gas])[gas] * 1e4
+    # Strong bands of molecules of five atoms: 1e-19 to 2e-17 cm2 (HITRAN).
+    assert values.mean() > 1e-19 and values.max() < 2e-17
+    assert any("measured" in text for _, _, text in table.provenance(gas)) and table.terms(gas)

@@ -114,3 +114,16 @@ def test_fortran_data_statements(tmp_path):
     assert data["B(2,1)"] == 7.0
     with pytest.raises(ValueError, match="BLOCK DATA MLATMB not found"):
         block_data(source, "MLATMB")
+
+
+def test_halocarbons_are_even_below_the_tropopause_and_fall_above(profile):
+    """Tropospheric amounts of 2020 (WMO 2022); at 20 hPa CFC-11 is nearly gone and CFC-12 is not (e.g. ACE-FTS climatology)."""
+    for gas, amount in (("CFC-11", 224e-12), ("CFC-12", 500e-12), ("HCFC-22", 247e-12), ("CCl4", 77e-12)):
+        values = profile.mole_fraction[gas]
+        np.testing.assert_allclose(values[profile.pressure > 300e2], amount)
+        assert np.all(np.diff(values) <= 0) and values[-1] > 0
+    eleven, twelve = (
+        np.interp(-np.log(20e2), -np.log(profile.pressure), profile.mole_fraction[gas] / profile.mole_fraction[gas][0])
+        for gas in ("CFC-11", "CFC-12")
+    )
+    assert eleven < 0.35 and eleven < twelve < 0.7

@@ -53,3 +53,21 @@ def test_notice_travels(continua):
 def test_missing_folder_is_named(tmp_path):
     with pytest.raises(InputError, match="--continua needs"):
         Continua(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "nanometres, expected",
+    # Binary cross sections of O2-O2, cm5 molecule-2: Thalman and Volkamer 2013 (Phys. Chem. Chem. Phys. 15, 15371), 295 K.
+    [(477.0, 6.6e-46), (577.2, 1.10e-45), (630.0, 7.2e-46)],
+)
+def test_oxygen_pairs_in_the_visible(continua, nanometres, expected):
+    grid = 1e7 / np.linspace(nanometres - 3, nanometres + 3, 200)
+    density = 101325.0 / (1.380649e-23 * 295.0)
+    per_pair = continua.o2(grid, 101325.0, 295.0).max() / (density * 0.20946) * 1e10
+    assert per_pair == pytest.approx(expected, rel=0.06)
+
+
+@pytest.mark.parametrize("wavenumber", [7880.0, 9390.0, 13100.0, 17330.0])
+def test_oxygen_bands_of_sunlight_grow_with_density(continua, wavenumber):
+    one, two = continua.o2(wavenumber, 5e4, 260.0), continua.o2(wavenumber, 1e5, 260.0)
+    assert one > 0 and two == pytest.approx(2 * one)

@@ -250,7 +250,7 @@ class BandAtmosphere:
 
     def _path_radiance(self, path, elevations, azimuths, irradiance):
         """In-band path radiance (R, S)."""
-        segments, optics, band = path.segments, self.air.optics, self.band
+        segments, band = path.segments, self.band
         total = np.zeros((segments.distance.size, elevations.size))
         if segments.index.size:
             total += (self.air.thermal_radiance(segments, path.segment_depth) @ band.radiance_weight)[:, None]
@@ -258,11 +258,8 @@ class BandAtmosphere:
                 ends = path.ends
                 to_source = source_cosine(ends, elevations, azimuths)[0]
                 deflection = scattering_cosine(ends, elevations, azimuths)[0]
-                attenuation = transfer.segment_attenuation(
-                    segments, path.segment_depth, self.air.source_paths, to_source
-                )
                 weight = band.radiance_weight * irradiance
-                total += transfer.scattered_band(segments, optics, attenuation, deflection, weight)
+                total += self.air.scattered_in_band(segments, path.segment_depth, to_source, deflection, weight)
         return total[path.node]
 
     def _local_source(self, path, elevations, azimuths, irradiance):
@@ -278,10 +275,13 @@ class BandAtmosphere:
         # The air of one metre at the density of the ground: any amount will do, this one stays inside single precision.
         air = 1e25 * np.array([[1 - share], [share]])
         point = transfer.Segments(np.zeros(1, int), np.array([layer]), *air, *(np.zeros(2),) * 4)
-        light = direct_transmittance(self.air.source_paths, np.array([path.local_altitude]), elevations)
+        light = direct_transmittance(self.air.scaled_source_paths, np.array([path.local_altitude]), elevations)
         unit = transfer.scattered_spectral(point, optics, light.astype(np.float32), np.stack([cosine, cosine]))
         extinction = point.column(optics.extinction)[0]
-        thermal = here(self.air.thermal.mean) + lean(-np.sin(path.elevation)) * here(self.air.thermal.tilt)
+        leaning = lean(-np.sin(path.elevation))
+        thermal = here(self.air.thermal.mean) + leaning * here(self.air.thermal.tilt)
+        again = self.air.diffuse_light.at(layer, share, leaning, np.sin(elevations))
+        unit = unit + extinction * again
         source = extinction * thermal + unit * irradiance
         return source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())
 

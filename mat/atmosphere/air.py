@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from skyshine.mat.atmosphere.diffuse import ThermalSource, thermal_source
 from skyshine.mat.atmosphere.geometry import Shells
+from skyshine.mat.atmosphere.multiple import DiffuseLight, scaled_extinction
 from skyshine.mat.atmosphere.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer import SourcePaths, emitted
+from skyshine.mat.atmosphere.transfer import (
+    SourcePaths,
+    emitted,
+    scattered_band,
+    scattered_spectral,
+    segment_attenuation,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,3 +71,46 @@ class SpectralAir:
         """
         near, far = segments.source(self.thermal.mean, self.thermal.tilt, self.shells.altitude)
         return emitted(optical_depth, near, far)
+
+    @cached_property
+    def scaled_extinction(self):
+        """Of the beam that is scattered, (N, P) m^2 per molecule: `multiple.scaled_extinction`."""
+        return scaled_extinction(self.optics)
+
+    @cached_property
+    def scaled_source_paths(self):
+        """`source_paths` through the scaled extinction."""
+        if not np.any(self.optics.aerosol_scattering):
+            return self.source_paths
+        return SourcePaths.of(self.shells, self.scaled_extinction)
+
+    @cached_property
+    def diffuse_light(self):
+        """`multiple.DiffuseLight` of the source."""
+        return DiffuseLight.of(self.state, self.shells, self.optics, self.scaled_extinction, self.scaled_source_paths)
+
+    def scattered_radiance(self, segments, optical_depth, to_source, deflection):
+        """Scattered light of the source along a ray.
+
+        Parameters
+        ----------
+        segments : transfer.Segments
+        optical_depth : (K, P) array
+            Of each segment.
+        to_source, deflection : (K+1, S) arrays
+            Cosines of the source's zenith angle and of the scattering angle at the segment ends.
+
+        Returns
+        -------
+        (S, P) array
+            Per unit of the source's irradiance, sr^-1.
+        """
+        attenuation = segment_attenuation(segments, optical_depth, self.scaled_source_paths, to_source)
+        once = scattered_spectral(segments, self.optics, attenuation, deflection)
+        return once + self.diffuse_light.spectral(segments, optical_depth, to_source)
+
+    def scattered_in_band(self, segments, optical_depth, to_source, deflection, weight):
+        """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in `transfer.scattered_band`."""
+        attenuation = segment_attenuation(segments, optical_depth, self.scaled_source_paths, to_source)
+        once = scattered_band(segments, self.optics, attenuation, deflection, weight)
+        return once + self.diffuse_light.band(segments, optical_depth, to_source, weight)

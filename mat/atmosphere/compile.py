@@ -277,8 +277,7 @@ def _targets(air, sample, irradiance, brightness):
             angle(ray, sample.source_elevation[one], sample.source_azimuth[one])[0, ends]
             for angle in (source_cosine, scattering_cosine)
         )
-        attenuation = transfer.segment_attenuation(segments, depth, air.source_paths, to_source)
-        unit = transfer.scattered_spectral(segments, optics, attenuation, deflection)
+        unit = air.scattered_radiance(segments, depth, to_source, deflection)
         result["transmittance"].append(through)
         result["path_thermal"].append(thermal)
         result["path_radiance"].append(thermal[-1:] + unit * by_source[:, 0, 0])

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.geometry import trace
+from skyshine.mat.atmosphere.twostream import Slabs, join, vertical_column
 from skyshine.mat.radiometry import planck_wavenumber
 
 # Pure scattering has no decay, which the closed form of a layer divides by; this little absorption changes nothing else.
@@ -74,36 +74,18 @@ def thermal_source(state, shells, optics):
 
 def _fluxes(state, shells, optics):
     """Upward and downward thermal flux at the levels, (N, P) each, W m^-2 (cm^-1)^-1."""
-    reflection, transmission, upward, downward = _layers(shells, optics)
-    count = reflection.shape[0]
-    below = np.empty((count + 1, reflection.shape[1]))  # albedo of all that lies under a level
-    source = np.empty_like(below)  # what it sends up by itself
-    below[0] = state.surface_albedo
-    source[0] = (1 - state.surface_albedo) * np.pi * planck_wavenumber(optics.wavenumber, state.surface_temperature)
-    for k in range(count):
-        bounce = transmission[k] / (1 - reflection[k] * below[k])
-        below[k + 1] = reflection[k] + transmission[k] * bounce * below[k]
-        source[k + 1] = upward[k] + bounce * (source[k] + below[k] * downward[k])
-    falling = np.zeros_like(below)
-    for k in range(count - 1, -1, -1):
-        arriving = transmission[k] * falling[k + 1] + downward[k] + reflection[k] * source[k]
-        falling[k] = arriving / (1 - reflection[k] * below[k])
-    return source + below * falling, falling
+    emitted = np.pi * planck_wavenumber(optics.wavenumber, state.surface_temperature)
+    return join(*_layers(shells, optics), state.surface_albedo, (1 - state.surface_albedo) * emitted)
 
 
 def _layers(shells, optics):
     """Reflection, transmission, and emission up and down of each layer, (N-1, P) each."""
-    zenith = trace(shells, shells.altitude[:1], np.array([np.pi / 2]))
-    count = shells.altitude.size - 1
-    lower, upper = (part[0, count:, None] for part in (zenith.lower, zenith.upper))  # the segments on the way up
-
-    def column(values):
-        return lower * values[:-1] + upper * values[1:]
-
-    depth, scattering = column(optics.extinction), column(optics.aerosol_scattering)
+    depth, scattering = (vertical_column(shells, part) for part in (optics.extinction, optics.aerosol_scattering))
     some = scattering > 0
     asymmetry = np.where(
-        some, column(optics.aerosol_scattering * optics.asymmetry) / np.where(some, scattering, 1.0), 0.0
+        some,
+        vertical_column(shells, optics.aerosol_scattering * optics.asymmetry) / np.where(some, scattering, 1.0),
+        0.0,
     )
     albedo = scattering / depth
     forward = asymmetry**2
@@ -112,12 +94,9 @@ def _layers(shells, optics):
     asymmetry = asymmetry / (1 + asymmetry)
 
     same, other = 2 - albedo * (1 + asymmetry), albedo * (1 - asymmetry)
-    decay = np.sqrt((same - other) * (same + other))
-    deep = other / (same + decay)  # reflection of an infinitely deep layer
-    left = np.exp(-decay * depth)
-    reflection = -deep * np.expm1(-2 * decay * depth) / (1 - (deep * left) ** 2)
-    transmission = (1 - deep**2) * left / (1 - (deep * left) ** 2)
-    absorbed = -(1 - deep) * np.expm1(-decay * depth) / (1 + deep * left)
+    slabs = Slabs.of(same, other, depth)
+    reflection, transmission = slabs.reflection, slabs.transmission
+    absorbed = -(1 - slabs.deep) * np.expm1(-slabs.decay * depth) / (1 + slabs.deep * slabs.left)
 
     bottom, top = np.pi * optics.emission[:-1], np.pi * optics.emission[1:]
     thin = depth < _THIN

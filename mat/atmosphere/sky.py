@@ -71,8 +71,7 @@ def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths
         if not elevations.size:
             continue
         ends = np.append(segments.index, segments.index[-1] + 1)
-        attenuation = transfer.segment_attenuation(segments, depth, air.source_paths, to_source[row, ends])
-        radiance = transfer.scattered_spectral(segments, optics, attenuation, deflection[row, ends])
+        radiance = air.scattered_radiance(segments, depth, to_source[row, ends], deflection[row, ends])
         by_turn = radiance.reshape(source_elevation.size, azimuths, -1)
         scattered[place] += share * np.einsum("sap,a->sp", by_turn, turn_weight)
     return SkyIrradiance(thermal, scattered)

@@ -134,10 +134,7 @@ def _monochromatic(air, irradiance, altitude, elevation, distance, source_elevat
         ends = np.append(segments.index, segments.index[-1] + 1)
         to_source = source_cosine(rays, source_elevation, source_azimuth)[0, ends]
         deflection = scattering_cosine(rays, source_elevation, source_azimuth)[0, ends]
-        attenuation = transfer.segment_attenuation(segments, depth, air.source_paths, to_source)
-        values["path_scattered"] = (
-            transfer.scattered_spectral(segments, optics, attenuation, deflection)[0] * irradiance
-        )
+        values["path_scattered"] = air.scattered_radiance(segments, depth, to_source, deflection)[0] * irradiance
     surface = np.array([altitude if np.isinf(distance) and not ground else segments.altitude[-1]])
     sky = sky_irradiance(air, surface, source_elevation if np.any(irradiance > 0) else np.zeros(0))
     values["sky_irradiance"] = sky.thermal[0] + sky.scattered.sum(axis=(0, 1)) * irradiance

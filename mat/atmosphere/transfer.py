@@ -78,6 +78,12 @@ class Segments:
         """Integral of a property (N, P) [m^2 per molecule] along each segment, (K, P)."""
         return self.lower[:, None] * per_molecule[self.layer] + self.upper[:, None] * per_molecule[self.layer + 1]
 
+    @property
+    def lean(self):
+        """`diffuse.lean` of radiation that travels towards the observer, (K,)."""
+        zenith = self.direction - self.central_angle  # local, of the line of sight; radiation travels the other way
+        return lean(-np.cos(0.5 * (zenith[1:] + zenith[:-1])))
+
     def source(self, mean, tilt, levels):
         """A source function as the line that stands for it in each segment.
 
@@ -93,8 +99,7 @@ class Segments:
         near, far : (K, P) arrays
             Its ends: the line has the mean of the source over the segment's air and the difference between the segment's ends.
         """
-        zenith = self.direction - self.central_angle  # local, of the line of sight; radiation travels the other way
-        share = lean(-np.cos(0.5 * (zenith[1:] + zenith[:-1])))[:, None]
+        share = self.lean[:, None]
         below = mean[self.layer] + share * tilt[self.layer]
         above = mean[self.layer + 1] + share * tilt[self.layer + 1]
         climb = np.diff(self.altitude) / np.diff(levels)[self.layer]

@@ -196,7 +196,7 @@ def test_diffusivity_of_a_thin_sky(synthetic_points, isothermal):
 
 def test_scattered_sky_of_thin_air(synthetic_points, isothermal):
     """Half of what thin air scatters comes down: E = F t / 2 times the integral of cosine and air mass, 1 on a flat Earth."""
-    air = SpectralAir.of(isothermal(), synthetic_points(np.array([5000.0, 5005.0]), {"CO2": [0.0]}))
+    air = SpectralAir.of(isothermal(surface_albedo=0.0), synthetic_points(np.array([5000.0, 5005.0]), {"CO2": [0.0]}))
     depth = air.state._column(air.state.number_density, 0.0) * air.optics.rayleigh[0, 0]
     sky = sky_irradiance(air, np.array([0.0]), np.radians([30.0, 60.0, 90.0]), zeniths=24, azimuths=12)
     elevation = np.radians(np.arange(0.05, 90, 0.1))

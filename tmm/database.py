@@ -22,7 +22,7 @@ from skyshine.tmm.levels import PERCENT, WEIGHT_TOTAL, composites
 from skyshine.tmm.texture import file_sha256
 
 FILETYPE = "tmm"
-FORMAT_VERSION = "1.0"
+FORMAT_VERSION = "1.0.0"
 CHUNK = 256
 
 

@@ -23,11 +23,16 @@ def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: 
     value = float(table.value(name, out_of_range="clamp" if clamp else None, **place))
     units, error = table.root.variables[name].units, table.error(name)
     if as_json:
-        emit_json({"quantity": name, **quantity(value, units), "at": place, "stated_error": error})
+        stated = {measure: quantity(amount, _units(measure, units)) for measure, amount in error.items()}
+        emit_json({"quantity": name, **quantity(value, units), "at": place, "stated_error": stated})
         return
     click.echo(f"{name} = {value:.7g} {units}")
     for measure, amount in error.items():
-        click.echo(f"  interpolation error, {measure}: {amount:.3g}")
+        click.echo(f"  interpolation error, {measure.removesuffix('_kelvin')}: {amount:.3g} {_units(measure, units)}")
+
+
+def _units(measure: str, own: str) -> str:
+    return "K" if measure.endswith("_kelvin") else "1" if measure == "points" else own
 
 
 def _pair(text: str) -> tuple[str, float | str]:

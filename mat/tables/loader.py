@@ -77,14 +77,19 @@ class Table:
         return interpolate(self.root.variables[quantity].data, rules, where)
 
     def error(self, quantity: str) -> dict[str, float]:
-        """The interpolation error that the file states for a quantity: max, p95, rms, and in kelvin."""
+        """The interpolation error that the file states for a quantity.
+
+        Returns
+        -------
+        dict of str to float
+            maximum, p95, rms in the quantity's units; the same with ``_kelvin`` as equivalent temperature; the number
+            of points measured. Empty where the file states none.
+        """
         group = self.root.groups.get("accuracy")
         if group is None or quantity not in list(group.axes["quantity"].values):
             return {}
         at = list(group.axes["quantity"].values).index(quantity)
-        return {
-            name: float(v.data[at]) for name, v in group.variables.items() if np.isfinite(v.data[at])
-        }
+        return {name: float(v.data[at]) for name, v in group.variables.items() if v.dims == ("quantity",)}
 
     @property
     def materials(self) -> dict[str, int]:

@@ -65,7 +65,7 @@ def test_query_gives_a_value_with_its_stated_error(mat, small_build):
     place = ["material=asphalt_road", "altitude=0.5", "azimuth=200", "slope=20", "time=13.5"]
     status, shown, _ = mat("query", small_build / "s01.htt.h5", "temperature", *place, "--json")
     result = json.loads(shown)
-    assert status == 0 and result["units"] == "K" and 290 < result["value"] < 345 and result["stated_error"]["maximum"] > 0
+    assert status == 0 and result["units"] == "K" and 290 < result["value"] < 345 and result["stated_error"]["maximum"]["value"] > 0
     assert "temperature = " in mat("query", small_build / "s01.htt.h5", "temperature", *place)[1]
 
 

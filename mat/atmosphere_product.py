@@ -40,7 +40,7 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
             state,
             everything,
             grid,
-            np.stack([source_irradiance(job, source, everything.wavenumber) for source in products]),
+            np.stack([source_irradiance(job, source, everything.wavenumber, everything.width) for source in products]),
             tolerance=job.accuracy.spectral_tolerance,
             max_points=MAX_POINTS,
             seed=job.accuracy.seed,
@@ -106,7 +106,7 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
 
 
 def _build_one(product, source, loaded, air, compiled: CompiledBand, grid, response, report) -> None:
-    irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber)
+    irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber, compiled.band.width)
     with report.stage("tables"):
         quantities = air.table(grid, irradiance)
     with report.stage("accuracy"):

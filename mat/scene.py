@@ -71,8 +71,8 @@ def check_scene(loaded: LoadedJob) -> None:
             raise loaded.document.error(("states", i), f"states.{i}: {error.message}") from None
 
 
-def source_irradiance(job: Job, source: str, wavenumber: np.ndarray) -> np.ndarray:
-    """Irradiance (P,) of a source outside the atmosphere on the day of the job, W m^-2 (cm^-1)^-1.
+def source_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.ndarray | None = None) -> np.ndarray:
+    """Irradiance (P,) of a source outside the atmosphere on the day of the job, W m^-2 (cm^-1)^-1; mean over widths in cm^-1.
 
     The Sun at its distance at noon; the Moon at its phase and distance at local midnight, the middle of the night
     that its tables are for.
@@ -81,9 +81,9 @@ def source_irradiance(job: Job, source: str, wavenumber: np.ndarray) -> np.ndarr
     hour = 12.0 if source == "sun" else 24.0
     where = position(source, local_times_utc(site, [hour]), site.latitude_deg, site.longitude_deg)
     if source == "sun":
-        return solar_irradiance(wavenumber) / where.sun_distance[0] ** 2
+        return solar_irradiance(wavenumber, width) / where.sun_distance[0] ** 2
     moon = lunar_irradiance(
-        wavenumber, where.phase_angle[0], where.distance[0], where.sun_distance[0], bool(where.waxing[0])
+        wavenumber, where.phase_angle[0], where.distance[0], where.sun_distance[0], bool(where.waxing[0]), width
     )
     return moon.total
 

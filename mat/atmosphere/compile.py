@@ -60,6 +60,11 @@ class BandPoints:
         return self.points.interval_edges.mean(axis=1)[self.points.interval]
 
     @property
+    def width(self):
+        """Width of each point's interval, (P,) cm^-1."""
+        return np.diff(self.points.interval_edges, axis=1)[self.points.interval, 0]
+
+    @property
     def radiance_weight(self):
         """(P,) cm^-1; sum(radiance_weight * radiance per cm^-1) is the band's radiance."""
         return self.weight * self.wavenumber**2 * 1e-4

@@ -59,7 +59,7 @@ class LunarIrradiance:
         return self.reflected + self.thermal
 
 
-def lunar_irradiance(wavenumber, phase_angle, moon_distance, sun_distance, waxing=None):
+def lunar_irradiance(wavenumber, phase_angle, moon_distance, sun_distance, waxing=None, width=None):
     """Irradiance of the Moon outside the atmosphere.
 
     Parameters
@@ -75,6 +75,8 @@ def lunar_irradiance(wavenumber, phase_angle, moon_distance, sun_distance, waxin
     waxing : bool, optional
         Whether the Moon is before full: the sides of the Moon differ by up to some percent. Without it, the (geometric) mean
         of both.
+    width : (P,) array or float, optional
+        cm^-1, over which sunlight is averaged, see `solar_irradiance`.
 
     Returns
     -------
@@ -93,7 +95,7 @@ def lunar_irradiance(wavenumber, phase_angle, moon_distance, sun_distance, waxin
     if not 0 < sun_distance < np.inf:
         raise InputError(f"distance {sun_distance} au of the Sun from the Moon must be positive")
     wavenumber = np.atleast_1d(np.asarray(wavenumber, dtype=float))
-    sunlight = solar_irradiance(wavenumber) / sun_distance**2
+    sunlight = solar_irradiance(wavenumber, width) / sun_distance**2
     area = (MOON_RADIUS / moon_distance) ** 2  # solid angle of the disk over pi
     return LunarIrradiance(
         reflected=disk_reflectance(1e4 / wavenumber, phase_angle, waxing) * area * sunlight,

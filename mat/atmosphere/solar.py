@@ -11,7 +11,7 @@ from skyshine.schemas.errors import InputError
 ASTRONOMICAL_UNIT = 149_597_870_700.0  # m, exact (IAU 2012 resolution B2)
 
 
-def solar_irradiance(wavenumber):
+def solar_irradiance(wavenumber, width=None):
     """Solar spectral irradiance outside the atmosphere at 1 au.
 
     Constant inside the bins of the packaged table, which are 5 cm^-1 wide from 10 to 33,500 cm^-1, so that the sum over any
@@ -21,6 +21,9 @@ def solar_irradiance(wavenumber):
     ----------
     wavenumber : (P,) array
         cm^-1, 10 to 83,500.
+    width : (P,) array or float, optional
+        cm^-1; the mean over this width around each wavenumber instead of the bin that holds it. Fraunhofer lines are narrower than
+        the wider intervals of the band model.
 
     Returns
     -------
@@ -40,6 +43,10 @@ def solar_irradiance(wavenumber):
     wavenumber = np.asarray(wavenumber, dtype=float)
     if not np.all((wavenumber >= edges[0]) & (wavenumber <= edges[-1])):
         raise InputError(f"solar irradiance is tabulated from {edges[0]:.0f} to {edges[-1]:.0f} cm-1 only")
+    if width is not None:
+        total = np.concatenate([[0.0], np.cumsum(irradiance * np.diff(edges))])
+        low, high = (np.clip(wavenumber + sign * np.asarray(width) / 2, edges[0], edges[-1]) for sign in (-1, 1))
+        return (np.interp(high, edges, total) - np.interp(low, edges, total)) / (high - low)
     bins = np.searchsorted(edges, wavenumber, side="right") - 1
     return irradiance[np.minimum(bins, len(irradiance) - 1)]
 

@@ -44,7 +44,7 @@ def build(lines, continua, lookups, lowtran, cross_sections, ranges, points, tol
 
     \b
     Example:
-      mat lines build --lines hitran --continua mt_ckd --wavenumber 750:1300 --wavenumber 1900:3400 --out absorption.h5
+      mat lines build --lines hitran --continua mt_ckd --cross-sections xs --wavenumber 10:33400 --out absorption.h5
     """
     from skyshine.mat.spectroscopy.table import Settings, build
     from skyshine.mat.spectroscopy.widths import interval_edges

@@ -106,16 +106,17 @@ def _print_json(result, columns):
 
 
 def _irradiance(source, points):
-    """Of the source outside the atmosphere at the points, W m^-2 (cm^-1)^-1."""
+    """Of the source outside the atmosphere, mean over each point's interval, W m^-2 (cm^-1)^-1."""
     import numpy as np
 
     from skyshine.mat.atmosphere.lunar import lunar_irradiance
     from skyshine.mat.atmosphere.solar import solar_irradiance
 
+    low, high = points.interval_edges[points.interval].T
     if source == "sun":
-        return solar_irradiance(points.wavenumber)
+        return solar_irradiance((low + high) / 2, high - low)
     if source == "moon":
-        return lunar_irradiance(points.wavenumber, FULL_MOON_PHASE, MEAN_MOON_DISTANCE, 1.0).total
+        return lunar_irradiance((low + high) / 2, FULL_MOON_PHASE, MEAN_MOON_DISTANCE, 1.0, width=high - low).total
     return np.zeros(points.wavenumber.size)
 
 

@@ -31,6 +31,9 @@ PART_VERSION = 1  # raised when the way from lines to points changes, so that fi
 # Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at most.
 LOG_STEP, LOG_OFFSET = 6.4e-4, -64.5
 RATIO_STEP = 1.0e-4
+# m2/molecule, the largest that fits: only centres of rotational lines of H2O above 50 km exceed it, where the air is opaque
+# (optical depth above 100) either way.
+CEILING = 1.2e-19
 LOOKUP_GASES = ("O3", "N2O")
 CITATION = (
     "Lines: L. S. Rothman et al., The HITRAN2012 molecular spectroscopic database, JQSRT 130 (2013) 4-50. "
@@ -92,7 +95,7 @@ class Builder:
                 continue
             section, error = overlay(source, low, high, part["wavenumber"], part["weight"], self._held_out)
             if section is not None:
-                part[f"dry_{source.name}"] = pack(np.log(np.maximum(section, FLOOR)), LOG_STEP, LOG_OFFSET)
+                part[f"dry_{source.name}"] = pack(np.log(np.clip(section, FLOOR, CEILING)), LOG_STEP, LOG_OFFSET)
                 part["gases"] = np.append(part["gases"], source.name)
                 part["gas_error"] = np.append(part["gas_error"], error)
         return part
@@ -144,7 +147,7 @@ def write_part(folder: Path, points: IntervalPoints, key: str) -> None:
         "gas_error": np.array([points.gas_error.get(gas, 0.0) for gas in points.cross_section]),
     }
     for gas, values in points.cross_section.items():
-        arrays[f"dry_{gas}"] = pack(np.log(np.maximum(values, FLOOR)), LOG_STEP, LOG_OFFSET)
+        arrays[f"dry_{gas}"] = pack(np.log(np.clip(values, FLOOR, CEILING)), LOG_STEP, LOG_OFFSET)
     for gas, ratio in points.humid.items():
         arrays[f"humid_{gas}"] = pack(np.clip(ratio, -3.0, 3.0), RATIO_STEP, 0.0)
     path = part_path(folder, points.low)

@@ -19,13 +19,14 @@ class Region:
 
 
 # 5 cm^-1 where sensors look at heat; wider where only broadband fluxes (below 330 cm^-1) or sunlight (beyond 5000 cm^-1) matter
-# and the lines thin out. H2O lines end at 25,711 cm^-1.
+# and the lines thin out. H2O lines end at 25,711 cm^-1; beyond 28,000 cm^-1 absorption by ozone grows fast enough to need steps of 25.
 REGIONS = (
     Region(10.0, 10.0, 12),
     Region(330.0, 5.0, 64),
     Region(5000.0, 20.0, 10),
     Region(9000.0, 50.0, 8),
     Region(17000.0, 100.0, 6),
+    Region(28000.0, 25.0, 4),
 )
 HIGHEST = 33400.0  # cm^-1, the first edge beyond 0.3 um
 

@@ -257,3 +257,11 @@ class TestPosition:
     def test_bad_input(self, arguments, message):
         with pytest.raises(InputError, match=message):
             position(*arguments)
+
+
+def test_mean_sunlight_over_wide_intervals_keeps_the_sum():
+    edges = np.arange(17000.0, 33400.0, 100.0)
+    fine = np.arange(17002.5, 33300.0, 5.0)
+    wide = solar_irradiance(edges[:-1] + 50.0, 100.0)
+    assert np.sum(wide * 100.0) == pytest.approx(np.sum(solar_irradiance(fine) * 5.0), rel=1e-9)
+    np.testing.assert_allclose(solar_irradiance(fine[:50], 5.0), solar_irradiance(fine[:50]), rtol=1e-9)

@@ -21,7 +21,7 @@ from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
-PROBES = 200  # random points at which the interpolation error is measured
+PROBES = 120  # random points at which the interpolation error is measured
 MAX_POINTS = 64
 
 

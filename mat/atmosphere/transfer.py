@@ -3,8 +3,8 @@
 Thermal radiation has a source function linear in optical depth inside a segment (`diffuse`). Without particles it is the blackbody
 radiance of the air, and air of one temperature gives exactly (1 - transmittance) times that.
 
-Scattering of Sun or Moon is of first order, with the true phase functions; inside a segment the whole optical depth from the
-source to the observer is linear in distance.
+Light of Sun or Moon is scattered here once, with the true phase functions; inside a segment the whole optical depth from the source
+to the observer is linear in distance. `multiple` holds what is scattered more often.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ class SpectralAir:
         """`multiple.DiffuseLight` of the source."""
         return DiffuseLight.of(self.state, self.shells, self.optics, self.scaled_extinction, self.scaled_source_paths)
 
-    def scattered_radiance(self, segments, optical_depth, to_source, deflection):
+    def scattered_radiance(self, segments, optical_depth, to_source, deflection, phase=None):
         """Scattered light of the source along a ray.
 
         Parameters
@@ -99,6 +99,8 @@ class SpectralAir:
             Of each segment.
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
+        phase : (N, S, C) array, optional
+            As in `transfer.scattered_spectral`.
 
         Returns
         -------
@@ -106,7 +108,7 @@ class SpectralAir:
             Per unit of the source's irradiance, sr^-1.
         """
         attenuation = segment_attenuation(segments, optical_depth, self.scaled_source_paths, to_source)
-        once = scattered_spectral(segments, self.optics, attenuation, deflection)
+        once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
         return once + self.diffuse_light.spectral(segments, optical_depth, to_source)
 
     def scattered_in_band(self, segments, optical_depth, to_source, deflection, weight):

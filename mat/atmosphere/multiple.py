@@ -1,13 +1,19 @@
 """Light of Sun or Moon that air, particles and ground scatter more than once.
 
 The diffuse field is that of the delta-scaled two-stream equations with the coefficients of the practical improved flux method, under
-a beam attenuated along its true path through spherical layers, to twilight and beyond; the ground reflects beam and diffuse light.
+a beam attenuated along its true path through spherical layers, to twilight and beyond; how much of the beam's scattering goes up
+follows the true phase function, and the ground reflects beam and diffuse light.
 What this field scatters into a line of sight follows the first two moments of the phase function.
 
 The last scattering before the observer of light that came straight from the source is not in it: `transfer` adds that with the true
 phase function. So that nothing counts twice, the beam that is scattered there is the scaled one: the light which particles have
 thrown straight ahead belongs to the beam, on the way to the last scattering, in both. From there to the observer all extinction
 counts. Light thrown straight ahead then reaches a horizontal surface with exactly the energy the beam lost to it.
+
+Two streams know no azimuth and too little of light close to the horizon. Against DISORT (tests/validation) the sky's irradiance is
+within 3.5 % in the infrared at 5 km visibility and within 8 % at 1 um up to optical depth 2; radiance away from the source is, on the
+whole, low by up to 15 % looking up and, above a dark ground, 17 % (haze) to 40 % (cloud) looking down; near the source it is too high
+beyond optical depth 1, as straight light keeps the full peak of the phase function.
 
 References
 ----------
@@ -23,6 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.diffuse import lean
+from skyshine.mat.atmosphere.optics import PHASE_ANGLES
 from skyshine.mat.atmosphere.transfer import mean_attenuation, source_weights
 from skyshine.mat.atmosphere.twostream import Slabs, join, vertical_column
 
@@ -75,6 +82,7 @@ class DiffuseLight:
         whole = optics.rayleigh + optics.aerosol_scattering
         forward = optics.aerosol_scattering * optics.asymmetry
         over = 2 * np.pi * np.where(optics.extinction > 0, optics.extinction, 1.0)
+        risen = upward_share(optics.phase, sine)
         for start in range(0, shape[2], _CHUNK):
             part = np.s_[:, start : start + _CHUNK]
             paths = replace(source_paths, log_depth=source_paths.log_depth[..., part[1]])
@@ -82,7 +90,10 @@ class DiffuseLight:
             columns = (
                 vertical_column(shells, values[part]) for values in (scaled, whole - straight, forward - straight)
             )
-            rising, falling = diffuse_fluxes(*columns, beam, sine, state.surface_albedo)
+            up = optics.aerosol_scattering[part][:, None] * (risen @ optics.phase_share[:, part[1]])
+            up = (up + 0.5 * optics.rayleigh[part][:, None]).reshape(shape[0], -1)
+            upward = vertical_column(shells, up).reshape(shape[0] - 1, sine.size, -1)
+            rising, falling = diffuse_fluxes(*columns, upward, beam, sine, state.surface_albedo)
             mean[:, :, part[1]] = (whole / over)[part][:, None] * (rising + falling)
             tilt[:, :, part[1]] = (forward / over)[part][:, None] * (rising - falling)
         return cls(state.altitude, sine, mean, tilt)
@@ -113,13 +124,15 @@ class DiffuseLight:
     def band(self, segments, optical_depth, cosine, weight):
         """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in `transfer.scattered_band`."""
         nodes, share = self._nodes(cosine)
+        scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
+        unit = (weight / scale).astype(np.float32)
         light = 0.0
         for layer, part in zip(
             (segments.layer, segments.layer + 1), self._shares(segments, optical_depth), strict=True
         ):
-            light = light + np.matmul(self._toward(segments, layer, nodes), (part * weight)[..., None])  # (K, V, 1)
+            light = light + np.matmul(self._toward(segments, layer, nodes), (part * unit)[..., None])  # (K, V, 1)
         radiance = np.zeros((cosine.shape[0], cosine.shape[1]))
-        np.cumsum(np.matmul(share, light)[..., 0], axis=0, out=radiance[1:])
+        np.cumsum(np.matmul(share, light)[..., 0].astype(float) * scale, axis=0, out=radiance[1:])
         return radiance
 
     def at(self, layer, share, leaning, cosine):
@@ -149,7 +162,7 @@ class DiffuseLight:
         middle = np.clip(0.5 * (cosine[:-1] + cosine[1:]), self.sine[0], self.sine[-1])
         place = np.interp(middle, self.sine, np.arange(self.sine.size))
         nodes = np.arange(int(place.min()), int(np.ceil(place.max())) + 1)
-        return nodes, np.maximum(1 - np.abs(place[..., None] - nodes), 0.0)
+        return nodes, np.maximum(1 - np.abs(place[..., None] - nodes), 0.0).astype(np.float32)
 
     def _shares(self, segments, optical_depth):
         """Weights of the source function at the lower and the upper level of each segment's layer, (K, P) each, at the observer.
@@ -164,7 +177,7 @@ class DiffuseLight:
         upper = (segments.upper / (segments.lower + segments.upper))[:, None]
         above = np.clip(whole * upper + 0.5 * (far - near) * climb, 0.0, whole)
         through = np.exp(-before)
-        return through * (whole - above), through * above
+        return (through * (whole - above)).astype(np.float32), (through * above).astype(np.float32)
 
 
 def scaled_extinction(optics):
@@ -172,13 +185,39 @@ def scaled_extinction(optics):
     return optics.extinction - optics.aerosol_scattering * optics.asymmetry**2
 
 
-def diffuse_fluxes(depth, scattering, forward, beam, sine, albedo):
+def upward_share(phase, sine):
+    """Share of a beam's scattering that goes up.
+
+    Parameters
+    ----------
+    phase : (A, N, C) array
+        Phase function at `optics.PHASE_ANGLES`.
+    sine : (U,) array
+        Of the source's elevation.
+
+    Returns
+    -------
+    (N, U, C) array
+    """
+    # Of the circle of directions at one angle from the beam, the part above the horizon.
+    beam = np.sqrt(np.maximum(1 - sine**2, 1e-12))[:, None] * np.sin(PHASE_ANGLES)
+    rim = sine[:, None] * np.cos(PHASE_ANGLES) / np.maximum(beam, 1e-12)
+    part = np.arccos(np.clip(rim, -1.0, 1.0)) / np.pi
+    edges = np.concatenate([[0.0], 0.5 * (PHASE_ANGLES[1:] + PHASE_ANGLES[:-1]), [np.pi]])
+    weight = -np.diff(np.cos(edges))
+    whole = np.einsum("a,anc->nc", weight, phase)
+    return np.einsum("ua,anc->nuc", part * weight, phase) / whole[:, None]
+
+
+def diffuse_fluxes(depth, scattering, forward, upward, beam, sine, albedo):
     """Diffuse fluxes under a beam of unit irradiance.
 
     Parameters
     ----------
     depth, scattering, forward : (N-1, P) arrays
         Of the layers from the ground up, delta scaled: optical depth, that of scattering, and that times the asymmetry.
+    upward : (N-1, U, P) array
+        Optical depth of that scattering of the beam which goes up.
     beam : (N, U, P) array
         Optical depth from the source to each level, delta scaled.
     sine : (U,) array
@@ -205,7 +244,8 @@ def diffuse_fluxes(depth, scattering, forward, beam, sine, albedo):
     scattered = share * depth * np.exp(-beam[1:])
     first = mean_attenuation(np.zeros_like(fall), vertical + fall) * scattered
     last = mean_attenuation(np.broadcast_to(vertical, fall.shape), fall) * scattered
-    back = 0.5 - 0.75 * asymmetry * sine[:, None]  # share of the beam's scattering that goes up
+    # Share of the beam's scattering that goes up; what stays after scaling bounds it.
+    back = np.clip(np.where(scatters, upward / np.where(scatters, scattering[:, None], 1.0), 0.5), 0.0, 1.0)
     deep, left = slabs.deep, slabs.left
     closed = 1 - (deep * left) ** 2
     upward = (back * (first - deep**2 * left * last) + (1 - back) * deep * (first - left * last)) / closed

@@ -8,10 +8,13 @@ import numpy as np
 
 from skyshine.mat.atmosphere import transfer
 from skyshine.mat.atmosphere.geometry import scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.optics import PHASE_ANGLES
 
 # Directions of the hemisphere: Gauss nodes in the cosine of zenith angle, and in azimuth over half a turn (the other half
-# mirrors it). Against 48 x 48: thermal to 2e-4, scattered light to 2 %, to 5 % with the source in the zenith.
+# mirrors it). Against 24 x 24: thermal to 2e-4, scattered light to 0.3 %, 2 % with the source in the zenith.
 ZENITHS, AZIMUTHS = 8, 8
+# Directions within a cell, each way, over which the phase function is averaged.
+_SAMPLES = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +63,8 @@ def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths
     deflection = scattering_cosine(rays, elevations, turns)
     thermal = np.zeros((altitude.size, optics.wavenumber.size))
     scattered = np.zeros((altitude.size, source_elevation.size, optics.wavenumber.size))
+    # Particles scatter most within a few degrees of the source, which nodes miss or hit: each takes the mean over its cell.
+    phases = [_cell_phase(optics.phase, cell, source_elevation, azimuths) for cell in _cells(zeniths)]
     for row in range(altitude.size * zeniths):
         place, direction = divmod(row, zeniths)
         segments = transfer.Segments.of(rays, row)
@@ -71,7 +76,9 @@ def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths
         if not elevations.size:
             continue
         ends = np.append(segments.index, segments.index[-1] + 1)
-        radiance = air.scattered_radiance(segments, depth, to_source[row, ends], deflection[row, ends])
+        radiance = air.scattered_radiance(
+            segments, depth, to_source[row, ends], deflection[row, ends], phases[direction]
+        )
         by_turn = radiance.reshape(source_elevation.size, azimuths, -1)
         scattered[place] += share * np.einsum("sap,a->sp", by_turn, turn_weight)
     return SkyIrradiance(thermal, scattered)
@@ -94,6 +101,45 @@ def direct_transmittance(source_paths, altitude, source_elevation):
     """
     cosine = np.broadcast_to(np.sin(source_elevation), (np.size(altitude), np.size(source_elevation)))
     return np.exp(-source_paths.optical_depth(altitude, cosine).astype(float))
+
+
+def _cells(count):
+    """Bounds (count, 2) of the cells of 0 to 1 that the nodes of `_half_range` stand for: each is as wide as its weight."""
+    edges = np.append(0.0, np.cumsum(_half_range(count)[1]))
+    return np.stack([edges[:-1], edges[1:]], axis=1)
+
+
+def _cell_phase(phase, cell, source_elevation, azimuths):
+    """Phase function of particles, mean over the cells of one zenith angle.
+
+    Parameters
+    ----------
+    phase : (A, N, C) array
+        At `PHASE_ANGLES`.
+    cell : (2,) array
+        Bounds of the cosine of zenith angle.
+    source_elevation : (S,) array
+        rad.
+    azimuths : int
+        Of the quadrature.
+
+    Returns
+    -------
+    (N, S * azimuths, C) array
+    """
+    part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    cosine = cell[0] + (cell[1] - cell[0]) * part
+    turn = np.pi * (_cells(azimuths)[:, :1] + np.diff(_cells(azimuths)) * part)[:, None]  # (azimuths, 1, samples)
+    elevation = source_elevation[:, None, None, None]
+    angle = np.sin(elevation) * cosine[:, None] + np.cos(elevation) * np.sqrt(1 - cosine**2)[:, None] * np.cos(turn)
+    place = np.arccos(np.clip(angle, -1.0, 1.0)) / PHASE_ANGLES[1]
+    place = place.reshape(source_elevation.size * azimuths, _SAMPLES**2)
+    first = np.minimum(place.astype(int), PHASE_ANGLES.size - 2)
+    index = first + np.arange(len(place))[:, None] * PHASE_ANGLES.size
+    weight = np.zeros(len(place) * PHASE_ANGLES.size)
+    np.add.at(weight, index, first + 1 - place)
+    np.add.at(weight, index + 1, place - first)
+    return np.einsum("sa,anc->nsc", weight.reshape(len(place), PHASE_ANGLES.size) / _SAMPLES**2, phase, optimize=True)
 
 
 def _half_range(count):

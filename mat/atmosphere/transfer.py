@@ -3,8 +3,8 @@
 Thermal radiation has a source function linear in optical depth inside a segment (`diffuse`). Without particles it is the blackbody
 radiance of the air, and air of one temperature gives exactly (1 - transmittance) times that.
 
-Scattering of Sun or Moon is of first order, with the true phase functions; inside a segment the whole optical depth from the
-source to the observer is linear in distance.
+Light of Sun or Moon is scattered here once, with the true phase functions; inside a segment the whole optical depth from the source
+to the observer is linear in distance. `multiple` holds what is scattered more often.
 """
 
 from __future__ import annotations
@@ -77,6 +77,11 @@ class Segments:
     def column(self, per_molecule):
         """Integral of a property (N, P) [m^2 per molecule] along each segment, (K, P)."""
         return self.lower[:, None] * per_molecule[self.layer] + self.upper[:, None] * per_molecule[self.layer + 1]
+
+    def mean(self, values):
+        """Mean over each segment's air of a property (N, ...) at the levels, (K, ...)."""
+        share = (self.upper / (self.lower + self.upper)).reshape(-1, *(1,) * (values.ndim - 1))
+        return values[self.layer] * (1 - share) + values[self.layer + 1] * share
 
     @property
     def lean(self):
@@ -331,7 +336,7 @@ def aerosol_phase(segments, optics, cosine):
     return result
 
 
-def scattered_spectral(segments, optics, attenuation, cosine):
+def scattered_spectral(segments, optics, attenuation, cosine, phase=None):
     """Scattered radiance at each spectral point, per unit of the source's irradiance.
 
     Parameters
@@ -341,6 +346,8 @@ def scattered_spectral(segments, optics, attenuation, cosine):
     attenuation : (K, S, P) array
     cosine : (K+1, S) array
         Of the scattering angle at the segment ends.
+    phase : (N, S, C) array, optional
+        Phase function of the particles at the levels, where it is not to be the one at that angle.
 
     Returns
     -------
@@ -352,7 +359,8 @@ def scattered_spectral(segments, optics, attenuation, cosine):
     light = rayleigh_phase(middle, optics.rayleigh_anisotropy.mean()).astype(np.float32)[..., None] * molecules
     if np.any(optics.aerosol_scattering):
         particles = segments.column(optics.aerosol_scattering).astype(np.float32)[:, None]
-        light += (aerosol_phase(segments, optics, cosine) @ optics.phase_share).astype(np.float32) * particles
+        shape = aerosol_phase(segments, optics, cosine) if phase is None else segments.mean(phase)
+        light += (shape @ optics.phase_share).astype(np.float32) * particles
     return np.einsum("ksp,ksp->sp", attenuation, light) / (4 * np.pi)
 
 

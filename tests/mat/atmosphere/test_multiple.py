@@ -7,7 +7,8 @@ import pytest
 
 from skyshine.mat.atmosphere import geometry, transfer
 from skyshine.mat.atmosphere.air import SpectralAir
-from skyshine.mat.atmosphere.multiple import diffuse_fluxes
+from skyshine.mat.atmosphere.multiple import diffuse_fluxes, upward_share
+from skyshine.mat.atmosphere.optics import PHASE_ANGLES
 from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
 
 EDGES = np.array([9000.0, 9005.0])
@@ -20,7 +21,8 @@ def slab(depth, single_scattering_albedo=1.0, asymmetry=0.0, albedo=0.0, layers=
     layer = np.full((layers, 1), depth / layers)
     beam = (np.arange(layers, -1, -1) * depth / layers)[:, None, None] / SUN[:, None]
     scattering = layer * single_scattering_albedo
-    rising, falling = diffuse_fluxes(layer, scattering, scattering * asymmetry, beam, SUN, albedo)
+    upward = scattering[:, None] * (0.5 - 0.75 * asymmetry * SUN)[:, None]  # Eddington's phase function
+    rising, falling = diffuse_fluxes(layer, scattering, scattering * asymmetry, upward, beam, SUN, albedo)
     return rising[..., 0], falling[..., 0], SUN * np.exp(-beam[..., 0])
 
 
@@ -46,6 +48,20 @@ def test_conservative_slab_meets_the_closed_form(depth, asymmetry):
     g3 = 0.5 - 0.75 * asymmetry * SUN
     expected = (g1 * depth + (g3 - g1 * SUN) * -np.expm1(-depth / SUN)) / (1 + g1 * depth)
     assert slab(depth, asymmetry=asymmetry)[0][-1] / SUN == pytest.approx(expected, rel=1e-6)
+
+
+def test_share_that_goes_up():
+    """Closed forms: all phase functions from a source on the horizon, Eddington's from any."""
+    cosine = np.cos(PHASE_ANGLES)
+    sine = np.array([-1.0, -0.3, 0.0, 0.2, 0.7, 1.0])
+    peaked = 0.19 / (1.81 - 1.8 * cosine) ** 1.5
+    phase = np.stack([np.ones_like(cosine), 1 + 0.9 * cosine, peaked], axis=1)[:, None]
+    isotropic, eddington, forward = upward_share(phase, sine)[0].T
+    assert isotropic == pytest.approx(0.5, abs=1e-4)
+    assert eddington == pytest.approx(0.5 - 0.75 * 0.3 * sine, abs=1e-4)
+    assert forward[2] == pytest.approx(0.5, abs=1e-4)
+    # The backward half of Henyey and Greenstein's, (1 - g^2) / (2 g) (1 / sqrt(1 + g^2) - 1 / (1 + g)).
+    assert forward[-1] == pytest.approx(0.19 / 1.8 * (1 / np.sqrt(1.81) - 1 / 1.9), rel=1e-3)
 
 
 def test_a_thin_layer_scatters_once():
@@ -123,6 +139,8 @@ def test_a_band_is_the_sum_of_its_points(hazy):
     spectral = air.scattered_radiance(segments, depth, to_source, deflection) @ weight
     band = air.scattered_in_band(segments, depth, to_source, deflection, weight)
     assert band[-1] == pytest.approx(spectral, rel=1e-4)
+    faint = air.scattered_in_band(segments, depth, to_source, deflection, weight * 1e-40)
+    assert faint == pytest.approx(band * 1e-40, rel=1e-5, abs=0)
     assert np.all(np.diff(band, axis=0) >= 0)
 
 
@@ -146,3 +164,11 @@ def test_no_place_is_darker_over_a_brighter_ground(hazy):
     air = hazy(0.0)
     same = replace(air, state=replace(air.state, surface_albedo=0.8))
     assert np.all(same.diffuse_light.mean >= air.diffuse_light.mean)
+
+
+def test_few_directions_are_enough_for_the_sky_of_peaked_particles(hazy):
+    air, elevation = hazy(0.1), np.radians([5.0, 20.0, 50.0, 90.0])
+    few = sky_irradiance(air, np.zeros(1), elevation).scattered
+    many = sky_irradiance(air, np.zeros(1), elevation, zeniths=24, azimuths=24).scattered
+    assert few[:, :3] == pytest.approx(many[:, :3], rel=0.01)
+    assert few == pytest.approx(many, rel=0.025)

@@ -1,5 +1,7 @@
 """``mat query``: one interpolated value with its stated error."""
 
+import math
+
 import click
 
 from skyshine.schemas.commands import emit_json, json_option, quantity
@@ -28,7 +30,8 @@ def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: 
         return
     click.echo(f"{name} = {value:.7g} {units}")
     for measure, amount in error.items():
-        click.echo(f"  interpolation error, {measure.removesuffix('_kelvin')}: {amount:.3g} {_units(measure, units)}")
+        if math.isfinite(amount):  # radiances of sunlit bands have no equivalent temperature
+            click.echo(f"  interpolation error, {measure.removesuffix('_kelvin')}: {amount:.3g} {_units(measure, units)}")
 
 
 def _units(measure: str, own: str) -> str:

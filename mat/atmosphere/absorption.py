@@ -123,6 +123,11 @@ class SpectralPoints:
         """The gases of the table, and the water vapour continuum."""
         return [*self._gases, CONTINUUM]
 
+    @property
+    def absorbing(self) -> list[str]:
+        """The gases that absorb at one of these points at least; the others' cross sections are 0."""
+        return [*(name for name, gas in self._gases.items() if gas.position.size), CONTINUUM]
+
     def subset(self, index, weight=None) -> SpectralPoints:
         """The points at `index` (k,), with other weights if given; the intervals keep their numbers."""
         index = np.asarray(index)

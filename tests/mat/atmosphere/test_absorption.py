@@ -179,6 +179,14 @@ def test_subset_keeps_gases_that_only_some_points_have(table):
         np.testing.assert_allclose(some[gas], full[gas][:, index], rtol=1e-5)
 
 
+def test_gases_without_data_in_a_range_do_not_absorb(table):
+    points = table.points(1000, 1020)
+    assert {"H2O", "O3", CONTINUUM} <= set(points.absorbing) and "SO2" not in points.absorbing
+    sections = points.cross_sections(1e5, 290.0, 0.01)
+    assert set(sections) == set(points.gases)
+    assert all(sections[gas].max() == 0 for gas in set(points.gases) - set(points.absorbing))
+
+
 def test_every_interval_of_a_gas_names_its_source(table):
     for gas in table.gases:
         ranges = table.provenance(gas)

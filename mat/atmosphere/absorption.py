@@ -216,7 +216,7 @@ class AbsorptionTable:
 
     def __init__(self, path, version, name, edges, count, error, gases, sources, terms, errors):
         self.path, self.version, self.name = path, version, name
-        self.interval_edges, self.error = edges, error
+        self.interval_edges, self.count, self.error = edges, np.asarray(count), error
         self._first = np.concatenate([[0], np.cumsum(count)])
         self._source_codes, self._source_texts, self._terms, self.gas_error = gases, sources, terms, errors
 

@@ -47,7 +47,7 @@ class BandPoints:
     weight : (P,) array
         um; the sum is the integral of phi dlambda, and sum(weight * f) that of phi f dlambda.
     gases : tuple of str or None
-        Those that absorb; None for all.
+        Those that absorb and count; None for all.
     """
 
     points: object
@@ -127,7 +127,8 @@ def band_points(points, response):
         raise InputError(
             "the response is 0 in every interval of these spectral points; ask for the points of its own range"
         )
-    return BandPoints(points.subset(inside), weight[inside])
+    points = points.subset(inside)
+    return BandPoints(points, weight[inside], tuple(points.absorbing))
 
 
 def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_points=64, seed=0):

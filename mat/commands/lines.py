@@ -80,6 +80,12 @@ def info(file, as_json):
     click.echo("coverage " + ", ".join(f"{low:g}-{high:g}" for low, high in about["coverage"]["values"]) + " cm-1")
     rms, largest = about["error"]["rms"]["value"], about["error"]["largest"]["value"]
     click.echo(f"error of an interval's transmittance on an unseen profile and paths: rms {rms:.2g}, largest {largest:.2g}")
+    for part in about["regions"]:
+        low, high = part["range"]["values"]
+        click.echo(
+            f"  {low:g}-{high:g} cm-1: intervals of {part['width']['value']:g} cm-1 with {part['points_per_interval']:.1f} points, "
+            f"rms {part['rms']['value']:.2g}, largest {part['largest']['value']:.2g}"
+        )
     for name, gas in about["gases"].items():
         click.echo(f"{name}: rms error alone {gas['rms_error']['value']:.2g}")
         ranges = {}
@@ -111,5 +117,27 @@ def describe(table) -> dict:
             "rms": quantity(float(np.sqrt(np.mean(table.error[:, 0] ** 2))), "1"),
             "largest": quantity(float(table.error[:, 1].max()), "1"),
         },
+        "regions": _regions(table),
         "gases": gases,
     }
+
+
+def _regions(table):
+    """Points and errors of successive intervals of one width."""
+    import numpy as np
+
+    low, high = table.interval_edges.T
+    starts = np.flatnonzero(np.append(True, np.abs(np.diff(high - low)) > 1e-3))
+    parts = []
+    for first, last in zip(starts, np.append(starts[1:], low.size), strict=True):
+        inside = slice(first, last)
+        parts.append(
+            {
+                "range": quantity([low[first], high[last - 1]], "cm-1"),
+                "width": quantity(high[first] - low[first], "cm-1"),
+                "points_per_interval": float(table.count[inside].mean()),
+                "rms": quantity(float(np.sqrt(np.mean(table.error[inside, 0] ** 2))), "1"),
+                "largest": quantity(float(table.error[inside, 1].max()), "1"),
+            }
+        )
+    return parts

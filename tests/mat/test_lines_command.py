@@ -15,6 +15,9 @@ def test_info_prints_coverage_gases_and_errors():
     assert about["coverage"]["units"] == "cm-1"
     assert {"H2O", "CO2", "CH4"} <= set(about["gases"])
     assert 0 < about["error"]["rms"]["value"] <= 0.0015
+    assert [part["width"]["value"] for part in about["regions"]][:3] == [10, 5, 20]
+    assert all(0 <= part["rms"]["value"] <= 0.0015 for part in about["regions"])
+    assert about["data_version"].count(".") == 2 and all(gas["terms"] or not gas["rms_error"]["value"] for gas in about["gases"].values())
     text = CliRunner().invoke(command, ["info"], catch_exceptions=False).output
     assert "coverage" in text and "HITRAN2012" in text
 

@@ -16,7 +16,7 @@ class SyntheticPoints:
         self.weight = (width / np.maximum(share, 1))[self.interval] if weight is None else weight
         self.wavenumber = self.interval_edges.mean(axis=1)[self.interval]
         self.sections = {gas: np.asarray(values, float) for gas, values in sections.items()}
-        self.gases = list(sections)
+        self.gases = self.absorbing = list(sections)
         self.edges = edges
 
     def subset(self, index, weight=None):

@@ -131,6 +131,16 @@ def test_water_broadens_its_own_lines(points):
     assert 0.75 < ratio.min() < 0.97 < 1.06 < np.median(ratio) < 1.25
 
 
+def test_saturated_air_at_45_degrees_is_inside_the_table(points):
+    # 95.9 hPa over water (CRC Handbook). Wings of H2O grow almost as 1 + 4 q, from one node to the other and on.
+    pressure, temperature = 101300.0, 318.15
+    fraction = np.array([0.0, 0.06, 0.0946])
+    values = points.cross_sections(np.full(3, pressure), np.full(3, temperature), fraction)
+    assert all(np.all(np.isfinite(v)) and v.min() >= 0 for v in values.values())
+    growth = np.median(values["H2O"] / values["H2O"][0], axis=1) - 1
+    assert growth[2] / growth[1] == pytest.approx(0.0946 / 0.06, rel=0.05)
+
+
 def test_interpolation_is_smooth_between_the_nodes(points):
     temperature = np.linspace(200.0, 320.0, 400)
     values = np.log(points.cross_sections(np.full(400, 8e4), temperature, np.full(400, 0.01), gases=["H2O"])["H2O"])
@@ -167,6 +177,14 @@ def test_subset_keeps_gases_that_only_some_points_have(table):
     some = points.subset(index).cross_sections(5e4, 260.0, 0.003)
     for gas in full:
         np.testing.assert_allclose(some[gas], full[gas][:, index], rtol=1e-5)
+
+
+def test_gases_without_data_in_a_range_do_not_absorb(table):
+    points = table.points(1000, 1020)
+    assert {"H2O", "O3", CONTINUUM} <= set(points.absorbing) and "SO2" not in points.absorbing
+    sections = points.cross_sections(1e5, 290.0, 0.01)
+    assert set(sections) == set(points.gases)
+    assert all(sections[gas].max() == 0 for gas in set(points.gases) - set(points.absorbing))
 
 
 def test_every_interval_of_a_gas_names_its_source(table):

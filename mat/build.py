@@ -66,9 +66,8 @@ def build(loaded: LoadedJob, *, out: str | os.PathLike | None = None, jobs: int 
 
 def _run_all(loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool) -> list[TaskReport]:
     """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use."""
-    first = [task for task in plan.tasks if task.kind in ("atmosphere", "texture")]
-    first.sort(key=lambda task: task.kind != "texture")
-    later = [task for task in plan.tasks if task not in first]
+    first = [task for kind in ("texture", "atmosphere") for task in plan.tasks if task.kind == kind]
+    later = [task for task in plan.tasks if task.kind in ("temperature", "band")]
     reports: dict[Task, TaskReport] = {}
     saved = {name: os.environ.get(name) for name in THREAD_LIMITS}
     os.environ.update(THREAD_LIMITS)

@@ -38,7 +38,8 @@ def _hours(value: object) -> float:
     return hours
 
 
-def _clock(hours: float) -> str:
+def clock_text(hours: float) -> str:
+    """A time of day as it is written in a job, such as 08:30."""
     seconds = round(hours * 3600)
     text = f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}"
     return text + (f":{seconds % 60:02d}" if seconds % 60 else "")
@@ -65,7 +66,7 @@ def _axis(low: float, high: float) -> object:
 TimeOfDay = Annotated[
     float,
     pydantic.BeforeValidator(_hours),
-    pydantic.PlainSerializer(_clock, return_type=str),
+    pydantic.PlainSerializer(clock_text, return_type=str),
     pydantic.WithJsonSchema({"type": "string", "pattern": _CLOCK.pattern}),
 ]
 Fraction = Annotated[float, Field(ge=0, le=1)]

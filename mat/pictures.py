@@ -96,7 +96,7 @@ def _atmosphere(figure, table: Table) -> None:
     reach.legend(fontsize=7, title="elevation", title_fontsize=7)
     _sky(figure, glow, table, low)
     up = axes["source_elevation"].values
-    place = {"range": ranges[0], "altitude": low, "elevation": elevations[-1]}
+    place = {"range": axes["range"].values[0], "altitude": low, "elevation": elevations[-1]}
     source.semilogy(up, table.value("ambient_radiance", **place, source_elevation=up), label="ambient")
     direct = table.value("direct_radiance", **place, source_elevation=up)
     source.semilogy(up[direct > 0], direct[direct > 0], label="direct")

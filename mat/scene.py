@@ -10,7 +10,7 @@ import numpy as np
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources import lunar_irradiance, position, solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.job import Job, LoadedJob, Site, State, local_times_utc
+from skyshine.mat.job import Job, LoadedJob, Site, State, clock_text, local_times_utc
 from skyshine.mat.radiometry import SpectralResponse
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
@@ -115,10 +115,5 @@ def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, st
     for source in job.sources:
         up = position(source, times, job.site.latitude_deg, job.site.longitude_deg).elevation > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], up, [False]]).astype(int)))
-        spans[source] = [(_clock(hours[a]), _clock(hours[b - 1] + step)) for a, b in zip(edges[::2], edges[1::2])]
+        spans[source] = [(clock_text(hours[a]), clock_text(hours[b - 1] + step)) for a, b in zip(edges[::2], edges[1::2])]
     return spans
-
-
-def _clock(hour: float) -> str:
-    minutes = min(round(hour * 60), 24 * 60)
-    return f"{minutes // 60:02d}:{minutes % 60:02d}"

@@ -35,8 +35,10 @@ class ErrorMeasure:
 
 
 def measure(quantity: str, error: np.ndarray, kelvin: np.ndarray) -> ErrorMeasure:
-    """Summarise errors (n,) in own units and the same in kelvin."""
+    """Summarise errors (n,) in own units and the same in kelvin; not a number where there was no point to measure at."""
     size = np.abs(np.ravel(error)), np.abs(np.ravel(kelvin))
+    if not size[0].size:
+        return ErrorMeasure(quantity, 0, *[float("nan")] * 6)
     own, warm = ((float(e.max()), float(np.percentile(e, 95)), float(np.sqrt(np.mean(e**2)))) for e in size)
     return ErrorMeasure(quantity, size[0].size, *own, *warm)
 

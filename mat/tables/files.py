@@ -26,11 +26,6 @@ class FileType:
     def major(self) -> int:
         return int(self.format_version.split(".")[0])
 
-    @property
-    def layout(self) -> str:
-        """Name of the JSON Schema of the layout."""
-        return f"{self.name}-{self.major}.layout.json"
-
 
 HTT = FileType("htt", "1.0.0", "Surface temperatures through the day")
 ATMQ = FileType("atmq", "1.0.0", "Atmospheric quantities with the Sun as source")

@@ -10,7 +10,9 @@ import numpy as np
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources import lunar_irradiance, position, solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.job import Job, LoadedJob, Site, State, clock_text, local_times_utc
+from skyshine.mat.job import Job, LoadedJob, Site, local_times_utc
+from skyshine.mat.jobs.atmosphere import State
+from skyshine.mat.jobs.fields import clock_text
 from skyshine.mat.radiometry import SpectralResponse
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError

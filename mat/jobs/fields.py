@@ -1,0 +1,51 @@
+"""Kinds of field that several parts of a job have."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+import pydantic
+from pydantic import Field
+
+_CLOCK = re.compile(r"^([0-9]{1,2}):([0-5][0-9])(?::([0-5][0-9]))?$")
+
+
+def _hours(value: object) -> float:
+    match = _CLOCK.match(value) if isinstance(value, str) else None
+    if match is None:
+        raise ValueError(f"found {value!r}; allowed: a time of day such as 08:30; write hours:minutes")
+    hours = int(match[1]) + int(match[2]) / 60 + int(match[3] or 0) / 3600
+    if hours >= 24:
+        raise ValueError(f"found {value!r}; allowed: 00:00 to 23:59; the day is periodic, so 24:00 is 00:00")
+    return hours
+
+
+def clock_text(hours: float) -> str:
+    """A time of day as it is written in a job, such as 08:30."""
+    seconds = round(hours * 3600)
+    text = f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}"
+    return text + (f":{seconds % 60:02d}" if seconds % 60 else "")
+
+
+def ascending(values: list[float]) -> list[float]:
+    for before, after in zip(values, values[1:]):
+        if not after > before:
+            raise ValueError(f"found {after:g} after {before:g}; allowed: strictly ascending values; sort them")
+    return values
+
+
+def axis(low: float, high: float) -> object:
+    """A list of 1 to 512 strictly ascending numbers between two limits."""
+    number = Annotated[float, Field(ge=low, le=high)]
+    return Annotated[list[number], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)]
+
+
+TimeOfDay = Annotated[
+    float,
+    pydantic.BeforeValidator(_hours),
+    pydantic.PlainSerializer(clock_text, return_type=str),
+    pydantic.WithJsonSchema({"type": "string", "pattern": _CLOCK.pattern}),
+]
+Fraction = Annotated[float, Field(ge=0, le=1)]
+Celsius = Annotated[float, Field(ge=-120, le=80)]

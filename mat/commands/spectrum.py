@@ -46,11 +46,18 @@ FULL_MOON_PHASE = 4.0
     help="Sun at 1 au, full Moon.",
 )
 @click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
+@click.option(
+    "--water-continuum",
+    type=click.Choice(["mt_ckd_4.3", "mt_ckd_2.4"]),
+    default="mt_ckd_4.3",
+    show_default=True,
+    help="Of water vapour; the older one for comparison with codes of its time.",
+)
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
 @json_option
 def command(
     atmosphere, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, source, source_elevation, source_azimuth, as_json,
+    aerosol, visibility, source, source_elevation, water_continuum, source_azimuth, as_json,
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
@@ -71,7 +78,7 @@ def command(
     state = AtmosphericState.from_profile(
         atmosphere, co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility
     )
-    points = AbsorptionTable.open().points(low, high)
+    points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
     result = line_spectrum(
         state, points, _irradiance(source, points),
         altitude=altitude * 1e3, elevation=np.radians(elevation), distance=distance,

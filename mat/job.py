@@ -139,7 +139,7 @@ def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) ->
     """
     document = read_yaml(file)
     names = (library or load_library()).names
-    return LoadedJob(parse_model(document, Job, {"materials": names}), document)
+    return LoadedJob(parse_model(document, Job, {"materials": names, "folder": document.file.resolve().parent}), document)
 
 
 def local_times_utc(site: Site, hours: np.ndarray) -> np.ndarray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -12,6 +11,8 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing, saturation_pressure
+from skyshine.schemas.csv_table import cells as line_cells
+from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError, nearest
 
 # Column names with the units each may carry in brackets, as (factor, offset) to SI; the first is the default.
@@ -97,12 +98,7 @@ def read_record(file: str | os.PathLike) -> Record:
         With file:line:column of what does not fit.
     """
     file = Path(file)
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}; check the path", file=file) from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
+    text = read_text(file)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if len(lines) < 5:
         raise InputError(f"found {max(len(lines) - 1, 0)} readings; allowed: a header and at least 4", file=file)
@@ -130,21 +126,10 @@ def read_record(file: str | os.PathLike) -> Record:
     return _equal_steps(file, seconds, {name: np.array([row[1][name] for row in rows]) for name in COLUMNS})
 
 
-def _cells(line: str) -> list[tuple[str, int]]:
-    """Cells of a line with the column each begins at, counted from 1."""
-    cells = next(csv.reader([line], skipinitialspace=False))
-    places, at = [], 0
-    for cell in cells:
-        found = line.find(cell, at) if cell else at
-        places.append((cell.strip(), found + 1))
-        at = max(line.find(",", found + len(cell)) + 1, found + len(cell))
-    return places
-
-
 def _header(file: Path, number: int, line: str) -> tuple[dict[str, int], dict[str, tuple[float, float]]]:
     """Index of each column, and the conversion of each value."""
     place, units = {}, {}
-    for index, (cell, column) in enumerate(_cells(line)):
+    for index, (cell, column) in enumerate(line_cells(line)):
         name, _, unit = cell.partition("[")
         name, unit = name.strip(), unit.rstrip("] ").strip()
 
@@ -169,7 +154,7 @@ def _header(file: Path, number: int, line: str) -> tuple[dict[str, int], dict[st
 
 def _row(file: Path, number: int, line: str, place: dict, units: dict) -> tuple[float, dict[str, float]]:
     """Seconds since 1970 and the values in SI of a line."""
-    cells = _cells(line)
+    cells = line_cells(line)
     if len(cells) != len(place):
         raise InputError(
             f"found {len(cells)} cells; allowed: {len(place)}, one for each column", file=file, line=number, column=1

@@ -17,7 +17,7 @@ import yaml
 from pydantic import Field
 
 from skyshine.mat.jobs.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
-from skyshine.mat.jobs.surface import SURFACE_HEIGHTS_KM, SurfaceGrid
+from skyshine.mat.jobs.surface import HOURLY_QUANTITIES, SURFACE_HEIGHTS_KM, SurfaceGrid
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
 from skyshine.tmm.job import MaterialName, TextureJob, check_distinct_names
@@ -139,7 +139,30 @@ def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) ->
     """
     document = read_yaml(file)
     names = (library or load_library()).names
-    return LoadedJob(parse_model(document, Job, {"materials": names}), document)
+    job = parse_model(document, Job, {"materials": names})
+    return LoadedJob(_with_weather_files(job, document), document)
+
+
+def _with_weather_files(job: Job, document: Document) -> Job:
+    """The job with the hours of its weather files in their places, so that nothing later depends on a file."""
+    if all(state.weather.file is None for state in job.states):
+        return job
+    from skyshine.mat.jobs.weather_files import read_weather
+
+    states = list(job.states)
+    for i, state in enumerate(states):
+        if state.weather.file is not None:
+            file = document.file.resolve().parent / state.weather.file
+            if not file.is_file():
+                raise document.error(
+                    ("states", i, "weather", "file"),
+                    f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the job's folder",
+                )
+            hourly = read_weather(file, job.site.date, job.site.utc_offset_h)
+            given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
+            weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
+            states[i] = state.model_copy(update={"weather": weather})
+    return job.model_copy(update={"states": states})
 
 
 def local_times_utc(site: Site, hours: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
 
     The ground below the paths has the mean of the day's air temperature.
     """
-    mean = float(np.mean(state.weather.air_temperature_c)) + ZERO_CELSIUS
+    mean = state.weather.mean_air_temperature_c + ZERO_CELSIUS
     return AtmosphericState.from_profile(
         state.profile,
         surface_altitude=site.altitude_km * 1e3,

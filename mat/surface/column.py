@@ -10,10 +10,12 @@ import numpy as np
 
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.conduction import depth_response, frequencies
-from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Site, Sky, Weather, plane_irradiance
+from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky, plane_irradiance
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.record import Record, read_record, record_forcing
+from skyshine.mat.surface.site import Site
 from skyshine.mat.surface.solver import DAY, Method, back_temperature, solve_columns
+from skyshine.mat.surface.weather import Weather
 
 STEPS = 96
 LONGEST_STEP = DAY / STEPS  # s: coarser records are solved at a fraction of their step

@@ -8,9 +8,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from skyshine.mat.surface.forcing import Scene, Site, Sky, Weather
+from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.site import Site
 from skyshine.mat.surface.solver import Method, Solution, solve_columns
+from skyshine.mat.surface.weather import Weather
 from skyshine.schemas.errors import InputError
 
 _DIAGNOSTICS = {"residual": "f4", "energy_closure": "f4", "bound_excess": "f4", "method": "u1", "iterations": "i4"}
@@ -67,7 +69,7 @@ def temperature_table(
     ----------
     materials : sequence of M SurfaceMaterial
     site, weather, sky
-        See `skyshine.mat.surface.forcing`.
+        See `skyshine.mat.surface.site`, `weather` and `forcing`.
     altitudes_m : (A,) sequence
         Of the surfaces above sea level.
     azimuths_deg : (Z,) sequence

@@ -17,7 +17,7 @@ import yaml
 from pydantic import Field
 
 from skyshine.mat.jobs.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
-from skyshine.mat.jobs.surface import HOURLY_QUANTITIES, SURFACE_HEIGHTS_KM, SurfaceGrid
+from skyshine.mat.jobs.surface import HOURLY_QUANTITIES, SURFACE_HEIGHTS_KM, OperatedCelsius, Operation, SurfaceGrid, by_hour
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
 from skyshine.tmm.job import MaterialName, TextureJob, check_distinct_names
@@ -69,6 +69,12 @@ class Job(StrictModel):
     materials: MaterialChoice = Field(
         "used", description="Those the textures use, all of the library, or names."
     )
+    operated: dict[MaterialName, Operation] = Field(
+        {}, description="What goes on behind materials in operation: engines, heated rooms, cold stores."
+    )
+    temperatures_c: dict[MaterialName, by_hour(OperatedCelsius)] = Field(
+        {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
+    )
     atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
@@ -92,6 +98,17 @@ class Job(StrictModel):
                     f"found {altitudes[0]:g} in {name}_grid.altitude_km; allowed: at least the site's altitude_km, "
                     f"{self.site.altitude_km:g}; raise it, or lower the site"
                 )
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _operated_once(self):
+        for name in self.operated:
+            if name in self.temperatures_c:
+                raise ValueError(f"found '{name}' in operated and in temperatures_c; allowed: one of them; remove one")
+        if isinstance(self.materials, list):
+            for name in [*self.operated, *self.temperatures_c]:
+                if name not in self.materials:
+                    raise ValueError(f"found the operated '{name}', which is not in materials; add it there or remove it here")
         return self
 
     @pydantic.model_validator(mode="after")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.job import Job, load_job, local_times_utc
 from skyshine.mat.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene import ZERO_CELSIUS, atmospheric_state, solar_spectrum
+from skyshine.mat.jobs.surface import Operation
 from skyshine.mat.jobs.surface import Weather as WeatherModel
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -23,8 +25,8 @@ from skyshine.schemas.errors import InputError
 SKY_STEP = 250.0  # m between the altitudes at which the sky is described
 
 
-def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Site, Weather, Sky]:
-    """Sun, weather and sky of a job's state, counted from 1.
+def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
+    """A job, with Sun, weather and sky of one of its states, counted from 1.
 
     Raises
     ------
@@ -34,7 +36,7 @@ def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[S
     job = load_job(job_file).job
     if not 1 <= state_index <= len(job.states):
         raise InputError(f"found state {state_index}; allowed: 1 to {len(job.states)}", file=job_file)
-    return scene_inputs(job, state_index)
+    return job, scene_inputs(job, state_index)
 
 
 def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
@@ -78,12 +80,18 @@ def _sky(air: AtmosphericState, highest: float, state) -> Sky:
     )
 
 
-def surface_materials(materials: Sequence[Material]) -> list[SurfaceMaterial]:
-    """Materials of the library as the heat balance sees them."""
+def surface_materials(
+    materials: Sequence[Material], operated: Mapping[str, Operation] | None = None
+) -> list[SurfaceMaterial]:
+    """Materials of the library as the heat balance sees them, those in operation with the back of the job."""
     wavelength, irradiance = solar_spectrum()
     return [
         SurfaceMaterial(
-            m.name, m.thermal, m.surface, float(solar_absorptance(m, wavelength, irradiance)), float(thermal_emissivity(m))
+            m.name,
+            replace(m.thermal, back=operated[m.name].back) if operated and m.name in operated else m.thermal,
+            m.surface,
+            float(solar_absorptance(m, wavelength, irradiance)),
+            float(thermal_emissivity(m)),
         )
         for m in materials
     ]

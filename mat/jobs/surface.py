@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import pydantic
 from pydantic import Field
 
 from skyshine.mat.jobs.fields import Celsius, Fraction, TimeOfDay, ascending, axis, clock_text
+from skyshine.materials.files import refuse_incomplete_back
+from skyshine.materials.files import by_hour as values_by_hour
+from skyshine.materials.records import Back
 from skyshine.schemas.documents import StrictModel
 
 SURFACE_HEIGHTS_KM = (0, 0.25, 0.5, 0.75, 1, 1.5, 2, 3)
@@ -104,6 +107,53 @@ class Weather(StrictModel):
         if self.hourly is not None:
             return float(np.mean(np.interp(np.arange(0, 24, 0.25), self.hourly.time, self.hourly.air_temperature_c, period=24)))
         return float(np.mean(self.air_temperature_c))
+
+
+def _one_or_24(value: object) -> str:
+    return "by_hour" if isinstance(value, list | tuple) else "constant"
+
+
+def by_hour(number: object) -> object:
+    """One number for the day, or 24 at the local clock hours 0 to 23, linear between them."""
+    hours = Annotated[list[number], Field(min_length=24, max_length=24)]
+    return Annotated[
+        Annotated[number, pydantic.Tag("constant")] | Annotated[hours, pydantic.Tag("by_hour")],
+        pydantic.Discriminator(_one_or_24),
+    ]
+
+
+# Of a thing that is heated from inside: an exhaust pipe at most, liquid nitrogen at least.
+OperatedCelsius = Annotated[float, Field(ge=-200, le=1500)]
+OperatedHeat = Annotated[float, Field(ge=-1e4, le=1e4)]
+
+
+class Operation(StrictModel):
+    """What goes on behind a material in operation, in place of its own back."""
+
+    kind: Literal["fixed", "convective", "heated"] = Field(
+        description="A temperature, air of a temperature with a transfer coefficient, or a heat flux outwards."
+    )
+    temperature_c: by_hour(OperatedCelsius) | None = None
+    coefficient_w_m2_k: float | None = Field(None, gt=0, le=1e5)
+    heat_flux_w_m2: by_hour(OperatedHeat) | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _complete(self):
+        keys = {"temperature": "temperature_c", "coefficient": "coefficient_w_m2_k", "heat_flux": "heat_flux_w_m2"}
+        refuse_incomplete_back(self, self.kind, keys)
+        return self
+
+    @property
+    def back(self) -> Back:
+        """The back boundary in SI units."""
+        celsius = self.temperature_c
+        kelvin = None if celsius is None else at_kelvin(celsius)
+        return Back(self.kind, kelvin, self.coefficient_w_m2_k, values_by_hour(self.heat_flux_w_m2))
+
+
+def at_kelvin(celsius: float | list[float]) -> float | tuple[float, ...]:
+    """[K] of one or 24 temperatures in degrees Celsius."""
+    return tuple(value + 273.15 for value in celsius) if isinstance(celsius, list) else celsius + 273.15
 
 
 class SurfaceGrid(StrictModel):

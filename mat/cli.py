@@ -18,6 +18,7 @@ COMMANDS = {
     "materials": "List, show or plot the materials.",
     "presets": "List or show the ready atmospheric states.",
     "lines": "The band model: build it from line lists, show what it holds.",
+    "report": "The error budget of built databases, source by source.",
     "bench": "Error against run time, measured.",
 }
 

@@ -30,7 +30,7 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
 
     The ground below the paths has the mean of the day's air temperature.
     """
-    mean = float(np.mean(state.weather.air_temperature_c)) + ZERO_CELSIUS
+    mean = state.weather.mean_air_temperature_c + ZERO_CELSIUS
     profile = load_profile(state.profile)
     if state.sounding is not None:
         profile = read_sounding(state.sounding.text, state.sounding.path, profile)

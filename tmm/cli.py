@@ -9,6 +9,7 @@ COMMANDS = {
     "classify": "Map the texels of a job's textures to materials.",
     "info": "Show what a texture database holds.",
     "usage": "Share of each material in one texture or several.",
+    "export": "Write a texture's materials for others: OGC CDB, glTF, DIRSIG, indexed PNG.",
     "preview": "Draw texture, materials and confidence side by side.",
 }
 

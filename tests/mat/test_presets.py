@@ -42,6 +42,15 @@ def test_keys_beside_a_preset_win(tmp_path):
     assert state.weather.air_temperature_c == (20.0, 32.0)
 
 
+def test_weather_and_gases_are_joined_key_by_key(tmp_path):
+    hours = "{time: [00:00, 03:00, 06:00, 09:00, 12:00, 15:00, 18:00, 21:00], air_temperature_c: [20, 20, 20, 30, 40, 40, 30, 20]}"
+    more = f"    gases: {{H2O: {{scale: 0.5}}, O3: {{scale: 2}}}}\n    weather: {{hourly: {hours}}}\n"
+    state = job(tmp_path, "desert_noon", more).states[0]
+    assert (state.gases["H2O"].scale, state.gases["H2O"].column_mm, state.gases["O3"].scale) == (0.5, None, 2.0)
+    assert state.weather.hourly is not None and state.weather.air_temperature_c is None
+    assert state.weather.relative_humidity_percent == 15.0
+
+
 def test_a_resolved_state_is_itself_again(tmp_path):
     first = job(tmp_path, "rain").states[0]
     assert type(first).model_validate(first.model_dump(mode="json")) == first

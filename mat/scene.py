@@ -9,6 +9,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.profiles import load_profile
+from skyshine.mat.atmosphere.rain import RainLayer
 from skyshine.mat.atmosphere.sounding import read_sounding
 from skyshine.mat.atmosphere.sources import lunar_irradiance, position, solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
@@ -48,6 +49,8 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
         visibility_km=state.visibility_km,
         wind_speed=state.weather.wind_speed_m_s,
         stratosphere=state.stratosphere,
+        clouds=[cloud.layer() for cloud in state.clouds],
+        rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),
         season=state.season or ("fall_winter" if winter else "spring_summer"),
         surface_temperature=mean,
         surface_albedo=state.surface_albedo,

@@ -334,8 +334,7 @@ def _desert(wind_speed):
     weights = _linear_weights(winds, np.array([wind_speed]))[:, 0]
     wavelength, extinction, absorption, asymmetry = (table[name].reshape(len(winds), -1) for name in list(table)[1:])
     extinction, absorption = (np.exp(weights @ np.log(values)) for values in (extinction, absorption))
-    at_550 = float(np.interp(0.55, wavelength[0], extinction))
-    return HenyeyGreensteinModel("desert", wavelength[0], extinction / at_550, absorption / at_550, weights @ asymmetry), at_550
+    return HenyeyGreensteinModel.of_table("desert", wavelength[0], extinction, absorption, weights @ asymmetry)
 
 
 def aerosol_layers(
@@ -362,7 +361,8 @@ def aerosol_layers(
     Returns
     -------
     list of (AerosolModel, (N,) array)
-        Model and its extinction at 0.55 um, m^-1: boundary layer, troposphere (at 70 % humidity), stratosphere and meteoric dust. The arrays add up to `aerosol_extinction_550`; models change over linearly between 2 and 3, 10 and 11,
+        Model and its extinction at 0.55 um, m^-1: boundary layer, troposphere (at 70 % humidity), stratosphere and meteoric
+        dust. The arrays add up to `aerosol_extinction_550`; models change over linearly between 2 and 3, 10 and 11,
         30 and 35 km.
 
     Raises

@@ -13,6 +13,7 @@ RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
 IRRADIANCE = "W m^-2 (cm^-1)^-1"
 # Of the two fogs of LOWTRAN7 the dense one, which lies over the sea and the coast.
 FOG = "fog_advection"
+RAIN_TOP = 3e3  # m above the ground
 MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
 # A full Moon outside the Earth's shadow: the phase angle of the reflectance model's own limit, in degree.
 FULL_MOON_PHASE = 4.0
@@ -46,6 +47,8 @@ FULL_MOON_PHASE = 4.0
     show_default=True,
     help="background, or after volcanoes moderate_aged, moderate_fresh, high_aged, high_fresh, extreme_fresh.",
 )
+@click.option("--cloud", "clouds", multiple=True, help="A type such as stratus, cumulus, cirrus; several may be given.")
+@click.option("--rain", type=float, help="mm/h, from the ground to 3 km.")
 @click.option(
     "--source",
     type=click.Choice(["sun", "moon", "none"]),
@@ -58,7 +61,7 @@ FULL_MOON_PHASE = 4.0
 @json_option
 def command(
     atmosphere, above, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, wind, stratosphere, source, source_elevation, source_azimuth, as_json,
+    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, source_azimuth, as_json,
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
@@ -70,6 +73,8 @@ def command(
     import numpy as np
 
     from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.cloud import cloud_type
+    from skyshine.mat.atmosphere.rain import RainLayer
     from skyshine.mat.atmosphere.spectrum import line_spectrum
     from skyshine.mat.atmosphere.state import AtmosphericState
 
@@ -78,7 +83,8 @@ def command(
     distance = _range(range_text)
     state = AtmosphericState.from_profile(
         _profile(atmosphere, above), co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility,
-        wind_speed=wind, stratosphere=stratosphere,
+        wind_speed=wind, stratosphere=stratosphere, clouds=[cloud_type(name) for name in clouds],
+        rain=None if rain is None else RainLayer(rain, RAIN_TOP),
     )  # fmt: skip
     points = AbsorptionTable.open().points(low, high)
     result = line_spectrum(

@@ -38,6 +38,7 @@ _PLATE_WIND = np.log(2.0 / 0.03) / np.log(10.0 / 0.03)
 _ROUGH_PLATE = 3e-5
 _VON_KARMAN = 0.40  # Hogstrom (1988)
 WIND_HEIGHT = 10.0  # m, WMO-No. 8 standard height of wind measurement
+AIR_HEIGHT = 2.0  # m, WMO-No. 8: air temperature and humidity are measured at 1.25 to 2 m
 # ln of momentum over heat roughness length, kB^-1: Garratt and Hicks (1973), Q. J. R. Meteorol. Soc. 99, 680-687:
 # about 2 for vegetation, from canopies to bare fields.
 _ROUGHNESS_RATIO = np.exp(2.0)
@@ -112,7 +113,8 @@ def forced_coefficient(wind_speed, pressure, air_temperature, surface: SurfacePr
 
     Notes
     -----
-    Open ground rough on the scale of the wind profile obeys the logarithmic law; a plate shorter than that profile
+    Open ground rough on the scale of the wind profile obeys the logarithmic law between the surface and the heights at
+    which wind and air temperature are measured; a plate shorter than that profile
     has its own thinner boundary layer. The larger of the two holds; a canopy always has the logarithmic law. The
     plate law, given for standard pressure, scales with density to the power 0.8 of turbulent plates.
 
@@ -122,7 +124,7 @@ def forced_coefficient(wind_speed, pressure, air_temperature, surface: SurfacePr
     """
     wind_speed = np.asarray(wind_speed, float)
     momentum = np.log1p(WIND_HEIGHT / surface.roughness_length)
-    heat = np.log1p(WIND_HEIGHT * _ROUGHNESS_RATIO / surface.roughness_length)
+    heat = np.log1p(AIR_HEIGHT * _ROUGHNESS_RATIO / surface.roughness_length)
     density = pressure / (AIR_GAS_CONSTANT * air_temperature)
     field = density * AIR_HEAT_CAPACITY * _VON_KARMAN**2 * wind_speed / (momentum * heat)
     if surface.canopy:

@@ -152,7 +152,7 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     net = emissivity * (laws.Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
     properties = material.surface
     roughness = properties.roughness_length
-    logs = np.log1p(10.0 / roughness) * np.log1p(10.0 * np.exp(2.0) / roughness)
+    logs = np.log1p(10.0 / roughness) * np.log1p(2.0 * np.exp(2.0) / roughness)
     volumetric = pressure / (laws.AIR_GAS_CONSTANT * air) * laws.AIR_HEAT_CAPACITY
     forced = volumetric * 0.16 * wind / logs
     if not properties.canopy:

@@ -133,7 +133,9 @@ class State(StrictModel):
     visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default that which belongs to the aerosol.")
     stratosphere: Literal[tuple(STRATOSPHERES)] = Field("background", description="Volcanic loading, and age of its particles.")
     season: Literal[SEASONS] | None = Field(None, description="Of the aerosol profiles; by default that of the profile's name.")
-    clouds: list[Cloud] = Field([], max_length=8)
+    clouds: list[Cloud] = Field(
+        [], max_length=8, description="Over the whole sky, for paths and surfaces alike; weather.cloud_fraction adds broken cloud to surfaces only."
+    )
     rain: Rain | None = None
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
     weather: Weather

@@ -10,6 +10,7 @@ from skyshine.mat.commands.presets import command
 from skyshine.mat.job import load_job
 from skyshine.mat.jobs.presets import presets
 from skyshine.mat.scene import atmospheric_state
+from skyshine.mat.state_summary import state_summaries
 from skyshine.schemas.errors import InputError
 
 JOB = """\
@@ -65,7 +66,7 @@ def test_the_commands_show_presets_and_states(tmp_path):
     job(tmp_path, "rain")
     text = run(check, [str(tmp_path / "job.yaml")], catch_exceptions=False).output
     assert "water cloud 0.6 to 3 km above ground, optical depth 46" in text and "rain 5 mm/h below 0.6 km" in text
-    shown = json.loads(run(check, [str(tmp_path / "job.yaml"), "--json"], catch_exceptions=False).output)["states"][0]
+    shown = state_summaries(load_job(tmp_path / "job.yaml").job)[0]
     assert shown["preset"] == "rain" and shown["clouds"][0]["optical_depth_550"]["value"] == pytest.approx(46.0, abs=0.1)
 
 

@@ -52,6 +52,11 @@ def test_weather_and_gases_are_joined_key_by_key(tmp_path):
     assert state.weather.relative_humidity_percent == 15.0
 
 
+def test_observers_stand_at_the_edges_of_cloud(tmp_path):
+    clear, overcast = (job(tmp_path, name).observer_altitudes_km for name in ("hazy_urban", "overcast_stratus"))
+    assert set(overcast) - set(clear) == {0.83, 1.5} - set(clear) and sorted(overcast) == overcast
+
+
 def test_a_resolved_state_is_itself_again(tmp_path):
     first = job(tmp_path, "rain").states[0]
     assert type(first).model_validate(first.model_dump(mode="json")) == first

@@ -48,6 +48,7 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
         aerosol=state.aerosol,
         visibility_km=state.visibility_km,
         wind_speed=_mean_wind(state.weather),
+        air_mass=state.air_mass,
         stratosphere=state.stratosphere,
         clouds=[cloud.layer() for cloud in state.clouds],
         rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),

@@ -88,11 +88,12 @@ class Haze:
     visibility: float = 0.0
     wind: float = 0.0
     rain: float = 0.0
+    air_mass: int = 3
 
     @property
     def card(self) -> str:
         numbers = (self.visibility, self.wind, self.wind, self.rain, 0.0)
-        return _integers(self.aerosol, self.season, self.volcanoes, 1, self.cloud, 0) + "".join(f"{number:10.3f}" for number in numbers)
+        return _integers(self.aerosol, self.season, self.volcanoes, self.air_mass, self.cloud, 0) + "".join(f"{number:10.3f}" for number in numbers)
 
 
 @dataclass(frozen=True)

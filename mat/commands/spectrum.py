@@ -39,10 +39,10 @@ FULL_MOON_PHASE = 4.0
     "--aerosol",
     default="rural",
     show_default=True,
-    help="Near the ground: rural, urban, maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none at all.",
+    help="Near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none.",
 )
 @click.option("--visibility", type=float, help="km; by default that which belongs to the aerosol (rural: 23).")
-@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert aerosol.")
+@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert and navy_maritime aerosols.")
 @click.option(
     "--stratosphere",
     default="background",

@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.state import AtmosphericState  # noqa: E402
 LENGTH = 2e3
 BANDS = ((830.0, 1250.0), (2500.0, 2900.0), (4300.0, 4600.0), (9500.0, 10500.0))  # windows of the gases
 AEROSOLS = {
-    "rural": (1, 23.0), "urban": (5, 5.0), "maritime": (4, 23.0), "tropospheric": (6, 50.0), "desert": (10, None),
+    "rural": (1, 23.0), "urban": (5, 5.0), "maritime": (4, 23.0), "navy_maritime": (3, None), "tropospheric": (6, 50.0), "desert": (10, None),
     "fog_advection": (8, 0.5), "fog_radiation": (9, 0.5),
 }  # fmt: skip
 

@@ -7,6 +7,7 @@ from skyshine.schemas.commands import CommandGroup
 COMMANDS = {
     "check": "Check a job: images, seeds, materials.",
     "classify": "Map the texels of a job's textures to materials.",
+    "train": "Train a classifier for a library of textures.",
     "score": "Compare a texture database with a label image.",
     "info": "Show what a texture database holds.",
     "usage": "Share of each material in one texture or several.",

@@ -5,6 +5,7 @@ import click
 from skyshine.schemas.commands import CommandGroup
 
 COMMANDS = {
+    "init": "Write a starter job that runs as it is.",
     "check": "Check a job: images, seeds, materials.",
     "classify": "Map the texels of a job's textures to materials.",
     "train": "Train a classifier for a library of textures.",

@@ -18,7 +18,7 @@ def command(folder: str) -> None:
     files = {"demo.tmm.yaml": "job.tmm.yaml", "yellowstone_road.png": "yellowstone_road.png"}
     for name in files.values():
         if (target / name).exists():
-            raise InputError(f"exists already; name an empty folder", file=target / name)
+            raise InputError("exists already; name an empty folder", file=target / name)
     try:
         target.mkdir(parents=True, exist_ok=True)
         for name, new in files.items():

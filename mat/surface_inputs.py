@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,16 +13,20 @@ from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.job import Job, load_job, local_times_utc
 from skyshine.mat.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene import ZERO_CELSIUS, atmospheric_state, solar_spectrum
-from skyshine.mat.surface.forcing import Site, Sky, Weather, sun_hours
+from skyshine.mat.jobs.surface import Operation
+from skyshine.mat.jobs.surface import Weather as WeatherModel
+from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.site import Site, sun_hours
+from skyshine.mat.surface.weather import Weather, from_extremes, from_hours
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
 
 SKY_STEP = 250.0  # m between the altitudes at which the sky is described
 
 
-def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Site, Weather, Sky]:
-    """Sun, weather and sky of a job's state, counted from 1.
+def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
+    """A job, with Sun, weather and sky of one of its states, counted from 1.
 
     Raises
     ------
@@ -31,7 +36,7 @@ def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[S
     job = load_job(job_file).job
     if not 1 <= state_index <= len(job.states):
         raise InputError(f"found state {state_index}; allowed: 1 to {len(job.states)}", file=job_file)
-    return scene_inputs(job, state_index)
+    return job, scene_inputs(job, state_index)
 
 
 def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
@@ -42,10 +47,24 @@ def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
         "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
     )
     site = Site(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
-    low, high = (celsius + ZERO_CELSIUS for celsius in state.weather.air_temperature_c)
-    weather = Weather((low, high), state.weather.relative_humidity_percent, state.weather.wind_speed_m_s)
     air = atmospheric_state(place, state)
-    return site, weather, _sky(air, job.surface_altitudes_km[-1] * 1e3, state)
+    return site, _weather(site, state.weather), _sky(air, job.surface_altitudes_km[-1] * 1e3, state)
+
+
+def _weather(site: Site, given: WeatherModel) -> Weather:
+    daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
+    if given.hourly is None:
+        low, high = np.broadcast_to(given.air_temperature_c, 2) + ZERO_CELSIUS
+        return from_extremes(site, low, high, *daily)
+    table = given.hourly
+    by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
+    return from_hours(
+        site.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
+        np.array(table.time),
+        np.array(table.air_temperature_c) + ZERO_CELSIUS,
+        *(np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)),
+        None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
+    )
 
 
 def _sky(air: AtmosphericState, highest: float, state) -> Sky:
@@ -58,16 +77,21 @@ def _sky(air: AtmosphericState, highest: float, state) -> Sky:
         aerosol_optical_depth_500=air.aerosol_optical_depth(500.0, levels),
         ozone=float(air.ozone_column(air.surface_altitude)),
         ground_albedo=state.weather.ground_albedo,
-        cloud_fraction=state.weather.cloud_fraction,
     )
 
 
-def surface_materials(materials: Sequence[Material]) -> list[SurfaceMaterial]:
-    """Materials of the library as the heat balance sees them."""
+def surface_materials(
+    materials: Sequence[Material], operated: Mapping[str, Operation] | None = None
+) -> list[SurfaceMaterial]:
+    """Materials of the library as the heat balance sees them, those in operation with the back of the job."""
     wavelength, irradiance = solar_spectrum()
     return [
         SurfaceMaterial(
-            m.name, m.thermal, m.surface, float(solar_absorptance(m, wavelength, irradiance)), float(thermal_emissivity(m))
+            m.name,
+            replace(m.thermal, back=operated[m.name].back) if operated and m.name in operated else m.thermal,
+            m.surface,
+            float(solar_absorptance(m, wavelength, irradiance)),
+            float(thermal_emissivity(m)),
         )
         for m in materials
     ]

@@ -28,7 +28,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.diffuse import lean
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES
 from skyshine.mat.atmosphere.transfer import mean_attenuation, source_weights
 from skyshine.mat.atmosphere.twostream import Slabs, join, vertical_column

@@ -19,7 +19,8 @@ FULL_MOON_PHASE = 4.0
 
 
 @click.command("spectrum")
-@click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile.")
+@click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile, or a sounding FILE.csv.")
+@click.option("--above", default="us_standard", show_default=True, help="Standard profile that continues a sounding to space.")
 @click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default the profile's own 330.")
 @click.option("--altitude", type=float, default=0.0, show_default=True, help="Observer above sea level, km.")
 @click.option(
@@ -35,9 +36,16 @@ FULL_MOON_PHASE = 4.0
     "--aerosol",
     default="rural",
     show_default=True,
-    help="Near the ground: rural, urban, maritime, tropospheric, fog, fog_advection, fog_radiation, or none at all.",
+    help="Near the ground: rural, urban, maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none at all.",
 )
-@click.option("--visibility", type=float, default=23.0, show_default=True, help="km.")
+@click.option("--visibility", type=float, help="km; by default that which belongs to the aerosol (rural: 23).")
+@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert aerosol.")
+@click.option(
+    "--stratosphere",
+    default="background",
+    show_default=True,
+    help="background, or after volcanoes moderate_aged, moderate_fresh, high_aged, high_fresh, extreme_fresh.",
+)
 @click.option(
     "--source",
     type=click.Choice(["sun", "moon", "none"]),
@@ -49,8 +57,8 @@ FULL_MOON_PHASE = 4.0
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
 @json_option
 def command(
-    atmosphere, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, source, source_elevation, source_azimuth, as_json,
+    atmosphere, above, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
+    aerosol, visibility, wind, stratosphere, source, source_elevation, source_azimuth, as_json,
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
@@ -65,12 +73,13 @@ def command(
     from skyshine.mat.atmosphere.spectrum import line_spectrum
     from skyshine.mat.atmosphere.state import AtmosphericState
 
-    _finite(altitude=altitude, elevation=elevation, source_elevation=source_elevation, source_azimuth=source_azimuth)
+    _finite(altitude=altitude, wind=wind, elevation=elevation, source_elevation=source_elevation, source_azimuth=source_azimuth)
     low, high = _limits(wavenumber, wavelength)
     distance = _range(range_text)
     state = AtmosphericState.from_profile(
-        atmosphere, co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility
-    )
+        _profile(atmosphere, above), co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility,
+        wind_speed=wind, stratosphere=stratosphere,
+    )  # fmt: skip
     points = AbsorptionTable.open().points(low, high)
     result = line_spectrum(
         state, points, _irradiance(source, points),
@@ -118,6 +127,17 @@ def _irradiance(source, points):
     if source == "moon":
         return lunar_irradiance((low + high) / 2, FULL_MOON_PHASE, MEAN_MOON_DISTANCE, 1.0, width=high - low).total
     return np.zeros(points.wavenumber.size)
+
+
+def _profile(name, above):
+    """A standard profile by its name, or the sounding in a file."""
+    from skyshine.mat.atmosphere.profiles import load_profile
+    from skyshine.mat.atmosphere.sounding import read_sounding
+    from skyshine.schemas.csv_table import read_text
+
+    if name.endswith(".csv"):
+        return read_sounding(read_text(name), name, load_profile(above))
+    return load_profile(name)
 
 
 def _finite(**values):

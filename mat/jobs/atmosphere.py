@@ -7,11 +7,16 @@ from typing import Annotated, Literal
 import pydantic
 from pydantic import Field
 
-from skyshine.mat.atmosphere.profiles import PROFILES
+from skyshine.mat.atmosphere.aerosol import BOUNDARY_MODELS, SEASONS, STRATOSPHERES
+from skyshine.mat.atmosphere.profiles import GASES, PROFILES
 from skyshine.mat.jobs.fields import Fraction, axis
+from skyshine.mat.jobs.files import JobFile
 from skyshine.mat.jobs.surface import Weather
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
+
+Edges = tuple[float, float]
+
 
 def _profile(name: str) -> str:
     if name not in PROFILES:
@@ -24,28 +29,74 @@ ProfileName = Annotated[
 ]
 
 
-class State(StrictModel):
-    """One atmospheric state: profile, aerosol, weather."""
+class GasAmount(StrictModel):
+    """How much of a gas there is; its profile is scaled."""
 
-    profile: ProfileName
+    scale: float | None = Field(None, ge=0, le=1000, description="Factor on the profile.")
+    ppm: float | None = Field(None, ge=0, le=1e6, description="Parts per million at the ground.")
+    column_mm: float | None = Field(None, ge=0, le=200, description="Water vapour above the ground, mm of water.")
+    column_du: float | None = Field(None, ge=0, le=2000, description="Ozone above the ground, Dobson units.")
+
+    @pydantic.model_validator(mode="after")
+    def _one(self):
+        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(f"found {' and '.join(given) or 'no amount'}; allowed: one of {', '.join(type(self).model_fields)}")
+        return self
+
+
+def _gas(name: str) -> str:
+    if name not in GASES:
+        raise ValueError(f"found '{name}'; {nearest(name, GASES)}")
+    return name
+
+
+GasName = Annotated[str, pydantic.AfterValidator(_gas), pydantic.WithJsonSchema({"type": "string", "enum": list(GASES)})]
+
+
+class State(StrictModel):
+    """One atmospheric state: profile, gases, aerosol, weather."""
+
+    profile: ProfileName = Field(description="Standard profile; above a sounding, it continues that to space.")
+    sounding: JobFile | None = Field(None, description="CSV of altitude, pressure, temperature, humidity and other gases.")
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")
     co2_ppm: float = Field(420.0, ge=0, le=5000)
-    aerosol: Literal["rural", "none"] = "rural"
-    visibility_km: float = Field(23.0, ge=0.1, le=300)
+    gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
+    aerosol: Literal[(*BOUNDARY_MODELS, "none")] = Field("rural", description="Of the lowest 2 km.")
+    visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default that which belongs to the aerosol.")
+    stratosphere: Literal[tuple(STRATOSPHERES)] = Field("background", description="Volcanic loading, and age of its particles.")
+    season: Literal[SEASONS] | None = Field(None, description="Of the aerosol profiles; by default that of the profile's name.")
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
     weather: Weather
 
+    @pydantic.model_validator(mode="after")
+    def _amounts(self):
+        for gas, amount in self.gases.items():
+            for unit, owner in (("column_mm", "H2O"), ("column_du", "O3")):
+                if getattr(amount, unit) is not None and gas != owner:
+                    raise ValueError(f"found {unit} of {gas}; allowed: {unit} of {owner}; give a scale or ppm")
+        for key, gas in (("humidity_scale", "H2O"), ("co2_ppm", "CO2")):
+            if gas in self.gases and key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
+                raise ValueError(f"found {key} and gases.{gas}; allowed: one of them; remove the other")
+        return self
+
 
 class Band(StrictModel):
-    """One spectral band of the sensor."""
+    """One spectral band of the sensor: a rectangle, or a table of the response."""
 
-    wavelength_um: tuple[float, float] = Field(description="Lower and upper edge; the response is 1 between them.")
+    wavelength_um: Edges | None = Field(None, description="Lower and upper edge; the response is 1 between them.")
+    wavenumber_cm: Edges | None = Field(None, description="Lower and upper edge, cm-1; the response is 1 between them.")
+    response: JobFile | None = Field(None, description="CSV of wavelength[um] or wavenumber[cm-1], and response.")
 
     @pydantic.model_validator(mode="after")
-    def _ordered(self):
-        low, high = self.wavelength_um
-        if not 0 < low < high:
-            raise ValueError(f"found wavelength_um [{low:g}, {high:g}]; allowed: 0 < lower < upper; swap or mend them")
+    def _one(self):
+        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(f"found {' and '.join(given) or 'no range'}; allowed: one of {', '.join(type(self).model_fields)}")
+        for name in given:
+            edges = getattr(self, name)
+            if name != "response" and not 0 < edges[0] < edges[1]:
+                raise ValueError(f"found {name} [{edges[0]:g}, {edges[1]:g}]; allowed: 0 < lower < upper; swap or mend them")
         return self
 
 

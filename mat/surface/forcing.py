@@ -12,70 +12,15 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.surface.balance import Forcing, saturation_pressure
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.site import Site
+from skyshine.mat.surface.weather import Weather
 from skyshine.schemas.errors import InputError
 
-SUN_STEPS = 576  # of 150 s: a multiple of 48, 72, 96, 144, 192, 288
-LAPSE_RATE = 6.5e-3  # K/m, ISO 2533
 SOLAR_CONSTANT = 1361.1  # W m^-2, Gueymard (2018), Solar Energy 168, 2-9
-# Hours from the highest Sun to the highest air temperature: de Wit (1978), Simulation of Assimilation, Respiration and
-# Transpiration of Crops, Pudoc: at 14 h solar time.
-_WARMEST_AFTER_NOON = 2.0
 _HORIZON = 0.0  # degree; the Sun counts as up above it
 _BIRD_ELEVATION = 5.2  # degree: air mass 10
 _LEAST_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
-
-
-def sun_hours() -> np.ndarray:
-    """Local clock hours at which a `Site` wants the Sun, (SUN_STEPS,)."""
-    return np.arange(SUN_STEPS) * (24.0 / SUN_STEPS)
-
-
-@dataclass(frozen=True, eq=False)
-class Site:
-    """Where the Sun stands through the day.
-
-    Attributes
-    ----------
-    altitude : float
-        At which the weather is given [m].
-    solar_elevation, solar_azimuth : ndarray, shape (SUN_STEPS,)
-        At the local clock hours `sun_hours()` [degree]; azimuth from north eastward.
-    sun_distance : float
-        [au]
-    """
-
-    altitude: float
-    solar_elevation: np.ndarray
-    solar_azimuth: np.ndarray
-    sun_distance: float = 1.0
-
-    def __post_init__(self):
-        for name in ("solar_elevation", "solar_azimuth"):
-            values = np.asarray(getattr(self, name), float)
-            if values.shape != (SUN_STEPS,) or not np.all(np.isfinite(values)):
-                raise InputError(
-                    f"{name}: found shape {values.shape}; allowed: {SUN_STEPS} finite angles through a day"
-                )
-
-
-@dataclass(frozen=True)
-class Weather:
-    """Air near the ground through the day, at the altitude of the site.
-
-    Attributes
-    ----------
-    air_temperature : tuple of float
-        Lowest and highest of the day [K].
-    relative_humidity : float
-        At the mean of the two [percent]; the vapour pressure is constant but where the air is saturated.
-    wind_speed : float
-        At 10 m [m/s].
-    """
-
-    air_temperature: tuple[float, float]
-    relative_humidity: float
-    wind_speed: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +41,6 @@ class Sky:
         [Dobson units]
     ground_albedo : float
         Of the surroundings, for sunlight.
-    cloud_fraction : float
-        0 to 1.
     """
 
     altitude: np.ndarray
@@ -107,10 +50,9 @@ class Sky:
     aerosol_optical_depth_500: np.ndarray
     ozone: float
     ground_albedo: float
-    cloud_fraction: float
 
     def at(self, name: str, altitude: np.ndarray) -> np.ndarray:
-        """A quantity at altitudes [m], linear between the levels (pressure: its logarithm).
+        """A quantity at altitudes [m], linear between the levels.
 
         Raises
         ------
@@ -123,34 +65,17 @@ class Sky:
                 f"found surface altitudes {np.min(altitude):g} to {np.max(altitude):g} m; "
                 f"allowed: {low:g} to {high:g} m, the levels of the sky; change the altitude axis"
             )
-        values = np.asarray(getattr(self, name), float)
-        if name == "pressure":
-            return np.exp(np.interp(altitude, self.altitude, np.log(values)))
-        return np.interp(altitude, self.altitude, values)
+        return np.interp(altitude, self.altitude, np.asarray(getattr(self, name), float))
+
+    def pressure_at(self, altitude: np.ndarray) -> np.ndarray:
+        """Pressure [Pa] at any altitudes [m]: its logarithm is linear between the levels and beyond them."""
+        step = np.clip(np.searchsorted(self.altitude, altitude) - 1, 0, len(self.altitude) - 2)
+        logarithm = np.log(self.pressure)
+        slope = np.diff(logarithm) / np.diff(self.altitude)
+        return np.exp(logarithm[step] + slope[step] * (altitude - self.altitude[step]))
 
 
-def air_temperature(site: Site, low: float, high: float) -> np.ndarray:
-    """Air temperature through the day at `sun_hours()` [K], (SUN_STEPS,).
-
-    A half cosine up from the lowest at sunrise to the highest two hours after the highest Sun, and one down again.
-    Where the Sun does not rise or set the lowest is at the lowest Sun.
-
-    References
-    ----------
-    de Wit (1978); compared with measurements by Reicosky et al. (1989), Agric. For. Meteorol. 46, 193-209.
-    """
-    elevation, hours = np.asarray(site.solar_elevation), sun_hours()
-    up = elevation > _HORIZON
-    rising = np.flatnonzero(up & ~np.roll(up, 1))
-    coldest = hours[rising[0]] if rising.size else hours[np.argmin(elevation)]
-    warmest = hours[np.argmax(elevation)] + _WARMEST_AFTER_NOON
-    rise = (warmest - coldest) % 24.0
-    since = (hours - coldest) % 24.0
-    phase = np.where(since < rise, since / rise, 1 + (since - rise) / (24.0 - rise))
-    return 0.5 * (high + low) - 0.5 * (high - low) * np.cos(np.pi * phase)
-
-
-def clear_sky(site: Site, sky: Sky, altitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def sky_irradiance(site: Site, sky: Sky, cloud_fraction: np.ndarray, altitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Direct normal and diffuse horizontal irradiance [W m^-2] with the sky's cloud, each (altitudes, SUN_STEPS).
 
     Notes
@@ -181,15 +106,15 @@ def clear_sky(site: Site, sky: Sky, altitude: np.ndarray) -> tuple[np.ndarray, n
         *aerosol,
         sky.at("precipitable_water", altitude)[:, None] / 10.0,  # kg m^-2 to cm
         ozone=sky.ozone / 1000.0,  # Dobson units to cm
-        pressure=sky.at("pressure", altitude)[:, None],
+        pressure=sky.pressure_at(altitude)[:, None],
         dni_extra=normal,
         albedo=sky.ground_albedo,
     )
     sine = np.where(up, np.cos(np.radians(zenith)), 0.0)
     direct = np.where(up, normal * (bird["dni"] / normal) ** (airmass / airmass_high), 0.0)
     diffuse = bird["dhi"] * sine / np.cos(np.radians(high))
-    total = (direct * sine + diffuse) * (1 - 0.75 * sky.cloud_fraction**3.4)
-    direct = direct * (1 - sky.cloud_fraction)
+    total = (direct * sine + diffuse) * (1 - 0.75 * cloud_fraction**3.4)
+    direct = direct * (1 - cloud_fraction)
     return direct, np.maximum(total - direct * sine, 0.0)
 
 
@@ -302,8 +227,7 @@ class Scene:
 
     Notes
     -----
-    Columns are altitudes x planes, planes fastest. Air temperature falls by 6.5 K/km from the altitude of the site;
-    vapour pressure goes with pressure (constant mixing ratio) and is at most saturation. A plane sees the sky by
+    Columns are altitudes x planes, planes fastest. A plane sees the sky by
     (1 + cos slope) / 2 and otherwise level ground, which radiates as a black body at air temperature, the usual
     assumption where the surroundings are not modelled (EnergyPlus Engineering Reference, exterior longwave radiation).
     """
@@ -317,20 +241,16 @@ class Scene:
 
     @cached_property
     def _air(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Air temperature, vapour pressure, pressure: (A, SUN_STEPS), (A, SUN_STEPS), (A, 1)."""
-        low, high = self.weather.air_temperature
-        level = air_temperature(self.site, low, high)
-        height = np.asarray(self.altitude, float)[:, None]
-        temperature = level[None, :] - LAPSE_RATE * (height - self.site.altitude)
-        pressure = self.sky.at("pressure", height)
-        vapour = self.weather.relative_humidity / 100.0 * saturation_pressure(0.5 * (low + high))
-        vapour = vapour * pressure / self.sky.at("pressure", np.array([self.site.altitude]))
-        return temperature, np.minimum(vapour, saturation_pressure(temperature)), pressure
+        """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS)."""
+        altitude = np.asarray(self.altitude, float)
+        return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 
     @cached_property
     def _shortwave(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Direct, diffuse and reflected on the planes, each (A, P, SUN_STEPS)."""
-        direct, diffuse = clear_sky(self.site, self.sky, np.asarray(self.altitude, float))
+        direct, diffuse = sky_irradiance(
+            self.site, self.sky, self.weather.cloud_fraction, np.asarray(self.altitude, float)
+        )
         return plane_irradiance(
             np.asarray(self.slope, float)[None, :, None],
             np.asarray(self.azimuth, float)[None, :, None],
@@ -342,21 +262,28 @@ class Scene:
             SOLAR_CONSTANT / self.site.sun_distance**2,
         )
 
+    @cached_property
+    def _longwave(self) -> np.ndarray:
+        """Of the whole sky on a level surface, (A, SUN_STEPS)."""
+        water = self.sky.at("precipitable_water", np.asarray(self.altitude, float))[:, None]
+        return sky_longwave(self._air[0], water, self.weather.cloud_fraction)
+
     def forcing(self, steps: int) -> Forcing:
         """Forcing of all columns, (A * P, steps)."""
-        temperature, vapour, pressure = (np.repeat(field, len(self.slope), axis=0) for field in self._air)
-        temperature, vapour = step_means(temperature, steps), step_means(vapour, steps)
+        planes = len(self.slope)
+        air, vapour, pressure, longwave = (
+            np.repeat(step_means(field, steps), planes, axis=0) for field in (*self._air, self._longwave)
+        )
         shortwave = (step_means(part, steps).reshape(-1, steps) for part in self._shortwave)
         cosine = np.tile(np.cos(np.radians(self.slope)), len(self.altitude))[:, None]
         view = 0.5 * (1 + cosine)
-        water = np.repeat(self.sky.at("precipitable_water", np.asarray(self.altitude, float)), len(self.slope))[:, None]
         return Forcing(
             *shortwave,
-            longwave_sky=view * sky_longwave(temperature, water, self.sky.cloud_fraction),
-            longwave_ground=(1 - view) * Stefan_Boltzmann * temperature**4,
-            air_temperature=temperature,
+            longwave_sky=view * longwave,
+            longwave_ground=(1 - view) * Stefan_Boltzmann * air**4,
+            air_temperature=air,
             vapour_pressure=vapour,
             pressure=pressure,
-            wind_speed=np.array([[self.weather.wind_speed]]),
+            wind_speed=step_means(self.weather.wind_speed[None, :], steps),
             cos_slope=cosine,
         )

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.forcing import Site, Sky, Weather, sun_hours
+from skyshine.mat.surface.forcing import Sky
+from skyshine.mat.surface.site import Site, sun_hours
+from skyshine.mat.surface.weather import from_extremes
 
 
 def sun(latitude: float, declination: float) -> tuple[np.ndarray, np.ndarray]:
@@ -27,21 +29,18 @@ def site(make_site):
 
 
 @pytest.fixture(scope="session")
-def weather():
-    return Weather((285.0, 301.0), 50.0, 2.0)
+def make_weather(site):
+    return lambda cloud_fraction=0.0: from_extremes(site, 285.0, 301.0, 50.0, 2.0, cloud_fraction)
 
 
 @pytest.fixture(scope="session")
-def make_sky():
-    def make(cloud_fraction=0.0):
-        z = np.linspace(0.0, 4000.0, 9)
-        pressure = 101325 * np.exp(-z / 8000)
-        water, aerosol = 25 * np.exp(-z / 2000), np.exp(-z / 1500)
-        return Sky(z, pressure, water, 0.3 * aerosol, 0.2 * aerosol, 300.0, 0.2, cloud_fraction)
-
-    return make
+def weather(make_weather):
+    return make_weather()
 
 
 @pytest.fixture(scope="session")
-def sky(make_sky):
-    return make_sky()
+def sky():
+    z = np.linspace(0.0, 4000.0, 9)
+    pressure = 101325 * np.exp(-z / 8000)
+    water, aerosol = 25 * np.exp(-z / 2000), np.exp(-z / 1500)
+    return Sky(z, pressure, water, 0.3 * aerosol, 0.2 * aerosol, 300.0, 0.2)

@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 
 from skyshine.mat.surface.forcing import (
-    SUN_STEPS,
     Scene,
-    Site,
-    air_temperature,
-    clear_sky,
     plane_irradiance,
+    sky_irradiance,
     sky_longwave,
     step_means,
-    sun_hours,
 )
+from skyshine.mat.surface.site import SUN_STEPS, Site
 from skyshine.schemas.errors import InputError
 
 STEFAN_BOLTZMANN = 5.670374419e-8
@@ -27,7 +24,7 @@ def at_hour(hour):
 
 def test_clear_sky_of_a_summer_noon(site, sky):
     """Pyrheliometers read 800 to 1000 W/m2 under a clear sky with the Sun near the zenith; more higher up."""
-    direct, diffuse = clear_sky(site, sky, np.array([0.0, 3000.0]))
+    direct, diffuse = sky_irradiance(site, sky, 0.0, np.array([0.0, 3000.0]))
     noon = at_hour(12)
     assert 800 < direct[0, noon] < 950
     assert 70 < diffuse[0, noon] < 180
@@ -36,7 +33,7 @@ def test_clear_sky_of_a_summer_noon(site, sky):
 
 def test_clear_sky_is_finite_and_dark_at_night_and_fades_towards_the_horizon(make_site, sky):
     elevation = np.linspace(-90, 90, SUN_STEPS)
-    direct, diffuse = clear_sky(Site(0.0, elevation, np.zeros(SUN_STEPS)), sky, np.array([0.0, 4000.0]))
+    direct, diffuse = sky_irradiance(Site(0.0, elevation, np.zeros(SUN_STEPS)), sky, 0.0, np.array([0.0, 4000.0]))
     assert np.all(np.isfinite(direct)) and np.all(np.isfinite(diffuse))
     assert np.all(direct[:, elevation <= 0] == 0) and np.all(diffuse[:, elevation <= 0] == 0)
     assert np.all(np.diff(direct[:, elevation > 0], axis=1) > 0)
@@ -54,16 +51,16 @@ def test_extreme_skies_stay_finite(site, sky, water, aerosol):
         aerosol_optical_depth_380=np.full(9, 1.3 * aerosol),
         aerosol_optical_depth_500=np.full(9, aerosol),
     )
-    direct, diffuse = clear_sky(site, extreme, np.array([0.0, 4000.0]))
+    direct, diffuse = sky_irradiance(site, extreme, 0.0, np.array([0.0, 4000.0]))
     assert np.all((direct >= 0) & (direct < 1361)) and np.all((diffuse >= 0) & (diffuse < 1361))
     assert direct.max() > 900 if aerosol == 0 else direct.max() < 1
 
 
-def test_overcast_leaves_a_quarter_and_no_shadow(site, make_sky):
+def test_overcast_leaves_a_quarter_and_no_shadow(site, sky):
     """Kasten and Czeplak: global irradiance under 8 octas is 0.25 of the clear one."""
     height = np.array([0.0])
-    direct, diffuse = clear_sky(site, make_sky(), height)
-    cloud_direct, cloud_diffuse = clear_sky(site, make_sky(1.0), height)
+    direct, diffuse = sky_irradiance(site, sky, 0.0, height)
+    cloud_direct, cloud_diffuse = sky_irradiance(site, sky, 1.0, height)
     level = direct * np.sin(np.radians(site.solar_elevation)) + diffuse
     assert np.all(cloud_direct == 0)
     assert np.allclose(cloud_diffuse, 0.25 * level, rtol=1e-9)
@@ -105,23 +102,6 @@ def test_east_wall_is_lit_in_the_morning(site, weather, sky):
     assert east[8 * 4] > 500 and west[8 * 4] == 0
     assert west[16 * 4] > 500 and east[16 * 4] == 0
     assert np.allclose(east[1:], west[1:][::-1], atol=1e-6)
-
-
-def test_air_temperature_reaches_its_extremes(site):
-    """Lowest at sunrise, highest two hours after noon, smooth and periodic."""
-    series = air_temperature(site, 280.0, 300.0)
-    sunrise = sun_hours()[np.argmax(site.solar_elevation > 0)]
-    assert sun_hours()[series.argmin()] == pytest.approx(sunrise, abs=0.05)
-    assert sun_hours()[series.argmax()] == pytest.approx(14.0, abs=0.05)
-    assert (series.min(), series.max()) == (pytest.approx(280.0, abs=1e-3), pytest.approx(300.0, abs=1e-3))
-    assert np.abs(np.diff(np.append(series, series[0]))).max() < 0.2
-
-
-@pytest.mark.parametrize("declination", [-23.0, 23.0])
-def test_air_temperature_without_sunrise(make_site, declination):
-    series = air_temperature(make_site(80.0, declination), 240.0, 250.0)
-    assert sun_hours()[series.argmin()] == pytest.approx(0.0, abs=0.05)
-    assert series.max() == pytest.approx(250.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("steps", [48, 96, 192, 288, 576])

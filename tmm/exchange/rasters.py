@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.texture import read_channels
+from skyshine.tmm.raster import read_channels
 
 
 def read_plane(path: str | os.PathLike) -> np.ndarray:
@@ -19,7 +19,7 @@ def read_plane(path: str | os.PathLike) -> np.ndarray:
     InputError
         It cannot be read, or has several channels.
     """
-    channels, _ = read_channels(Path(path))
+    channels = read_channels(Path(path))
     if channels.shape[2] != 1:
         raise InputError(f"has {channels.shape[2]} channels; allowed: one; name a raster of material indices", file=path)
     return channels[..., 0]

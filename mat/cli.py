@@ -17,6 +17,7 @@ COMMANDS = {
     "specular": "Shininess and normalisation of a specular lobe.",
     "materials": "List, show or plot the materials.",
     "lines": "The band model: build it from line lists, show what it holds.",
+    "report": "The error budget of built databases, source by source.",
     "bench": "Error against run time, measured.",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from typing import Annotated, Literal
 
 import pydantic
@@ -67,6 +68,7 @@ class State(StrictModel):
     stratosphere: Literal[tuple(STRATOSPHERES)] = Field("background", description="Volcanic loading, and age of its particles.")
     season: Literal[SEASONS] | None = Field(None, description="Of the aerosol profiles; by default that of the profile's name.")
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
+    date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
 
     @pydantic.model_validator(mode="after")

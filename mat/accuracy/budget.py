@@ -18,8 +18,9 @@ from skyshine.mat.accuracy.runtime import (
     spectral_thermal,
 )  # fmt: skip
 from skyshine.mat.accuracy.viewing import Views, random_views
-from skyshine.mat.atmosphere.compile import band_points, compile_band
+from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere_product import MAX_POINTS, path_grid
+from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
@@ -103,10 +104,11 @@ class Prepared:
         loaded = loaded.of_state(state)
         job, response = loaded.job, response_of(loaded.job.bands[band - 1])
         air = atmospheric_state(job.site, job.states[state - 1])
-        everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+        table = absorption_table(job.water_continuum)
+        everything = band_points(table.points(*response.wavenumber_range), response)
         light = [source_irradiance(job, source, everything.wavenumber, everything.width) for source in job.sources]
-        compiled = compile_band(
-            air, everything, path_grid(loaded), np.stack(light), tolerance=job.accuracy.spectral_tolerance,
+        compiled, _ = cached_compile_band(
+            table, air, everything, path_grid(loaded), np.stack(light), tolerance=job.accuracy.spectral_tolerance,
             max_points=MAX_POINTS, seed=job.accuracy.seed,
         )  # fmt: skip
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))

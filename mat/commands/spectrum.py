@@ -71,7 +71,8 @@ FULL_MOON_PHASE = 4.0
 @json_option
 def command(
     atmosphere, above, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, water_continuum, source_azimuth, picture, as_json,
+    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, water_continuum, source_azimuth, picture,
+    as_json,
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 

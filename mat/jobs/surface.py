@@ -7,7 +7,7 @@ from typing import Annotated
 import pydantic
 from pydantic import Field
 
-from skyshine.mat.jobs.fields import Celsius, Fraction, TimeOfDay, ascending, axis
+from skyshine.mat.jobs.fields import Celsius, Fraction, TimeOfDay, Tolerance, ascending, axis, tolerance_parts
 from skyshine.schemas.documents import StrictModel
 
 SURFACE_HEIGHTS_KM = (0, 0.25, 0.5, 0.75, 1, 1.5, 2, 3)
@@ -41,3 +41,14 @@ class SurfaceGrid(StrictModel):
     time: Annotated[list[TimeOfDay], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)] = Field(
         [f"{i // 2:02d}:{i % 2 * 30:02d}" for i in range(48)], validate_default=True
     )
+    tolerance: Tolerance | None = Field(
+        None, description="In K: places the nodes, between the ends of the axes, where the error is; 99 % of all reads are within it."
+    )
+    most_nodes: int = Field(20_000_000, ge=16, le=200_000_000, description="Of a table whose nodes a tolerance places.")
+
+    @pydantic.field_validator("tolerance")
+    @classmethod
+    def _in_kelvin(cls, value):
+        if value is not None and tolerance_parts(value)[1] != "K":
+            raise ValueError(f"found '{value}'; allowed: kelvin, such as 0.1 K, for temperatures; write it so")
+        return value

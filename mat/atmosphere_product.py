@@ -11,7 +11,8 @@ from skyshine.mat.accuracy.atmospheric import Scale
 from skyshine.mat.accuracy.grids import RefinedGrid, errors_at, refined_grid
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
 from skyshine.mat.accuracy.radiance import SHORTEST
-from skyshine.mat.atmosphere.compile import CompiledBand, band_points, compile_band, negligible_gases
+from skyshine.mat.atmosphere.compile import CompiledBand, band_points, negligible_gases
+from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.plan import LeftOut, Task
@@ -37,7 +38,8 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     grid = path_grid(loaded)
     with report.stage("compile"):
         everything = band_points(absorption_table().points(*response.wavenumber_range), response)
-        compiled = compile_band(
+        compiled, found = cached_compile_band(
+            absorption_table(),
             state,
             everything,
             grid,
@@ -47,6 +49,8 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
             seed=job.accuracy.seed,
         )
     report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
+    if found:
+        report.notes.append("compiled band from the cache")
     if compiled.dropped:
         report.notes.append(f"gases left out: {_left_out(compiled)}")
     air = BandAtmosphere.of(state, compiled.band)

@@ -7,11 +7,12 @@ from typing import Annotated, Any, Literal
 import pydantic
 from pydantic import Field
 
-from skyshine.mat.atmosphere.aerosol import BOUNDARY_MODELS, SEASONS, STRATOSPHERES
+from skyshine.mat.atmosphere.aerosol_column import BOUNDARY_MODELS, SEASONS, STRATOSPHERES
 from skyshine.mat.atmosphere.cloud import DEFAULT_RADII, LARGEST_OPTICAL_DEPTH, PHASES, CloudLayer, cloud_type
 from skyshine.mat.atmosphere.cloud import TYPES as CLOUD_TYPES
 from skyshine.mat.atmosphere.profiles import GASES, PROFILES
 from skyshine.mat.atmosphere.rain import RATES
+from skyshine.mat.atmosphere.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.jobs.fields import Fraction, Tolerance, axis
 from skyshine.mat.jobs.files import JobFile
 from skyshine.mat.jobs.presets import presets, with_preset
@@ -131,9 +132,12 @@ class State(StrictModel):
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Literal[(*BOUNDARY_MODELS, "none")] = Field("rural", description="Of the lowest 2 km.")
     visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default that which belongs to the aerosol.")
+    air_mass: int = Field(DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental.")
     stratosphere: Literal[tuple(STRATOSPHERES)] = Field("background", description="Volcanic loading, and age of its particles.")
     season: Literal[SEASONS] | None = Field(None, description="Of the aerosol profiles; by default that of the profile's name.")
-    clouds: list[Cloud] = Field([], max_length=8)
+    clouds: list[Cloud] = Field(
+        [], max_length=8, description="Over the whole sky, for paths and surfaces alike; weather.cloud_fraction adds broken cloud to surfaces only."
+    )
     rain: Rain | None = None
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
     weather: Weather

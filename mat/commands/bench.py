@@ -7,10 +7,10 @@ from pathlib import Path
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity
-from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.errors import InputError
 
 
-@click.group("bench", epilog="Example: mat bench absorption --quick")
+@click.group("bench", epilog="Examples: mat bench absorption --quick; mat bench surface --quick")
 def command():
     """Error against run time, measured side by side in one run."""
 
@@ -68,39 +68,73 @@ def absorption(lines, continua, lowtran_path, out, quick, as_json):
 
 
 @command.command()
-@click.option("--seconds", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, help="How long to draw cases.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Case k is drawn from seed and k alone.")
+@click.option("--job", type=click.Path(), help="Sun, sky and weather of a job's first state (default: the starter job).")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder for surface-bench.json and surface-bench.png.")
+@click.option("--quick", is_flag=True, help="Two materials instead of eight, and no EnergyPlus.")
 @json_option
-def stability(seconds, seed, as_json):
-    """Extreme and stiff cases of atmosphere, surface and textures, at random for a given time.
+def surface(job, out, quick, as_json):
+    """Surface temperatures: the periodic solver by steps a day, marching schemes, casadi's oracle, EnergyPlus.
 
-    Reports the worst residual and violation of a bound, and the slowest case; anything not finite or out of bounds fails.
+    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor seconds of a
+    column and day. EnergyPlus runs where the package pyenergyplus-lbnl is installed, and is compared by run time alone.
 
     \b
     Example:
-      mat bench stability --seconds 60 --seed 3
+      mat bench surface --out bench
     """
-    from skyshine.mat.accuracy import stability as suite
+    from skyshine.mat.accuracy import energyplus
+    from skyshine.mat.accuracy import surface_bench as bench
+    from skyshine.mat.starter import starter_files
+    from skyshine.mat.surface_inputs import surface_inputs, surface_materials
+    from skyshine.materials.library import load_library
 
-    trials = suite.run(seconds, seed)
+    _, inputs = surface_inputs(job or starter_files()[0])
+    library = load_library()
+    names = bench.QUICK_MATERIALS if quick else bench.MATERIALS
+    methods = len(bench.STEPS) + len(bench.MARCHES) + 3
+    with progress(len(names) * methods, "surface temperatures") as advance:
+        cases = []
+        for material in surface_materials([library[name] for name in names]):
+            cases.append(bench.case_of(material, inputs))
+            advance(1)
+        rungs, left_out = bench.run(cases, advance)
+    peer = energyplus.Cost(None, None, "left out: --quick") if quick else energyplus.measure()
+    rungs += [
+        bench.Rung(f"EnergyPlus, {name}", "EnergyPlus", None, None, seconds, energyplus.COLUMNS)
+        for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day))
+        if seconds is not None
+    ]
+    result = {"materials": list(names), "explicit_left_out": left_out, "energyplus": peer.note, "rungs": _surface_rungs(rungs)}
+    if out:
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        bench.plot(rungs, folder / "surface-bench.png")
+        _write_json(folder / "surface-bench.json", result)
     if as_json:
-        emit_json(
-            {
-                name: {
-                    "cases": trial.cases, "failures": trial.failures,
-                    "worst": {measure: value if value < float("inf") else None for measure, value in trial.worst.items()},
-                    "slowest": quantity(trial.slowest, "s"), "slowest_case": trial.slowest_case,
-                }
-                for name, trial in trials.items()
-            }
-        )  # fmt: skip
-    else:
-        for name, trial in trials.items():
-            click.echo(f"{name}: {trial.cases} cases, slowest {trial.slowest:.2g} s ({trial.slowest_case})")
-            echo_table(("worst", "value"), [(measure, f"{value:.3g}") for measure, value in trial.worst.items()])
-    failures = [failure for trial in trials.values() for failure in trial.failures]
-    if failures:
-        raise CheckFailed(f"{len(failures)} cases failed, the first: {failures[0]}")
+        emit_json(result)
+        return
+    base = next(rung.seconds for rung in rungs if rung.family == "default")
+    rows = [
+        [rung.name, *("-" if x is None else f"{x:.3f}" for x in (rung.rms, rung.largest)), f"{1e6 * rung.seconds:.4g}",
+         f"{1 / rung.seconds:.4g}", f"{rung.seconds / base:.3g}"]
+        for rung in rungs
+    ]  # fmt: skip
+    echo_table(["", "rms K", "max K", "us a column", "columns/s", "x default"], rows)
+    if left_out:
+        click.echo(f"explicit Euler is left out for {', '.join(left_out)}")
+    click.echo(f"EnergyPlus: {peer.note}")
+
+
+def _surface_rungs(rungs):
+    return [
+        {
+            "name": rung.name, "family": rung.family, "columns": rung.columns,
+            "rms_error": None if rung.rms is None else quantity(rung.rms, "K"),
+            "largest_error": None if rung.largest is None else quantity(rung.largest, "K"),
+            "time_per_column_day": quantity(rung.seconds, "s"),
+        }
+        for rung in rungs
+    ]  # fmt: skip
 
 
 def _line_lists(lines, continua):

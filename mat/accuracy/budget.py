@@ -22,6 +22,7 @@ from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere_product import MAX_POINTS, path_grid
 from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import LoadedJob
+from skyshine.mat.jobs.surface import at_kelvin
 from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
@@ -159,7 +160,8 @@ class _Scene:
             source_irradiance(job, source, air.band.wavenumber, air.band.width) for air in (self.exact, self.few)
         )
         chosen = [library[name] for name in tables.materials]
-        self.materials, self.inputs = surface_materials(chosen), scene_inputs(job, prepared.state)
+        self.materials, self.inputs = surface_materials(chosen, job.operated), scene_inputs(job, prepared.state)
+        self.given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
         self.steps = job.accuracy.solver_steps
         micron = 1e4 / self.exact.band.wavenumber
         self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
@@ -199,7 +201,7 @@ class _Scene:
 
     def _temperature(self, views, normal, altitude, steps):
         slope, azimuth = self.tables.facing(normal)
-        return temperatures_at(self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps)
+        return temperatures_at(self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps, given=self.given)
 
     def _of_tables(self, budget, views, own, few, read, bounce):
         """Interpolation: of each quantity, then of all; against direct computation with the same points and solver."""

@@ -6,10 +6,12 @@ means over 0.1 um. Path radiance at 0.5 km altitude is left out: opaque bins of 
 
 MODTRAN 5.2.1 has an older water vapour continuum than MT_CKD 4.3 (Mlawer et al. 2023), which lowered the self continuum of the
 8-12 um window; that of 2000-3200 cm-1 was raised by MT_CKD 2.5 (Mlawer et al. 2012). With the continuum of MT_CKD 2.4 line by line
-agrees to 0.015 in both; points of 5 cm^-1 intervals add what 0.1 um bins of 7 to 16 cm^-1 cut of them at 8-12 um. With one factor on the self continuum in each
-0.1 um, fitted over all altitudes and ranges, little remains: no gas, line or aerosol is missing. Near 4.1 um the factor stands also
-for the collisions of nitrogen with water vapour, which fall off with height nearly as it does and add a sixth to the nitrogen
-continuum near the ground; what remains at 4.15 um is the head of the CO2 band (2375-2400 cm-1), where MODTRAN absorbs less.
+agrees to 0.015 in both bands; points of 5 cm^-1 intervals lose a little more where bins of 0.1 um, 7 to 16 cm^-1, cut through them.
+
+With one factor on the self continuum of MT_CKD 4.3 in each 0.1 um, fitted over all altitudes and ranges, little remains: no gas, line
+or aerosol is missing. Near 4.1 um the factor stands also for the collisions of nitrogen with water vapour, which fall off with height
+nearly as it does and add a sixth to the nitrogen continuum near the ground; what remains at 4.15 um is the head of the CO2 band
+(2375-2400 cm-1), where MODTRAN absorbs less.
 """
 
 import csv

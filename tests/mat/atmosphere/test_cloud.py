@@ -194,3 +194,17 @@ def test_rain_falls_below_its_top_only():
     layer = rain.RainLayer(10.0, 1500.0)
     assert layer.extinction_550(np.array([0.0, 1489.0])) == pytest.approx(layer.extinction_550(500.0))
     assert np.all(layer.extinction_550(np.array([1500.0, 5e3])) == 0)
+
+
+@pytest.mark.parametrize("asymmetry", [0.0, 0.85, 0.95, 0.987, 0.999])
+def test_narrow_forward_peaks_lose_no_light(asymmetry):
+    from skyshine.mat.atmosphere.optics import PHASE_ANGLES, normalised
+
+    cosine = np.cos(PHASE_ANGLES)
+    exact = (1 - asymmetry**2) / (1 + asymmetry**2 - 2 * asymmetry * cosine) ** 1.5
+    phase = normalised(exact)
+    fine = np.linspace(0, np.pi, 200 * 360 + 1)
+    mean = 0.5 * np.trapezoid(np.interp(fine, PHASE_ANGLES, phase) * np.sin(fine), fine)
+    assert mean == pytest.approx(1.0, abs=1e-4) and np.all(phase >= 0) and np.argmax(phase) == 0
+    if asymmetry < 0.95:
+        assert phase[1:] == pytest.approx(exact[1:], rel=1e-3)

@@ -190,6 +190,14 @@ def test_droplets_do_not_freeze_and_crystals_do_not_melt():
             AtmosphericState.from_profile(profile, clouds=[layer])
 
 
+def test_air_in_water_cloud_is_saturated():
+    state = AtmosphericState.from_profile("midlatitude_winter", clouds=[STRATUS])
+    inside = (state.altitude > STRATUS.base + 11) & (state.altitude < STRATUS.top - 11)
+    assert state.relative_humidity[inside] == pytest.approx(100.0) and np.all(state.relative_humidity[~inside][:2] < 99)
+    dry = AtmosphericState.from_profile("midlatitude_winter", clouds=[STRATUS], water_column=3.0)
+    assert dry.precipitable_water(0.0) == pytest.approx(3.0, rel=1e-9)
+
+
 def test_rain_falls_below_its_top_only():
     layer = rain.RainLayer(10.0, 1500.0)
     assert layer.extinction_550(np.array([0.0, 1489.0])) == pytest.approx(layer.extinction_550(500.0))

@@ -100,6 +100,7 @@ class Prepared:
     @classmethod
     def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
         """Prepare a state and band, counted from 1."""
+        loaded = loaded.of_state(state)
         job, response = loaded.job, response_of(loaded.job.bands[band - 1])
         air = atmospheric_state(job.site, job.states[state - 1])
         everything = band_points(absorption_table().points(*response.wavenumber_range), response)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from typing import Annotated, Any, Literal
 
 import pydantic
@@ -140,6 +141,7 @@ class State(StrictModel):
     )
     rain: Rain | None = None
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
+    date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
 
     @pydantic.model_validator(mode="before")

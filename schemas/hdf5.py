@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
@@ -20,6 +21,7 @@ from skyshine.schemas.errors import InputError
 
 CONVENTIONS = "CF-1.11"
 JOB_LIMIT = 60_000  # an HDF5 attribute of the default library version holds less than 64 KiB
+PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
 _SCALE_ATTRIBUTES = {
     "CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates", "_FillValue",
 }  # fmt: skip
@@ -33,6 +35,14 @@ class Axis:
     units: str
     long_name: str
     attributes: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Streamed:
+    """Stands for the data of a variable that are too large for memory: they are written part by part."""
+
+    shape: tuple[int, ...]
+    dtype: Any
 
 
 @dataclass(frozen=True)
@@ -68,8 +78,16 @@ class Header:
     title: str = ""
 
 
-def write_file(path: str | os.PathLike, root: Group, header: Header) -> str:
+def write_file(
+    path: str | os.PathLike, root: Group, header: Header, fill: Callable[[h5py.File], Group] | None = None
+) -> str:
     """Write a database whole: a part file first, renamed when it is complete.
+
+    Parameters
+    ----------
+    fill : callable, optional
+        Writes the `Streamed` arrays into the open file, and returns what else the root holds. The bytes of the file
+        depend on the order of its writes: it writes each chunk once, always in the same order.
 
     Returns
     -------
@@ -89,6 +107,8 @@ def write_file(path: str | os.PathLike, root: Group, header: Header) -> str:
         path.parent.mkdir(parents=True, exist_ok=True)
         with h5py.File(part, "w", track_order=True) as file:
             _write_group(file, root)
+            if fill is not None:
+                _write_group(file, fill(file))
             digest = content_hash(file)
             file.attrs.update(_root_attributes(header, digest))
         os.replace(part, path)
@@ -119,7 +139,7 @@ def _write_group(target: h5py.Group, group: Group) -> None:
         dataset = _write_array(target, name, np.asarray(axis.values), axis, np.float64, None)
         dataset.make_scale(name)
     for name, variable in group.variables.items():
-        data = np.asarray(variable.data)
+        data = variable.data if isinstance(variable.data, Streamed) else np.asarray(variable.data)
         expected = tuple(target[dim].shape[0] for dim in variable.dims)
         if data.shape != expected:
             raise ValueError(f"{name} has shape {data.shape}; its axes {variable.dims} have {expected}")
@@ -131,19 +151,19 @@ def _write_group(target: h5py.Group, group: Group) -> None:
 
 
 def _write_array(target, name, data, described, float_type, chunks) -> h5py.Dataset:
-    if data.dtype.kind in "UO":
+    kind = np.dtype(data.dtype)
+    if kind.kind in "UO":
         dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype())
     else:
-        if data.dtype.kind == "f":
-            data = data.astype(float_type)
+        kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
+        content = {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
         filters = {}
-        if data.ndim and data.size > 1:
+        if np.prod(data.shape) > 1:
             shape = tuple(min(c, n) for c, n in zip(chunks, data.shape)) if chunks else True
             filters = {
                 "chunks": shape, "compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True,
             }  # fmt: skip
-        little = data.astype(data.dtype.newbyteorder("<"), copy=False)
-        dataset = target.create_dataset(name, data=little, **filters)
+        dataset = target.create_dataset(name, dtype=kind, **content, **filters)
     dataset.attrs["units"] = described.units
     dataset.attrs["long_name"] = described.long_name
     for key, value in described.attributes.items():
@@ -157,14 +177,27 @@ def content_hash(file: h5py.File) -> str:
     file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
     digest = hashlib.sha256()
     for name in sorted(names):
-        data = _decoded(file[name])
-        kind = "text" if data.dtype.kind == "O" else data.dtype.newbyteorder("<").str
-        digest.update(f"{name}\0{kind}\0{data.shape}\0{file[name].attrs.get('units', '')}\0".encode())
-        if data.dtype.kind == "O":
-            digest.update("\0".join(data.ravel().tolist()).encode())
+        dataset = file[name]
+        text = h5py.check_string_dtype(dataset.dtype) is not None
+        kind = "text" if text else dataset.dtype.newbyteorder("<").str
+        digest.update(f"{name}\0{kind}\0{dataset.shape}\0{dataset.attrs.get('units', '')}\0".encode())
+        if text:
+            digest.update("\0".join(_decoded(dataset).ravel().tolist()).encode())
         else:
-            digest.update(np.ascontiguousarray(data, dtype=data.dtype.newbyteorder("<")).tobytes())
+            for part in _parts(dataset):
+                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
     return digest.hexdigest()
+
+
+def _parts(dataset: h5py.Dataset) -> Iterator[np.ndarray]:
+    """The values of a dataset in their order, whole rows of chunks at a time."""
+    if not dataset.chunks:
+        yield np.asarray(dataset[()])
+        return
+    row = dataset.dtype.itemsize * int(np.prod(dataset.shape[1:]))
+    step = max(dataset.chunks[0], PART_BYTES // max(row, 1) // dataset.chunks[0] * dataset.chunks[0])
+    for start in range(0, dataset.shape[0], step):
+        yield dataset[start : start + step]
 
 
 def _decoded(dataset: h5py.Dataset) -> np.ndarray:

@@ -7,9 +7,11 @@ from skyshine.schemas.commands import CommandGroup
 COMMANDS = {
     "check": "Check a job: images, seeds, materials.",
     "classify": "Map the texels of a job's textures to materials.",
+    "score": "Compare a texture database with a label image.",
     "info": "Show what a texture database holds.",
     "usage": "Share of each material in one texture or several.",
-    "preview": "Draw texture, materials and confidence side by side.",
+    "export": "Write a texture's materials for others: OGC CDB, glTF, DIRSIG, indexed PNG.",
+    "preview": "Draw texture, materials, confidence and shadows side by side.",
 }
 
 main = CommandGroup(

@@ -9,7 +9,7 @@ from skyshine.tmm.build import load_texture
 from skyshine.tmm.classify import TextureClassifier, fit_seeds
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.job import TextureJob
-from skyshine.tmm.texture import read_channels
+from skyshine.tmm.raster import read_channels
 
 pytestmark = [pytest.mark.shared_data, pytest.mark.validation]
 
@@ -53,7 +53,7 @@ def test_mean_iou_with_seeds_of_the_photograph(shared_data, tmp_path, record_pro
     images = sorted((folder / "images").glob("*.jpg"))
     assert len(images) == 58
     for number, image in enumerate(images):
-        mask, _ = read_channels(folder / "masks" / f"{image.stem}.png")
+        mask = read_channels(folder / "masks" / f"{image.stem}.png")
         truth = _truth(mask)
         labels = _patches(mask, truth, np.random.default_rng([RANDOM_SEED, number]))
         path = tmp_path / f"{image.stem}.png"

@@ -5,7 +5,7 @@ Everything is per molecule of air [m^2], the measure in which `geometry` counts 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -74,6 +74,17 @@ class SpectralOptics:
     phase_share: np.ndarray
     emission: np.ndarray
     extinction: np.ndarray
+
+    def at(self, points) -> SpectralOptics:
+        """Those of a slice of the points."""
+        names = ("rayleigh", "aerosol_extinction", "aerosol_scattering", "asymmetry", "phase_share", "emission", "extinction")
+        return replace(
+            self,
+            wavenumber=self.wavenumber[points],
+            absorption={gas: np.ascontiguousarray(values[:, points]) for gas, values in self.absorption.items()},
+            rayleigh_anisotropy=self.rayleigh_anisotropy[points],
+            **{name: np.ascontiguousarray(getattr(self, name)[:, points]) for name in names},
+        )
 
 
 def spectral_optics(state, points, gases=None):

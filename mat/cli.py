@@ -12,11 +12,14 @@ COMMANDS = {
     "verify": "Check layout, units, values and hash of databases.",
     "query": "Interpolate one value, with its stated error.",
     "plot": "Draw a database.",
+    "export": "Write databases for engines without HDF5.",
     "spectrum": "Transmittance and radiance of one line of sight.",
     "temperature": "One surface through the day: temperature and every flux.",
     "specular": "Shininess and normalisation of a specular lobe.",
     "materials": "List, show or plot the materials.",
+    "presets": "List or show the ready atmospheric states.",
     "lines": "The band model: build it from line lists, show what it holds.",
+    "report": "The error budget of built databases, source by source.",
     "bench": "Error against run time, measured.",
 }
 

@@ -12,7 +12,7 @@ import pydantic
 
 from skyshine.mat.jobs.fields import clock_text, hours_of
 from skyshine.mat.jobs.surface import LONGEST_GAP_H, HourlyWeather
-from skyshine.mat.surface.csv_table import AIR_COLUMNS, Column, read_csv_table
+from skyshine.mat.surface.readings import AIR_COLUMNS, Column, read_readings
 from skyshine.schemas.errors import InputError
 
 COLUMNS = AIR_COLUMNS | {"cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0)}
@@ -94,7 +94,7 @@ def _is_tmy3(file: Path) -> bool:
 
 
 def _day_table(file: Path) -> HourlyWeather:
-    table = read_csv_table(file, COLUMNS, ["air_temperature"], lambda cell: 3600.0 * hours_of(cell))
+    table = read_readings(file, COLUMNS, ["air_temperature"], lambda cell: 3600.0 * hours_of(cell))
     following = np.append(table.time[1:], table.time[0] + 86400.0)
     table.refuse_gaps(following - table.time, 3600.0 * LONGEST_GAP_H)
     values = table.values

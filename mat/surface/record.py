@@ -11,7 +11,7 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing, saturation_pressure
-from skyshine.mat.surface.csv_table import AIR_COLUMNS, Column, read_csv_table
+from skyshine.mat.surface.readings import AIR_COLUMNS, Column, read_readings
 from skyshine.schemas.errors import InputError
 
 # Thermopile pyranometers read a few W m^-2 below zero at night (thermal offset, BSRN: McArthur 2005, WMO/TD-No. 1274).
@@ -84,7 +84,7 @@ def read_record(file: str | os.PathLike) -> Record:
         With file:line:column of what does not fit.
     """
     file = Path(file)
-    table = read_csv_table(file, COLUMNS, COLUMNS, _moment)
+    table = read_readings(file, COLUMNS, COLUMNS, _moment)
     table.refuse_gaps(np.diff(table.time), MAXIMUM_GAP)
     return _equal_steps(file, table.time, table.values)
 

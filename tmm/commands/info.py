@@ -23,13 +23,20 @@ def command(file: str, as_json: bool) -> None:
             ],
             "texels": source.group_attributes("usage"),
             "quality": source.group_attributes("quality"),
-            "confusion": source.array("quality/confusion").tolist(),
+            "confusion": _confusion(source),
             "mixtures": int(source.array("composites/composite").size),
         }
     if as_json:
         emit_json(result)
     else:
         _print(result)
+
+
+def _confusion(source) -> dict[int, list[int]]:
+    """Held-out texels of each material that has seeds, found as unknown and as each of these materials."""
+    if not source.has("quality/confusion"):
+        return {}
+    return dict(zip(source.array("quality/material").tolist(), source.array("quality/confusion").tolist()))
 
 
 def _plain(value):
@@ -53,10 +60,12 @@ def _print(result: dict) -> None:
     )
     click.echo("materials (code, name, share; then held-out texels found as unknown and as each material):")
     width = max(len(material["name"]) for material in result["materials"])
-    for material, row in zip(result["materials"], result["confusion"]):
-        counts = " ".join(f"{count:6d}" for count in row)
+    for material in result["materials"]:
+        counts = " ".join(f"{count:6d}" for count in result["confusion"].get(material["code"], []))
         click.echo(f"  {material['code']:5d}  {material['name']:{width}}  {material['share']['value']:.4f}  {counts}")
     quality = result["quality"]
+    if not result["confusion"]:
+        return
     click.echo(
         f"held-out seeds: accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f}, "
         f"{quality['tested_texels']} of {quality['seed_texels']} texels in {quality['folds']} parts"

@@ -1,8 +1,7 @@
-"""Tables of readings in CSV, with units in the header and the place of what is wrong."""
+"""Readings over time in CSV, with units in the header and the place of what is wrong."""
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -10,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.schemas.csv_table import cells as line_cells
+from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError, nearest
 
 LEAST_READINGS = 4
@@ -43,7 +44,7 @@ AIR_COLUMNS = {
 
 
 @dataclass(frozen=True, eq=False)
-class CsvTable:
+class Readings:
     """Readings in SI units.
 
     Attributes
@@ -74,12 +75,12 @@ class CsvTable:
             )
 
 
-def read_csv_table(
+def read_readings(
     file: str | os.PathLike,
     columns: Mapping[str, Column],
     required: Iterable[str],
     read_time: Callable[[str], float],
-) -> CsvTable:
+) -> Readings:
     """Read a CSV file with a column time and some of `columns`, in any order.
 
     Parameters
@@ -99,12 +100,7 @@ def read_csv_table(
         With file:line:column of what does not fit.
     """
     file = Path(file)
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}; check the path", file=file) from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
+    text = read_text(file)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if len(lines) < 1 + LEAST_READINGS:
         found = max(len(lines) - 1, 0)
@@ -120,24 +116,13 @@ def read_csv_table(
             line=numbers[int(np.argmax(np.diff(time) <= 0)) + 1],
             column=1,
         )
-    return CsvTable(file, numbers, time, {name: np.array([row[1][name] for row in rows]) for name in units})
-
-
-def _cells(line: str) -> list[tuple[str, int]]:
-    """Cells of a line with the column each begins at, counted from 1."""
-    cells = next(csv.reader([line], skipinitialspace=False))
-    places, at = [], 0
-    for cell in cells:
-        found = line.find(cell, at) if cell else at
-        places.append((cell.strip(), found + 1))
-        at = max(line.find(",", found + len(cell)) + 1, found + len(cell))
-    return places
+    return Readings(file, numbers, time, {name: np.array([row[1][name] for row in rows]) for name in units})
 
 
 def _header(file: Path, number: int, line: str, columns, required) -> tuple[dict[str, int], dict]:
     """Index of each column, and the unit and conversion of each value."""
     place, units = {}, {}
-    for index, (cell, column) in enumerate(_cells(line)):
+    for index, (cell, column) in enumerate(line_cells(line)):
         name, _, unit = cell.partition("[")
         name, unit = name.strip(), unit.rstrip("] ").strip()
 
@@ -162,7 +147,7 @@ def _header(file: Path, number: int, line: str, columns, required) -> tuple[dict
 
 def _row(file: Path, number: int, line: str, place: dict, units: dict, columns, read_time):
     """Seconds and the values in SI of a line."""
-    cells = _cells(line)
+    cells = line_cells(line)
     if len(cells) != len(place):
         raise InputError(
             f"found {len(cells)} cells; allowed: {len(place)}, one for each column", file=file, line=number, column=1

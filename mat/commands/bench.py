@@ -10,7 +10,7 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, progre
 from skyshine.schemas.errors import InputError
 
 
-@click.group("bench", epilog="Examples: mat bench absorption --quick; mat bench surface --quick")
+@click.group("bench", epilog="Example: mat bench absorption --quick")
 def command():
     """Error against run time, measured side by side in one run."""
 

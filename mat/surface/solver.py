@@ -27,11 +27,11 @@ FINE_STEPS = 288
 TOLERANCE = 1e-3
 # Excess over the maximum principle [K] at which a column goes to backward Euler, which cannot exceed it.
 BOUND_TOLERANCE = 0.1
-# Columns iterated together: some 300 kB an array at N = 96, so that a handful stays in a core's second-level cache.
-_CHUNK = 384
+# Temperatures iterated together: some 300 kB an array, so that a handful stays in a core's second-level cache.
+_CHUNK = 384 * 96
 _ITERATIONS = 16
 _MELTING_ITERATIONS = 60
-_SAMPLE, _RENEWALS = 32, 4  # columns and matrices from which a material's relaxation is found
+_SAMPLE, _RENEWALS = 32, 3  # columns and matrices from which a material's relaxation is found
 
 
 class Method(IntEnum):
@@ -153,8 +153,9 @@ def _solve(material, forcing: Forcing, conduction: Conduction, method: Method, s
     back = BackFlux.of(material, forcing, conduction, hours)
     relaxation = None if conduction.steps > DENSE_STEPS else _Relaxation.of(material, forcing, conduction, back.source)
     parts = []
-    for start in range(0, columns, _CHUNK):
-        chosen = slice(start, min(start + _CHUNK, columns))
+    size = max(1, _CHUNK // conduction.steps)
+    for start in range(0, columns, size):
+        chosen = slice(start, min(start + size, columns))
         parts.append(
             _solve_chunk(
                 material, forcing.columns(chosen), back.columns(chosen), conduction, relaxation, method, names[chosen]

@@ -88,7 +88,7 @@ def surface(job, out, quick, as_json):
     from skyshine.mat.surface_inputs import surface_inputs, surface_materials
     from skyshine.materials.library import load_library
 
-    _, inputs = surface_inputs(job or starter_files()[0])
+    _, inputs = surface_inputs(job or next(file for file in starter_files() if file.name == "job.yaml"))
     library = load_library()
     names = bench.QUICK_MATERIALS if quick else bench.MATERIALS
     methods = len(bench.STEPS) + len(bench.MARCHES) + 3

@@ -9,7 +9,8 @@ import numpy as np
 
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
 from skyshine.mat.accuracy.radiance import kelvin_per_radiance, reference_radiance
-from skyshine.mat.atmosphere.compile import CompiledBand, band_points, compile_band, negligible_gases
+from skyshine.mat.atmosphere.compile import CompiledBand, band_points, negligible_gases
+from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
@@ -36,7 +37,8 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     grid = path_grid(loaded)
     with report.stage("compile"):
         everything = band_points(absorption_table().points(*response.wavenumber_range), response)
-        compiled = compile_band(
+        compiled, found = cached_compile_band(
+            absorption_table(),
             state,
             everything,
             grid,
@@ -46,6 +48,8 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
             seed=job.accuracy.seed,
         )
     report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
+    if found:
+        report.notes.append("compiled band from the cache")
     if compiled.dropped:
         report.notes.append(f"gases left out: {_left_out(compiled)}")
     air = BandAtmosphere.of(state, compiled.band)

@@ -17,7 +17,7 @@ import yaml
 from pydantic import Field
 
 from skyshine.mat.jobs.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
-from skyshine.mat.jobs.surface import SURFACE_HEIGHTS_KM, SurfaceGrid
+from skyshine.mat.jobs.surface import HOURLY_QUANTITIES, SURFACE_HEIGHTS_KM, OperatedCelsius, Operation, SurfaceGrid, by_hour
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
 from skyshine.tmm.job import MaterialName, TextureJob, check_distinct_names
@@ -69,6 +69,12 @@ class Job(StrictModel):
     materials: MaterialChoice = Field(
         "used", description="Those the textures use, all of the library, or names."
     )
+    operated: dict[MaterialName, Operation] = Field(
+        {}, description="What goes on behind materials in operation: engines, heated rooms, cold stores."
+    )
+    temperatures_c: dict[MaterialName, by_hour(OperatedCelsius)] = Field(
+        {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
+    )
     atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
@@ -92,6 +98,17 @@ class Job(StrictModel):
                     f"found {altitudes[0]:g} in {name}_grid.altitude_km; allowed: at least the site's altitude_km, "
                     f"{self.site.altitude_km:g}; raise it, or lower the site"
                 )
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _operated_once(self):
+        for name in self.operated:
+            if name in self.temperatures_c:
+                raise ValueError(f"found '{name}' in operated and in temperatures_c; allowed: one of them; remove one")
+        if isinstance(self.materials, list):
+            for name in [*self.operated, *self.temperatures_c]:
+                if name not in self.materials:
+                    raise ValueError(f"found the operated '{name}', which is not in materials; add it there or remove it here")
         return self
 
     @pydantic.model_validator(mode="after")
@@ -139,7 +156,30 @@ def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) ->
     """
     document = read_yaml(file)
     names = (library or load_library()).names
-    return LoadedJob(parse_model(document, Job, {"materials": names}), document)
+    job = parse_model(document, Job, {"materials": names, "folder": document.file.resolve().parent})
+    return LoadedJob(_with_weather_files(job, document), document)
+
+
+def _with_weather_files(job: Job, document: Document) -> Job:
+    """The job with the hours of its weather files in their places, so that nothing later depends on a file."""
+    if all(state.weather.file is None for state in job.states):
+        return job
+    from skyshine.mat.jobs.weather_files import read_weather
+
+    states = list(job.states)
+    for i, state in enumerate(states):
+        if state.weather.file is not None:
+            file = document.file.resolve().parent / state.weather.file
+            if not file.is_file():
+                raise document.error(
+                    ("states", i, "weather", "file"),
+                    f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the job's folder",
+                )
+            hourly = read_weather(file, job.site.date, job.site.utc_offset_h)
+            given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
+            weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
+            states[i] = state.model_copy(update={"weather": weather})
+    return job.model_copy(update={"states": states})
 
 
 def local_times_utc(site: Site, hours: np.ndarray) -> np.ndarray:

@@ -188,6 +188,32 @@ class BandAtmosphere:
             results.append(result)
         return AtmosphericQuantities(**{name: np.array([r[name].item() for r in results]) for name in results[0]})
 
+    def spectral_at_points(
+        self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, source_irradiance
+    ):
+        """What the quantities are integrals of, at n single points; arguments as `at_points`, each an (n,) array.
+
+        Returns
+        -------
+        SpectralLines
+        """
+        irradiance = self._irradiance(source_irradiance)
+        ranges, altitude = (np.asarray(a, float) * 1e3 for a in (range_km, altitude_km))
+        elevation, source, azimuth = (np.radians(a) for a in (elevation_deg, source_elevation_deg, source_azimuth_deg))
+        rays = trace(self.air.shells, altitude, elevation, ranges[:, None])
+        shape = ranges.size, irradiance.size
+        through, sky, direct = (np.empty(shape) for _ in range(3))
+        radiance, valid = np.empty(ranges.size), np.empty(ranges.size, dtype=bool)
+        for row in range(ranges.size):
+            path = _Path.of(self.air, rays, row, altitude[row], elevation[row], ranges[row : row + 1])
+            one = slice(row, row + 1)
+            through[row] = np.exp(-path.depth[0])
+            sky[row] = self._sky_at(path.surface_altitude, self._sky(path.surface_altitude, source[one], irradiance))[0, 0]
+            direct[row] = irradiance * direct_transmittance(self.air.source_paths, path.surface_altitude, source[one])[0, 0]
+            radiance[row] = self._path_radiance(path, source[one], azimuth[one], irradiance)[0, 0]
+            valid[row] = path.valid[0]
+        return SpectralLines(through, sky, direct, radiance, valid)
+
     def _irradiance(self, source_irradiance):
         irradiance = np.asarray(source_irradiance, dtype=float)
         if irradiance.shape != self.band.weight.shape:
@@ -284,6 +310,30 @@ class BandAtmosphere:
         unit = unit + extinction * again
         source = extinction * thermal + unit * irradiance
         return source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralLines:
+    """Lines of sight to n surfaces at the P points of a band.
+
+    Attributes
+    ----------
+    transmittance : (n, P) array
+    sky_irradiance : (n, P) array
+        Diffuse, on a level surface at the end of the line, W m^-2 (cm^-1)^-1.
+    direct_irradiance : (n, P) array
+        Of the source there, normal to its beam, W m^-2 (cm^-1)^-1.
+    path_radiance : (n,) array
+        In band, W m^-2 sr^-1.
+    valid : (n,) bool array
+        False where the range would pass through the ground.
+    """
+
+    transmittance: np.ndarray
+    sky_irradiance: np.ndarray
+    direct_irradiance: np.ndarray
+    path_radiance: np.ndarray
+    valid: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)

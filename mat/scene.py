@@ -8,16 +8,21 @@ from functools import lru_cache
 import numpy as np
 
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.profiles import load_profile
+from skyshine.mat.atmosphere.rain import RainLayer
+from skyshine.mat.atmosphere.sounding import read_sounding
 from skyshine.mat.atmosphere.sources import lunar_irradiance, position, solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.job import Job, LoadedJob, Site, local_times_utc
 from skyshine.mat.jobs.atmosphere import State
 from skyshine.mat.jobs.fields import clock_text
 from skyshine.mat.radiometry import SpectralResponse
+from skyshine.mat.response import parse_response
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 
 ZERO_CELSIUS = 273.15  # K
+_AMOUNTS = ("scale", "ppm", "column_mm", "column_du")
 
 
 def atmospheric_state(site: Site, state: State) -> AtmosphericState:
@@ -25,21 +30,46 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
 
     The ground below the paths has the mean of the day's air temperature.
     """
-    mean = float(np.mean(state.weather.air_temperature_c)) + ZERO_CELSIUS
+    mean = state.weather.mean_air_temperature_c + ZERO_CELSIUS
+    profile = load_profile(state.profile)
+    if state.sounding is not None:
+        profile = read_sounding(state.sounding.text, state.sounding.path, profile)
+    amounts = {unit: {gas: getattr(a, unit) for gas, a in state.gases.items() if getattr(a, unit) is not None} for unit in _AMOUNTS}
+    winter = state.profile.endswith("winter")
     return AtmosphericState.from_profile(
-        state.profile,
+        profile,
         surface_altitude=site.altitude_km * 1e3,
-        co2_ppm=state.co2_ppm,
+        co2_ppm=None if "CO2" in state.gases else state.co2_ppm,
         humidity_scale=state.humidity_scale,
+        gas_scale=amounts["scale"],
+        gas_ppm=amounts["ppm"],
+        water_column=amounts["column_mm"].get("H2O"),
+        ozone_column=amounts["column_du"].get("O3"),
         aerosol=state.aerosol,
         visibility_km=state.visibility_km,
+        wind_speed=state.weather.wind_speed_m_s,
+        stratosphere=state.stratosphere,
+        clouds=[cloud.layer() for cloud in state.clouds],
+        rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),
+        season=state.season or ("fall_winter" if winter else "spring_summer"),
         surface_temperature=mean,
         surface_albedo=state.surface_albedo,
     )
 
 
 def response_of(band) -> SpectralResponse:
-    """The sensor response of a job's band."""
+    """The sensor response of a job's band.
+
+    Raises
+    ------
+    InputError
+        At the place in a response table that is wrong.
+    """
+    if band.response is not None:
+        return parse_response(band.response.text, band.response.path)
+    if band.wavenumber_cm is not None:
+        low, high = band.wavenumber_cm
+        return SpectralResponse.rectangular(1e4 / high, 1e4 / low)
     return SpectralResponse.rectangular(*band.wavelength_um)
 
 
@@ -59,10 +89,11 @@ def check_scene(loaded: LoadedJob) -> None:
     """
     table = absorption_table()
     for i, band in enumerate(loaded.job.bands):
-        low, high = response_of(band).wavenumber_range
+        response = response_of(band)
+        low, high = response.wavenumber_range
         if not any(start <= low and high <= end for start, end in table.coverage):
             spans = ", ".join(f"{1e4 / end:.4g} to {1e4 / start:.4g} um" for start, end in table.coverage)
-            found = "{:g} to {:g} um".format(*band.wavelength_um)
+            found = f"{response.lower:g} to {response.upper:g} um"
             raise loaded.document.error(
                 ("bands", i), f"bands.{i}: found {found}; allowed: inside {spans}, which the band model covers"
             )
@@ -70,6 +101,8 @@ def check_scene(loaded: LoadedJob) -> None:
         try:
             atmospheric_state(loaded.job.site, state)
         except InputError as error:
+            if error.file is not None:  # in a file of its own
+                raise
             raise loaded.document.error(("states", i), f"states.{i}: {error.message}") from None
 
 

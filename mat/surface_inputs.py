@@ -3,25 +3,35 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
+from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.atmosphere.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.sources import position
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.job import Job, load_job, local_times_utc
 from skyshine.mat.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene import ZERO_CELSIUS, atmospheric_state, solar_spectrum
-from skyshine.mat.surface.forcing import Site, Sky, Weather, sun_hours
+from skyshine.mat.jobs.surface import Operation
+from skyshine.mat.jobs.surface import Weather as WeatherModel
+from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.site import Site, sun_hours
+from skyshine.mat.surface.weather import Weather, from_extremes, from_hours
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
 
 SKY_STEP = 250.0  # m between the altitudes at which the sky is described
+# degree: elevations of the Sun at which it is; close where the beam grows through the lowest, longest paths. Below, no
+# light arrives that would warm anything.
+SUN_ELEVATIONS = np.concatenate([np.arange(-8, -1, 1), np.arange(-1, 6, 0.5), np.arange(6, 20, 1), np.arange(20, 91, 2.5)])
 
 
-def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Site, Weather, Sky]:
-    """Sun, weather and sky of a job's state, counted from 1.
+def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
+    """A job, with Sun, weather and sky of one of its states, counted from 1.
 
     Raises
     ------
@@ -31,7 +41,7 @@ def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[S
     job = load_job(job_file).job
     if not 1 <= state_index <= len(job.states):
         raise InputError(f"found state {state_index}; allowed: 1 to {len(job.states)}", file=job_file)
-    return scene_inputs(job, state_index)
+    return job, scene_inputs(job, state_index)
 
 
 def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
@@ -42,32 +52,55 @@ def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
         "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
     )
     site = Site(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
-    low, high = (celsius + ZERO_CELSIUS for celsius in state.weather.air_temperature_c)
-    weather = Weather((low, high), state.weather.relative_humidity_percent, state.weather.wind_speed_m_s)
     air = atmospheric_state(place, state)
-    return site, weather, _sky(air, job.surface_altitudes_km[-1] * 1e3, state)
+    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, site.sun_distance)
+    return site, _weather(site, state.weather), sky
 
 
-def _sky(air: AtmosphericState, highest: float, state) -> Sky:
-    levels = np.arange(air.surface_altitude, max(highest, air.surface_altitude + SKY_STEP) + SKY_STEP, SKY_STEP)
-    return Sky(
-        altitude=levels,
-        pressure=air.pressure_at(levels),
-        precipitable_water=air.precipitable_water(levels),
-        aerosol_optical_depth_380=air.aerosol_optical_depth(380.0, levels),
-        aerosol_optical_depth_500=air.aerosol_optical_depth(500.0, levels),
-        ozone=float(air.ozone_column(air.surface_altitude)),
-        ground_albedo=state.weather.ground_albedo,
-        cloud_fraction=state.weather.cloud_fraction,
+def _weather(site: Site, given: WeatherModel) -> Weather:
+    daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
+    if given.hourly is None:
+        low, high = np.broadcast_to(given.air_temperature_c, 2) + ZERO_CELSIUS
+        return from_extremes(site, low, high, *daily)
+    table = given.hourly
+    by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
+    return from_hours(
+        site.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
+        np.array(table.time),
+        np.array(table.air_temperature_c) + ZERO_CELSIUS,
+        *(np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)),
+        None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
     )
 
 
-def surface_materials(materials: Sequence[Material]) -> list[SurfaceMaterial]:
-    """Materials of the library as the heat balance sees them."""
+def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:
+    """The clear sky of a state from its ground to an altitude [m], from the broadband points of the band model."""
+    levels = np.arange(air.surface_altitude, max(highest, air.surface_altitude + SKY_STEP) + SKY_STEP, SKY_STEP)
+    fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo, sun_distance=sun_distance)
+    black = Stefan_Boltzmann * np.interp(levels, air.altitude, air.temperature) ** 4
+    return Sky(
+        altitude=levels,
+        pressure=air.pressure_at(levels),
+        solar_elevation=fluxes.source_elevation,
+        direct=fluxes.direct_normal,
+        diffuse=fluxes.diffuse,
+        emissivity=fluxes.longwave_down / black,
+        ground_albedo=ground_albedo,
+    )
+
+
+def surface_materials(
+    materials: Sequence[Material], operated: Mapping[str, Operation] | None = None
+) -> list[SurfaceMaterial]:
+    """Materials of the library as the heat balance sees them, those in operation with the back of the job."""
     wavelength, irradiance = solar_spectrum()
     return [
         SurfaceMaterial(
-            m.name, m.thermal, m.surface, float(solar_absorptance(m, wavelength, irradiance)), float(thermal_emissivity(m))
+            m.name,
+            replace(m.thermal, back=operated[m.name].back) if operated and m.name in operated else m.thermal,
+            m.surface,
+            float(solar_absorptance(m, wavelength, irradiance)),
+            float(thermal_emissivity(m)),
         )
         for m in materials
     ]

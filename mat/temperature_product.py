@@ -8,6 +8,7 @@ import numpy as np
 
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
 from skyshine.mat.job import LoadedJob
+from skyshine.mat.jobs.surface import at_kelvin
 from skyshine.mat.plan import Task
 from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.scene import materials_digest
@@ -39,6 +40,8 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         "surface_grid": {**job.surface_grid.model_dump(mode="json"), "altitude_km": job.surface_altitudes_km},
         "accuracy": job.accuracy.model_dump(mode="json", include={"solver_steps", "seed"}),
         "materials": list(materials),
+        "operated": {name: job.operated[name].model_dump(mode="json") for name in materials if name in job.operated},
+        "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
         "materials_sha256": materials_digest(library, materials),
     }
     product = Product(folder / task.files[0], HTT, f"materials {library.version}", resolved)
@@ -47,7 +50,8 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         return
     chosen = [library[name] for name in materials]
     codes = np.array([material.code for material in chosen])
-    solver = _Solver(surface_materials(chosen), scene_inputs(job, task.index))
+    given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
+    solver = _Solver(surface_materials(chosen, job.operated), scene_inputs(job, task.index), given)
     steps = job.accuracy.solver_steps
     with report.stage("tables"):
         table = solver.table(axes, steps)
@@ -70,14 +74,15 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
 class _Solver:
     """The heat balance of the job's materials in one state."""
 
-    def __init__(self, materials, inputs):
-        self.materials, self.inputs = materials, inputs
+    def __init__(self, materials, inputs, given):
+        self.materials, self.inputs, self.given = materials, inputs, given
 
     def table(self, axes: dict, steps: int) -> TemperatureTable:
         metres = [1e3 * altitude for altitude in axes["altitude_km"]]
         return temperature_table(
-            self.materials, *self.inputs, metres, axes["azimuth_deg"], axes["slope_deg"], axes["time_h"], steps=steps
-        )
+            self.materials, *self.inputs, metres, axes["azimuth_deg"], axes["slope_deg"], axes["time_h"],
+            steps=steps, given=self.given,
+        )  # fmt: skip
 
 
 def _errors(

@@ -23,6 +23,10 @@ Conductivity = Annotated[float, Field(ge=1e-3, le=5000.0)]
 Density = Annotated[float, Field(ge=0.1, le=25000.0)]
 HeatCapacity = Annotated[float, Field(ge=50.0, le=20000.0)]
 Kelvin = Annotated[float, Field(ge=50.0, le=2000.0)]
+KelvinByHour = Annotated[list[Kelvin], Field(min_length=24, max_length=24)]
+# A square metre that gives out as much as a kitchen range at most, or takes as much from what cools behind it.
+HeatFlux = Annotated[float, Field(ge=-1e4, le=1e4)]
+HeatFluxByHour = Annotated[list[HeatFlux], Field(min_length=24, max_length=24)]
 Coefficient = Annotated[float, Field(gt=0.0, le=1e5)]
 Roughness = Annotated[float, Field(ge=1e-7, le=10.0)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -53,33 +57,58 @@ class LayerFile(StrictModel):
         return Layer(**{name: getattr(self, name).value for name in type(self).model_fields})
 
 
-class BackFile(StrictModel):
-    """The back boundary; K and W m^-2 K^-1."""
+# What each kind of back must say and nothing else.
+BACK_VALUES = {
+    "adiabatic": (),
+    "fixed": ("temperature",),
+    "convective": ("temperature", "coefficient"),
+    "heated": ("heat_flux",),
+}
 
-    kind: Sourced[Literal["adiabatic", "fixed", "convective"]]
-    temperature: Sourced[Kelvin | Literal["daily_mean_air"]] | None = None
+
+class BackFile(StrictModel):
+    """The back boundary; K, W m^-2 K^-1 and W m^-2. Values by hour are those of the local clock hours 0 to 23."""
+
+    kind: Sourced[Literal["adiabatic", "fixed", "convective", "heated"]]
+    temperature: Sourced[Kelvin | KelvinByHour | Literal["daily_mean_air"]] | None = None
     coefficient: Sourced[Coefficient] | None = None
+    heat_flux: Sourced[HeatFlux | HeatFluxByHour] | None = None
 
     @model_validator(mode="after")
     def _complete(self):
-        needed = {"adiabatic": (), "fixed": ("temperature",), "convective": ("temperature", "coefficient")}
-        kind = self.kind.value
-        for name in ("temperature", "coefficient"):
-            given = getattr(self, name) is not None
-            if given != (name in needed[kind]):
-                raise ValueError(
-                    f"a back of kind '{kind}' {'takes no' if given else 'needs a'} '{name}'; "
-                    f"{'remove' if given else 'add'} it or change the kind"
-                )
+        refuse_incomplete_back(self, self.kind.value, {name: name for name in ("temperature", "coefficient", "heat_flux")})
         return self
 
     def back(self) -> Back:
-        kelvin = self.temperature.value if self.temperature else None
+        kelvin = by_hour(self.temperature.value) if self.temperature else None
         return Back(
             kind=self.kind.value,
             temperature=None if kelvin == "daily_mean_air" else kelvin,
             coefficient=self.coefficient.value if self.coefficient else None,
+            heat_flux=by_hour(self.heat_flux.value) if self.heat_flux else None,
         )
+
+
+def by_hour(value):
+    """A value as a record keeps it: lists become tuples, so that equal materials are found."""
+    return tuple(value) if isinstance(value, list) else value
+
+
+def refuse_incomplete_back(model: StrictModel, kind: str, keys: dict[str, str]) -> None:
+    """ValueError where a model of a back lacks a value that its kind needs, or has one that it does not take.
+
+    Parameters
+    ----------
+    keys : dict of str to str
+        The model's own key for each value of `BACK_VALUES`.
+    """
+    for name, key in keys.items():
+        given = getattr(model, key) is not None
+        if given != (name in BACK_VALUES[kind]):
+            raise ValueError(
+                f"a back of kind '{kind}' {'takes no' if given else 'needs a'} '{key}'; "
+                f"{'remove' if given else 'add'} it or change the kind"
+            )
 
 
 class SurfaceFile(StrictModel):

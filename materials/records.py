@@ -36,16 +36,21 @@ class Back:
     Attributes
     ----------
     kind : str
-        "adiabatic" (no flux), "fixed" (a temperature) or "convective" (a coefficient to an air temperature).
-    temperature : float or None
-        [K]; None stands for the day's mean air temperature. Unused when adiabatic.
+        "adiabatic" (no flux), "fixed" (a temperature), "convective" (a coefficient to an air temperature) or "heated"
+        (a heat flux from inside).
+    temperature : float, tuple of 24 floats or None
+        [K], of the day or at local clock hours 0 to 23, linear between them; None stands for the day's mean air
+        temperature. Only fixed and convective.
     coefficient : float or None
         [W m^-2 K^-1], convective only.
+    heat_flux : float, tuple of 24 floats or None
+        Into the stack from behind [W m^-2], by hour as the temperature; heated only.
     """
 
     kind: str
-    temperature: float | None = None
+    temperature: float | tuple[float, ...] | None = None
     coefficient: float | None = None
+    heat_flux: float | tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ COMMANDS = {
     "info": "Show what a texture database holds.",
     "usage": "Share of each material in one texture or several.",
     "bench": "Error against run time of all classifiers on labelled textures.",
+    "export": "Write a texture's materials for others: OGC CDB, glTF, DIRSIG, indexed PNG.",
     "preview": "Draw texture, materials, confidence and shadows side by side.",
 }
 

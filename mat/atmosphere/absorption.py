@@ -214,8 +214,8 @@ class SpectralPoints:
 class AbsorptionTable:
     """The absorption table; `open` reads what describes it, `points` the intervals that are asked for."""
 
-    def __init__(self, path, version, name, edges, count, error, gases, sources, terms, errors):
-        self.path, self.version, self.name = path, version, name
+    def __init__(self, path, version, name, content, edges, count, error, gases, sources, terms, errors):
+        self.path, self.version, self.name, self.content = path, version, name, content
         self.interval_edges, self.count, self.error = edges, np.asarray(count), error
         self._first = np.concatenate([[0], np.cumsum(count)])
         self._source_codes, self._source_texts, self._terms, self.gas_error = gases, sources, terms, errors
@@ -239,7 +239,8 @@ class AbsorptionTable:
             errors = {name: group["rms_error"][()] for name, group in file["gases"].items()}
             error = about["error"][()].astype(float)
             version, label = str(file.attrs["data_version"]), str(file.attrs.get("data_name", ""))
-            return cls(path, version, label, edges, about["count"][()], error, codes, texts, terms, errors)
+            content = str(file.attrs["content_sha256"])
+            return cls(path, version, label, content, edges, about["count"][()], error, codes, texts, terms, errors)
 
     @property
     def gases(self) -> list[str]:

@@ -13,10 +13,25 @@ import numpy as np
 
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.datafiles import read_csv
-from skyshine.schemas.errors import InputError
+from skyshine.mat.atmosphere.particles import HenyeyGreensteinModel, AerosolOptics
+from skyshine.schemas.errors import InputError, nearest
 
 MODELS = ("rural", "urban", "maritime", "tropospheric", "fog_advection", "fog_radiation")
 MODELS += ("stratospheric_background", "volcanic_aged", "volcanic_fresh", "meteoric_dust")
+# Of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); that of the desert follows the wind.
+BOUNDARY_MODELS = {
+    "rural": 23.0, "urban": 5.0, "maritime": 23.0, "tropospheric": 50.0, "desert": None, "fog_advection": 0.2, "fog_radiation": 0.5
+}  # fmt: skip
+# Loading (aerosol/stratosphere.csv) and particles of the stratosphere: LOWTRAN7's IVULCN 1, 2, 5, 4, 3, 8.
+STRATOSPHERES = {
+    "background": ("background", "stratospheric_background"),
+    "moderate_aged": ("moderate", "volcanic_aged"),
+    "moderate_fresh": ("moderate", "volcanic_fresh"),
+    "high_aged": ("high", "volcanic_aged"),
+    "high_fresh": ("high", "volcanic_fresh"),
+    "extreme_fresh": ("extreme", "volcanic_fresh"),
+}
+DEFAULT_WIND = 10.0  # m/s, which LOWTRAN7 takes for the desert where none is given (SUBROUTINE DESATT)
 SEASONS = ("spring_summer", "fall_winter")
 
 KOSCHMIEDER = 3.912  # -ln 0.02: optical depth at the visibility (Koschmieder 1924, contrast threshold 2 %)
@@ -28,22 +43,6 @@ TROPOSPHERIC_HUMIDITY = 70.0
 TERRAIN_ALTITUDE = 6e3
 # Where one region's model gives way to the next, m: LOWTRAN7's levels about its limits of 2, 10 and 30 km.
 TRANSITIONS = ((2e3, 3e3), (10e3, 11e3), (30e3, 35e3))
-
-
-@dataclass(frozen=True)
-class AerosolOptics:
-    """Optical properties of an aerosol; every array has the shape (L, P) of humidity and wavenumber.
-
-    Attributes
-    ----------
-    extinction : array
-        Relative to extinction at 0.55 um.
-    single_scattering_albedo, asymmetry : array
-    """
-
-    extinction: np.ndarray
-    single_scattering_albedo: np.ndarray
-    asymmetry: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,7 +231,14 @@ def _linear_weights(nodes, points):
     return weights
 
 
-def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0):
+def default_visibility(model, wind_speed=DEFAULT_WIND):
+    """Visibility [km] that belongs to a boundary-layer model; in the desert, by the wind speed [m/s] (LOWTRAN7, SUBROUTINE DESATT)."""
+    if model == "desert":
+        return KOSCHMIEDER / (_desert(wind_speed)[1] + RAYLEIGH_550 * 1e3)
+    return BOUNDARY_MODELS.get(model, BOUNDARY_MODELS["rural"])
+
+
+def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0, loading="background"):
     """Aerosol extinction at 0.55 um against altitude.
 
     At the ground extinction is 3.912 / visibility (Koschmieder) less that of the molecules. Above it follows LOWTRAN7
@@ -250,6 +256,8 @@ def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0)
         One of `SEASONS`.
     ground_altitude : float
         Above sea level, m, below 6 km: the profile below 6 km is squeezed to stand on the ground, as in LOWTRAN7.
+    loading : str
+        Of the stratosphere: background, moderate, high or extreme.
 
     Returns
     -------
@@ -271,6 +279,9 @@ def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0)
     levels = table["altitude[km]"] * 1e3
     columns = {float(name.rpartition("_")[2]): values * 1e-3 for name, values in table.items() if name.startswith(season)}
     extinction = _interpolate_visibility(columns, visibility_km)
+    if loading != "background":
+        laden = read_csv(atmospheres.path("aerosol/stratosphere.csv"))
+        extinction[-laden["altitude[km]"].size :] = laden[f"{season}_{loading}"] * 1e-3
     extinction[0] = KOSCHMIEDER / (visibility_km * 1e3) - RAYLEIGH_550
     profile = np.exp(np.interp(altitude, levels, np.log(extinction)))
     return np.where(altitude > levels[-1], 0.0, profile)
@@ -296,7 +307,39 @@ def _model_altitude(altitude, ground_altitude):
     return np.where(altitude < TERRAIN_ALTITUDE, np.maximum(squeezed, 0.0), altitude)
 
 
-def aerosol_layers(altitude, visibility_km, season, boundary_model, ground_altitude=0.0):
+def desert_model(wind_speed):
+    """The desert aerosol at a wind speed [m/s] at 10 m.
+
+    Logarithms of extinction and absorption, and asymmetry, are linear in wind speed (LOWTRAN7, SUBROUTINE DESATT).
+
+    Raises
+    ------
+    InputError
+        For a wind speed outside the tables, 0 to 30 m/s.
+
+    References
+    ----------
+    Longtin et al. 1988, AFGL-TR-88-0112.
+    """
+    return _desert(float(wind_speed))[0]
+
+
+@lru_cache(maxsize=8)
+def _desert(wind_speed):
+    """The model, and its extinction at 0.55 um in km^-1."""
+    table = read_csv(atmospheres.path("aerosol/desert.csv"))
+    winds = np.unique(table["wind_speed[m/s]"])
+    if not winds[0] <= wind_speed <= winds[-1]:
+        raise InputError(f"wind speed {wind_speed:g} m/s is outside {winds[0]:g} to {winds[-1]:g} m/s, which the desert aerosol covers")
+    weights = _linear_weights(winds, np.array([wind_speed]))[:, 0]
+    wavelength, extinction, absorption, asymmetry = (table[name].reshape(len(winds), -1) for name in list(table)[1:])
+    extinction, absorption = (np.exp(weights @ np.log(values)) for values in (extinction, absorption))
+    return HenyeyGreensteinModel.of_table("desert", wavelength[0], extinction, absorption, weights @ asymmetry)
+
+
+def aerosol_layers(
+    altitude, visibility_km, season, boundary_model, ground_altitude=0.0, stratosphere="background", wind_speed=DEFAULT_WIND
+):
     """The aerosol models of a column and how much of each there is.
 
     Parameters
@@ -307,15 +350,19 @@ def aerosol_layers(altitude, visibility_km, season, boundary_model, ground_altit
     season : str
         One of `SEASONS`.
     boundary_model : str
-        Model of the lowest 2 km, one of `MODELS`; ``"none"`` for a column without any aerosol.
+        Model of the lowest 2 km, one of `BOUNDARY_MODELS`; ``"none"`` for a column without any aerosol.
     ground_altitude : float
         Above sea level, m.
+    stratosphere : str
+        One of `STRATOSPHERES`.
+    wind_speed : float
+        At 10 m, m s^-1: of the desert aerosol.
 
     Returns
     -------
     list of (AerosolModel, (N,) array)
-        Model and its extinction at 0.55 um, m^-1: boundary layer, troposphere (at 70 % humidity), background stratosphere and
-        meteoric dust. The arrays add up to `aerosol_extinction_550`; models change over linearly between 2 and 3, 10 and 11,
+        Model and its extinction at 0.55 um, m^-1: boundary layer, troposphere (at 70 % humidity), stratosphere and meteoric
+        dust. The arrays add up to `aerosol_extinction_550`; models change over linearly between 2 and 3, 10 and 11,
         30 and 35 km.
 
     Raises
@@ -325,13 +372,17 @@ def aerosol_layers(altitude, visibility_km, season, boundary_model, ground_altit
     """
     if boundary_model == "none":
         return []
+    for name, allowed in ((boundary_model, (*BOUNDARY_MODELS, "none")), (stratosphere, STRATOSPHERES)):
+        if name not in allowed:
+            raise InputError(f"no aerosol '{name}'; {nearest(name, allowed)}")
+    loading, particles = STRATOSPHERES[stratosphere]
     models = (
-        AerosolModel.load(boundary_model),
+        desert_model(wind_speed) if boundary_model == "desert" else AerosolModel.load(boundary_model),
         AerosolModel.load("tropospheric", fixed_humidity=TROPOSPHERIC_HUMIDITY),
-        AerosolModel.load("stratospheric_background"),
+        AerosolModel.load(particles),
         AerosolModel.load("meteoric_dust"),
     )
-    extinction = aerosol_extinction_550(altitude, visibility_km, season, ground_altitude)
+    extinction = aerosol_extinction_550(altitude, visibility_km, season, ground_altitude, loading)
     position = _model_altitude(altitude, ground_altitude)
     above = [np.clip((position - lower) / (upper - lower), 0.0, 1.0) for lower, upper in TRANSITIONS]
     shares = [1.0 - above[0], above[0] - above[1], above[1] - above[2], above[2]]

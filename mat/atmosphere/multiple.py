@@ -28,7 +28,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.diffuse import lean
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES
 from skyshine.mat.atmosphere.transfer import mean_attenuation, source_weights
 from skyshine.mat.atmosphere.twostream import Slabs, join, vertical_column
@@ -78,22 +77,11 @@ class DiffuseLight:
         sine = np.sin(np.radians(_ELEVATIONS))
         shape = (state.altitude.size, sine.size, optics.wavenumber.size)
         mean, tilt = np.empty(shape, np.float32), np.empty(shape, np.float32)
-        straight = optics.aerosol_scattering * optics.asymmetry**2
         whole = optics.rayleigh + optics.aerosol_scattering
         forward = optics.aerosol_scattering * optics.asymmetry
         over = 2 * np.pi * np.where(optics.extinction > 0, optics.extinction, 1.0)
-        risen = upward_share(optics.phase, sine)
-        for start in range(0, shape[2], _CHUNK):
-            part = np.s_[:, start : start + _CHUNK]
-            paths = replace(source_paths, log_depth=source_paths.log_depth[..., part[1]])
-            beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, shape[:2])).astype(float)
-            columns = (
-                vertical_column(shells, values[part]) for values in (scaled, whole - straight, forward - straight)
-            )
-            up = optics.aerosol_scattering[part][:, None] * (risen @ optics.phase_share[:, part[1]])
-            up = (up + 0.5 * optics.rayleigh[part][:, None]).reshape(shape[0], -1)
-            upward = vertical_column(shells, up).reshape(shape[0] - 1, sine.size, -1)
-            rising, falling = diffuse_fluxes(*columns, upward, beam, sine, state.surface_albedo)
+        fluxes = level_fluxes(state.altitude, shells, optics, scaled, source_paths, sine, state.surface_albedo)
+        for part, rising, falling in fluxes:
             mean[:, :, part[1]] = (whole / over)[part][:, None] * (rising + falling)
             tilt[:, :, part[1]] = (forward / over)[part][:, None] * (rising - falling)
         return cls(state.altitude, sine, mean, tilt)
@@ -178,6 +166,43 @@ class DiffuseLight:
         above = np.clip(whole * upper + 0.5 * (far - near) * climb, 0.0, whole)
         through = np.exp(-before)
         return (through * (whole - above)).astype(np.float32), (through * above).astype(np.float32)
+
+
+def level_fluxes(altitude, shells, optics, scaled, source_paths, sine, albedo):
+    """Diffuse fluxes at the levels under a source of unit irradiance, a few points at a time.
+
+    Parameters
+    ----------
+    altitude : (N,) array
+        Of the levels, m.
+    shells, optics, scaled, source_paths
+        As `DiffuseLight.of`.
+    sine : (U,) array
+        Of the source's elevation, the same at every level.
+    albedo : float
+        Of the ground.
+
+    Yields
+    ------
+    part : tuple of slice
+        All levels, and the points.
+    rising, falling : (N, U, p) arrays
+        Of delta-scaled light: what goes straight on counts as beam.
+    """
+    straight = optics.aerosol_scattering * optics.asymmetry**2
+    whole = optics.rayleigh + optics.aerosol_scattering
+    forward = optics.aerosol_scattering * optics.asymmetry
+    risen = upward_share(optics.phase, sine)
+    count = altitude.size
+    for start in range(0, optics.wavenumber.size, _CHUNK):
+        part = np.s_[:, start : start + _CHUNK]
+        paths = replace(source_paths, log_depth=source_paths.log_depth[..., part[1]])
+        beam = paths.optical_depth(altitude, np.broadcast_to(sine, (count, sine.size))).astype(float)
+        columns = (vertical_column(shells, values[part]) for values in (scaled, whole - straight, forward - straight))
+        up = optics.aerosol_scattering[part][:, None] * (risen @ optics.phase_share[:, part[1]])
+        up = (up + 0.5 * optics.rayleigh[part][:, None]).reshape(count, -1)
+        upward = vertical_column(shells, up).reshape(count - 1, sine.size, -1)
+        yield part, *diffuse_fluxes(*columns, upward, beam, sine, albedo)
 
 
 def scaled_extinction(optics):

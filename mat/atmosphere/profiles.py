@@ -17,6 +17,8 @@ from skyshine.schemas.errors import InputError
 
 PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter", "us_standard")
 
+GASES = ("H2O", "CO2", "O3", "N2O", "CO", "CH4", "O2", "N2", "NO", "SO2", "NO2", "NH3", "HNO3", "CFC-11", "CFC-12", "HCFC-22", "CCl4")
+
 BOLTZMANN = 1.380649e-23  # J K^-1, exact in the SI of 2019
 
 # Mole fractions in the troposphere in 2020 (WMO, Scientific Assessment of Ozone Depletion 2022, chapter 1: NOAA and AGAGE means),

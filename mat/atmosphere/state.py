@@ -12,34 +12,33 @@ from functools import cached_property
 import numpy as np
 from scipy import constants
 
-from skyshine.mat.atmosphere.aerosol import AerosolModel, aerosol_layers
+from skyshine.mat.atmosphere.aerosol import DEFAULT_WIND, AerosolModel, aerosol_layers, default_visibility
+from skyshine.mat.atmosphere.amounts import DOBSON_UNIT, gas_factors, layer_columns, mean_exponential, ozone_factor, water_factor
+from skyshine.mat.atmosphere.cloud import check_phase
+from skyshine.mat.atmosphere.humidity import WATER_MOLAR_MASS, saturation_pressure
+from skyshine.mat.atmosphere.levels import exponential, level_altitudes, linear
+from skyshine.mat.atmosphere.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.profiles import load_profile
 from skyshine.schemas.errors import InputError
 
-TOP = 100e3  # m
 SURFACE_RANGE = (-500.0, 5900.0)  # m; below the Dead Sea, and below the 6 km where aerosol profiles meet the ground
-# Spacing of levels by height above the ground: (up to, step) in m. Water vapour halves in about 1.4 km; 250 m keeps the
-# error of a property linear between levels below 0.4 %.
-SPACING = ((3e3, 250.0), (12e3, 500.0), (26e3, 1e3), (50e3, 2.5e3), (TOP, 10e3))
 
-WATER_MOLAR_MASS = 18.01528e-3  # kg mol^-1 (IUPAC 2018)
-DOBSON_UNIT = 2.6867e20  # molecules m^-2: 10 um of ozone at 0 C and 1 atm (Loschmidt constant, CODATA)
-# The 330 ppmv of the standard profiles (Anderson et al. 1986) at the ground, which a job's CO2 replaces.
-PROFILE_CO2_PPM = 330.0
+# A profile that begins higher than this above the ground says nothing of the air there, m.
+LARGEST_GAP = 500.0
 
 
 @dataclass(frozen=True, eq=False)
 class AerosolComponent:
-    """One aerosol and how much of it there is.
+    """One kind of particle in the air and how much of it there is.
 
     Attributes
     ----------
-    model : AerosolModel
+    model : AerosolModel or HenyeyGreensteinModel
     extinction_550 : (N,) array
         At 0.55 um, m^-1, at the levels of the state.
     """
 
-    model: AerosolModel
+    model: AerosolModel | HenyeyGreensteinModel
     extinction_550: np.ndarray
 
 
@@ -60,6 +59,8 @@ class AtmosphericState:
         K, of the ground below the paths.
     surface_albedo : float
         0 to 1, of the ground below the paths.
+    hydrometeors : tuple of AerosolComponent
+        Cloud and rain.
     """
 
     name: str
@@ -70,6 +71,7 @@ class AtmosphericState:
     aerosols: tuple[AerosolComponent, ...]
     surface_temperature: float
     surface_albedo: float
+    hydrometeors: tuple[AerosolComponent, ...] = ()
 
     def __post_init__(self):
         for label, values in (
@@ -99,8 +101,15 @@ class AtmosphericState:
         co2_ppm=None,
         humidity_scale=1.0,
         gas_scale=None,
+        gas_ppm=None,
+        water_column=None,
+        ozone_column=None,
         aerosol="rural",
-        visibility_km=23.0,
+        visibility_km=None,
+        wind_speed=DEFAULT_WIND,
+        stratosphere="background",
+        clouds=(),
+        rain=None,
         season=None,
         surface_temperature=None,
         surface_albedo=0.1,
@@ -117,12 +126,20 @@ class AtmosphericState:
             At the ground; None keeps the profile's.
         humidity_scale : float
             Factor on water vapour. Where it is above 1, water vapour stops at saturation over water.
-        gas_scale : dict, optional
-            Gas to factor.
+        gas_scale, gas_ppm : dict, optional
+            Gas to factor; gas to parts per million at the ground, its profile scaled.
+        water_column, ozone_column : float, optional
+            Above the ground, kg m^-2 (mm of water) and Dobson units, the profile scaled; water vapour stops at saturation.
         aerosol : str
-            Boundary-layer model of `aerosol.MODELS`, or "none" for air without particles at any height.
-        visibility_km : float
-            0.1 to 300.
+            Boundary-layer model of `aerosol.BOUNDARY_MODELS`, or "none" for air without particles at any height.
+        visibility_km : float, optional
+            0.1 to 300; by default that of the aerosol model (`aerosol.default_visibility`).
+        wind_speed : float
+            At 10 m, m s^-1, which raises the desert aerosol.
+        stratosphere : str
+            One of `aerosol.STRATOSPHERES`.
+        clouds : sequence of CloudLayer
+        rain : RainLayer, optional
         season : str, optional
             One of `aerosol.SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
         surface_temperature : float, optional
@@ -139,22 +156,39 @@ class AtmosphericState:
         low, high = SURFACE_RANGE
         if not low <= surface_altitude <= high:
             raise InputError(f"surface altitude {surface_altitude:g} m is outside {low:g} to {high:g} m")
+        if surface_altitude < profile.altitude[0] - LARGEST_GAP:
+            raise InputError(
+                f"surface altitude {surface_altitude:g} m lies more than {LARGEST_GAP:g} m below the lowest level of '{profile.name}', "
+                f"{profile.altitude[0]:g} m; raise the ground, or begin the profile lower"
+            )
         if not (np.isfinite(humidity_scale) and humidity_scale >= 0):
             raise InputError(f"humidity scale {humidity_scale} is not allowed; give a finite number of at least 0")
-        factors = {**(gas_scale or {}), "H2O": humidity_scale * (gas_scale or {}).get("H2O", 1.0)}
-        if co2_ppm is not None:
-            factors["CO2"] = co2_ppm / PROFILE_CO2_PPM
-        for gas, factor in factors.items():
-            profile = profile.with_gas_scaled(gas, factor)
-        altitude = _levels(surface_altitude)
-        temperature = _linear(altitude, profile.altitude, profile.temperature)
-        pressure = np.exp(_linear(altitude, profile.altitude, np.log(profile.pressure)))
-        gases = {gas: _exponential(altitude, profile.altitude, x) for gas, x in profile.mole_fraction.items()}
-        if humidity_scale > 1:
-            gases["H2O"] = np.minimum(gases["H2O"], saturation_pressure(temperature) / pressure)
+        falling = [*clouds, *([] if rain is None else [rain])]
+        altitude = level_altitudes(surface_altitude, profile, [surface_altitude + z for layer in falling for z in layer.edges])
+        temperature = linear(altitude, profile.altitude, profile.temperature)
+        pressure = np.exp(linear(altitude, profile.altitude, np.log(profile.pressure)))
+        gases = {gas: exponential(altitude, profile.altitude, x) for gas, x in profile.mole_fraction.items()}
+        factors = gas_factors(
+            gases, {**(gas_scale or {}), "H2O": humidity_scale * (gas_scale or {}).get("H2O", 1.0)},
+            {**(gas_ppm or {}), **({} if co2_ppm is None else {"CO2": co2_ppm})},
+        )  # fmt: skip
+        gases = {gas: fraction * factors.get(gas, 1.0) for gas, fraction in gases.items()}
+        for layer in clouds:
+            inside = np.linspace(layer.base, layer.top, 20) + surface_altitude
+            check_phase(layer, np.interp(inside, altitude, temperature))
+        density = pressure / (constants.k * temperature)
+        if ozone_column is not None:
+            gases["O3"] = gases["O3"] * ozone_factor(altitude, density * gases["O3"], ozone_column)
+        if water_column is not None or factors["H2O"] > 1:
+            saturated = saturation_pressure(temperature) / pressure
+            scale = 1.0 if water_column is None else water_factor(altitude, density, gases["H2O"], saturated, water_column)
+            gases["H2O"] = np.minimum(gases["H2O"] * scale, saturated)
         if season is None:
             season = "fall_winter" if profile.name.endswith("winter") else "spring_summer"
-        layers = aerosol_layers(altitude, visibility_km, season, aerosol, surface_altitude)
+        layers = aerosol_layers(
+            altitude, default_visibility(aerosol, wind_speed) if visibility_km is None else visibility_km, season, aerosol,
+            surface_altitude, stratosphere=stratosphere, wind_speed=wind_speed,
+        )  # fmt: skip
         return cls(
             name=profile.name,
             altitude=altitude,
@@ -166,7 +200,15 @@ class AtmosphericState:
             ),
             surface_temperature=float(temperature[0] if surface_temperature is None else surface_temperature),
             surface_albedo=float(surface_albedo),
+            hydrometeors=tuple(
+                AerosolComponent(layer.model, layer.extinction_550(altitude - surface_altitude)) for layer in falling
+            ),
         )
+
+    @property
+    def particles(self):
+        """All kinds of particle: aerosols and hydrometeors."""
+        return self.aerosols + self.hydrometeors
 
     @property
     def surface_altitude(self):
@@ -195,7 +237,7 @@ class AtmosphericState:
 
     def mole_fraction_at(self, gas, altitude):
         """Mole fraction of a gas at altitudes [m], any shape."""
-        return _exponential(np.asarray(altitude, dtype=float), self.altitude, self.mole_fraction[gas])
+        return exponential(np.asarray(altitude, dtype=float), self.altitude, self.mole_fraction[gas])
 
     def precipitable_water(self, altitude):
         """Water vapour above altitudes [m], kg m^-2."""
@@ -217,61 +259,10 @@ class AtmosphericState:
 
     def _column(self, density, altitude):
         """Integral of a density [x m^-3], exponential between levels, from altitudes to the top: [x m^-2]."""
-        layer = _mean_exponential(density[:-1], density[1:]) * np.diff(self.altitude)
+        layer = layer_columns(self.altitude, density)
         above = np.append(np.cumsum(layer[::-1])[::-1], 0.0)
         altitude = np.clip(altitude, self.altitude[0], self.altitude[-1])
         lower = np.clip(np.searchsorted(self.altitude, altitude, side="right") - 1, 0, self.altitude.size - 2)
         upper = self.altitude[lower + 1]
-        here = _exponential(altitude, self.altitude, density)
-        return above[lower + 1] + _mean_exponential(here, density[lower + 1]) * (upper - altitude)
-
-
-def saturation_pressure(temperature):
-    """Saturation vapour pressure over liquid water, supercooled too [Pa], at temperatures [K].
-
-    References
-    ----------
-    Murphy and Koop 2005, Q. J. R. Meteorol. Soc. 131, 1539, equation (10), 123 to 332 K.
-    """
-    t = np.asarray(temperature, dtype=float)
-    first = 54.842763 - 6763.22 / t - 4.210 * np.log(t) + 0.000367 * t
-    second = 53.878 - 1331.22 / t - 9.44523 * np.log(t) + 0.014025 * t
-    return np.exp(first + np.tanh(0.0415 * (t - 218.8)) * second)
-
-
-def _levels(surface_altitude):
-    """Altitudes [m] from the ground to the top, fine near the ground."""
-    pieces, start = [], surface_altitude
-    for end, step in SPACING:
-        # Above the boundary layer the levels stand at fixed altitudes above the sea, whatever the ground.
-        end = end + surface_altitude if end <= 6e3 else end
-        count = int(np.ceil((end - start) / step - 1e-9))
-        if count > 0:
-            pieces.append(np.linspace(start, end, count, endpoint=False))
-            start = end
-    return np.append(np.concatenate(pieces), TOP)
-
-
-def _linear(points, nodes, values):
-    """Linear interpolation; below the first node the lowest layer is continued."""
-    slope = (values[1] - values[0]) / (nodes[1] - nodes[0])
-    below = values[0] + slope * (points - nodes[0])
-    return np.where(points < nodes[0], below, np.interp(points, nodes, values))
-
-
-def _exponential(points, nodes, values):
-    """Interpolation linear in the logarithm, in which a 0 stays 0."""
-    tiny = np.finfo(float).tiny
-    result = np.exp(_linear(points, nodes, np.log(np.maximum(values, tiny))))
-    return np.where(result <= 2 * tiny, 0.0, result)
-
-
-def _mean_exponential(first, second):
-    """Mean of a quantity that runs exponentially from `first` to `second`; linear where one of them is 0."""
-    high, low = np.maximum(first, second), np.minimum(first, second)
-    usable = low > 0
-    ratio = np.where(usable, high / np.where(usable, low, 1.0), 2.0)
-    log = np.log(ratio)
-    close = log < 1e-4
-    exact = (high - low) / np.where(close, 1.0, log)
-    return np.where(usable & ~close, exact, 0.5 * (first + second))
+        here = exponential(altitude, self.altitude, density)
+        return above[lower + 1] + mean_exponential(here, density[lower + 1]) * (upper - altitude)

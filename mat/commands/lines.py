@@ -59,6 +59,33 @@ def build(lines, continua, lookups, lowtran, cross_sections, ranges, points, tol
 
 
 @command.command()
+@click.option("--table", type=click.Path(), help="Absorption table to choose from; default: the packaged one.")
+@click.option("--points", default=96, show_default=True, type=click.IntRange(1, 512), help="Most points for each of the two spectra.")
+@click.option("--tolerance", default=0.1, show_default=True, help="Rms error of fluxes, W m-2 and percent, at which fewer points do.")
+@click.option("--out", required=True, type=click.Path(), help="The file to write.")
+@json_option
+def broadband(table, points, tolerance, out, as_json):
+    """Choose the points for broadband longwave and shortwave fluxes from an absorption table.
+
+    \b
+    Example:
+      mat lines broadband --out broadband.h5
+    """
+    from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.spectroscopy.broadband import build
+
+    with progress(4, "stages") as advance:
+        done = build(out, AbsorptionTable.open(table), tolerance=tolerance, max_points=points, progress=lambda: advance(1))
+    if as_json:
+        errors = {name: {key: quantity(value, "W m-2") for key, value in one.items()} for name, one in done["errors"].items()}
+        emit_json({"file": str(out), "points": done["points"], "errors": errors})
+        return
+    click.echo(f"{out}: {done['points']['longwave']} thermal points, {done['points']['shortwave']} solar points")
+    for name, one in done["errors"].items():
+        click.echo(f"  {name}: rms {one['rms']:.2g}, largest {one['max']:.2g} W m-2 on states not used in the choice")
+
+
+@command.command()
 @click.argument("file", required=False, type=click.Path())
 @json_option
 def info(file, as_json):

@@ -98,11 +98,13 @@ def _numbers(material):
             yield f"{prefix}.{field}", getattr(layer, field), unit
     back = material.thermal.back
     yield "back.kind", back.kind, ""
-    if back.kind != "adiabatic":
+    if back.kind in ("fixed", "convective"):
         held = back.temperature is not None
         yield "back.temperature", back.temperature if held else "daily mean air", "K" if held else ""
     if back.kind == "convective":
         yield "back.coefficient", back.coefficient, "W m^-2 K^-1"
+    if back.kind == "heated":
+        yield "back.heat_flux", back.heat_flux, "W m^-2"
     surface = material.surface
     yield "surface.roughness_length", surface.roughness_length, "m"
     yield "surface.wetness", surface.wetness, "1"
@@ -126,7 +128,7 @@ def _json(library, materials, summaries, single):
     material = materials[0]
     numbers = {
         key: {
-            **(quantity(value, units) if isinstance(value, (int, float)) and units else {"value": value}),
+            **(quantity(value, units) if isinstance(value, (int, float, tuple)) and units else {"value": value}),
             "source": material.sources[key],
         }
         for key, value, units in _numbers(material)

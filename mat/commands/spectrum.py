@@ -13,13 +13,15 @@ RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
 IRRADIANCE = "W m^-2 (cm^-1)^-1"
 # Of the two fogs of LOWTRAN7 the dense one, which lies over the sea and the coast.
 FOG = "fog_advection"
+RAIN_TOP = 3e3  # m above the ground
 MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
 # A full Moon outside the Earth's shadow: the phase angle of the reflectance model's own limit, in degree.
 FULL_MOON_PHASE = 4.0
 
 
 @click.command("spectrum")
-@click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile.")
+@click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile, or a sounding FILE.csv.")
+@click.option("--above", default="us_standard", show_default=True, help="Standard profile that continues a sounding to space.")
 @click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default the profile's own 330.")
 @click.option("--altitude", type=float, default=0.0, show_default=True, help="Observer above sea level, km.")
 @click.option(
@@ -35,9 +37,18 @@ FULL_MOON_PHASE = 4.0
     "--aerosol",
     default="rural",
     show_default=True,
-    help="Near the ground: rural, urban, maritime, tropospheric, fog, fog_advection, fog_radiation, or none at all.",
+    help="Near the ground: rural, urban, maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none at all.",
 )
-@click.option("--visibility", type=float, default=23.0, show_default=True, help="km.")
+@click.option("--visibility", type=float, help="km; by default that which belongs to the aerosol (rural: 23).")
+@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert aerosol.")
+@click.option(
+    "--stratosphere",
+    default="background",
+    show_default=True,
+    help="background, or after volcanoes moderate_aged, moderate_fresh, high_aged, high_fresh, extreme_fresh.",
+)
+@click.option("--cloud", "clouds", multiple=True, help="A type such as stratus, cumulus, cirrus; several may be given.")
+@click.option("--rain", type=float, help="mm/h, from the ground to 3 km.")
 @click.option(
     "--source",
     type=click.Choice(["sun", "moon", "none"]),
@@ -49,8 +60,8 @@ FULL_MOON_PHASE = 4.0
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
 @json_option
 def command(
-    atmosphere, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, source, source_elevation, source_azimuth, as_json,
+    atmosphere, above, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
+    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, source_azimuth, as_json,
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
@@ -62,15 +73,19 @@ def command(
     import numpy as np
 
     from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.cloud import cloud_type
+    from skyshine.mat.atmosphere.rain import RainLayer
     from skyshine.mat.atmosphere.spectrum import line_spectrum
     from skyshine.mat.atmosphere.state import AtmosphericState
 
-    _finite(altitude=altitude, elevation=elevation, source_elevation=source_elevation, source_azimuth=source_azimuth)
+    _finite(altitude=altitude, wind=wind, elevation=elevation, source_elevation=source_elevation, source_azimuth=source_azimuth)
     low, high = _limits(wavenumber, wavelength)
     distance = _range(range_text)
     state = AtmosphericState.from_profile(
-        atmosphere, co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility
-    )
+        _profile(atmosphere, above), co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility,
+        wind_speed=wind, stratosphere=stratosphere, clouds=[cloud_type(name) for name in clouds],
+        rain=None if rain is None else RainLayer(rain, RAIN_TOP),
+    )  # fmt: skip
     points = AbsorptionTable.open().points(low, high)
     result = line_spectrum(
         state, points, _irradiance(source, points),
@@ -118,6 +133,17 @@ def _irradiance(source, points):
     if source == "moon":
         return lunar_irradiance((low + high) / 2, FULL_MOON_PHASE, MEAN_MOON_DISTANCE, 1.0, width=high - low).total
     return np.zeros(points.wavenumber.size)
+
+
+def _profile(name, above):
+    """A standard profile by its name, or the sounding in a file."""
+    from skyshine.mat.atmosphere.profiles import load_profile
+    from skyshine.mat.atmosphere.sounding import read_sounding
+    from skyshine.schemas.csv_table import read_text
+
+    if name.endswith(".csv"):
+        return read_sounding(read_text(name), name, load_profile(above))
+    return load_profile(name)
 
 
 def _finite(**values):

@@ -11,6 +11,9 @@ from skyshine.schemas.commands import emit_json, json_option, quantity
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from skyshine.mat.jobs.surface import Operation
     from skyshine.mat.surface.column import ColumnResult
 
 
@@ -38,7 +41,7 @@ def command(
 
     Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
     melt. The CSV has the columns time (ISO 8601), sw_down, lw_down, air_temperature, relative_humidity, wind_speed,
-    pressure in SI and percent; air_temperature[C] names another unit.
+    pressure in SI and percent; air_temperature[C] names another unit. A back by hour is in UTC under a CSV.
 
     Example: mat temperature --material concrete --slope 30 --azimuth 180 --job job.yaml
     """
@@ -46,11 +49,11 @@ def command(
 
     if (job is None) == (forcing is None):
         raise InputError("found both or neither of --job and --forcing; allowed: one of them")
-    surface = _material(material, **own)
     if job is not None:
         from skyshine.mat.surface_inputs import surface_inputs
 
-        site, weather, sky = surface_inputs(job, state)
+        model, (site, weather, sky) = surface_inputs(job, state)
+        surface = _material(material, model.operated, **own)
         metres = site.altitude if altitude is None else 1e3 * altitude
         result = column.from_scene(surface, site, weather, sky, metres, slope, azimuth, depth)
     else:
@@ -58,13 +61,14 @@ def command(
             raise InputError(
                 "found --altitude with --forcing; allowed: with --job only; a record holds its own pressure"
             )
+        surface = _material(material, {}, **own)
         sun = (lambda times: _sun(times, latitude, longitude)) if slope else None
         result = column.from_record(surface, forcing, slope, azimuth, sun, ground_albedo, depth)
     _emit_json(result) if as_json else _print(result)
 
 
-def _material(name: str, solar_absorptance: float | None, thermal_emissivity: float | None):
-    """A material of the library, or of a file; given optical values replace the library's."""
+def _material(name: str, operated: Mapping[str, Operation], solar_absorptance: float | None, thermal_emissivity: float | None):
+    """A material of the library, in operation or not, or of a file; given optical values replace the library's."""
     from pathlib import Path
 
     from skyshine.mat.surface.material import SurfaceMaterial
@@ -83,7 +87,7 @@ def _material(name: str, solar_absorptance: float | None, thermal_emissivity: fl
 
     from skyshine.mat.surface_inputs import surface_materials
 
-    (found,) = surface_materials([load_library()[name]])
+    (found,) = surface_materials([load_library()[name]], operated)
     return replace(found, **{key: value for key, value in given.items() if value is not None})
 
 

@@ -11,7 +11,8 @@ from pydantic import Field
 _CLOCK = re.compile(r"^([0-9]{1,2}):([0-5][0-9])(?::([0-5][0-9]))?$")
 
 
-def _hours(value: object) -> float:
+def hours_of(value: object) -> float:
+    """Hours of a time of day such as 08:30; ValueError says what was found and what is allowed."""
     match = _CLOCK.match(value) if isinstance(value, str) else None
     if match is None:
         raise ValueError(f"found {value!r}; allowed: a time of day such as 08:30; write hours:minutes")
@@ -43,7 +44,7 @@ def axis(low: float, high: float) -> object:
 
 TimeOfDay = Annotated[
     float,
-    pydantic.BeforeValidator(_hours),
+    pydantic.BeforeValidator(hours_of),
     pydantic.PlainSerializer(clock_text, return_type=str),
     pydantic.WithJsonSchema({"type": "string", "pattern": _CLOCK.pattern}),
 ]

@@ -238,7 +238,8 @@ def _gas_group(source, parts, interval):
             "natural logarithm of the ratio of the cross sections in moist and dry air",
             {"scale_factor": RATIO_STEP, "add_offset": 0.0}, chunks=(128, *humid.shape[1:]),
         )  # fmt: skip
-    return Group(axes=axes, variables=variables, attributes={"sources": [one.provenance for one in source.sources], "terms": [one.terms for one in source.sources]})
+    about = {"sources": [one.provenance for one in source.sources], "terms": [one.terms for one in source.sources]}
+    return Group(axes=axes, variables=variables, attributes=about)
 
 
 def _codes(gas, parts):

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.surface.back import back_drive
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.conduction import depth_response, frequencies
-from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Site, Sky, Weather, plane_irradiance
+from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky, plane_irradiance
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.record import Record, read_record, record_forcing
-from skyshine.mat.surface.solver import DAY, Method, back_temperature, solve_columns
+from skyshine.mat.surface.site import Site
+from skyshine.mat.surface.solver import DAY, Method, solve_columns
+from skyshine.mat.surface.weather import Weather
 
 STEPS = 96
 LONGEST_STEP = DAY / STEPS  # s: coarser records are solved at a fraction of their step
@@ -86,7 +89,7 @@ def from_record(
     ----------
     material : SurfaceMaterial
     file : path
-        See `skyshine.mat.surface.record.read_record`.
+        See `skyshine.mat.surface.record.read_record`; a back that is given by hour is given in UTC.
     slope, azimuth : float
         [degree]
     sun : callable or None
@@ -99,10 +102,13 @@ def from_record(
     factor = int(np.ceil(own.step / LONGEST_STEP - 1e-9))
     record = own.refined(factor)
     forcing = record_forcing(record, _shortwave(record, slope, azimuth, sun, ground_albedo), slope)
-    parts = solve_columns(material, lambda steps: forcing, steps=record.steps, fine_steps=None, period=record.period)
+    start_hour = float((own.start - own.start.astype("datetime64[D]")) / np.timedelta64(1, "h"))
+    parts = solve_columns(
+        material, lambda steps: forcing, steps=record.steps, fine_steps=None, period=record.period, start_hour=start_hour
+    )
     ((_, solution),) = (part for part in parts if len(part[0]))
     times = [f"{time}Z" for time in np.datetime_as_string(own.times, unit="s")]
-    return _result(material, forcing, solution, (times, "ISO 8601"), record.period, depth, factor)
+    return _result(material, forcing, solution, (times, "ISO 8601"), record.period, depth, factor, start_hour)
 
 
 def _shortwave(record: Record, slope: float, azimuth: float, sun, ground_albedo: float):
@@ -126,7 +132,7 @@ def _shortwave(record: Record, slope: float, azimuth: float, sun, ground_albedo:
 
 
 def _result(
-    material, forcing, solution, clock: tuple[list, str], period: float, depth: float | None, every: int = 1
+    material, forcing, solution, clock: tuple[list, str], period: float, depth: float | None, every: int = 1, start_hour: float = 0.0
 ) -> ColumnResult:
     """The result at `every`-th solver time."""
     fluxes = Balance(forcing, material).fluxes(solution.temperature)
@@ -141,13 +147,15 @@ def _result(
         *(float(getattr(solution, name)[0]) for name in ("residual", "energy_closure", "bound_excess")),
         Method(solution.method[0]).name.lower(),
         int(solution.iterations[0]),
-        None if depth is None else _at_depth(material, forcing, surface, period, depth)[::every],
+        None if depth is None else _at_depth(material, forcing, surface, period, depth, start_hour)[::every],
     )
 
 
-def _at_depth(material: SurfaceMaterial, forcing, surface: np.ndarray, period: float, depth: float) -> np.ndarray:
-    """Temperature at a depth [m] below the skin, from the surface's (N,) [K], wave by wave."""
-    back = back_temperature(material, forcing)[0, 0]
+def _at_depth(
+    material: SurfaceMaterial, forcing, surface: np.ndarray, period: float, depth: float, start_hour: float
+) -> np.ndarray:
+    """Temperature at a depth [m] below the skin, from the surface's (N,) [K] and the back's drive, wave by wave."""
     steps = len(surface)
-    response = depth_response(material.thermal, frequencies(steps, period, "spectral"), depth)
-    return back + np.fft.irfft(np.fft.rfft(surface - back) * response, steps)
+    drive = back_drive(material, forcing, start_hour + np.arange(steps) * (period / steps / 3600.0))[0] + np.zeros(steps)
+    from_surface, from_back = depth_response(material.thermal, frequencies(steps, period, "spectral"), depth)
+    return np.fft.irfft(np.fft.rfft(surface) * from_surface + np.fft.rfft(drive) * from_back, steps)

@@ -7,7 +7,7 @@ be stored or marched: its layers are exact at any thickness, and the period has 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -41,30 +41,66 @@ def _wave(layer, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return g, layer.conductivity * g
 
 
-def _through(layer, s: np.ndarray, behind: np.ndarray | None) -> np.ndarray:
-    """Admittance in front of a layer, given the one behind it (None: a fixed temperature, infinite admittance).
+def _sech(x: np.ndarray) -> np.ndarray:
+    """1 / cosh(x) of complex x with a non-negative real part, without overflow."""
+    decay = np.exp(-x)
+    return 2 * decay / (1 + decay**2)
+
+
+@dataclass(frozen=True, eq=False)
+class _Norton:
+    """What lies behind a plane, as its heat flux Y T - J d inwards, of the plane's temperature T and the back's drive d.
+
+    Attributes
+    ----------
+    admittance : (n,) complex or None
+        Y [W m^-2 K^-1]; None where the plane's temperature is the drive itself.
+    transfer : (n,) complex
+        J: W m^-2 K^-1 where the drive is a temperature, 1 where it is a heat flux.
+    """
+
+    admittance: np.ndarray | None
+    transfer: np.ndarray
+
+
+def _through(layer, s: np.ndarray, behind: _Norton) -> _Norton:
+    """The same in front of a layer.
 
     With x = g d the classic form Yc (Y + Yc tanh x) / (Yc + Y tanh x) is written in storage S = Yc tanh x and
     resistance R = tanh x / Yc, both regular at s = 0.
     """
     g, characteristic = _wave(layer, s)
     if np.isinf(layer.thickness):
-        return characteristic
-    ratio = _tanh_ratio(g * layer.thickness)
+        return _Norton(characteristic, np.zeros_like(s))
+    x = g * layer.thickness
+    ratio = _tanh_ratio(x)
     storage = s * (layer.density * layer.heat_capacity * layer.thickness) * ratio
     resistance = layer.thickness / layer.conductivity * ratio
-    if behind is None:
-        return 1 / resistance
-    return (behind + storage) / (1 + behind * resistance)
+    if behind.admittance is None:
+        if layer.thickness == 0:
+            return behind
+        return _Norton(1 / resistance, behind.transfer * _sech(x) / resistance)
+    parted = 1 + behind.admittance * resistance
+    return _Norton((behind.admittance + storage) / parted, behind.transfer * _sech(x) / parted)
 
 
-def _back(stack: ThermalStack, s: np.ndarray) -> np.ndarray | None:
-    """Admittance of what the stack rests on."""
-    if stack.back.kind == "adiabatic":
-        return np.zeros_like(s)
+def _back(stack: ThermalStack, s: np.ndarray) -> _Norton:
+    """What the stack rests on."""
+    one = np.ones_like(s)
+    if stack.back.kind == "fixed":
+        return _Norton(None, one)
     if stack.back.kind == "convective":
-        return np.full_like(s, stack.back.coefficient)
-    return None
+        return _Norton(stack.back.coefficient * one, stack.back.coefficient * one)
+    return _Norton(0 * one, one if stack.back.kind == "heated" else 0 * one)
+
+
+def _stack(stack: ThermalStack, s: np.ndarray) -> _Norton:
+    """What the surface rests on: layers, back and the skin's capacity."""
+    behind = _back(stack, s)
+    for layer in reversed(stack.layers):
+        behind = _through(layer, s, behind)
+    skin = stack.skin
+    return _Norton(behind.admittance + s * (skin.thickness * skin.density * skin.heat_capacity), behind.transfer)
 
 
 def surface_admittance(stack: ThermalStack, s) -> np.ndarray:
@@ -86,16 +122,11 @@ def surface_admittance(stack: ThermalStack, s) -> np.ndarray:
     ----------
     Carslaw and Jaeger (1959), Conduction of Heat in Solids, 2nd ed., section 3.7: composite slabs.
     """
-    s = np.atleast_1d(np.asarray(s, complex))
-    admittance = _back(stack, s)
-    for layer in reversed(stack.layers):
-        admittance = _through(layer, s, admittance)
-    skin = stack.skin
-    return admittance + s * (skin.thickness * skin.density * skin.heat_capacity)
+    return _stack(stack, np.atleast_1d(np.asarray(s, complex))).admittance
 
 
-def depth_response(stack: ThermalStack, s, depth: float) -> np.ndarray:
-    """Temperature at a depth below the skin per kelvin at the surface, at complex frequencies, the back held at 0.
+def depth_response(stack: ThermalStack, s, depth: float) -> tuple[np.ndarray, np.ndarray]:
+    """Temperature at a depth below the skin at complex frequencies.
 
     Parameters
     ----------
@@ -107,7 +138,10 @@ def depth_response(stack: ThermalStack, s, depth: float) -> np.ndarray:
 
     Returns
     -------
-    (n,) complex
+    surface : (n,) complex
+        Per kelvin at the surface, nothing driving the back.
+    back : (n,) complex
+        Per unit of the back's drive, temperature or heat flux, the surface held at 0.
 
     Raises
     ------
@@ -117,39 +151,32 @@ def depth_response(stack: ThermalStack, s, depth: float) -> np.ndarray:
     if not 0 <= depth <= sum(layer.thickness for layer in stack.layers):
         raise InputError(f"found a depth of {depth:g} m; allowed: 0 to the thickness of the two layers")
     s = np.atleast_1d(np.asarray(s, complex))
+    above, below = _cut(stack.layers, depth)
     behind = [_back(stack, s)]
-    for layer in reversed(stack.layers):
+    for layer in reversed(above[1:] + below):
         behind.insert(0, _through(layer, s, behind[0]))
-    response, above = np.ones_like(s), 0.0
-    for layer, beyond in zip(stack.layers, behind[1:], strict=True):
-        inside = min(depth - above, layer.thickness)
-        response = response * _partial(layer, s, beyond, inside)
-        above += layer.thickness
-        if depth <= above:
-            break
-    return response
+    surface, drive = np.ones_like(s), np.zeros_like(s)
+    for layer, beyond in zip(above, behind):
+        if beyond.admittance is None:
+            return np.zeros_like(s), np.ones_like(s)
+        g, _ = _wave(layer, s)
+        x = g * layer.thickness
+        resistance = layer.thickness / layer.conductivity * _tanh_ratio(x)
+        parted = 1 + beyond.admittance * resistance
+        surface = surface * _sech(x) / parted
+        drive = (drive * _sech(x) + resistance * beyond.transfer) / parted
+    return surface, drive
 
 
-def _partial(layer, s: np.ndarray, beyond: np.ndarray | None, inside: float) -> np.ndarray:
-    """Temperature at `inside` of a layer per kelvin at its front, as decaying exponentials: no overflow at any g d."""
-    g, characteristic = _wave(layer, s)
-    if np.isinf(layer.thickness):
-        return np.exp(-g * inside)
-    if beyond is None:
-        reflection = -np.ones_like(s)
-    else:
-        steady = np.isclose(np.abs(characteristic), 0)
-        reflection = (characteristic - beyond) / np.where(steady & (beyond == 0), 1, characteristic + beyond)
-    echo = reflection * np.exp(-2 * g * layer.thickness)
-    nearly_steady = np.abs(g * layer.thickness) < 1e-6
-    with np.errstate(invalid="ignore", divide="ignore"):
-        wave = (np.exp(-g * inside) + echo * np.exp(g * inside)) / (1 + echo)
-    if beyond is None:
-        steady_value = 1 - inside / layer.thickness + 0 * s
-    else:
-        resistance = 1 / layer.conductivity
-        steady_value = 1 - beyond * inside * resistance / (1 + beyond * layer.thickness * resistance)
-    return np.where(nearly_steady, steady_value, wave)
+def _cut(layers, depth: float) -> tuple[list, list]:
+    """Layers above and below a depth, the one that holds it cut in two."""
+    above, below = [], []
+    for layer in layers:
+        inside = min(depth, layer.thickness)
+        depth -= inside
+        above += [replace(layer, thickness=inside)] if inside > 0 else []
+        below += [replace(layer, thickness=layer.thickness - inside)] if inside < layer.thickness else []
+    return above, below
 
 
 def frequencies(steps: int, period: float, scheme: str) -> np.ndarray:
@@ -204,14 +231,27 @@ class Conduction:
     scheme: str = "bdf2"
 
     @cached_property
+    def _norton(self) -> _Norton:
+        return _stack(self.stack, frequencies(self.steps, self.period, self.scheme))
+
+    @property
     def admittance(self) -> np.ndarray:
         """Y of the harmonics 0 ... N/2, shape (N // 2 + 1,) [W m^-2 K^-1]."""
-        return surface_admittance(self.stack, frequencies(self.steps, self.period, self.scheme))
+        return self._norton.admittance
+
+    def from_back(self, drive: np.ndarray) -> np.ndarray:
+        """Heat flux [W m^-2] that a drive (..., N) of the back, temperature [K] or heat flux, brings to a surface at 0."""
+        return np.fft.irfft(np.fft.rfft(drive) * self._norton.transfer, self.steps)
 
     @cached_property
     def steady_conductance(self) -> float:
         """Y(0) [W m^-2 K^-1]: 0 where the mean flux is zero (adiabatic, semi-infinite)."""
         return float(self.admittance[0].real)
+
+    @cached_property
+    def steady_transfer(self) -> float:
+        """J(0): what a steady unit drive of the back brings to a surface at 0; Y(0) where it is a temperature."""
+        return float(self._norton.transfer[0].real)
 
     def flux(self, temperature: np.ndarray) -> np.ndarray:
         """Heat flux into the surface [W m^-2] of temperatures (..., N) [K] above a back at 0."""

@@ -12,75 +12,18 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.surface.balance import Forcing, saturation_pressure
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.site import Site
+from skyshine.mat.surface.weather import Weather
 from skyshine.schemas.errors import InputError
 
-SUN_STEPS = 576  # of 150 s: a multiple of 48, 72, 96, 144, 192, 288
-LAPSE_RATE = 6.5e-3  # K/m, ISO 2533
 SOLAR_CONSTANT = 1361.1  # W m^-2, Gueymard (2018), Solar Energy 168, 2-9
-# Hours from the highest Sun to the highest air temperature: de Wit (1978), Simulation of Assimilation, Respiration and
-# Transpiration of Crops, Pudoc: at 14 h solar time.
-_WARMEST_AFTER_NOON = 2.0
-_HORIZON = 0.0  # degree; the Sun counts as up above it
-_BIRD_ELEVATION = 5.2  # degree: air mass 10
 _LEAST_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
-
-
-def sun_hours() -> np.ndarray:
-    """Local clock hours at which a `Site` wants the Sun, (SUN_STEPS,)."""
-    return np.arange(SUN_STEPS) * (24.0 / SUN_STEPS)
-
-
-@dataclass(frozen=True, eq=False)
-class Site:
-    """Where the Sun stands through the day.
-
-    Attributes
-    ----------
-    altitude : float
-        At which the weather is given [m].
-    solar_elevation, solar_azimuth : ndarray, shape (SUN_STEPS,)
-        At the local clock hours `sun_hours()` [degree]; azimuth from north eastward.
-    sun_distance : float
-        [au]
-    """
-
-    altitude: float
-    solar_elevation: np.ndarray
-    solar_azimuth: np.ndarray
-    sun_distance: float = 1.0
-
-    def __post_init__(self):
-        for name in ("solar_elevation", "solar_azimuth"):
-            values = np.asarray(getattr(self, name), float)
-            if values.shape != (SUN_STEPS,) or not np.all(np.isfinite(values)):
-                raise InputError(
-                    f"{name}: found shape {values.shape}; allowed: {SUN_STEPS} finite angles through a day"
-                )
-
-
-@dataclass(frozen=True)
-class Weather:
-    """Air near the ground through the day, at the altitude of the site.
-
-    Attributes
-    ----------
-    air_temperature : tuple of float
-        Lowest and highest of the day [K].
-    relative_humidity : float
-        At the mean of the two [percent]; the vapour pressure is constant but where the air is saturated.
-    wind_speed : float
-        At 10 m [m/s].
-    """
-
-    air_temperature: tuple[float, float]
-    relative_humidity: float
-    wind_speed: float
 
 
 @dataclass(frozen=True, eq=False)
 class Sky:
-    """The atmosphere above the surfaces, by altitude.
+    """What the clear atmosphere sends down, by altitude and elevation of the Sun.
 
     Attributes
     ----------
@@ -88,29 +31,26 @@ class Sky:
         Increasing [m].
     pressure : ndarray, shape (L,)
         [Pa]
-    precipitable_water : ndarray, shape (L,)
-        Above the altitude [kg m^-2].
-    aerosol_optical_depth_380, aerosol_optical_depth_500 : ndarray, shape (L,)
-        Above the altitude, at 380 and 500 nm.
-    ozone : float
-        [Dobson units]
+    solar_elevation : ndarray, shape (E,)
+        Increasing, geometric [degree].
+    direct, diffuse : ndarray, shape (L, E)
+        Direct normal and diffuse horizontal irradiance [W m^-2] at the day's distance of the Sun.
+    emissivity : ndarray, shape (L,)
+        Longwave irradiance over that of a black body at the temperature of the air there.
     ground_albedo : float
         Of the surroundings, for sunlight.
-    cloud_fraction : float
-        0 to 1.
     """
 
     altitude: np.ndarray
     pressure: np.ndarray
-    precipitable_water: np.ndarray
-    aerosol_optical_depth_380: np.ndarray
-    aerosol_optical_depth_500: np.ndarray
-    ozone: float
+    solar_elevation: np.ndarray
+    direct: np.ndarray
+    diffuse: np.ndarray
+    emissivity: np.ndarray
     ground_albedo: float
-    cloud_fraction: float
 
     def at(self, name: str, altitude: np.ndarray) -> np.ndarray:
-        """A quantity at altitudes [m], linear between the levels (pressure: its logarithm).
+        """A quantity at altitudes (A,) [m], linear between the levels: (A, ...).
 
         Raises
         ------
@@ -124,95 +64,55 @@ class Sky:
                 f"allowed: {low:g} to {high:g} m, the levels of the sky; change the altitude axis"
             )
         values = np.asarray(getattr(self, name), float)
-        if name == "pressure":
-            return np.exp(np.interp(altitude, self.altitude, np.log(values)))
-        return np.interp(altitude, self.altitude, values)
+        place = np.clip(np.searchsorted(self.altitude, altitude, side="right") - 1, 0, len(self.altitude) - 2)
+        share = (altitude - self.altitude[place]) / np.diff(self.altitude)[place]
+        share = share.reshape(-1, *[1] * (values.ndim - 1))
+        return values[place] * (1 - share) + values[place + 1] * share
 
+    def pressure_at(self, altitude: np.ndarray) -> np.ndarray:
+        """Pressure [Pa] at any altitudes [m]: its logarithm is linear between the levels and beyond them."""
+        step = np.clip(np.searchsorted(self.altitude, altitude) - 1, 0, len(self.altitude) - 2)
+        logarithm = np.log(self.pressure)
+        slope = np.diff(logarithm) / np.diff(self.altitude)
+        return np.exp(logarithm[step] + slope[step] * (altitude - self.altitude[step]))
 
-def air_temperature(site: Site, low: float, high: float) -> np.ndarray:
-    """Air temperature through the day at `sun_hours()` [K], (SUN_STEPS,).
+    def irradiance(self, site: Site, cloud_fraction, altitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Direct normal and diffuse horizontal irradiance [W m^-2] under cloud, each (altitudes, SUN_STEPS).
 
-    A half cosine up from the lowest at sunrise to the highest two hours after the highest Sun, and one down again.
-    Where the Sun does not rise or set the lowest is at the lowest Sun.
+        Notes
+        -----
+        Monotone cubic between the elevations; no overshoot at sunrise.
 
-    References
-    ----------
-    de Wit (1978); compared with measurements by Reicosky et al. (1989), Agric. For. Meteorol. 46, 193-209.
-    """
-    elevation, hours = np.asarray(site.solar_elevation), sun_hours()
-    up = elevation > _HORIZON
-    rising = np.flatnonzero(up & ~np.roll(up, 1))
-    coldest = hours[rising[0]] if rising.size else hours[np.argmin(elevation)]
-    warmest = hours[np.argmax(elevation)] + _WARMEST_AFTER_NOON
-    rise = (warmest - coldest) % 24.0
-    since = (hours - coldest) % 24.0
-    phase = np.where(since < rise, since / rise, 1 + (since - rise) / (24.0 - rise))
-    return 0.5 * (high + low) - 0.5 * (high - low) * np.cos(np.pi * phase)
+        References
+        ----------
+        Cloud: global irradiance times 1 - 0.75 n^3.4 (Kasten and Czeplak 1980, Solar Energy 24, 177-189); the direct
+        part is what the gaps of the cloud let through.
+        """
+        from scipy.interpolate import PchipInterpolator
 
+        low, high = self.solar_elevation[[0, -1]]
+        elevation = np.clip(site.solar_elevation, low, high)
+        direct, diffuse = (
+            PchipInterpolator(self.solar_elevation, self.at(name, altitude), axis=1)(elevation)
+            for name in ("direct", "diffuse")
+        )
+        sine = np.maximum(np.sin(np.radians(site.solar_elevation)), 0.0)
+        total = (direct * sine + diffuse) * (1 - 0.75 * cloud_fraction**3.4)
+        direct = direct * (1 - cloud_fraction)
+        return direct, np.maximum(total - direct * sine, 0.0)
 
-def clear_sky(site: Site, sky: Sky, altitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Direct normal and diffuse horizontal irradiance [W m^-2] with the sky's cloud, each (altitudes, SUN_STEPS).
+    def longwave(self, air_temperature: np.ndarray, cloud_fraction, altitude: np.ndarray) -> np.ndarray:
+        """Longwave irradiance of the whole sky on a level surface [W m^-2], (altitudes, SUN_STEPS).
 
-    Notes
-    -----
-    Bird's Rayleigh transmittance rises again and passes 1 at large air masses, so that his formulae are used to air
-    mass 10 (elevation 5.2 degrees). Beyond, the direct beam follows Beer's law with the mean optical depth per air mass
-    reached there, and diffuse irradiance goes with the sine of the elevation. Refraction is neglected.
+        The emissivity of the clear sky meets the air temperature (altitudes, SUN_STEPS) [K] of the time.
 
-    References
-    ----------
-    Clear sky: Bird and Hulstrom (1981), SERI/TR-642-761, as in pvlib; air mass: Kasten and Young (1989), Appl. Opt. 28,
-    4735-4738. Cloud: global irradiance times 1 - 0.75 n^3.4 (Kasten and Czeplak 1980, Solar Energy 24, 177-189); the
-    direct part is what the gaps of the cloud let through.
-    """
-    import pvlib
-
-    elevation = np.asarray(site.solar_elevation, float)[None, :]
-    up = elevation > _HORIZON
-    zenith = 90.0 - np.where(up, elevation, 30.0)
-    high = np.minimum(zenith, 90.0 - _BIRD_ELEVATION)
-    airmass = pvlib.atmosphere.get_relative_airmass(zenith, model="kastenyoung1989")
-    airmass_high = pvlib.atmosphere.get_relative_airmass(high, model="kastenyoung1989")
-    normal = SOLAR_CONSTANT / site.sun_distance**2
-    aerosol = [sky.at(f"aerosol_optical_depth_{nm}", altitude)[:, None] for nm in (380, 500)]
-    bird = pvlib.clearsky.bird(
-        high,
-        airmass_high,
-        *aerosol,
-        sky.at("precipitable_water", altitude)[:, None] / 10.0,  # kg m^-2 to cm
-        ozone=sky.ozone / 1000.0,  # Dobson units to cm
-        pressure=sky.at("pressure", altitude)[:, None],
-        dni_extra=normal,
-        albedo=sky.ground_albedo,
-    )
-    sine = np.where(up, np.cos(np.radians(zenith)), 0.0)
-    direct = np.where(up, normal * (bird["dni"] / normal) ** (airmass / airmass_high), 0.0)
-    diffuse = bird["dhi"] * sine / np.cos(np.radians(high))
-    total = (direct * sine + diffuse) * (1 - 0.75 * sky.cloud_fraction**3.4)
-    direct = direct * (1 - sky.cloud_fraction)
-    return direct, np.maximum(total - direct * sine, 0.0)
-
-
-def sky_longwave(temperature, precipitable_water, cloud_fraction) -> np.ndarray:
-    """Longwave irradiance of the sky on a level surface [W m^-2].
-
-    Parameters
-    ----------
-    temperature : array_like
-        Of the air near the ground [K].
-    precipitable_water : array_like
-        [kg m^-2]
-    cloud_fraction : float
-
-    References
-    ----------
-    Clear sky: Prata (1996), Q. J. R. Meteorol. Soc. 122, 1127-1151. Cloud: emissivity (1 - 0.84 n) e + 0.84 n,
-    Unsworth and Monteith (1975), Q. J. R. Meteorol. Soc. 101, 13-24.
-    """
-    centimetres = np.asarray(precipitable_water) / 10.0
-    emissivity = 1 - (1 + centimetres) * np.exp(-np.sqrt(1.2 + 3.0 * centimetres))
-    emissivity = (1 - 0.84 * cloud_fraction) * emissivity + 0.84 * cloud_fraction
-    return emissivity * Stefan_Boltzmann * np.asarray(temperature) ** 4
+        References
+        ----------
+        Cloud: emissivity (1 - 0.84 n) e + 0.84 n, Unsworth and Monteith (1975), Q. J. R. Meteorol. Soc. 101, 13-24.
+        """
+        emissivity = self.at("emissivity", altitude)[:, None]
+        emissivity = (1 - 0.84 * cloud_fraction) * emissivity + 0.84 * cloud_fraction
+        return emissivity * Stefan_Boltzmann * air_temperature**4
 
 
 def plane_irradiance(
@@ -239,10 +139,9 @@ def plane_irradiance(
     """
     import pvlib
 
-    up = np.asarray(solar_elevation) > _HORIZON
     zenith = 90.0 - np.asarray(solar_elevation)
     cosine = np.maximum(pvlib.irradiance.aoi_projection(slope, azimuth, zenith, solar_azimuth), 0.0)
-    sine = np.sin(np.radians(solar_elevation))
+    sine = np.maximum(np.sin(np.radians(solar_elevation)), 0.0)
     on_plane = pvlib.irradiance.haydavies(
         slope,
         azimuth,
@@ -253,7 +152,7 @@ def plane_irradiance(
     )
     level = direct * sine + diffuse
     reflected = pvlib.irradiance.get_ground_diffuse(slope, level, albedo=ground_albedo)
-    return np.where(up, direct * cosine, 0.0), np.where(up, on_plane, 0.0), np.where(up, reflected, 0.0)
+    return direct * cosine, on_plane, reflected
 
 
 def step_means(values: np.ndarray, steps: int) -> np.ndarray:
@@ -302,8 +201,7 @@ class Scene:
 
     Notes
     -----
-    Columns are altitudes x planes, planes fastest. Air temperature falls by 6.5 K/km from the altitude of the site;
-    vapour pressure goes with pressure (constant mixing ratio) and is at most saturation. A plane sees the sky by
+    Columns are altitudes x planes, planes fastest. A plane sees the sky by
     (1 + cos slope) / 2 and otherwise level ground, which radiates as a black body at air temperature, the usual
     assumption where the surroundings are not modelled (EnergyPlus Engineering Reference, exterior longwave radiation).
     """
@@ -317,20 +215,15 @@ class Scene:
 
     @cached_property
     def _air(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Air temperature, vapour pressure, pressure: (A, SUN_STEPS), (A, SUN_STEPS), (A, 1)."""
-        low, high = self.weather.air_temperature
-        level = air_temperature(self.site, low, high)
-        height = np.asarray(self.altitude, float)[:, None]
-        temperature = level[None, :] - LAPSE_RATE * (height - self.site.altitude)
-        pressure = self.sky.at("pressure", height)
-        vapour = self.weather.relative_humidity / 100.0 * saturation_pressure(0.5 * (low + high))
-        vapour = vapour * pressure / self.sky.at("pressure", np.array([self.site.altitude]))
-        return temperature, np.minimum(vapour, saturation_pressure(temperature)), pressure
+        """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS)."""
+        altitude = np.asarray(self.altitude, float)
+        return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 
     @cached_property
     def _shortwave(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Direct, diffuse and reflected on the planes, each (A, P, SUN_STEPS)."""
-        direct, diffuse = clear_sky(self.site, self.sky, np.asarray(self.altitude, float))
+        altitude = np.asarray(self.altitude, float)
+        direct, diffuse = self.sky.irradiance(self.site, self.weather.cloud_fraction, altitude)
         return plane_irradiance(
             np.asarray(self.slope, float)[None, :, None],
             np.asarray(self.azimuth, float)[None, :, None],
@@ -342,21 +235,27 @@ class Scene:
             SOLAR_CONSTANT / self.site.sun_distance**2,
         )
 
+    @cached_property
+    def _longwave(self) -> np.ndarray:
+        """Of the whole sky on a level surface, (A, SUN_STEPS)."""
+        return self.sky.longwave(self._air[0], self.weather.cloud_fraction, np.asarray(self.altitude, float))
+
     def forcing(self, steps: int) -> Forcing:
         """Forcing of all columns, (A * P, steps)."""
-        temperature, vapour, pressure = (np.repeat(field, len(self.slope), axis=0) for field in self._air)
-        temperature, vapour = step_means(temperature, steps), step_means(vapour, steps)
+        planes = len(self.slope)
+        air, vapour, pressure, longwave = (
+            np.repeat(step_means(field, steps), planes, axis=0) for field in (*self._air, self._longwave)
+        )
         shortwave = (step_means(part, steps).reshape(-1, steps) for part in self._shortwave)
         cosine = np.tile(np.cos(np.radians(self.slope)), len(self.altitude))[:, None]
         view = 0.5 * (1 + cosine)
-        water = np.repeat(self.sky.at("precipitable_water", np.asarray(self.altitude, float)), len(self.slope))[:, None]
         return Forcing(
             *shortwave,
-            longwave_sky=view * sky_longwave(temperature, water, self.sky.cloud_fraction),
-            longwave_ground=(1 - view) * Stefan_Boltzmann * temperature**4,
-            air_temperature=temperature,
+            longwave_sky=view * longwave,
+            longwave_ground=(1 - view) * Stefan_Boltzmann * air**4,
+            air_temperature=air,
             vapour_pressure=vapour,
             pressure=pressure,
-            wind_speed=np.array([[self.weather.wind_speed]]),
+            wind_speed=step_means(self.weather.wind_speed[None, :], steps),
             cos_slope=cosine,
         )

@@ -42,7 +42,7 @@ def solve_newton(
     ----------
     balance : Balance
     conduction : Conduction
-    source : (columns, 1) ndarray
+    source : (columns, N or 1) ndarray
         [W m^-2]
     start : (columns, N) ndarray
         [K]

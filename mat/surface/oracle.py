@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.surface import balance as laws
+from skyshine.mat.surface.back import back_drive
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.errors import InputError
@@ -71,8 +72,8 @@ def solve_oracle(
     points = np.array(ca.collocation_points(degree, "radau"))
     times = (np.arange(intervals)[:, None] + points[None, :]) * (period / intervals)
     forcing = forcing_at(times.ravel())
-    rate, size = _rate(ca, material, forcing, cells, period)
-    parameters = _parameters(forcing, times.size)
+    rate, size = _rate(ca, material, cells, period)
+    parameters = np.vstack([_parameters(forcing, times.size), back_drive(material, forcing, times.ravel() / 3600) + 0 * times.ravel()])
     residual, unknowns = _collocation(ca, rate, size, parameters, intervals, degree, period)
     values = _newton(ca, residual, unknowns, np.full(size * times.size, float(np.mean(forcing.air_temperature))))
     states = values.reshape(intervals, degree, size)[:, -1]
@@ -95,32 +96,34 @@ def _grid(material: SurfaceMaterial, cells: int, period: float) -> list[tuple]:
     return grid
 
 
-def _rate(ca, material: SurfaceMaterial, forcing: Forcing, cells: int, period: float):
-    """casadi function of (state, forcing) to the state's rate of change [K/s]; the state is surface, then cells."""
+def _rate(ca, material: SurfaceMaterial, cells: int, period: float):
+    """casadi function of (state, forcing and back) to the state's rate of change [K/s]; the state is surface, then cells."""
     grid = _grid(material, cells, period)
     size = len(grid) + 1
-    state, parameter = ca.SX.sym("T", size), ca.SX.sym("p", len(_NAMES))
+    state, parameter = ca.SX.sym("T", size), ca.SX.sym("p", len(_NAMES) + 1)
     resistance = [0.5 * width / conductivity for width, conductivity, _ in grid]
     down = [(state[0] - state[1]) / resistance[0]]
     down += [
         (state[i] - state[i + 1]) / (resistance[i - 1] + resistance[i]) for i in range(1, size - 1)
     ]  # between cells i and i + 1
-    down.append(_into_back(material, forcing, state[size - 1], resistance[-1]))
+    down.append(_into_back(material, parameter[len(_NAMES)], state[size - 1], resistance[-1]))
     skin = material.thermal.skin
     capacity = skin.thickness * skin.density * skin.heat_capacity
-    rates = [(-_loss(ca, material, state[0], parameter) - down[0]) / capacity]
+    rates = [(-_loss(ca, material, state[0], parameter[: len(_NAMES)]) - down[0]) / capacity]
     rates += [(down[i - 1] - down[i]) / (grid[i - 1][0] * grid[i - 1][2]) for i in range(1, size)]
     return ca.Function("rate", [state, parameter], [ca.vertcat(*rates)]), size
 
 
-def _into_back(material: SurfaceMaterial, forcing: Forcing, temperature, resistance: float):
+def _into_back(material: SurfaceMaterial, drive, temperature, resistance: float):
+    """Heat flux out of the last cell into a back that is driven by a temperature or a heat flux."""
     back = material.thermal.back
     if back.kind == "adiabatic" or np.isinf(material.thermal.layers[-1].thickness):
         return 0.0
-    behind = float(np.mean(forcing.air_temperature)) if back.temperature is None else back.temperature
+    if back.kind == "heated":
+        return -drive
     if back.kind == "convective":
         resistance = resistance + 1.0 / back.coefficient
-    return (temperature - behind) / resistance
+    return (temperature - drive) / resistance
 
 
 _NAMES = ("shortwave", "longwave", "air", "vapour", "pressure", "wind", "warm", "cold")
@@ -149,7 +152,7 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     net = emissivity * (laws.Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
     properties = material.surface
     roughness = properties.roughness_length
-    logs = np.log1p(10.0 / roughness) * np.log1p(10.0 * np.exp(2.0) / roughness)
+    logs = np.log1p(10.0 / roughness) * np.log1p(2.0 * np.exp(2.0) / roughness)
     volumetric = pressure / (laws.AIR_GAS_CONSTANT * air) * laws.AIR_HEAT_CAPACITY
     forced = volumetric * 0.16 * wind / logs
     if not properties.canopy:
@@ -162,7 +165,11 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     net += coefficient * difference
     if properties.wetness:
         celsius = surface - 273.15
-        deficit = 611.2 * ca.exp(17.62 * celsius / (243.12 + celsius)) - vapour
+        frozen = ca.fmin(ca.fmax(-celsius / 2.0, 0.0), 1.0)
+        ice = frozen * frozen * (3.0 - 2.0 * frozen)
+        exponent = ca.if_else(ice > 0, ice * 22.46 * celsius / (272.62 + celsius), 0.0)
+        exponent += (1.0 - ice) * 17.62 * celsius / (243.12 + celsius)
+        deficit = (611.2 * ca.exp(exponent) - vapour) * (1.0 + ice * 0.333 / 2.501)
         resistance = volumetric / coefficient + properties.surface_resistance
         net += properties.wetness * volumetric / (0.665e-3 * pressure) * deficit / resistance
     return net

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -12,26 +11,14 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing, saturation_pressure
-from skyshine.schemas.errors import InputError, nearest
+from skyshine.mat.surface.readings import AIR_COLUMNS, Column, read_readings
+from skyshine.schemas.errors import InputError
 
-# Column names with the units each may carry in brackets, as (factor, offset) to SI; the first is the default.
-COLUMNS: dict[str, dict[str, tuple[float, float]]] = {
-    "sw_down": {"W/m2": (1.0, 0.0)},
-    "lw_down": {"W/m2": (1.0, 0.0)},
-    "air_temperature": {"K": (1.0, 0.0), "C": (1.0, 273.15), "F": (5 / 9, 459.67 * 5 / 9)},
-    "relative_humidity": {"%": (1.0, 0.0), "percent": (1.0, 0.0), "1": (100.0, 0.0)},
-    "wind_speed": {"m/s": (1.0, 0.0), "km/h": (1 / 3.6, 0.0), "kt": (1852 / 3600, 0.0)},
-    "pressure": {"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)},
-}
-# What a value may be after conversion to SI: wide enough for any place on Earth, narrow enough to catch another unit.
 # Thermopile pyranometers read a few W m^-2 below zero at night (thermal offset, BSRN: McArthur 2005, WMO/TD-No. 1274).
-LIMITS = {
-    "sw_down": (-25.0, 2000.0),
-    "lw_down": (20.0, 800.0),
-    "air_temperature": (150.0, 350.0),
-    "relative_humidity": (0.0, 120.0),
-    "wind_speed": (0.0, 120.0),
-    "pressure": (0.0, 120e3),
+COLUMNS = {
+    "sw_down": Column({"W/m2": (1.0, 0.0)}, -25.0, 2000.0),
+    "lw_down": Column({"W/m2": (1.0, 0.0)}, 20.0, 800.0),
+    **AIR_COLUMNS,
 }
 MAXIMUM_GAP = 3 * 3600.0  # s that linear interpolation may bridge
 MAXIMUM_STEPS = 200_000
@@ -97,113 +84,18 @@ def read_record(file: str | os.PathLike) -> Record:
         With file:line:column of what does not fit.
     """
     file = Path(file)
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}; check the path", file=file) from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    if len(lines) < 5:
-        raise InputError(f"found {max(len(lines) - 1, 0)} readings; allowed: a header and at least 4", file=file)
-    place, units = _header(file, *lines[0])
-    rows = [_row(file, number, line, place, units) for number, line in lines[1:]]
-    seconds = np.array([row[0] for row in rows])
-    later = np.diff(seconds)
-    if np.any(later <= 0):
-        wrong = int(np.argmax(later <= 0)) + 1
-        raise InputError(
-            "found a time that is not after the one before; allowed: increasing times; sort the file",
-            file=file,
-            line=lines[wrong + 1][0],
-            column=1,
-        )
-    if np.any(later > MAXIMUM_GAP):
-        wrong = int(np.argmax(later > MAXIMUM_GAP)) + 1
-        raise InputError(
-            f"found a gap of {later[wrong - 1] / 3600:.1f} h before this reading; allowed: {MAXIMUM_GAP / 3600:g} h; "
-            "fill it or use a shorter record",
-            file=file,
-            line=lines[wrong + 1][0],
-            column=1,
-        )
-    return _equal_steps(file, seconds, {name: np.array([row[1][name] for row in rows]) for name in COLUMNS})
+    table = read_readings(file, COLUMNS, COLUMNS, _moment)
+    table.refuse_gaps(np.diff(table.time), MAXIMUM_GAP)
+    return _equal_steps(file, table.time, table.values)
 
 
-def _cells(line: str) -> list[tuple[str, int]]:
-    """Cells of a line with the column each begins at, counted from 1."""
-    cells = next(csv.reader([line], skipinitialspace=False))
-    places, at = [], 0
-    for cell in cells:
-        found = line.find(cell, at) if cell else at
-        places.append((cell.strip(), found + 1))
-        at = max(line.find(",", found + len(cell)) + 1, found + len(cell))
-    return places
-
-
-def _header(file: Path, number: int, line: str) -> tuple[dict[str, int], dict[str, tuple[float, float]]]:
-    """Index of each column, and the conversion of each value."""
-    place, units = {}, {}
-    for index, (cell, column) in enumerate(_cells(line)):
-        name, _, unit = cell.partition("[")
-        name, unit = name.strip(), unit.rstrip("] ").strip()
-
-        def refuse(message: str, column=column) -> InputError:
-            return InputError(message, file=file, line=number, column=column)
-
-        if name != "time" and name not in COLUMNS:
-            raise refuse(f"found the column '{name}'; {nearest(name, ['time', *COLUMNS])}")
-        if name in place:
-            raise refuse(f"found the column '{name}' twice; allowed: once; remove one")
-        place[name] = index
-        if name != "time":
-            choices = COLUMNS[name]
-            if unit and unit not in choices:
-                raise refuse(f"found the unit '{unit}' of {name}; {nearest(unit, choices)}")
-            units[name] = choices[unit] if unit else next(iter(choices.values()))
-    missing = [name for name in ["time", *COLUMNS] if name not in place]
-    if missing:
-        raise InputError(f"the column '{missing[0]}' is missing; add it", file=file, line=number, column=1)
-    return place, units
-
-
-def _row(file: Path, number: int, line: str, place: dict, units: dict) -> tuple[float, dict[str, float]]:
-    """Seconds since 1970 and the values in SI of a line."""
-    cells = _cells(line)
-    if len(cells) != len(place):
-        raise InputError(
-            f"found {len(cells)} cells; allowed: {len(place)}, one for each column", file=file, line=number, column=1
-        )
-    values = {}
-    for name, (factor, offset) in units.items():
-        cell, column = cells[place[name]]
-        low, high = LIMITS[name]
-        try:
-            value = float(cell) * factor + offset
-        except ValueError:
-            value = np.nan
-        if not low <= value <= high:
-            unit = next(iter(COLUMNS[name]))
-            raise InputError(
-                f"{name}: found '{cell}'; allowed: numbers worth {low:g} to {high:g} {unit}; mend or remove the line",
-                file=file,
-                line=number,
-                column=column,
-            )
-        values[name] = value
-    cell, column = cells[place["time"]]
+def _moment(cell: str) -> float:
+    """Seconds since 1970 of an ISO 8601 time; ValueError says what was found and what is allowed."""
     try:
         moment = datetime.fromisoformat(cell)
     except ValueError:
-        raise InputError(
-            f"time: found '{cell}'; allowed: ISO 8601 such as 2016-01-01T13:30:00Z",
-            file=file,
-            line=number,
-            column=column,
-        ) from None
-    if moment.tzinfo is None:
-        moment = moment.replace(tzinfo=UTC)
-    return moment.timestamp(), values
+        raise ValueError(f"found '{cell}'; allowed: ISO 8601 such as 2016-01-01T13:30:00Z") from None
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
 def _equal_steps(file: Path, seconds: np.ndarray, values: dict[str, np.ndarray]) -> Record:

@@ -1,9 +1,9 @@
 """Periodic surface temperatures of whole batches of columns, with the next sturdier method where one does not hold.
 
-The problem of a column is f(T) + C T = Y(0) T_back for N temperatures of a period: f the nonlinear `Balance`, C the
-exact `Conduction`. A batch is iterated with one matrix (diag(g) + C)^-1, g(t) the batch's mean slope of f, and Anderson
-acceleration; what does not settle goes to damped Newton; what breaks the maximum principle is solved again by
-backward Euler.
+The problem of a column is f(T) + C T = source for N temperatures of a period: f the nonlinear `Balance`, C the
+exact `Conduction`, source what the back brings (`BackFlux`). A batch is iterated with one matrix (diag(g) + C)^-1,
+g(t) the batch's mean slope of f, and Anderson acceleration; what does not settle goes to damped Newton; what breaks
+the maximum principle is solved again by backward Euler.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from enum import IntEnum
 
 import numpy as np
 
+from skyshine.mat.surface.back import BackFlux
 from skyshine.mat.surface.balance import MELTING_POINT, Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -41,6 +42,7 @@ class Method(IntEnum):
     BDF2_FINE_NEWTON = 3
     EULER = 4
     EULER_NEWTON = 5
+    GIVEN = 6  # not solved: the temperature was given
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +88,7 @@ def solve_columns(
     fine_steps: int | None = FINE_STEPS,
     period: float = DAY,
     scheme: str = "bdf2",
+    start_hour: float = 0.0,
 ) -> list[tuple[np.ndarray, Solution]]:
     """Solve all columns of a material.
 
@@ -102,6 +105,8 @@ def solve_columns(
         [s]
     scheme : str
         Time scheme to begin with; "spectral" is for verification and skips the sturdier ones.
+    start_hour : float
+        Clock hour at which the period begins, for a back that is given by hour.
 
     Returns
     -------
@@ -122,12 +127,12 @@ def solve_columns(
     if fine > steps and scheme == "bdf2" and not _settles_slowly(material, forcing, coarse):
         coarse = Conduction(material.thermal, fine, period, scheme)
         forcing = forcing_at(fine)
-    first = _solve(material, forcing, coarse, Method.BDF2 if coarse.steps == steps else Method.BDF2_FINE)
+    first = _solve(material, forcing, coarse, Method.BDF2 if coarse.steps == steps else Method.BDF2_FINE, start_hour)
     broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
     if scheme != "bdf2" or not broken.size:
         return [(np.arange(len(first.residual)), first)]
     euler = Conduction(material.thermal, fine, period, "euler")
-    second = _solve(material, forcing_at(fine).columns(broken), euler, Method.EULER, names=broken)
+    second = _solve(material, forcing_at(fine).columns(broken), euler, Method.EULER, start_hour, names=broken)
     kept = np.setdiff1d(np.arange(len(first.residual)), broken)
     return [(kept, _take(first, kept)), (broken, second)]
 
@@ -139,15 +144,21 @@ def _settles_slowly(material: SurfaceMaterial, forcing: Forcing, conduction: Con
     return conduction.response_time_exceeds(float(np.median(slope)))
 
 
-def _solve(material, forcing: Forcing, conduction: Conduction, method: Method, names=None) -> Solution:
+def _solve(material, forcing: Forcing, conduction: Conduction, method: Method, start_hour: float, names=None) -> Solution:
     """Solve all columns by one scheme, chunk by chunk."""
     columns = forcing.shape[0]
     names = np.arange(columns) if names is None else names
-    relaxation = None if conduction.steps > DENSE_STEPS else _Relaxation.of(material, forcing, conduction)
+    hours = start_hour + np.arange(conduction.steps) * (conduction.period / conduction.steps / 3600.0)
+    back = BackFlux.of(material, forcing, conduction, hours)
+    relaxation = None if conduction.steps > DENSE_STEPS else _Relaxation.of(material, forcing, conduction, back.source)
     parts = []
     for start in range(0, columns, _CHUNK):
         chosen = slice(start, min(start + _CHUNK, columns))
-        parts.append(_solve_chunk(material, forcing.columns(chosen), conduction, relaxation, method, names[chosen]))
+        parts.append(
+            _solve_chunk(
+                material, forcing.columns(chosen), back.columns(chosen), conduction, relaxation, method, names[chosen]
+            )
+        )
     return Solution(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Solution)))
 
 
@@ -155,10 +166,10 @@ def _take(solution: Solution, rows) -> Solution:
     return Solution(*(getattr(solution, field.name)[rows] for field in fields(Solution)))
 
 
-def _solve_chunk(material, forcing: Forcing, conduction: Conduction, relaxation, method: Method, names) -> Solution:
-    balance = Balance(forcing, material)
-    back = back_temperature(material, forcing)
-    source = conduction.steady_conductance * back
+def _solve_chunk(
+    material, forcing: Forcing, back: BackFlux, conduction: Conduction, relaxation, method: Method, names
+) -> Solution:
+    balance, source = Balance(forcing, material), back.source
     cap = MELTING_POINT if material.surface.snow else None
     if relaxation is None:
         temperature, iterations = _first_guess(balance), np.zeros(len(names), np.int32)
@@ -186,7 +197,7 @@ def _solve_chunk(material, forcing: Forcing, conduction: Conduction, relaxation,
         temperature,
         melt,
         np.abs(imbalance + melt).max(axis=1),
-        (loss + melt).mean(axis=1) + conduction.steady_conductance * (temperature.mean(axis=1) - back[:, 0]),
+        (loss + melt).mean(axis=1) + conduction.steady_conductance * temperature.mean(axis=1) - source.mean(axis=1),
         bound_excess(balance, temperature, loss, back, cap),
         methods,
         iterations,
@@ -211,15 +222,6 @@ def _refuse_unsettled(residual, material, conduction, names) -> None:
             f"({conduction.scheme}) stopped at a residual of {residual[worst]:.3g} W/m2 (allowed: {TOLERANCE:g}); "
             f"check the material's numbers and the weather of this column"
         )
-
-
-def back_temperature(material: SurfaceMaterial, forcing: Forcing) -> np.ndarray:
-    """Temperature behind the stack, (columns, 1) [K]: the back's own or the mean air temperature."""
-    own = material.thermal.back.temperature
-    if own is None:
-        mean = np.atleast_2d(forcing.air_temperature).mean(axis=-1, keepdims=True)
-        return mean + np.zeros((forcing.shape[0], 1))
-    return np.full((forcing.shape[0], 1), own)
 
 
 def _first_guess(balance: Balance) -> np.ndarray:
@@ -253,12 +255,12 @@ class _Relaxation:
     start: np.ndarray | None
 
     @classmethod
-    def of(cls, material, forcing: Forcing, conduction: Conduction) -> _Relaxation:
+    def of(cls, material, forcing: Forcing, conduction: Conduction, source: np.ndarray) -> _Relaxation:
         """The relaxation that suits a sample of the columns, found by solving it with a few renewed matrices."""
         columns = forcing.shape[0]
         sample = np.unique(np.linspace(0, columns - 1, min(columns, _SAMPLE)).astype(int))
         balance = Balance(forcing.columns(sample), material)
-        source = conduction.steady_conductance * back_temperature(material, forcing)[sample]
+        source = source[sample]
         temperature, start = _first_guess(balance), None
         for _ in range(_RENEWALS):
             _, slope = balance.loss_and_slope(temperature)
@@ -340,7 +342,7 @@ def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.einsum("ct,ct->c", one, other)
 
 
-def bound_excess(balance: Balance, temperature, loss, back: np.ndarray, cap: float | None) -> np.ndarray:
+def bound_excess(balance: Balance, temperature, loss, back: BackFlux, cap: float | None) -> np.ndarray:
     """How far temperatures leave what the maximum principle of heat conduction allows.
 
     Parameters
@@ -348,8 +350,7 @@ def bound_excess(balance: Balance, temperature, loss, back: np.ndarray, cap: flo
     balance : Balance
     temperature, loss : (columns, N) ndarray
         [K], and f of it [W m^-2].
-    back : (columns, 1) ndarray
-        Temperature behind the stack [K].
+    back : BackFlux
     cap : float or None
         Melting point of a surface that cannot exceed it [K].
 
@@ -357,14 +358,15 @@ def bound_excess(balance: Balance, temperature, loss, back: np.ndarray, cap: flo
     -------
     (columns,) ndarray
         [K]; 0 within the bounds. The surface cannot be warmer than both its back and the warmest instantaneous
-        equilibrium f(T, t) = 0, nor colder than both. A column whose f at its warmest time is not positive is below
-        the equilibrium of that time; for the others the distance is one Newton step of f at the nearest time.
+        equilibrium f(T, t) = 0, nor colder than both; with heat q from inside the equilibria are those of f = max q and
+        f = min q, whose steady profiles bound the solution. A column whose f at its warmest time does not exceed that
+        is below the equilibrium of that time; for the others the distance is one Newton step of f at the nearest time.
     """
     excess = np.zeros(len(temperature))
-    for sign in (1, -1):
+    for sign, behind, heat in ((1, back.highest, back.heat[1]), (-1, back.lowest, back.heat[0])):
         time = np.argmax(sign * temperature, axis=1)[:, None]
         extreme = np.take_along_axis(temperature, time, axis=1)
-        doubtful = (sign * np.take_along_axis(loss, time, axis=1) > 0) & (sign * (extreme - back) > 0)
+        doubtful = (sign * (np.take_along_axis(loss, time, axis=1) - heat) > 0) & (sign * (extreme - behind) > 0)
         if cap is not None and sign < 0:
             doubtful &= extreme < cap
         rows = np.flatnonzero(doubtful)
@@ -372,8 +374,8 @@ def bound_excess(balance: Balance, temperature, loss, back: np.ndarray, cap: flo
             continue
         some = balance.columns(rows)
         force, slope = some.loss_and_slope(extreme[rows] + np.zeros(some.shape))
-        beyond = np.min(sign * force / np.maximum(slope, 1e-3), axis=1)
-        beyond = np.minimum(beyond, sign * (extreme - back)[rows, 0])
+        beyond = np.min(sign * (force - heat) / np.maximum(slope, 1e-3), axis=1)
+        beyond = np.minimum(beyond, sign * (extreme - behind)[rows, 0])
         if cap is not None and sign < 0:
             beyond = np.minimum(beyond, cap - extreme[rows, 0])
         excess[rows] = np.maximum(excess[rows], beyond)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from skyshine.mat.surface.forcing import Scene, Site, Sky, Weather
+from skyshine.mat.surface.back import at_hours
+from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.site import Site
 from skyshine.mat.surface.solver import Method, Solution, solve_columns
+from skyshine.mat.surface.weather import Weather
 from skyshine.schemas.errors import InputError
 
 _DIAGNOSTICS = {"residual": "f4", "energy_closure": "f4", "bound_excess": "f4", "method": "u1", "iterations": "i4"}
@@ -59,6 +62,7 @@ def temperature_table(
     times_h: Sequence[float],
     *,
     steps: int = 96,
+    given: Mapping[str, float | tuple[float, ...]] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> TemperatureTable:
     """Solve the heat balance of all columns.
@@ -67,7 +71,7 @@ def temperature_table(
     ----------
     materials : sequence of M SurfaceMaterial
     site, weather, sky
-        See `skyshine.mat.surface.forcing`.
+        See `skyshine.mat.surface.site`, `weather` and `forcing`.
     altitudes_m : (A,) sequence
         Of the surfaces above sea level.
     azimuths_deg : (Z,) sequence
@@ -79,6 +83,8 @@ def temperature_table(
         solver's times temperatures are linear.
     steps : int
         Solver times of a day, a divisor of 576.
+    given : mapping, optional
+        Temperatures [K] by name of material that stand in place of its heat balance: one, or 24 at the hours 0 to 23.
     progress : callable, optional
         Called with 1 after each material.
 
@@ -103,8 +109,9 @@ def temperature_table(
     )
     solved: dict[tuple, int] = {}
     for number, material in enumerate(materials):
-        twin = solved.setdefault(material.physics, number)
-        if twin != number:
+        if given and material.name in given:
+            _fill_given(table, number, at_hours(given[material.name], np.asarray(times_h, float)))
+        elif (twin := solved.setdefault(material.physics, number)) != number:
             for name in ("temperature", *_DIAGNOSTICS):
                 getattr(table, name)[number] = getattr(table, name)[twin]
         else:
@@ -147,6 +154,13 @@ def _fill(table, number: int, columns, solution: Solution, plane_of, planes: int
     table.temperature[number][here] = values[rows[here]]
     for name in _DIAGNOSTICS:
         getattr(table, name)[number][here] = getattr(solution, name)[rows[here]]
+
+
+def _fill_given(table, number: int, temperature: np.ndarray) -> None:
+    """Put a temperature by time (T,) at all columns of a material."""
+    table.temperature[number] = temperature
+    for name in _DIAGNOSTICS:
+        getattr(table, name)[number] = Method.GIVEN if name == "method" else 0
 
 
 def _at_times(temperature: np.ndarray, times_h: np.ndarray) -> np.ndarray:

@@ -2,8 +2,8 @@
 
     python -m skyshine.mat.atmosphere.derive.aerosol lowtran7.f --out atmospheres/aerosol
 
-The tables stand in BLOCK DATA EXTDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the models are those of
-Shettle and Fenn 1979, AFGL-TR-79-0214.
+The tables stand in BLOCK DATA EXTDTA, DSTDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the models are those of
+Shettle and Fenn 1979, AFGL-TR-79-0214, and Longtin et al. 1988, AFGL-TR-88-0112 (desert).
 """
 
 from pathlib import Path
@@ -35,6 +35,9 @@ PHASE_ANGLES = np.array(
 )
 PHASE_WAVELENGTHS = (0.2, 0.3, 0.55, 0.6943, 1.06, 1.536, 2.0, 2.5, 2.7, 3.0, 3.2, 3.39, 5.0, 6.0, 7.2, 7.9, 8.7, 9.2)
 PHASE_WAVELENGTHS += (10.0, 10.59, 12.5, 15.0, 17.2, 18.5, 21.3, 30.0, 40.0)
+DESERT_WINDS = (0, 10, 20, 30)  # m/s, of the arrays DESEX1 to DESEX4
+# Stratosphere laden by volcanoes: prefix of the arrays of PRFDTA, which end in the season.
+LOADINGS = {"moderate": "VUMO", "high": "HIVU", "extreme": "EXVU"}
 VISIBILITIES = (50, 23, 10, 5, 2)
 # The last wavelength of EXTDTA (300 um) is a placeholder of zeros that LOWTRAN7 fills at run time.
 TABULATED = slice(0, 46)
@@ -49,8 +52,10 @@ PROVENANCE = (
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder to write to.")
 def main(source, out):
     write_optics(block_data(source, "EXTDTA"), out)
+    write_desert(block_data(source, "DSTDTA"), block_data(source, "EXTDTA")["VX2"], out)
     write_phase_functions(block_data(source, "PHSDTA"), out)
     write_vertical(block_data(source, "PRFDTA"), out)
+    write_stratosphere(block_data(source, "PRFDTA"), out)
 
 
 def write_optics(data, out):
@@ -68,6 +73,21 @@ def write_optics(data, out):
             rows += [(humidity, *row) for row in zip(data["VX2"][TABULATED], *(a[TABULATED] for a in arrays), strict=True)]
         note = () if name in HUMID_MODELS else ("The model does not depend on humidity.",)
         write_csv(out / f"{name}.csv", (f"Aerosol model: {name}", *PROVENANCE, *note), columns, rows)
+
+
+def write_desert(data, wavelengths, out):
+    """The desert aerosol at four wind speeds: extinction and absorption in km^-1, and asymmetry."""
+    columns = ("wind_speed[m/s]", "wavelength[um]", "extinction[km-1]", "absorption[km-1]", "asymmetry")
+    rows = []
+    for number, wind in enumerate(DESERT_WINDS, start=1):
+        arrays = [data[f"{prefix}{number}"][TABULATED] for prefix in ("DESEX", "DESAB", "DESG")]
+        rows += [(wind, *row) for row in zip(wavelengths[TABULATED], *arrays, strict=True)]
+    header = (
+        "Aerosol model: desert, by wind speed at 10 m",
+        "LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government; model of Longtin et al. 1988,",
+        "AFGL-TR-88-0112. Derived by skyshine.mat.atmosphere.derive.aerosol.",
+    )
+    write_csv(out / "desert.csv", header, columns, rows)
 
 
 def write_phase_functions(data, out):
@@ -102,6 +122,18 @@ def write_vertical(data, out):
             columns[f"{season}_{visibility}"] = np.concatenate([boundary, troposphere, stratosphere, rest])
     note = ("Aerosol extinction at 0.55 um [km-1] against altitude by season and visibility [km]; background stratosphere.",)
     write_csv(out / "vertical.csv", (*note, *PROVENANCE), columns, zip(*columns.values(), strict=True))
+
+
+def write_stratosphere(data, out):
+    """Extinction at 0.55 um above 10 km where volcanoes have laden the stratosphere, by season."""
+    levels = slice(11, 33)
+    columns = {"altitude[km]": data["ZHT"][levels]}
+    for season, ending in (("spring_summer", "SS"), ("fall_winter", "FW")):
+        for name, prefix in LOADINGS.items():
+            # Above 30 km LOWTRAN7 has one profile for all of them (SUBROUTINE AERPRF).
+            columns[f"{season}_{name}"] = np.concatenate([data[f"{prefix}{ending}"][11:27], data["VUTONO"][27:33]])
+    note = ("Aerosol extinction at 0.55 um [km-1] above 10 km by season and volcanic loading of the stratosphere.",)
+    write_csv(out / "stratosphere.csv", (*note, *PROVENANCE), columns, zip(*columns.values(), strict=True))
 
 
 def normalised(angles, values):

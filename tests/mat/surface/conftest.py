@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.forcing import Site, Sky, Weather, sun_hours
+from skyshine.mat.surface.forcing import Sky
+from skyshine.mat.surface.site import Site, sun_hours
+from skyshine.mat.surface.weather import from_extremes
 
 
 def sun(latitude: float, declination: float) -> tuple[np.ndarray, np.ndarray]:
@@ -27,21 +29,19 @@ def site(make_site):
 
 
 @pytest.fixture(scope="session")
-def weather():
-    return Weather((285.0, 301.0), 50.0, 2.0)
+def make_weather(site):
+    return lambda cloud_fraction=0.0: from_extremes(site, 285.0, 301.0, 50.0, 2.0, cloud_fraction)
 
 
 @pytest.fixture(scope="session")
-def make_sky():
-    def make(cloud_fraction=0.0):
-        z = np.linspace(0.0, 4000.0, 9)
-        pressure = 101325 * np.exp(-z / 8000)
-        water, aerosol = 25 * np.exp(-z / 2000), np.exp(-z / 1500)
-        return Sky(z, pressure, water, 0.3 * aerosol, 0.2 * aerosol, 300.0, 0.2, cloud_fraction)
-
-    return make
+def weather(make_weather):
+    return make_weather()
 
 
 @pytest.fixture(scope="session")
-def sky(make_sky):
-    return make_sky()
+def sky():
+    """One optical depth for direct light, a tenth of it in diffuse light, and drier air higher up."""
+    z, elevation = np.linspace(0.0, 4000.0, 9), np.arange(-5.0, 91.0)
+    sine = np.maximum(np.sin(np.radians(elevation)), 1e-3)
+    direct = np.where(elevation > 0, 1361.0 * np.exp(-0.35 * np.exp(-z / 8000)[:, None] / sine), 0.0)
+    return Sky(z, 101325 * np.exp(-z / 8000), elevation, direct, 0.2 * direct * sine, 0.8 - z / 4e4, 0.2)

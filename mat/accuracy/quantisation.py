@@ -1,0 +1,54 @@
+"""Pixel values, equation (44): gain, buffer gain and offset for a range of radiance, and what they leave of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+BITS = (8, 12, 14, 16)
+
+
+@dataclass(frozen=True)
+class PixelScale:
+    """Settings of a pixel buffer.
+
+    Attributes
+    ----------
+    bits : int
+    gain : float
+        G, W m^-2 sr^-1: L/G is 1 at the highest radiance.
+    buffer_gain, offset : float
+        BG and DC: the lowest radiance gives pixel 0, the highest 2^bits - 1.
+    """
+
+    bits: int
+    gain: float
+    buffer_gain: float
+    offset: float
+
+    @classmethod
+    def of(cls, lowest: float, highest: float, bits: int) -> PixelScale:
+        """Settings that spread a range of radiance over all pixel values; a range of no width is one step wide."""
+        if not 0 <= lowest <= highest or not np.isfinite(highest) or highest == 0:
+            raise ValueError(f"no range of radiance: {lowest} to {highest}")
+        offset = min(lowest / highest, 1 - 0.5**bits)
+        return cls(bits, highest, 1 / (1 - offset), offset)
+
+    @property
+    def step(self) -> float:
+        """Radiance from one pixel value to the next, W m^-2 sr^-1."""
+        return self.gain / (self.buffer_gain * 2**self.bits)
+
+    def pixel(self, radiance) -> np.ndarray:
+        """Pixel values of radiances, (44); L/G is held to 0 to 1, and the value to those of the buffer."""
+        share = np.clip(np.asarray(radiance, float) / self.gain, 0.0, 1.0)
+        value = np.trunc(2**self.bits * self.buffer_gain * (share - self.offset) - 0.5)
+        return np.clip(value, 0, 2**self.bits - 1).astype(np.int64)
+
+    def radiance(self, pixel) -> np.ndarray:
+        """Radiance in the middle of those that give a pixel value, W m^-2 sr^-1."""
+        pixel = np.asarray(pixel)
+        middle = np.where(pixel == 0, 0.75, pixel + 1.0)  # -0.5 is cut to 0 like 0.5: the lowest value spans 0 to 1.5
+        middle = np.where(pixel == 2**self.bits - 1, 2**self.bits - 0.25, middle)
+        return self.gain * (middle / (2**self.bits * self.buffer_gain) + self.offset)

@@ -1,0 +1,56 @@
+"""Water vapour: saturation, and the measures in which humidity is written down."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import constants
+
+# Of water vapour to dry air: 18.01528 (IUPAC 2018) / 28.9647 g mol^-1 (US Standard Atmosphere 1976 with 400 ppm CO2).
+MASS_RATIO = 18.01528 / 28.9647
+WATER_MOLAR_MASS = 18.01528e-3  # kg mol^-1 (IUPAC 2018)
+
+
+def saturation_pressure(temperature):
+    """Saturation vapour pressure over liquid water, supercooled too [Pa], at temperatures [K].
+
+    References
+    ----------
+    Murphy and Koop 2005, Q. J. R. Meteorol. Soc. 131, 1539, equation (10), 123 to 332 K.
+    """
+    t = np.asarray(temperature, dtype=float)
+    first = 54.842763 - 6763.22 / t - 4.210 * np.log(t) + 0.000367 * t
+    second = 53.878 - 1331.22 / t - 9.44523 * np.log(t) + 0.014025 * t
+    return np.exp(first + np.tanh(0.0415 * (t - 218.8)) * second)
+
+
+def mole_fraction(kind, value, pressure, temperature):
+    """Mole fraction of water vapour in moist air.
+
+    Parameters
+    ----------
+    kind : str
+        relative_humidity (0 to 1, over liquid water), dew_point (K), mixing_ratio (kg vapour per kg dry air), specific_humidity
+        (kg per kg moist air), vapour_pressure (Pa), absolute_humidity (kg m^-3) or h2o (mole fraction).
+    value, pressure, temperature : arrays
+        Pressure and temperature of the air in Pa and K.
+
+    Returns
+    -------
+    array
+    """
+    value = np.asarray(value, dtype=float)
+    if kind == "mixing_ratio":
+        return value / (MASS_RATIO + value)
+    if kind == "specific_humidity":
+        return value / (MASS_RATIO + (1 - MASS_RATIO) * value)
+    if kind == "h2o":
+        return value
+    if kind == "vapour_pressure":
+        partial = value
+    elif kind == "dew_point":
+        partial = saturation_pressure(value)
+    elif kind == "absolute_humidity":
+        partial = value / WATER_MOLAR_MASS * constants.R * temperature
+    else:
+        partial = value * saturation_pressure(temperature)
+    return partial / pressure

@@ -1,0 +1,138 @@
+"""Compiled bands kept by content, so that the same band of the same state is compiled once on a machine.
+
+The key is a hash over all that a compilation depends on: state, points and response, axes, source, tolerance, the absorption table
+and the source code that compiles. What is kept is what compiling gave, to the last bit; a file that cannot be read is as good as
+absent. The folder may be deleted at any time. `SKYSHINE_CACHE` names another folder, or none at all if it is empty.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+import tempfile
+import zipfile
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat import atmosphere
+from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, compile_band
+
+CACHE_VARIABLE = "SKYSHINE_CACHE"
+FORMAT = 1  # raised when the layout of the kept files changes
+
+
+def cache_folder() -> Path | None:
+    """Folder of the kept bands; None where the environment switches them off."""
+    named = os.environ.get(CACHE_VARIABLE)
+    if named is not None:
+        return Path(named) / "bands" if named else None
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("skyshine")) / "bands"
+
+
+def cached_compile_band(table, state, band, grid, source_irradiance, *, tolerance, max_points, seed):
+    """`compile.compile_band`, or what it gave before.
+
+    Parameters
+    ----------
+    table : AbsorptionTable
+        That the band's points are from.
+    state, band, grid, source_irradiance, tolerance, max_points, seed
+        As `compile.compile_band`.
+
+    Returns
+    -------
+    compiled : CompiledBand
+    found : bool
+        Whether it came from the cache.
+    """
+    folder = cache_folder()
+    settings = {"tolerance": float(tolerance), "max_points": int(max_points), "seed": int(seed)}
+    arguments = (state, band.weight, band.points.wavenumber, band.gases, grid, np.asarray(source_irradiance), settings)
+    path = None if folder is None else folder / f"{content_key(table.content, *arguments)}.npz"
+    compiled = None if path is None else _read(path, band)
+    if compiled is not None:
+        return compiled, True
+    compiled = compile_band(state, band, grid, source_irradiance, **settings)
+    if path is not None:
+        _write(path, compiled)
+    return compiled, False
+
+
+def content_key(*parts) -> str:
+    """SHA-256 over values of any depth, with the code and the libraries that turn them into a compiled band."""
+    digest = hashlib.sha256()
+    _feed(digest, (FORMAT, _code_digest(), metadata.version("numpy"), metadata.version("scipy"), *parts))
+    return digest.hexdigest()
+
+
+@lru_cache(maxsize=1)
+def _code_digest() -> str:
+    """Hash of the modules that a compilation runs."""
+    digest = hashlib.sha256()
+    folder = Path(atmosphere.__file__).parent
+    for path in [*sorted(folder.glob("*.py")), folder.parent / "radiometry.py"]:
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+def _feed(digest, value) -> None:
+    """Add a value to a hash: its type, its size, what it holds."""
+    if isinstance(value, np.ndarray | np.generic):
+        array = np.ascontiguousarray(value)
+        digest.update(f"array {array.dtype.str} {array.shape} ".encode() + array.tobytes())
+    elif value is None or isinstance(value, bool | int | float | str):
+        digest.update(f"{type(value).__name__} {value!r} ".encode())
+    elif isinstance(value, dict):
+        digest.update(f"dict {len(value)} ".encode())
+        for key in sorted(value):
+            _feed(digest, key)
+            _feed(digest, value[key])
+    elif isinstance(value, list | tuple):
+        digest.update(f"sequence {len(value)} ".encode())
+        for item in value:
+            _feed(digest, item)
+    elif dataclasses.is_dataclass(value):
+        digest.update(f"{type(value).__name__} ".encode())
+        _feed(digest, {field.name: getattr(value, field.name) for field in dataclasses.fields(value)})
+    else:
+        raise TypeError(f"no content key for a {type(value).__name__}")
+
+
+def _write(path: Path, compiled: CompiledBand) -> None:
+    """Keep a band: a part file, renamed when it is whole. Where the folder cannot be written nothing is kept."""
+    about = {
+        "gases": compiled.band.gases,
+        "total_points": compiled.total_points,
+        "errors": compiled.errors,
+        "dropped": compiled.dropped,
+    }
+    arrays = {"index": compiled.index, "weight": compiled.band.weight, "ladder": compiled.ladder, "about": json.dumps(about)}
+    part = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
+            part = Path(file.name)
+            np.savez(file, **arrays)
+        os.replace(part, path)
+    except OSError:
+        if part is not None:
+            part.unlink(missing_ok=True)
+
+
+def _read(path: Path, band: BandPoints) -> CompiledBand | None:
+    """A kept band, or None where there is none that is whole."""
+    try:
+        with np.load(path, allow_pickle=False) as kept:
+            index, weight, ladder = kept["index"], kept["weight"], kept["ladder"]
+            about = json.loads(str(kept["about"]))
+        few = BandPoints(band.points.subset(index), weight, tuple(about["gases"]))
+        return CompiledBand(few, index, about["total_points"], about["errors"], about["dropped"], ladder)
+    except (OSError, EOFError, KeyError, IndexError, ValueError, TypeError, zipfile.BadZipFile):
+        return None

@@ -1,0 +1,64 @@
+"""What drives a stack from behind: a deep or interior temperature, or heat from inside, steady or by hour."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.conduction import Conduction
+from skyshine.mat.surface.material import SurfaceMaterial
+
+
+def at_hours(values, hours: np.ndarray) -> np.ndarray:
+    """Values of the day, one or 24 at the clock hours 0 to 23, at other hours: linear and periodic."""
+    if np.ndim(values) == 0:
+        return np.full(np.shape(hours), float(values))
+    return np.interp(hours, np.arange(24.0), values, period=24.0)
+
+
+def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: np.ndarray) -> np.ndarray:
+    """What drives the back of each column at clock hours (N,): temperature [K] or heat flux [W m^-2], (columns, N or 1)."""
+    back = material.thermal.back
+    own = back.heat_flux if back.kind == "heated" else back.temperature
+    if own is None:
+        mean = np.atleast_2d(forcing.air_temperature).mean(axis=-1, keepdims=True)
+        return mean + np.zeros((forcing.shape[0], 1))
+    series = at_hours(own, hours if np.ndim(own) else np.zeros(1))
+    return np.repeat(series[None, :], forcing.shape[0], axis=0)
+
+
+@dataclass(frozen=True, eq=False)
+class BackFlux:
+    """What the back brings to the surfaces of some columns.
+
+    Attributes
+    ----------
+    source : ndarray, shape (columns, N or 1)
+        Heat flux that the drive brings to a surface at 0 K [W m^-2].
+    lowest, highest : ndarray, shape (columns, 1)
+        Of the temperature behind [K]; unbounded where heat drives it.
+    heat : tuple of float
+        Least and most heat from inside at any time [W m^-2]; 0 where a temperature drives it.
+    """
+
+    source: np.ndarray
+    lowest: np.ndarray
+    highest: np.ndarray
+    heat: tuple[float, float]
+
+    @classmethod
+    def of(cls, material: SurfaceMaterial, forcing: Forcing, conduction: Conduction, hours: np.ndarray) -> BackFlux:
+        """The flux of a material's back at clock hours (N,)."""
+        drive = back_drive(material, forcing, hours)
+        lowest, highest = drive.min(axis=1, keepdims=True), drive.max(axis=1, keepdims=True)
+        source = drive * conduction.steady_transfer if drive.shape[1] == 1 else conduction.from_back(drive)
+        if material.thermal.back.kind != "heated":
+            return cls(source, lowest, highest, (0.0, 0.0))
+        unbounded = np.full_like(lowest, np.inf)
+        return cls(source, unbounded, -unbounded, (float(lowest.min()), float(highest.max())))
+
+    def columns(self, chosen) -> BackFlux:
+        """Those of a slice or index array of columns."""
+        return BackFlux(self.source[chosen], self.lowest[chosen], self.highest[chosen], self.heat)

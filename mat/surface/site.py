@@ -1,0 +1,44 @@
+"""Where the Sun stands through the day, at the times to which all of the forcing is given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+
+SUN_STEPS = 576  # of 150 s: a multiple of 48, 72, 96, 144, 192, 288
+
+
+def sun_hours() -> np.ndarray:
+    """Local clock hours at which Sun and weather are given, (SUN_STEPS,)."""
+    return np.arange(SUN_STEPS) * (24.0 / SUN_STEPS)
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """Where the Sun stands through the day.
+
+    Attributes
+    ----------
+    altitude : float
+        Of the ground [m].
+    solar_elevation, solar_azimuth : ndarray, shape (SUN_STEPS,)
+        At the local clock hours `sun_hours()` [degree]; azimuth from north eastward.
+    sun_distance : float
+        [au]
+    """
+
+    altitude: float
+    solar_elevation: np.ndarray
+    solar_azimuth: np.ndarray
+    sun_distance: float = 1.0
+
+    def __post_init__(self):
+        for name in ("solar_elevation", "solar_azimuth"):
+            values = np.asarray(getattr(self, name), float)
+            if values.shape != (SUN_STEPS,) or not np.all(np.isfinite(values)):
+                raise InputError(
+                    f"{name}: found shape {values.shape}; allowed: {SUN_STEPS} finite angles through a day"
+                )

@@ -1,0 +1,137 @@
+"""CSV tables of numbers that know where each value stands.
+
+The first line that is not a comment (``#``) names the columns, with units in brackets: ``altitude[km]``.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+
+ROW_LIMIT = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class CsvTable:
+    """Numbers of a CSV file.
+
+    Attributes
+    ----------
+    file : Path
+    names : tuple of str
+        Of the C columns, without their units.
+    units : tuple of str
+        As written, empty where a column names none.
+    values : (N, C) array
+        Finite.
+    header : int
+        Line of the column names.
+    places : dict
+        (row, column) to (line, column) in the file, counted from 1; row -1 is the header.
+    """
+
+    file: Path
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: np.ndarray
+    header: int
+    places: dict[tuple[int, int], tuple[int, int]]
+
+    def error(self, row: int, column: int, message: str) -> InputError:
+        """An `InputError` at the place of a value; row -1 is the header."""
+        line, place = self.places[row, column]
+        return InputError(message, file=self.file, line=line, column=place)
+
+
+def read_text(file: str | os.PathLike) -> str:
+    """Text of a UTF-8 file.
+
+    Raises
+    ------
+    InputError
+        It cannot be read or is not UTF-8.
+    """
+    try:
+        return Path(file).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}; check the path", file=file) from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
+
+
+def parse_table(text: str, file: str | os.PathLike, least_rows: int = 2) -> CsvTable:
+    """The table in a text.
+
+    Parameters
+    ----------
+    text : str
+    file : path
+        Named in messages.
+    least_rows : int
+
+    Raises
+    ------
+    InputError
+        At the file:line:column of what is not a finite number, of a column named twice or a row of another length.
+    """
+    file = Path(file)
+    lines = [
+        (number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")
+    ]
+    if not least_rows < len(lines) <= ROW_LIMIT:
+        raise InputError(
+            f"found {max(len(lines) - 1, 0)} rows of numbers; allowed: {least_rows} to {ROW_LIMIT} below a line of column names",
+            file=file,
+        )
+    number, line = lines[0]
+    heads, places = [], {}
+    for index, (cell, column) in enumerate(cells(line)):
+        name, _, unit = cell.partition("[")
+        places[-1, index] = (number, column)
+        heads.append((name.strip(), unit.rstrip("] ").strip()))
+        if heads[-1][0] in [name for name, _ in heads[:-1]]:
+            raise InputError(
+                f"found the column '{heads[-1][0]}' twice; allowed: once; remove one", file=file, line=number, column=column
+            )
+    rows = [_row(file, heads, row, *line, places) for row, line in enumerate(lines[1:])]
+    names, units = zip(*heads, strict=True)
+    return CsvTable(file, names, units, np.array(rows), number, places)
+
+
+def cells(line: str) -> list[tuple[str, int]]:
+    """Cells of a line with the column each begins at, counted from 1."""
+    found = next(csv.reader([line], skipinitialspace=False))
+    places, at = [], 0
+    for cell in found:
+        place = line.find(cell, at) if cell else at
+        places.append((cell.strip(), place + 1))
+        at = max(line.find(",", place + len(cell)) + 1, place + len(cell))
+    return places
+
+
+def _row(file, heads, row, number, line, places):
+    parts = cells(line)
+    if len(parts) != len(heads):
+        raise InputError(
+            f"found {len(parts)} cells; allowed: {len(heads)}, one for each column", file=file, line=number, column=1
+        )
+    values = []
+    for index, (cell, column) in enumerate(parts):
+        places[row, index] = (number, column)
+        try:
+            value = float(cell)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value):
+            raise InputError(
+                f"{heads[index][0]}: found '{cell[:40]}'; allowed: a finite number; mend or remove the line",
+                file=file, line=number, column=column,
+            )  # fmt: skip
+        values.append(value)
+    return values

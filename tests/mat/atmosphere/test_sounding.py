@@ -1,0 +1,166 @@
+"""Soundings: units, round trips of the standard profiles, inversions, and what is refused."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.amounts import DOBSON_UNIT
+from skyshine.mat.atmosphere.humidity import mole_fraction, saturation_pressure
+from skyshine.mat.atmosphere.profiles import GASES, PROFILES, load_profile
+from skyshine.mat.atmosphere.sounding import read_sounding
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.schemas.errors import InputError
+
+STANDARD = load_profile("us_standard")
+# Three levels of a winter night over low ground.
+NIGHT = """\
+# station 10548
+altitude[m],pressure[hPa],temperature[C],relative_humidity[%]
+450,965.0,-12.0,90
+600,946.5,-4.0,60
+1500,844.5,-6.5,40
+3000,694.9,-14.0,30
+"""
+
+
+def read(text):
+    return read_sounding(text, "night.csv", STANDARD)
+
+
+def test_the_named_gases_are_those_of_every_profile():
+    assert all(set(load_profile(name).mole_fraction) == set(GASES) for name in PROFILES)
+
+
+def test_a_standard_profile_written_as_a_sounding_is_itself():
+    profile = load_profile("tropical")
+    low = profile.altitude <= 30e3
+    rows = np.column_stack([profile.altitude / 1e3, profile.pressure / 1e2, profile.temperature])[low]
+    rows = np.column_stack([rows, profile.mole_fraction["H2O"][low] * 1e6, profile.mole_fraction["O3"][low] * 1e9])
+    lines = "\n".join(",".join(f"{x:.12g}" for x in row) for row in rows)
+    sounding = read_sounding(f"altitude[km],pressure[hPa],temperature[K],h2o[ppmv],O3[ppbv]\n{lines}\n", "t.csv", profile)
+    ours, own = (AtmosphericState.from_profile(p) for p in (sounding, profile))
+    assert ours.altitude == pytest.approx(own.altitude)
+    assert ours.temperature == pytest.approx(own.temperature, abs=1e-6)
+    assert ours.pressure == pytest.approx(own.pressure, rel=1e-9)
+    for gas in ("H2O", "O3", "CH4"):
+        assert ours.mole_fraction[gas][:20] == pytest.approx(own.mole_fraction[gas][:20], rel=2e-2)
+    assert ours.precipitable_water(0.0) == pytest.approx(own.precipitable_water(0.0), rel=1e-3)
+    assert ours.ozone_column(0.0) == pytest.approx(own.ozone_column(0.0), rel=1e-3)
+
+
+# 20 C at 1000 hPa and 50 %: es = 2339 Pa (CRC Handbook), so e = 1169.5 Pa; w = 0.62198 e / (p - e), dew point 9.27 C.
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        ("relative_humidity", 0.5),
+        ("vapour_pressure", 1169.5),
+        ("dew_point", 273.15 + 9.27),
+        ("mixing_ratio", 0.62198 * 1169.5 / (1e5 - 1169.5)),
+        ("specific_humidity", 0.62198 * 1169.5 / (1e5 - 0.37802 * 1169.5)),
+        ("absolute_humidity", 1169.5 / (461.52 * 293.15)),
+        ("h2o", 0.011695),
+    ],
+)
+def test_measures_of_humidity_agree(kind, value):
+    assert mole_fraction(kind, value, 1e5, 293.15) == pytest.approx(0.011695, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "height[ft],pressure[inHg],temperature[F],relative_humidity[1]",
+        "altitude[km],pressure[Pa],temperature[K],relative_humidity[percent]",
+    ],
+)
+def test_units(head):
+    factors = {"ft": 1 / 0.3048, "inHg": 1 / 33.86389, "km": 1e-3, "Pa": 100.0, "1": 0.01, "percent": 1.0}
+    units = [part.split("[")[1][:-1] for part in head.split(",")]
+    lines = [head]
+    for line in NIGHT.splitlines()[2:]:
+        z, p, t, h = (float(x) for x in line.split(","))
+        t = t * 1.8 + 32 if units[2] == "F" else t + 273.15
+        lines.append(",".join(f"{x:.9g}" for x in (z * factors[units[0]], p * factors[units[1]], t, h * factors[units[3]])))
+    ours, own = read("\n".join(lines)), read(NIGHT)
+    assert ours.altitude == pytest.approx(own.altitude) and ours.pressure == pytest.approx(own.pressure, rel=1e-6)
+    assert ours.temperature == pytest.approx(own.temperature, abs=1e-6)
+    assert ours.mole_fraction["H2O"] == pytest.approx(own.mole_fraction["H2O"], rel=1e-5)
+
+
+def test_an_inversion_thinner_than_the_regular_levels_is_kept():
+    state = AtmosphericState.from_profile(read(NIGHT), surface_altitude=450.0)
+    for altitude, celsius in ((450, -12.0), (600, -4.0), (1500, -6.5)):
+        assert state.temperature_at(altitude) == pytest.approx(celsius + 273.15, abs=0.5)
+    assert np.all(np.diff(state.pressure) < 0) and np.all(np.diff(state.altitude) > 0)
+    assert state.relative_humidity[0] == pytest.approx(90.0, abs=0.5)
+    # Air of the standard profile far above, no step in temperature on the way there.
+    assert state.temperature_at(40e3) == pytest.approx(np.interp(40e3, STANDARD.altitude, STANDARD.temperature), abs=0.5)
+    assert np.max(np.abs(np.diff(state.temperature) / np.diff(state.altitude))) < 0.06  # K/m: that of the inversion itself
+
+
+def test_the_ground_below_a_sounding_is_continued_a_little_only():
+    low = AtmosphericState.from_profile(read(NIGHT), surface_altitude=0.0)
+    assert low.temperature[0] == pytest.approx(261.15)
+    with pytest.raises(InputError, match="begin the profile lower"):
+        AtmosphericState.from_profile(read(NIGHT.replace("450,965.0", "550,952.7")), surface_altitude=-470.0)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("600,946.5", "450,946.5", r"night.csv:4:1: found the same altitude again, 450 m after 450 m; allowed: altitudes that increase"),
+        ("1500,844.5", "500,844.5", r"night.csv:5:1: found a lower altitude, 500 m after 600 m"),
+        ("844.5", "946.5", r"night.csv:5:6: found 94650 Pa above 94650 Pa; allowed: pressure that falls"),
+        ("-6.5,40", "-6.5,130", r"night.csv:5:17: found 130, which is 130 % relative humidity at 266\.6 K"),
+        ("-14.0", "250", r"night.csv:6:12: found 250, which is 523\.1 K; allowed: 140 to 335 K"),
+        ("-14.0", "nan", r"night.csv:6:12: temperature: found 'nan'; allowed: a finite number"),
+        ("-14.0,30", "-14.0", r"night.csv:6:1: found 3 cells; allowed: 4"),
+        ("temperature[C]", "temperature", r"night.csv:2:27: found no unit of temperature; allowed: K, C"),
+        ("altitude[m]", "altitude[km]", r"night.csv:3:1: found 450, which is 4.5e\+05 m; allowed"),
+        ("altitude[m]", "altitude[ft]", r"night.csv:5:6: found 84450 Pa where altitudes and temperatures .* look at the units"),
+        ("pressure[hPa]", "pressure[furlong]", r"night.csv:2:13: found the unit 'furlong' of pressure; allowed: Pa"),
+        ("relative_humidity[%]", "O3[ppbv]", r"night.csv:2:1: found no humidity; allowed: one of relative_humidity, dew_point"),
+        ("temperature[C]", "temprature[C]", r"night.csv:2:27: found the column 'temprature'; did you mean 'temperature'"),
+        ("temperature[C]", "altitude[km]", r"night.csv:2:27: found the column 'altitude' twice"),
+        ("altitude[m],pressure[hPa]", "altitude[m],O3[ppm]", r"night.csv:2:1: the column 'pressure' is missing; add it"),
+    ],
+)
+def test_bad_soundings_say_where(old, new, message):
+    assert old in NIGHT
+    with pytest.raises(InputError, match=message):
+        read(NIGHT.replace(old, new, 1))
+
+
+def test_a_sounding_needs_rows():
+    with pytest.raises(InputError, match="found 1 rows of numbers; allowed: 2"):
+        read("\n".join(NIGHT.splitlines()[:3]))
+
+
+def test_gas_amounts():
+    from_profile = AtmosphericState.from_profile
+    plain = from_profile("midlatitude_summer")
+    rich = from_profile("midlatitude_summer", gas_scale={"O3": 1.2, "H2O": 0.5}, gas_ppm={"CH4": 1.9})
+    assert rich.mole_fraction["O3"] == pytest.approx(1.2 * plain.mole_fraction["O3"])
+    assert rich.precipitable_water(0.0) == pytest.approx(0.5 * plain.precipitable_water(0.0))
+    assert rich.mole_fraction["CH4"][0] == pytest.approx(1.9e-6)
+    exact = from_profile("midlatitude_summer", water_column=25.0, ozone_column=300.0)
+    assert exact.precipitable_water(0.0) == pytest.approx(25.0, rel=1e-9)
+    density = exact.number_density * exact.mole_fraction["O3"]
+    assert exact._column(density, 0.0) / DOBSON_UNIT == pytest.approx(300.0, rel=1e-9)
+    for settings, message in (
+        ({"gas_scale": {"O4": 2.0}}, "no gas 'O4' in this profile; did you mean 'O3'"),
+        ({"gas_ppm": {"CFC-11": -1.0}}, "at least 0"),
+        ({"gas_ppm": {"CH4": 2.0}, "gas_scale": {"CH4": 2.0}}, "both a scale and an amount"),
+        ({"water_column": 500.0}, "more than saturated air of this profile holds"),
+        ({"ozone_column": float("nan")}, "finite"),
+    ):
+        with pytest.raises(InputError, match=message):
+            from_profile("midlatitude_summer", **settings)
+
+
+def test_saturated_hot_air():
+    """Fog in the heat: 100 % at 45 C holds 64.8 g m^-3 (Smithsonian Meteorological Tables: 65.3 g m^-3)."""
+    text = "altitude[m],pressure[hPa],temperature[C],relative_humidity[%]\n0,1000,45,100\n1000,896.5,38,100\n"
+    state = AtmosphericState.from_profile(read_sounding(text, "hot.csv", load_profile("tropical")))
+    vapour = state.number_density[0] * state.mole_fraction["H2O"][0] * 18.015e-3 / 6.02214e23
+    assert vapour == pytest.approx(0.0653, rel=0.01)
+    assert state.relative_humidity[0] == pytest.approx(100.0)
+    assert np.all(state.mole_fraction["H2O"] * state.pressure <= saturation_pressure(state.temperature) * (1 + 1e-9))

@@ -1,0 +1,119 @@
+"""Compiled bands kept by content: same bytes with and without, nothing taken from a broken or foreign file."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skyshine.mat import band_cache
+from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.compile import band_points, compile_band
+from skyshine.mat.atmosphere.sources import solar_irradiance
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.band_cache import CACHE_VARIABLE, cache_folder, cached_compile_band, content_key
+from skyshine.mat.build import build
+from skyshine.mat.job import load_job
+from skyshine.mat.quantities import PathGrid
+from skyshine.mat.radiometry import SpectralResponse
+
+GRID = PathGrid([0.0, 1.0, 10.0], [0.01, 2.0], [-30.0, 0.0, 60.0], [10.0, 50.0], [0.0, 180.0])
+TABLE = AbsorptionTable.open()
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    return tmp_path / "bands"
+
+
+@pytest.fixture(autouse=True)
+def compiling(monkeypatch, request):
+    """The compilation itself is run once for all tests of this module but the last: here it is a costly constant."""
+    if "small_build" not in request.fixturenames:
+        result = request.getfixturevalue("result")
+        monkeypatch.setattr(band_cache, "compile_band", lambda *args, **settings: result)
+
+
+@pytest.fixture(scope="module")
+def result(state, band):
+    return compile_band(state, band, GRID, solar_irradiance(band.wavenumber, band.width), max_points=12)
+
+
+@pytest.fixture(scope="module")
+def state():
+    return AtmosphericState.from_profile("us_standard")
+
+
+@pytest.fixture(scope="module")
+def band():
+    response = SpectralResponse.rectangular(11.0, 11.06)
+    return band_points(TABLE.points(*response.wavenumber_range), response)
+
+
+def compiled(state, band, **changed):
+    settings = {"tolerance": 1e-3, "max_points": 12, "seed": 0, **changed}
+    return cached_compile_band(TABLE, state, band, GRID, solar_irradiance(band.wavenumber, band.width), **settings)
+
+
+def same(first, second):
+    arrays = [(one.index, one.band.weight, one.band.points.wavenumber, one.ladder) for one in (first, second)]
+    return all(a.tobytes() == b.tobytes() for a, b in zip(*arrays, strict=True)) and (
+        (first.errors, first.dropped, first.band.gases, first.total_points)
+        == (second.errors, second.dropped, second.band.gases, second.total_points)
+    )
+
+
+def test_the_second_time_gives_the_same_to_the_last_bit(folder, state, band):
+    first, found = compiled(state, band)
+    assert not found and len(list(folder.iterdir())) == 1
+    second, found = compiled(state, band)
+    assert found and same(first, second)
+
+
+def test_another_state_tolerance_or_seed_is_compiled_anew(folder, state, band):
+    compiled(state, band)
+    warmer = replace(state, temperature=state.temperature + 1e-9)
+    assert not any(
+        found for _, found in (compiled(warmer, band), compiled(state, band, tolerance=2e-3), compiled(state, band, seed=1))
+    )
+
+
+@pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:200] + b"\xff" * 40 + b[240:]])
+def test_a_broken_file_counts_as_absent_and_is_replaced(folder, state, band, damage):
+    first, _ = compiled(state, band)
+    (file,) = folder.iterdir()
+    file.write_bytes(damage(file.read_bytes()))
+    second, found = compiled(state, band)
+    assert not found and same(first, second) and compiled(state, band)[1]
+
+
+def test_several_writers_at_once_leave_one_whole_file(folder, state, band):
+    with ThreadPoolExecutor(4) as threads:
+        results = [one.result()[0] for one in [threads.submit(compiled, state, band) for _ in range(4)]]
+    assert all(same(results[0], other) for other in results)
+    assert len(list(folder.iterdir())) == 1 and compiled(state, band)[1]
+
+
+def test_a_folder_that_cannot_be_made_or_is_switched_off_costs_nothing_but_time(tmp_path, monkeypatch, state, band):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "file"))
+    first, found = compiled(state, band)
+    monkeypatch.setenv(CACHE_VARIABLE, "")
+    assert not found and cache_folder() is None
+    second, found = compiled(state, band)
+    assert not found and same(first, second)
+
+
+def test_the_key_tells_values_and_shapes_apart():
+    keys = [content_key(value) for value in (1, 1.0, True, "1", None, [1], [[1]], np.ones(1), np.ones((1, 1)), {"a": 1})]
+    assert len(set(keys)) == len(keys)
+    assert content_key({"a": 1, "b": 2}) == content_key({"b": 2, "a": 1})
+
+
+def test_a_fresh_build_takes_the_band_from_the_cache_and_says_so(small_job, small_build, tmp_path):
+    build(load_job(small_job), out=tmp_path, jobs=1, fresh=True)
+    notes = json.loads((tmp_path / "build.json").read_text(encoding="utf-8"))["files"]["s01b01.atmq.h5"]["notes"]
+    assert "compiled band from the cache" in notes
+    assert (tmp_path / "s01b01.atmq.h5").read_bytes() == (small_build / "s01b01.atmq.h5").read_bytes()

@@ -1,0 +1,137 @@
+"""The error budget: it closes where nothing is wrong, and shows what is planted."""
+
+import json
+import re
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from skyshine.mat.accuracy.budget import Prepared, error_budget
+from skyshine.mat.accuracy.quantisation import BITS, PixelScale
+from skyshine.mat.accuracy.runtime import Finish, Readings, reflection, runtime_radiance, spectral_radiance
+from skyshine.mat.accuracy.summary import describe, measures
+from skyshine.mat.cli import main
+from skyshine.mat.job import load_job
+from skyshine.mat.quantities import SpectralLines
+from skyshine.mat.radiometry import planck_wavenumber
+from skyshine.materials.library import load_library
+
+SCENES = 4
+
+
+@pytest.fixture(scope="module")
+def prepared(small_job):
+    return Prepared.of(load_job(small_job), 1, 1)
+
+
+@pytest.fixture(scope="module")
+def budget_of(prepared):
+    library = load_library()
+    return lambda folder: error_budget(prepared, folder, library, source="sun", scenes=SCENES, seed=3)
+
+
+@pytest.fixture(scope="module")
+def honest(budget_of, small_build):
+    return budget_of(small_build)
+
+
+def rms(error):
+    return float(np.sqrt(np.mean(np.square(error))))
+
+
+def test_grey_surface_through_grey_air(honest, prepared):
+    """Where neither reflectance nor transmittance varies over the band, the runtime's equations are the integrals."""
+    band, views = prepared.exact.band, honest.views.take(slice(3))
+    shape = 3, band.weight.size
+    generator = np.random.default_rng(4)
+    through = np.broadcast_to(np.array([[1e-3], [0.4], [0.98]]), shape)
+    lines = SpectralLines(through, generator.random(shape), generator.random(shape), np.array([1.0, 2.0, 3.0]), np.ones(3, bool))
+    finish = Finish(np.array([0.02, 0.9]), np.array([0.0, 0.7]), np.array([1.0, 40.0]), np.array([1.1, 12.0]))
+    kelvin = np.array([[250.0, 300.0], [280.0, 330.0], [310.0, 290.0]])
+    bounce = reflection(views, views.normal, finish)
+    glow = planck_wavenumber(band.wavenumber, kelvin[..., None]) @ band.radiance_weight
+    shown = runtime_radiance(Readings.integrated(lines, band), glow, bounce, finish)
+    grey = np.repeat(finish.reflectance[:, None], shape[1], axis=1)
+    np.testing.assert_allclose(shown, spectral_radiance(lines, band, kelvin, grey, bounce), rtol=1e-12)
+
+
+def test_a_weighted_transmittance_removes_what_averaging_costs(honest):
+    before, after = honest.options["weighted_transmittance"]
+    assert rms(after) < 0.5 * rms(before)
+
+
+def test_extrapolation_grows_with_the_field_of_view(honest):
+    values = honest.extrapolation["transmittance_extrapolation"]
+    assert rms(values[0]) < 0.3 * rms(values[-1])
+
+
+def test_planted_errors_show_under_their_names(honest, budget_of, small_build, tmp_path):
+    """A table 5 K too warm, a shifted axis and a wrong reflectance: their sources grow, the others stay."""
+    copy = shutil.copytree(small_build, tmp_path / "built")
+    for name, quantity, change in (
+        ("s01.htt.h5", "temperature", lambda kelvin: kelvin + 5),
+        ("s01b01.atmq.h5", "beta_star", lambda beta: np.roll(beta, 1, axis=2)),
+        ("b01.band.h5", "reflectance", lambda rho: rho + 0.1),
+    ):
+        with h5py.File(copy / name, "r+") as file:
+            file[quantity][...] = change(file[quantity][...])
+    wrong = budget_of(copy)
+    for source in ("beta_star_table", "reflectance"):
+        assert rms(wrong.errors[source] - honest.errors[source]) > rms(honest.errors[source])
+    warmer, before = (
+        describe(budget)["errors"]["temperature_table"]["temperature"]["mean"]["value"] for budget in (wrong, honest)
+    )
+    assert 2 < warmer - before < 5.5  # 5 K, seen through the air
+    for source in ("path_radiance_table", "compiled_band", "transmittance"):
+        assert rms(wrong.errors[source]) == pytest.approx(rms(honest.errors[source]), rel=0.2)  # a wrong reflectance weighs them anew
+    assert rms(wrong.errors["all"] - honest.errors["all"]) > 0.1
+
+
+def test_weights_count_as_repeats():
+    assert measures(np.array([1.0, -3.0]), np.array([3.0, 1.0])) == measures(np.array([1.0, 1.0, 1.0, -3.0]))
+
+
+@pytest.mark.parametrize("bits", BITS)
+def test_pixel_scale(bits):
+    """(44): the darkest is 0, the brightest the last value; what comes back is within a step."""
+    scale = PixelScale.of(2.0, 10.0, bits)
+    assert list(scale.pixel([2.0, 10.0])) == [0, 2**bits - 1]
+    radiance = np.linspace(2.0, 10.0, 1001)
+    back = scale.radiance(scale.pixel(radiance))
+    assert np.abs(back - radiance).max() <= 0.76 * scale.step
+    assert np.all(np.diff(scale.pixel(radiance)) >= 0)
+    assert scale.step == pytest.approx(8.0 / 2**bits)
+
+
+def test_pixel_scale_of_one_radiance():
+    scale = PixelScale.of(3.0, 3.0, 8)
+    assert scale.radiance(scale.pixel(3.0)) == pytest.approx(3.0, rel=0.01)
+
+
+def test_page_stands_alone(small_job, small_build, tmp_path):
+    """HTML and JSON; nothing is fetched from anywhere."""
+    page = tmp_path / "report.html"
+    result = CliRunner().invoke(
+        main, ["report", str(small_job), "--out", str(page), "--scenes", "1"], catch_exceptions=False, standalone_mode=False
+    )  # fmt: skip
+    assert result.exit_code == 0
+    text = page.read_text(encoding="utf-8")
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)""", text) and "<svg" in text and "@import" not in text
+    report = json.loads(page.with_suffix(".json").read_text(encoding="utf-8"))
+    errors = report["budgets"][0]["errors"]
+    assert errors["all"]["temperature"]["rms"]["value"] > 0 and "misclassification" not in errors
+    assert [scale["bits"] for scale in report["budgets"][0]["pixel_scales"]] == list(BITS)
+
+
+def test_another_band_than_the_job_has(small_job, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["report", str(small_job), "--band", "2"])
+    assert stop.value.code == 2 and "allowed: 1 to 1" in capsys.readouterr().err
+
+
+def test_not_built_yet(prepared, budget_of, tmp_path):
+    with pytest.raises(Exception, match="build the job first"):
+        budget_of(tmp_path)

@@ -1,0 +1,149 @@
+"""Stacks driven from behind: heat and temperatures from inside, steady and by hour, and temperatures given by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skyshine.mat.job import load_job
+from skyshine.mat.surface.back import at_hours
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.conduction import depth_response
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.oracle import solve_oracle
+from skyshine.mat.surface.solver import Method, solve_columns
+from skyshine.mat.surface.table import temperature_table
+from skyshine.mat.surface_inputs import surface_materials
+from skyshine.materials.files import load_thermal
+from skyshine.materials.library import load_library
+from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
+from skyshine.schemas.errors import InputError
+
+SIGMA = 5.670374419e-8
+DRY = SurfaceProperties(1e-6, 0.0, 0.0, False, False)
+LAYERS = (Layer(0.02, 0.5, 2000.0, 900.0), Layer(0.003, 45.0, 7800.0, 480.0))
+RESISTANCE = 0.02 / 0.5 + 0.003 / 45.0  # m2 K / W
+
+
+def material(back, emissivity=0.9, layers=LAYERS):
+    return SurfaceMaterial("hood", ThermalStack(Layer(1e-4, 1.0, 1500.0, 1000.0), layers, back), DRY, 0.7, emissivity)
+
+
+def night(steps, pressure=0.0, sky=200.0):
+    def row(value):
+        return np.full((1, steps), float(value))
+
+    return Forcing(row(0), row(0), row(0), row(sky), row(0), row(280), row(800), row(pressure), row(2), np.array([[1.0]]))
+
+
+def solve(chosen, forcing=night, **options):
+    ((_, found),) = (part for part in solve_columns(chosen, forcing, **options) if len(part[0]))
+    return found
+
+
+def test_steady_heat_from_inside_leaves_through_the_surface():
+    """eps sigma T^4 = q + eps L without air: 500 + 0.9 x 200 W/m2 make 339.75 K; the inner face is q R warmer."""
+    found = solve(material(Back("heated", heat_flux=500.0)))
+    exact = ((500 + 180) / (0.9 * SIGMA)) ** 0.25
+    assert found.temperature == pytest.approx(exact, abs=1e-3)
+    assert found.bound_excess[0] == pytest.approx(0, abs=1e-3) and abs(found.energy_closure[0]) < 1e-3
+    stack = material(Back("heated", heat_flux=500.0)).thermal
+    surface, inside = depth_response(stack, [0.0], 0.023)
+    assert (surface[0], inside[0]) == (pytest.approx(1.0), pytest.approx(RESISTANCE))
+
+
+def test_steady_interior_through_layers():
+    """A body that does not radiate: h_in (T_in - T_b) = (T_b - T_s) / R = h (T_s - T_air), with h of still vacuum 0."""
+    found = solve(material(Back("convective", 350.0, 25.0)))
+    surface = found.temperature[0, 0]
+    through = (350.0 - surface) / (1 / 25.0 + RESISTANCE)
+    assert 0.9 * SIGMA * surface**4 - 180.0 == pytest.approx(through, abs=2e-3)
+
+
+def test_heat_wave_through_a_thin_plate():
+    """A plate that stores as one capacity: C dT/dt + 4 eps sigma T0^3 dT = q1 cos(omega t), to first order in q1."""
+    plate = (Layer(0.002, 45.0, 7800.0, 480.0), Layer(0.003, 45.0, 7800.0, 480.0))
+    hours = np.arange(24.0)
+    heat = tuple(float(value) for value in 400 + 0.5 * np.cos(2 * np.pi * hours / 24))
+    chosen = material(Back("heated", heat_flux=heat), layers=plate)
+    found = solve(chosen, scheme="spectral", steps=192)
+    wave = np.fft.rfft(found.temperature[0])[1] / 96
+    mean = ((np.mean(heat) + 180) / (0.9 * SIGMA)) ** 0.25
+    capacity = 0.005 * 7800 * 480 + 1e-4 * 1500 * 1000
+    # Linear interpolation between 24 points keeps sinc^2(1/24) of a daily wave.
+    amplitude = 0.5 * np.sinc(1 / 24) ** 2
+    exact = amplitude / (4 * 0.9 * SIGMA * mean**3 + 1j * 2 * np.pi / 86400 * capacity)
+    assert wave == pytest.approx(exact, rel=2e-3)
+
+
+@pytest.mark.parametrize("kind", ["fixed", "convective", "heated"])
+def test_hourly_backs_agree_with_the_oracle(kind):
+    pytest.importorskip("casadi")
+    hours = np.arange(24.0)
+    warm = tuple(float(value) for value in 320 + 40 * np.sin(2 * np.pi * hours / 24))
+    heat = tuple(float(value) for value in 300 + 250 * np.sin(2 * np.pi * (hours - 3) / 24))
+    back = Back(kind, heat_flux=heat) if kind == "heated" else Back(kind, warm, 20.0 if kind == "convective" else None)
+    chosen = material(back)
+    oracle = solve_oracle(chosen, lambda s: night(len(s), 1e5), intervals=96, cells=20)
+    found = solve(chosen, lambda n: night(n, 1e5), steps=192, fine_steps=None)
+    assert np.abs(np.roll(found.temperature[0], -1)[1::2] - oracle.surface).max() < 0.02
+
+
+def test_a_period_may_begin_at_any_hour():
+    warm = tuple(float(value) for value in 320 + 40 * np.sin(2 * np.pi * np.arange(24.0) / 24))
+    usual = solve(material(Back("fixed", warm)), fine_steps=None).temperature
+    later = solve(material(Back("fixed", warm)), fine_steps=None, start_hour=6.0).temperature
+    assert np.allclose(np.roll(usual, -24, axis=1), later, atol=2e-4)
+
+
+def test_given_temperatures_stand_in_the_table(site, weather, sky):
+    by_hand = tuple(300.0 + hour for hour in range(24))
+    chosen = [material(Back("fixed")), replace(material(Back("fixed")), name="engine")]
+    table = temperature_table(
+        chosen, site, weather, sky, [0.0], [0.0, 90.0], [0.0, 90.0], [3.0, 3.5], given={"engine": by_hand}
+    )
+    assert np.all(table.temperature[1] == np.array([303.0, 303.5], np.float32))
+    assert np.all(table.method[1] == Method.GIVEN) and not np.any(table.method[0] == Method.GIVEN)
+
+
+def test_hours_are_periodic():
+    assert at_hours(range(24), np.array([23.5, 24.0, 25.0])) == pytest.approx([11.5, 0.0, 1.0])
+
+
+JOB = """\
+skyshine: 1
+name: operated
+site: {latitude_deg: 39.7, longitude_deg: -105.2, date: 2026-06-22, utc_offset_h: -7}
+states: [{profile: midlatitude_summer, weather: {air_temperature_c: 20}}]
+bands: [{wavelength_um: [8, 12]}]
+materials: [asphalt_road, concrete]
+operated:
+  concrete: {kind: heated, heat_flux_w_m2: 120}
+"""
+
+
+def test_a_job_operates_a_material(tmp_path):
+    (tmp_path / "job.yaml").write_text(JOB, encoding="utf-8")
+    job = load_job(tmp_path / "job.yaml").job
+    library = load_library()
+    road, concrete = surface_materials([library["asphalt_road"], library["concrete"]], job.operated)
+    assert concrete.thermal.back == Back("heated", heat_flux=120.0) and road.thermal == library["asphalt_road"].thermal
+
+
+def test_a_material_file_carries_its_back_by_hour(tmp_path):
+    from skyshine.materials import files
+
+    text = (files.Path(files.__file__).parent / "ht" / "concrete.yaml").read_text(encoding="utf-8")
+    before, _, after = text.partition("back:")
+    surface = after[after.index("surface:") :]
+    hours = ", ".join(str(100 + hour) for hour in range(24))
+    file = tmp_path / "hood.yaml"
+    file.write_text(
+        f"{before}back:\n  kind: {{value: heated, source: test}}\n  heat_flux: {{value: [{hours}], source: test}}\n{surface}",
+        encoding="utf-8",
+    )
+    stack, _, _ = load_thermal(file)
+    assert stack.back.heat_flux == tuple(100.0 + hour for hour in range(24))
+    file.write_text(f"{before}back:\n  kind: {{value: heated, source: test}}\n{surface}", encoding="utf-8")
+    with pytest.raises(InputError, match="hood.yaml:.*back: a back of kind 'heated' needs a 'heat_flux'"):
+        load_thermal(file)

@@ -1,0 +1,183 @@
+"""Weather through the day: extremes, tables by hour, other altitudes, and files with the place of what is wrong."""
+
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pvlib
+import pytest
+
+from skyshine.mat.job import load_job
+from skyshine.mat.jobs.weather_files import read_weather
+from skyshine.mat.surface.balance import saturation_pressure
+from skyshine.mat.surface.forcing import Scene
+from skyshine.mat.surface.site import sun_hours
+from skyshine.mat.surface.weather import air_temperature, from_hours
+from skyshine.mat.surface_inputs import scene_inputs
+from skyshine.schemas.errors import InputError
+
+HOURS = np.arange(24.0)
+
+
+def test_air_temperature_reaches_its_extremes(site):
+    """Lowest at sunrise, highest two hours after noon, smooth and periodic."""
+    series = air_temperature(site, 280.0, 300.0)
+    sunrise = sun_hours()[np.argmax(site.solar_elevation > 0)]
+    assert sun_hours()[series.argmin()] == pytest.approx(sunrise, abs=0.05)
+    assert sun_hours()[series.argmax()] == pytest.approx(14.0, abs=0.05)
+    assert (series.min(), series.max()) == (pytest.approx(280.0, abs=1e-3), pytest.approx(300.0, abs=1e-3))
+    assert np.abs(np.diff(np.append(series, series[0]))).max() < 0.2
+
+
+@pytest.mark.parametrize("declination", [-23.0, 23.0])
+def test_air_temperature_without_sunrise(make_site, declination):
+    series = air_temperature(make_site(80.0, declination), 240.0, 250.0)
+    assert sun_hours()[series.argmin()] == pytest.approx(0.0, abs=0.05)
+    assert series.max() == pytest.approx(250.0, abs=1e-3)
+
+
+def test_hourly_values_are_linear_and_periodic():
+    weather = from_hours(500.0, HOURS, 280 + HOURS, 60.0, 1 + 0.5 * HOURS, HOURS / 24, 95e3 + HOURS)
+    at = np.searchsorted(sun_hours(), [6.0, 6.5, 23.5])
+    assert weather.air_temperature[at] == pytest.approx([286.0, 286.5, 291.5])
+    assert weather.wind_speed[at] == pytest.approx([4.0, 4.25, 6.75])
+    assert weather.pressure[at] == pytest.approx([95006.0, 95006.5, 95011.5])
+    assert weather.vapour_pressure[at[0]] == pytest.approx(0.6 * saturation_pressure(286.0))
+    assert np.all(weather.vapour_pressure <= saturation_pressure(weather.air_temperature))
+
+
+def test_altitude_changes_air_and_sun(site, sky):
+    """From a station at 500 m to a summit at 2500 m: 13 K colder, thinner air that keeps its mixing ratio, more sun."""
+    weather = from_hours(500.0, HOURS, np.full(24, 290.0), 40.0, 2.0, 0.0, np.full(24, 96e3))
+    scene = Scene(site, weather, sky, np.array([500.0, 2500.0]), np.array([0.0]), np.array([0.0]))
+    forcing = scene.forcing(96)
+    assert forcing.air_temperature[:, 0] == pytest.approx([290.0, 277.0])
+    assert forcing.pressure[:, 0] == pytest.approx([96e3, 96e3 * np.exp(-2000 / 8000)], rel=1e-9)
+    mixing = forcing.vapour_pressure[:, 0] / forcing.pressure[:, 0]
+    assert mixing[0] == pytest.approx(mixing[1])
+    noon = forcing.shortwave_direct[:, 48]
+    assert noon[1] > 1.05 * noon[0]
+
+
+def test_cloud_of_the_afternoon_darkens_the_afternoon(site, sky):
+    cloud = np.where((HOURS >= 14) & (HOURS <= 17), 1.0, 0.0)
+    weather = from_hours(0.0, HOURS, np.full(24, 290.0), 50.0, 2.0, cloud)
+    forcing = Scene(site, weather, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
+    assert forcing.shortwave_direct[0, 10 * 4] > 500 and forcing.shortwave_direct[0, 15 * 4] == 0
+    assert forcing.longwave_sky[0, 15 * 4] > forcing.longwave_sky[0, 10 * 4] + 50
+
+
+EPW_STATION = "LOCATION,Test,CO,USA,TMY3,724666,39.74,-105.18,-7.0,1829.0"
+
+
+def epw(folder, change=()):
+    """Two June days: the temperature is the hour, the wind half of it; `change` puts cells (reading, column, text)."""
+    rows = []
+    for day in (21, 22):
+        for hour in range(1, 25):
+            cells = ["1999", "6", str(day), str(hour), "0", "?", str(float(hour)), "1.0", "40", "82000"]
+            cells += ["0"] * 11 + [str(0.5 * hour), "5", "4", *["0"] * 11]
+            rows.append(cells)
+    for reading, column, text in change:
+        rows[reading][column] = text
+    file = folder / "test.epw"
+    file.write_text("\n".join([EPW_STATION, *["HEADER"] * 7, *(",".join(row) for row in rows)]) + "\n")
+    return file
+
+
+def test_epw_hours_end_where_the_file_says(tmp_path):
+    """Hour 14 of local standard time (UTC-7) is 15:00 on a clock that is an hour ahead (UTC-6)."""
+    found = read_weather(epw(tmp_path), date(2026, 6, 22), -6)
+    at = found.time.index(15.0)
+    assert (found.air_temperature_c[at], found.wind_speed_m_s[at]) == (14.0, 7.0)
+    assert (found.cloud_fraction[at], found.pressure_hpa[at], found.altitude_km) == (0.5, 820.0, 1.829)
+    assert sorted(found.time) == found.time and len(found.time) == 24
+
+
+@pytest.mark.parametrize(
+    "day, change, message",
+    [
+        (date(2026, 6, 20), (), "test.epw: found 0 hours of 20 June; allowed: the 24 of a day"),
+        (date(2026, 6, 22), [(24 + 5, 6, "99.9")], "test.epw:38: temp_air: found 99.9; allowed: numbers worth -90 to 70"),
+        (date(2026, 6, 21), [(2, 22, "99")], "test.epw:11: total_sky_cover: found 99"),
+        (date(2026, 6, 21), [(0, 1, "June")], "is not a file that pvlib reads as EPW"),
+    ],
+)
+def test_wrong_epw_files_are_placed(tmp_path, day, change, message):
+    with pytest.raises(InputError, match=message):
+        read_weather(epw(tmp_path, change), day, -7)
+
+
+def test_tmy3_of_greensboro():
+    """pvlib's own sample file; its reading of 21 June 14:00 stands in line 4120."""
+    file = Path(pvlib.__file__).parent / "data" / "723170TYA.CSV"
+    if not file.is_file():
+        pytest.skip("this pvlib comes without its sample file")
+    cells = file.read_text().splitlines()[2 + 24 * 171 + 13].split(",")
+    assert cells[:2] == ["06/21/1988", "14:00"] or cells[0].startswith("06/21") and cells[1] == "14:00"
+    found = read_weather(file, date(2026, 6, 21), -5)
+    at = found.time.index(14.0)
+    assert found.air_temperature_c[at] == float(cells[31]) and found.altitude_km == 0.273
+
+
+def csv(folder, rows, header="time,air_temperature[C],wind_speed[km/h],cloud_fraction[%]"):
+    file = folder / "day.csv"
+    file.write_text("\n".join([header, *rows]) + "\n")
+    return file
+
+
+def test_csv_by_time_of_day(tmp_path):
+    found = read_weather(csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(0, 24, 3)]), date(2026, 6, 21), 0)
+    assert found.air_temperature_c == pytest.approx(np.arange(0, 24, 3)) and found.relative_humidity_percent is None
+    assert found.wind_speed_m_s == pytest.approx([10.0] * 8) and found.cloud_fraction == pytest.approx([0.5] * 8)
+
+
+@pytest.mark.parametrize(
+    "rows, message",
+    [
+        ([f"{hour:02d}:00,20,5,0" for hour in (0, 3, 6, 12, 15, 18, 21, 23)], r"day.csv:5:1: found a gap of 6.0 h"),
+        ([f"{hour:02d}:00,20,5,0" for hour in range(4, 24, 2)], r"day.csv:2:1: found a gap of 6.0 h"),
+        ([f"{hour:02d}:00,20,5,{40 * hour}" for hour in range(9)], r"day.csv:5:12: cloud_fraction: found '120'"),
+        (["2026-06-21T00:00,20,5,0"] * 8, r"day.csv:2:1: time: found '2026-06-21T00:00'; allowed: a time of day"),
+    ],
+)
+def test_wrong_csv_files_are_placed(tmp_path, rows, message):
+    with pytest.raises(InputError, match=message):
+        read_weather(csv(tmp_path, rows), date(2026, 6, 21), 0)
+
+
+JOB = """\
+skyshine: 1
+name: weather
+site: {{latitude_deg: 39.7, longitude_deg: -105.2, date: 2026-06-22, utc_offset_h: -7, altitude_km: 1.8}}
+states:
+  - profile: midlatitude_summer
+    weather: {weather}
+bands: [{{wavelength_um: [8, 12]}}]
+materials: [concrete]
+"""
+
+
+def load(folder, weather):
+    (folder / "job.yaml").write_text(JOB.format(weather=weather), encoding="utf-8")
+    return load_job(folder / "job.yaml").job
+
+
+def test_a_job_takes_a_file_and_its_own_keys_before_it(tmp_path):
+    epw(tmp_path)
+    job = load(tmp_path, "{file: test.epw, cloud_fraction: 0}")
+    _, weather, _ = scene_inputs(job, 1)
+    noon = 12 * len(sun_hours()) // 24
+    assert weather.air_temperature[noon] == pytest.approx(273.15 + 12) and weather.altitude == 1829.0
+    assert np.all(weather.cloud_fraction == 0) and weather.pressure[noon] == pytest.approx(82e3)
+    assert job.states[0].weather.mean_air_temperature_c == pytest.approx(12.5, abs=0.3)
+
+
+def test_a_job_takes_one_temperature_for_the_day(tmp_path):
+    _, weather, _ = scene_inputs(load(tmp_path, "{air_temperature_c: 20}"), 1)
+    assert np.all(weather.air_temperature == 293.15) and weather.altitude == 1800.0
+
+
+def test_a_missing_file_is_placed_in_the_job(tmp_path):
+    with pytest.raises(InputError, match=r"job.yaml:6:21: states.0.weather.file: found 'none.epw', which is no file"):
+        load(tmp_path, "{file: none.epw}")

@@ -1,0 +1,68 @@
+"""Response tables: units, order, interpolation and what is refused."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.radiometry import SpectralResponse, band_radiance
+from skyshine.mat.response import parse_response
+from skyshine.schemas.errors import InputError
+
+TABLE = """\
+# camera 7
+wavelength[um],response
+7.5,0
+8,40
+9,80
+11,60
+12,0
+13,0
+"""
+
+
+def test_a_table_is_scaled_to_peak_one_and_cut_to_where_it_responds():
+    response = parse_response(TABLE, "r.csv")
+    assert (response.lower, response.upper) == (7.5, 12.0)
+    assert response.at_wavelength([7.75, 8.0, 9.0, 11.5]) == pytest.approx([0.25, 0.5, 1.0, 0.375])
+
+
+def test_order_and_unit_do_not_matter():
+    rows = [line.split(",") for line in TABLE.splitlines()[2:]]
+    text = "response,wavelength[nm]\n" + "\n".join(f"{v},{1e3 * float(w)}" for w, v in reversed(rows))
+    ours, own = parse_response(text, "r.csv"), parse_response(TABLE, "r.csv")
+    assert ours.wavelength == pytest.approx(own.wavelength) and ours.response == pytest.approx(own.response)
+
+
+def test_a_wavenumber_table_is_linear_in_wavenumber():
+    response = parse_response("wavenumber[cm-1],response\n800,0\n1000,1\n1250,0\n", "r.csv")
+    nodes = np.linspace(800, 1250, 91)
+    assert response.at_wavenumber(nodes) == pytest.approx(np.interp(nodes, [800, 1000, 1250], [0, 1, 0]), abs=3e-4)
+
+
+def test_a_rectangle_in_wavenumbers_is_the_one_in_wavelengths():
+    table = parse_response("wavenumber[cm-1],response\n1250,3\n800,3\n", "r.csv")
+    assert band_radiance(table, 300.0) == pytest.approx(band_radiance(SpectralResponse.rectangular(8.0, 12.5), 300.0), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("9,80", "8,80", "r.csv:5:1: found 8 after 8; allowed: a wavelength that rises"),
+        ("9,80", "14,80", "r.csv:6:1: found 11 after 14"),
+        ("8,40", "8,-1", "r.csv:4:3: found -1; allowed: a response of at least 0"),
+        ("8,40", "8,nan", "r.csv:4:3: response: found 'nan'; allowed: a finite number"),
+        ("7.5,0", "-7.5,0", "r.csv:3:1: found -7.5; allowed: a wavelength above 0"),
+        ("wavelength[um]", "wavelength", "r.csv:2:1: found no unit of wavelength; allowed: um, nm, m"),
+        ("wavelength[um]", "lambda[um]", "r.csv:2:1: found the column 'lambda'"),
+        (",response", ",wavenumber[cm-1]", "r.csv:2:1: found the columns wavelength and wavenumber; allowed: response"),
+    ],
+)
+def test_bad_tables_say_where(old, new, message):
+    assert old in TABLE
+    with pytest.raises(InputError) as caught:
+        parse_response(TABLE.replace(old, new, 1), "r.csv")
+    assert str(caught.value).startswith(message)
+
+
+def test_a_response_of_nothing_is_refused():
+    with pytest.raises(InputError, match="0 in every row"):
+        parse_response("wavelength[um],response\n8,0\n9,0\n", "r.csv")

@@ -1,0 +1,50 @@
+"""The page of `mat report` in a browser: no error on its console, nothing asked of the network."""
+
+import json
+import shutil
+import subprocess
+
+import pytest
+
+from skyshine.mat.build import build
+from skyshine.mat.job import load_job
+from skyshine.mat.starter import write_starter
+
+pytestmark = pytest.mark.validation
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+
+
+def test_page_in_a_browser(tmp_path):
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        pytest.skip("chromium is not installed")
+    write_starter(tmp_path / "demo")
+    job = tmp_path / "demo" / "job.yaml"
+    build(load_job(job), jobs=2)
+    page, log = tmp_path / "report.html", tmp_path / "net.json"
+    subprocess.run(
+        ["python", "-c", "from skyshine.mat.cli import main; main()", "report", str(job), "--band", "2", "--scenes", "4", "--out", str(page)],
+        check=True, timeout=300,
+    )  # fmt: skip
+    done = subprocess.run(
+        [browser, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", f"--log-net-log={log}", "--enable-logging=stderr", "--dump-dom",
+         page.as_uri()],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert "Error budget: yellowstone" in done.stdout and "<svg" in done.stdout
+    assert "CONSOLE" not in done.stderr, done.stderr
+    asked = {url for url in _urls(json.loads(log.read_text(encoding="utf-8"))) if url.startswith(("http:", "https:", "ws:"))}
+    assert not asked, asked
+
+
+def _urls(log: dict) -> list[str]:
+    """Addresses of the requests that a network log of the page holds."""
+    kinds = {number: name for name, number in log["constants"]["logEventTypes"].items()}
+    return [
+        event["params"]["url"]
+        for event in log["events"]
+        if kinds.get(event["type"]) == "URL_REQUEST_START_JOB" and "url" in event.get("params", {})
+    ]

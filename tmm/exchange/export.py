@@ -1,0 +1,115 @@
+"""From a texture database to the files of another format."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.database import open_tmm
+from skyshine.tmm.exchange.image import MaterialImage, read_levels
+from skyshine.tmm.levels import level_sizes
+
+FORMATS = ("png", "gltf", "dirsig", "cdb")
+
+
+@dataclass(frozen=True)
+class CdbTarget:
+    """Where materials go in a CDB: a tile, or a model texture whose finest level of detail is `lod`."""
+
+    tile: str | None = None
+    model: str | None = None
+    lod: int | None = None
+    map_file: str | None = None
+
+
+def export(
+    path: str | os.PathLike,
+    form: str,
+    out: str | os.PathLike,
+    library,
+    level: int | None = None,
+    target: CdbTarget = CdbTarget(),
+    binary: bool = True,
+) -> list[Path]:
+    """Write a texture's materials in another format.
+
+    Parameters
+    ----------
+    path : path
+        A ``.tmm.h5``.
+    form : str
+        One of `FORMATS`.
+    out : path
+        Folder; of a CDB, its root.
+    library : MaterialLibrary
+        For the composite materials of a CDB.
+    level : int, optional
+        The mip level: by default the first; for a CDB tile the one of the tile's size; a model texture has all.
+    binary : bool
+        Of glTF: one .glb, rather than .gltf, .bin and .png.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, its materials do not fit the format, or a file cannot be written.
+    """
+    if form == "cdb":
+        return _export_cdb(path, Path(out), library, level, target)
+    from skyshine.tmm.exchange.dirsig import write_dirsig
+    from skyshine.tmm.exchange.gltf import write_gltf
+    from skyshine.tmm.exchange.indexed_png import write_png
+
+    image = read_levels(path, [level or 0])[0]
+    if level:
+        image = replace(image, name=f"{image.name}.{level}")
+    writers: dict[str, Callable[[Path, MaterialImage], list[Path]]] = {
+        "png": write_png,
+        "dirsig": write_dirsig,
+        "gltf": lambda folder, texture: write_gltf(folder, texture, binary),
+    }
+    return writers[form](Path(out), image)
+
+
+def _export_cdb(path, root: Path, library, level: int | None, target: CdbTarget) -> list[Path]:
+    from skyshine.tmm.exchange.cdb import from_image, parse_tile, write_cdb
+    from skyshine.tmm.exchange.cdb_materials import load_map
+
+    if (target.tile is None) == (target.model is None):
+        raise InputError("a CDB needs --tile, such as N12E044_L00_U0_R0, or --model with --lod; give one of them")
+    materials = load_map(library, target.map_file)
+    if target.model is not None:
+        return _export_model(path, root, materials, level, target)
+    tile = parse_tile(target.tile)
+    if level is None:
+        sizes = _level_sizes(path)
+        level = sizes.index((tile.side, tile.side)) if (tile.side, tile.side) in sizes else 0
+    return write_cdb(root, from_image(read_levels(path, [level])[0], tile, materials))
+
+
+def _export_model(path, root: Path, materials, level: int | None, target: CdbTarget) -> list[Path]:
+    from skyshine.tmm.exchange.cdb import MIN_LOD, from_image, model_texture, used_codes, write_cdb
+
+    if target.lod is None:
+        raise InputError("--model needs --lod, the level of detail of its finest texture; give it")
+    if level is not None:
+        raise InputError("--level does not go with --model, whose levels of detail are all mip levels; leave it out")
+    model_texture(target.model, target.lod)
+    images = read_levels(path, range(min(len(_level_sizes(path)), target.lod - MIN_LOD + 1)))
+    codes = used_codes(images[0])  # one table serves all levels, and the coarser ones have no other materials
+    rasters = [
+        from_image(image, model_texture(target.model, target.lod - k), materials, codes) for k, image in enumerate(images)
+    ]
+    return list(dict.fromkeys(file for raster in rasters for file in write_cdb(root, raster)))
+
+
+def _level_sizes(path) -> list[tuple[int, int]]:
+    with open_tmm(path) as file:
+        return level_sizes(file.height, file.width)

@@ -1,0 +1,160 @@
+"""glTF 2.0 with a feature ID texture: EXT_mesh_features and EXT_structural_metadata.
+
+A quad of one unit carries the texture; each texel's feature ID is a row of the property table, which has code, name and share of
+the materials. A texel without material has the ID that follows the last row, stated as `nullFeatureId`. The feature ID set is what an
+application takes over to its own geometry.
+Specifications: glTF 2.0 (Khronos, ISO/IEC 12113), EXT_mesh_features and EXT_structural_metadata (3D Tiles community, CesiumGS).
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.exchange.image import MaterialImage
+from skyshine.tmm.exchange.legend import write_bytes
+
+MAX_IDS = 65536  # of two 8 bit channels
+FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 5126, 5123, 34962, 34963
+NEAREST, CLAMP_TO_EDGE, TRIANGLES = 9728, 33071, 4
+_GLB_MAGIC, _GLB_VERSION, _JSON_CHUNK, _BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
+_ALIGNMENT = 8  # of property table buffers, by the metadata specification
+
+
+class _Buffer:
+    """Collects buffer views of one binary buffer."""
+
+    def __init__(self):
+        self.content, self.views = bytearray(), []
+
+    def add(self, data: bytes, **settings) -> int:
+        """Append a view and return its number."""
+        self.content += b"\0" * (-len(self.content) % _ALIGNMENT)
+        self.views.append({"buffer": 0, "byteOffset": len(self.content), "byteLength": len(data), **settings})
+        self.content += data
+        return len(self.views) - 1
+
+
+def write_gltf(folder: str | os.PathLike, image: MaterialImage, binary: bool = True) -> list[Path]:
+    """Write ``NAME.glb``, or ``NAME.gltf`` with ``NAME.bin`` and ``NAME.ids.png``.
+
+    Raises
+    ------
+    InputError
+        There are more materials than feature IDs, or a file cannot be written.
+    """
+    if len(image.materials) >= MAX_IDS:
+        raise InputError(f"'{image.name}' has {len(image.materials)} materials; allowed in a feature ID texture: {MAX_IDS - 1}")
+    buffer, folder = _Buffer(), Path(folder)
+    ids, channels = _feature_ids(image)
+    document = _document(image, buffer, channels)
+    if binary:
+        document["images"] = [{"name": "material feature IDs", "mimeType": "image/png", "bufferView": buffer.add(ids)}]
+        path = folder / f"{image.name}.glb"
+        write_bytes(path, _glb(_complete(document, buffer), bytes(buffer.content)))
+        return [path]
+    paths = [folder / f"{image.name}{ending}" for ending in (".gltf", ".bin", ".ids.png")]
+    document["images"] = [{"name": "material feature IDs", "uri": paths[2].name}]
+    content = _complete(document, buffer, uri=paths[1].name)
+    write_bytes(paths[0], (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode())
+    write_bytes(paths[1], bytes(buffer.content))
+    write_bytes(paths[2], ids)
+    return paths
+
+
+def _feature_ids(image: MaterialImage) -> tuple[bytes, list[int]]:
+    """The feature IDs as PNG, and the channels that hold them, the lowest byte first."""
+    from PIL import Image
+
+    index = image.index(first=0)
+    index[index < 0] = len(image.materials)
+    rgb = np.zeros((*index.shape, 3), np.uint8)
+    rgb[..., 0], rgb[..., 1] = index & 0xFF, index >> 8
+    content = io.BytesIO()
+    Image.fromarray(rgb).save(content, format="PNG")
+    return content.getvalue(), [0] if len(image.materials) < 256 else [0, 1]
+
+
+def _document(image: MaterialImage, buffer: _Buffer, channels: list[int]) -> dict:
+    aspect = image.width / image.height
+    positions = np.array([[0, 0, 0], [aspect, 0, 0], [aspect, 1, 0], [0, 1, 0]], "<f4")
+    corners = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], "<f4")  # texture coordinates run down from the top left
+    triangles = np.array([0, 1, 2, 0, 2, 3], "<u2")
+    views = [
+        buffer.add(positions.tobytes(), target=ARRAY_BUFFER),
+        buffer.add(corners.tobytes(), target=ARRAY_BUFFER),
+        buffer.add(triangles.tobytes(), target=ELEMENT_ARRAY_BUFFER),
+    ]
+    bounds = {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
+    count = len(image.materials)
+    feature_ids = {
+        "featureCount": count,
+        "nullFeatureId": count,
+        "label": "material",
+        "propertyTable": 0,
+        "texture": {"index": 0, "texCoord": 0, "channels": channels},
+    }
+    primitive = {
+        "attributes": {"POSITION": 0, "TEXCOORD_0": 1},
+        "indices": 2,
+        "mode": TRIANGLES,
+        "extensions": {"EXT_mesh_features": {"featureIds": [feature_ids]}},
+    }
+    return {
+        "asset": {"version": "2.0", "generator": "skyshine"},
+        "extensionsUsed": ["EXT_mesh_features", "EXT_structural_metadata"],
+        "extensions": {"EXT_structural_metadata": _metadata(image, buffer)},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": image.name, "mesh": 0}],
+        "meshes": [{"name": image.name, "primitives": [primitive]}],
+        "textures": [{"source": 0, "sampler": 0}],
+        "samplers": [{"magFilter": NEAREST, "minFilter": NEAREST, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE}],
+        "accessors": [
+            {"bufferView": views[0], "componentType": FLOAT, "count": 4, "type": "VEC3", **bounds},
+            {"bufferView": views[1], "componentType": FLOAT, "count": 4, "type": "VEC2"},
+            {"bufferView": views[2], "componentType": UNSIGNED_SHORT, "count": 6, "type": "SCALAR"},
+        ],
+    }
+
+
+def _metadata(image: MaterialImage, buffer: _Buffer) -> dict:
+    names = [name.encode() for name in image.materials.values()]
+    offsets = np.cumsum([0, *map(len, names)]).astype("<u4")
+    counts = np.bincount(image.level.code.ravel(), minlength=max(image.materials) + 1)[list(image.materials)]
+    share = (counts / image.level.code.size).astype("<f4")
+    properties = {
+        "code": {"values": buffer.add(np.array(list(image.materials), "<u2").tobytes())},
+        "name": {
+            "values": buffer.add(b"".join(names)),
+            "stringOffsets": buffer.add(offsets.tobytes()),
+            "stringOffsetType": "UINT32",
+        },
+        "share": {"values": buffer.add(share.tobytes())},
+    }
+    described = {
+        "code": {"type": "SCALAR", "componentType": "UINT16", "description": "material code", "required": True},
+        "name": {"type": "STRING", "description": "material name", "required": True},
+        "share": {"type": "SCALAR", "componentType": "FLOAT32", "description": "share of all texels", "required": True},
+    }
+    classes = {"material": {"name": "Material", "properties": described}}
+    table = {"name": "materials", "class": "material", "count": len(names), "properties": properties}
+    return {"schema": {"id": "skyshine_materials", "classes": classes}, "propertyTables": [table]}
+
+
+def _complete(document: dict, buffer: _Buffer, **uri: str) -> dict:
+    return {**document, "buffers": [{**uri, "byteLength": len(buffer.content)}], "bufferViews": buffer.views}
+
+
+def _glb(document: dict, content: bytes) -> bytes:
+    text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
+    text += b" " * (-len(text) % 4)
+    content += b"\0" * (-len(content) % 4)
+    chunks = struct.pack("<II", len(text), _JSON_CHUNK) + text + struct.pack("<II", len(content), _BIN_CHUNK) + content
+    return struct.pack("<III", _GLB_MAGIC, _GLB_VERSION, 12 + len(chunks)) + chunks

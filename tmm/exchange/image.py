@@ -1,0 +1,87 @@
+"""What every exchange format sees of a texture: materials by code, and up to three of them in a texel."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.database import open_tmm
+from skyshine.tmm.levels import Level
+
+
+@dataclass(frozen=True)
+class MaterialImage:
+    """One level of a texture.
+
+    Attributes
+    ----------
+    name : str
+    materials : dict of int to str
+        Material names by code, codes ascending; every code of the level is among them.
+    level : Level
+        code (H, W), mix_code and mix_weight (H, W, 3).
+    """
+
+    name: str
+    materials: dict[int, str]
+    level: Level
+
+    @property
+    def height(self) -> int:
+        return self.level.code.shape[0]
+
+    @property
+    def width(self) -> int:
+        return self.level.code.shape[1]
+
+    @property
+    def layers(self) -> int:
+        """How many materials the most mixed texel has, one at least."""
+        used = (self.level.mix_weight > 0).any(axis=(0, 1))
+        return max(int(used.sum()), 1)
+
+    def index(self, rank: int = 0, first: int = 0) -> np.ndarray:
+        """Materials (H, W) int64 counted in the order of their codes.
+
+        Parameters
+        ----------
+        rank : int
+            0 for the material with the largest share, 1 and 2 for the next.
+        first : int
+            Number of the first material; ``first - 1`` stands for no material.
+        """
+        codes = np.array(list(self.materials), np.int64)
+        wanted = self.level.code if rank == 0 else self.level.mix_code[..., rank]
+        return np.where(wanted > 0, np.searchsorted(codes, wanted) + first, first - 1)
+
+
+def read_levels(path: str | os.PathLike, levels: range | list[int] | None = None) -> list[MaterialImage]:
+    """Levels of a texture database.
+
+    Parameters
+    ----------
+    path : path
+        A ``.tmm.h5``.
+    levels : sequence of int, optional
+        By default the first alone.
+
+    Raises
+    ------
+    InputError
+        The file is missing or damaged, is no texture database, or has no such level.
+    """
+    with open_tmm(path) as file:
+        wanted = [0] if levels is None else list(levels)
+        for k in wanted:
+            if not 0 <= k < file.levels:
+                raise InputError(f"found level {k}; allowed: 0 to {file.levels - 1}", file=path)
+        name = re.sub(r"\.tmm\.h5$", "", os.path.basename(path))
+        planes = ("code", "mix_code", "mix_weight")
+        return [
+            MaterialImage(name, file.materials, Level(*(file.array(f"levels/{k}/{plane}") for plane in planes)))
+            for k in wanted
+        ]

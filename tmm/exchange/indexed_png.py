@@ -1,0 +1,103 @@
+"""Indexed PNG: one palette entry a material, with a legend in JSON."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.exchange.image import MaterialImage
+from skyshine.tmm.exchange.legend import legend, read_legend, write_bytes, write_json
+from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Level
+
+MAX_MATERIALS = 255  # a palette has 256 entries, the first stands for no material
+_GOLDEN = 0.618033988749895  # 1 / golden ratio: hues a golden angle apart stay distinct however many there are
+
+
+def palette(count: int) -> np.ndarray:
+    """Distinct colours (count + 1, 3) uint8; the first is black."""
+    from matplotlib.colors import hsv_to_rgb
+
+    k = np.arange(count)
+    hsv = np.stack([(k * _GOLDEN) % 1.0, np.where(k % 2, 0.85, 0.55), np.where(k % 3 == 2, 0.65, 0.95)], axis=1)
+    colours = np.rint(255 * hsv_to_rgb(hsv)).astype(np.uint8)
+    return np.concatenate([np.zeros((1, 3), np.uint8), colours])
+
+
+def write_png(folder: str | os.PathLike, image: MaterialImage) -> list[Path]:
+    """Write ``NAME.png`` and ``NAME.legend.json``.
+
+    Raises
+    ------
+    InputError
+        There are more materials than palette entries, or a file cannot be written.
+    """
+    import io
+
+    from PIL import Image
+
+    if len(image.materials) > MAX_MATERIALS:
+        raise InputError(
+            f"'{image.name}' has {len(image.materials)} materials; allowed in an indexed PNG: {MAX_MATERIALS}; use --to gltf"
+        )
+    colours = palette(len(image.materials))
+    picture = Image.fromarray(image.index(first=1).astype(np.uint8)).convert("P")
+    picture.putpalette(colours.tobytes(), "RGB")
+    content = io.BytesIO()
+    picture.save(content, format="PNG", optimize=False)
+    paths = [Path(folder) / f"{image.name}{ending}" for ending in (".png", ".legend.json")]
+    write_bytes(paths[0], content.getvalue())
+    entries = {
+        str(k): {**entry, "colour": "#{:02X}{:02X}{:02X}".format(*colours[k])} for k, entry in legend(image).items()
+    }
+    write_json(paths[1], {"image": paths[0].name, "no_material": 0, "materials": entries})
+    return paths
+
+
+def read_png(path: str | os.PathLike, legend_path: str | os.PathLike, library) -> MaterialImage:
+    """Read an indexed or grey PNG (8 or 16 bit) with its legend; numbers that the legend has not are no material.
+
+    Raises
+    ------
+    InputError
+        The image is missing, damaged or in colour, or the legend is wrong.
+    """
+    numbers = read_indices(path)
+    names = read_legend(legend_path, library)
+    lookup = np.zeros(max(int(numbers.max()), *names) + 1, np.uint16)
+    for number, name in names.items():
+        lookup[number] = library[name].code
+    code = lookup[numbers]
+    if not code.any():
+        raise InputError(f"has no number that {Path(legend_path).name} names; check that they belong together", file=path)
+    used = {int(c): library.by_code(int(c)).name for c in np.unique(code[code > 0])}
+    mix_code, mix_weight = (np.zeros((*code.shape, COMPONENTS), np.uint16) for _ in range(2))
+    mix_code[..., 0], mix_weight[..., 0] = code, WEIGHT_TOTAL
+    return MaterialImage(Path(path).stem, used, Level(code, mix_code, mix_weight))
+
+
+def read_indices(path: str | os.PathLike) -> np.ndarray:
+    """Palette indices or grey values (H, W) of an image.
+
+    Raises
+    ------
+    InputError
+        It is missing, damaged or in colour.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(path) as picture:
+            if picture.mode not in ("P", "L", "1", "I;16"):
+                raise InputError(
+                    f"has the pixel type {picture.mode}; allowed: palette or grey of 8 or 16 bit; for colours that name "
+                    "materials use 'labels' in a job",
+                    file=path,
+                )
+            return np.array(picture.convert("L") if picture.mode == "1" else picture).astype(np.uint16)
+    except FileNotFoundError:
+        raise InputError("does not exist; check the image's path", file=path) from None
+    except (UnidentifiedImageError, OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise InputError(f"is not a readable image ({str(error).splitlines()[0][:80]}); save it again", file=path) from None

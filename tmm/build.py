@@ -29,7 +29,7 @@ from skyshine.tmm.seeds import SeedTexels
 from skyshine.tmm.texture import TextureFile
 from skyshine.tmm.train import examples, train_on_seeds
 
-BAND, STRIP = 256, 1024  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
+BAND, STRIP = 256, 512  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
 
 
 @dataclass(frozen=True)

@@ -82,8 +82,13 @@ class Job(StrictModel):
 
     @property
     def observer_altitudes_km(self) -> list[float]:
-        """Altitudes of the atmospheric tables."""
-        return self.atmosphere_grid.altitude_km or [round(self.site.altitude_km + h, 9) for h in OBSERVER_HEIGHTS_KM]
+        """Altitudes of the atmospheric tables; by default with the base and the top of every cloud, where the view changes."""
+        if self.atmosphere_grid.altitude_km:
+            return self.atmosphere_grid.altitude_km
+        layers = [cloud.layer() for state in self.states for cloud in state.clouds]
+        edges = {z / 1e3 for layer in layers for z in (layer.base, layer.top)} - {0.0}
+        heights = sorted(set(OBSERVER_HEIGHTS_KM) | edges)
+        return [round(self.site.altitude_km + height, 9) for height in heights]
 
     @property
     def surface_altitudes_km(self) -> list[float]:

@@ -1,4 +1,4 @@
-"""Optical properties of air at the levels of a state: gases, continua, molecular scattering, aerosol, emission.
+"""Optical properties of air at the levels of a state: gases, continua, molecular scattering, particles, emission.
 
 Everything is per molecule of air [m^2], the measure in which `geometry` counts a path.
 """
@@ -36,10 +36,11 @@ class SpectralOptics:
     rayleigh_anisotropy : (P,) array
         Depolarisation term gamma of the molecular phase function.
     aerosol_extinction, aerosol_scattering : (N, P) arrays
+        Of all particles: aerosol, cloud and rain.
     asymmetry : (N, P) array
         Of the particles: mean cosine of their scattering angle.
     phase : (A, N, C) array
-        Aerosol phase function at `PHASE_ANGLES`, levels and C wavelengths; mean over the sphere 1.
+        Phase function of the particles at `PHASE_ANGLES`, levels and C wavelengths; mean over the sphere 1.
     phase_share : (C, P) array
         Weight of each of those wavelengths at each point.
     emission : (N, P) array
@@ -155,7 +156,7 @@ def _aerosol(state, wavenumber):
     nodes, share = _phase_wavelengths(wavenumber)
     phase = np.zeros((PHASE_ANGLES.size, state.altitude.size, nodes.size))
     total = np.zeros((state.altitude.size, nodes.size))
-    for component in state.aerosols:
+    for component in state.particles:
         amount = (component.extinction_550 / state.number_density)[:, None]
         optics = component.model.optics(wavenumber, state.relative_humidity)
         extinction += amount * optics.extinction

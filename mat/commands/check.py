@@ -14,6 +14,7 @@ def command(job: str, as_json: bool) -> None:
     from skyshine.mat.job import load_job
     from skyshine.mat.plan import make_plan
     from skyshine.mat.scene import check_scene, source_hours
+    from skyshine.mat.state_summary import state_summaries
     from skyshine.materials.library import load_library
 
     loaded = load_job(job)
@@ -21,15 +22,17 @@ def command(job: str, as_json: bool) -> None:
     check_scene(loaded)
     left_out = [*plan.left_out, *gases_left_out(loaded)]
     hours = source_hours(loaded.job.of_state(1))
+    states = state_summaries(loaded.job)
     if as_json:
-        emit_json(_as_json(plan, left_out, hours))
+        emit_json(_as_json(plan, left_out, hours, states))
     else:
-        _print(loaded, plan, left_out, hours)
+        _print(loaded, plan, left_out, hours, states)
 
 
-def _as_json(plan, left_out, hours) -> dict:
+def _as_json(plan, left_out, hours, states) -> dict:
     return {
         "files": [name for task in plan.tasks for name in task.files],
+        "states": states,
         "materials": list(plan.materials),
         "left_out": [vars(item) for item in left_out],
         "source_up": {source: [list(span) for span in spans] for source, spans in hours.items()},
@@ -37,8 +40,12 @@ def _as_json(plan, left_out, hours) -> dict:
     }
 
 
-def _print(loaded, plan, left_out, hours) -> None:
+def _print(loaded, plan, left_out, hours, states) -> None:
+    from skyshine.mat.state_summary import summary_line
+
     click.echo(f"{loaded.file}: holds")
+    for number, state in enumerate(states, 1):
+        click.echo(f"state {number:02d}: {summary_line(state)}")
     click.echo("will be built:")
     for task in plan.tasks:
         for name in task.files:

@@ -152,7 +152,7 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     net = emissivity * (laws.Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
     properties = material.surface
     roughness = properties.roughness_length
-    logs = np.log1p(10.0 / roughness) * np.log1p(10.0 * np.exp(2.0) / roughness)
+    logs = np.log1p(10.0 / roughness) * np.log1p(2.0 * np.exp(2.0) / roughness)
     volumetric = pressure / (laws.AIR_GAS_CONSTANT * air) * laws.AIR_HEAT_CAPACITY
     forced = volumetric * 0.16 * wind / logs
     if not properties.canopy:
@@ -165,7 +165,11 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     net += coefficient * difference
     if properties.wetness:
         celsius = surface - 273.15
-        deficit = 611.2 * ca.exp(17.62 * celsius / (243.12 + celsius)) - vapour
+        frozen = ca.fmin(ca.fmax(-celsius / 2.0, 0.0), 1.0)
+        ice = frozen * frozen * (3.0 - 2.0 * frozen)
+        exponent = ca.if_else(ice > 0, ice * 22.46 * celsius / (272.62 + celsius), 0.0)
+        exponent += (1.0 - ice) * 17.62 * celsius / (243.12 + celsius)
+        deficit = (611.2 * ca.exp(exponent) - vapour) * (1.0 + ice * 0.333 / 2.501)
         resistance = volumetric / coefficient + properties.surface_resistance
         net += properties.wetness * volumetric / (0.665e-3 * pressure) * deficit / resistance
     return net

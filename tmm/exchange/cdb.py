@@ -334,10 +334,6 @@ def write_cdb(root: str | os.PathLike, raster: CdbRaster) -> list[Path]:
             written.append(raster.place.raster(root, MIXTURE, layer))
             write_tiff(written[-1], raster.share[layer - 1])
     table = raster.place.table(root)
-    try:
-        table.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be made: {error.strerror}; check the folder", file=table.parent) from None
     write_table(table, list(raster.table.values()))
     return [*written, table]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.exchange.legend import write_bytes
+from skyshine.tmm.exchange.files import write_bytes
 from skyshine.tmm.raster import read_channels
 
 

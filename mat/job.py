@@ -78,6 +78,9 @@ class Job(StrictModel):
     atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
+    water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
+        "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time."
+    )
     output: Output = Output()
 
     @property

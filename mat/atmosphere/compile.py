@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.geometry import Rays, scattering_cosine, source_cosine, trace
 from skyshine.mat.atmosphere.selection import select_points
 from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.threads import each
 from skyshine.schemas.errors import InputError
 
 # Samples of the response inside an interval.
@@ -34,6 +35,8 @@ _FLOOR = 0.1
 _GAS_SHARE = 0.5
 _FIT_SHARE = 0.3
 _QUADRATURE = 4
+# Points whose targets are computed together: the arrays of a path then stay in a processor's cache.
+_CHUNK = 512
 KINDS = ("transmittance", "path_thermal", "path_radiance", "sky_irradiance", "direct_irradiance")
 
 
@@ -263,8 +266,20 @@ def _targets(air, sample, irradiance, brightness):
 
     irradiance (B, P) of the sources; direct light is over the brightness (B,).
     """
-    optics = air.optics
     rays, paths = _paths(air.shells, sample)
+    starts = range(0, air.optics.wavenumber.size, _CHUNK)
+
+    def targets(part, start):
+        return _part_of_targets(part, sample, rays, paths, irradiance[:, start : start + _CHUNK], brightness)
+
+    parts = each(targets, air.parts(_CHUNK), starts)
+    joined = {kind: np.concatenate([part[kind] for part in parts], axis=1) for kind in KINDS if parts[0][kind].size}
+    return {kind: values for kind, values in joined.items() if np.any(values > 0)}
+
+
+def _part_of_targets(air, sample, rays, paths, irradiance, brightness):
+    """`_targets` at some of the points."""
+    optics = air.optics
     per_micron = optics.wavenumber**2 * 1e-4
     sky = sky_irradiance(air, sample.surface_altitude, sample.sky_elevation, zeniths=_QUADRATURE, azimuths=_QUADRATURE)
     by_source = irradiance[:, None, None] * per_micron  # (B, 1, 1, P)
@@ -292,8 +307,8 @@ def _targets(air, sample, irradiance, brightness):
         # The products of (20) and (36): sky and direct light on the ground through the path.
         result["sky_irradiance"].append(irradiances[(row + np.arange(len(node))) % len(irradiances)] * through)
         result["direct_irradiance"].append(direct[(row + np.arange(len(node))) % len(direct)] * through)
-    joined = {kind: np.concatenate(parts) for kind, parts in result.items() if parts}
-    return {kind: values for kind, values in joined.items() if np.any(values > 0)}
+    none = np.zeros((0, per_micron.size))
+    return {kind: np.concatenate([none, *values]) for kind, values in result.items()}
 
 
 def _size(kind, values):

@@ -76,8 +76,8 @@ def command(
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
-    Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of sight, at the
-    observer where it leads into space.
+    Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
+    sight, at the observer where it leads into space.
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
     """

@@ -1,4 +1,4 @@
-"""Transmittance and thermal path radiance against MODTRAN 5.2.1, and what the difference is made of.
+"""Transmittance, thermal and scattered path radiance against MODTRAN 5.2.1, and what the difference is made of.
 
 The spectra are those of the PyPI package `pybsm` 0.16.1 (SKYSHINE_PEERS names the folder of its wheel): mid-latitude summer, 360 ppm
 CO2, rural aerosol of 23 km visibility, lines of sight from 0.5 to 3 km altitude down to the ground, a triangular slit of 0.02 um;
@@ -17,6 +17,7 @@ nearly as it does and add a sixth to the nitrogen continuum near the ground; wha
 import csv
 import io
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from skyshine.mat.atmosphere import geometry, transfer
 from skyshine.mat.atmosphere.absorption import AbsorptionTable, water_continuum
 from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.compile import band_points
+from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.radiometry import SpectralResponse, band_radiance
 
@@ -37,6 +39,16 @@ SLIT = 0.02  # um, full width at half maximum
 SURFACE_TEMPERATURE = 294.2  # K, of mid-latitude summer at the ground
 BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}
 RURAL_23_KM = 1
+SOLAR = (0.4, 2.5)  # um
+SOURCE = np.radians([40.0]), np.radians([90.0])  # elevation of the Sun, azimuth from the line of sight (README of the spectra)
+SUN_DISTANCE = 1.0110  # au on day 236: 1 + 0.0167 sin(2 pi (236 - 94) / 365)
+# Albedo of its "Mixed Forest", from the same README, um.
+FOREST = np.array([
+    (0.2, 0.025), (0.5, 0.036), (0.7, 0.032), (0.725, 0.097), (0.75, 0.254), (0.775, 0.314), (0.9, 0.31), (0.925, 0.419), (1.0, 0.4),
+    (1.25, 0.384), (1.3, 0.337), (1.35, 0.287), (1.4, 0.236), (1.45, 0.191), (1.5, 0.162), (1.55, 0.19), (1.6, 0.216), (1.65, 0.24),
+    (1.7, 0.265), (1.75, 0.321), (1.8, 0.238), (1.85, 0.185),
+])  # fmt: skip
+SINGLE = 0.8  # share of our scattered radiance that was scattered once, above which single scattering is said to dominate
 SUB = 20  # parts of an interval that line by line is kept in
 LIMIT_OLDER = 0.015  # of line by line with the water vapour continuum of MODTRAN's time
 FITTED_ABOVE = 0.02  # transmittance of MODTRAN below which an optical depth is not told from the printed spectrum
@@ -44,7 +56,7 @@ FITTED_ABOVE = 0.02  # transmittance of MODTRAN below which an optical depth is 
 
 @pytest.fixture(scope="module")
 def spectra(peers):
-    """(altitude, ground range) [km] to transmittance and thermal path radiance [W m^-2 sr^-1 um^-1] at `WAVELENGTH`."""
+    """(altitude, ground range) [km] to transmittance, thermal and scattered path radiance [W m^-2 sr^-1 um^-1] at `WAVELENGTH`."""
     wheels = sorted(peers.glob("pybsm-*.whl"))
     if not wheels:
         pytest.skip(f"{peers} holds no wheel of pybsm")
@@ -54,7 +66,7 @@ def spectra(peers):
         for number, altitude, ground_range, haze, *_ in list(decoder)[1:]:
             if int(haze) == RURAL_23_KM and float(altitude) in ALTITUDES and float(ground_range) in RANGES:
                 columns = np.frombuffer(wheel.read(f"pybsm/atms/{number}.bin"), dtype="<f4").reshape(5, WAVELENGTH.size)
-                found[float(altitude), float(ground_range)] = columns[0].astype(float), columns[1] * 1e4
+                found[float(altitude), float(ground_range)] = columns[0].astype(float), columns[1] * 1e4, columns[3] * 1e4
     assert len(found) == len(ALTITUDES) * len(RANGES)
     return found
 
@@ -65,14 +77,19 @@ def state():
 
 
 def lines_of_sight(shells, paths):
-    """Segments from altitudes down to the ground at ground ranges [km]."""
+    """The segments of `traced`."""
+    return [segments for _, segments in traced(shells, paths)]
+
+
+def traced(shells, paths):
+    """Rays (of all) and segments from altitudes down to the ground at ground ranges [km]."""
     ground = geometry.EARTH_RADIUS
     observer, angle = np.array([(ground + 1e3 * altitude, 1e3 * reach / ground) for altitude, reach in paths]).T
     length = np.sqrt(observer**2 + ground**2 - 2 * observer * ground * np.cos(angle))
     elevation = -np.arcsin(np.clip((length**2 + observer**2 - ground**2) / (2 * length * observer), -1, 1))
     rays = geometry.trace(shells, observer - ground, elevation)
     assert np.all(rays.ground)
-    return [transfer.Segments.of(rays, row) for row in range(len(paths))]
+    return [(rays, transfer.Segments.of(rays, row)) for row in range(len(paths))]
 
 
 def bins(low, high):
@@ -134,6 +151,44 @@ def test_points_against_modtran(spectra, state, name, continuum, limit_tau, limi
     assert rms(radiance[judged]) <= limit_radiance
 
 
+def test_scattered_sunlight(spectra, state):
+    edges = bins(*SOLAR)
+    table, paths = AbsorptionTable.open(), [path for path in spectra if path[1] > 0]
+    ours, once = np.zeros((2, len(paths), edges.size - 1))
+    for b, (first, last) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+        response = SpectralResponse.rectangular(first, last)
+        band = band_points(table.points(*response.wavenumber_range), response)
+        albedo = float(np.interp(0.5 * (first + last), *FOREST.T))
+        air = SpectralAir.of(replace(state, surface_albedo=albedo), band.points)
+        weight = band.radiance_weight * solar_irradiance(band.wavenumber, band.width) / SUN_DISTANCE**2 / band.weight.sum()
+        for p, (rays, segments) in enumerate(traced(air.shells, paths)):
+            depth = segments.column(air.optics.extinction)
+            ends = np.append(segments.index, segments.index[-1] + 1)
+            angles = [f(rays, *SOURCE)[p, ends] for f in (geometry.source_cosine, geometry.scattering_cosine)]
+            ours[p, b] = (air.scattered_radiance(segments, depth, *angles) @ weight)[0]
+            again = (air.diffuse_light.spectral(segments, depth, angles[0]) @ weight)[0]
+            once[p, b] = ours[p, b] - again
+    theirs = np.array([bin_means(spectra[path][2], *SOLAR) for path in paths])
+    share = once / ours
+    # In the water bands next to nothing is scattered: what is below a hundredth of the brightest of its line of sight is not judged.
+    bright = theirs > 0.01 * theirs.max(axis=1, keepdims=True)
+    ratio = ours / theirs - 1
+    print("\nscattered sunlight, ours over MODTRAN less 1, %; by 0.1 um: share scattered once, mean, rms, largest over lines of sight")
+    for b, first in enumerate(edges[:-1]):
+        if bright[:, b].any():
+            error = ratio[bright[:, b], b]
+            figures = (share[:, b].mean(), error.mean(), rms(error), np.abs(error).max())
+            print(f"{first:4.1f} um  {' '.join(f'{100 * x:+7.1f}' for x in figures)}")
+    for p, (altitude, reach) in enumerate(paths):
+        error = ratio[p, bright[p]]
+        print(f"{altitude:4.1f} km {reach:5.0f} km  mean {100 * error.mean():+6.1f}  rms {100 * rms(error):6.1f}")
+    single = bright & (share > SINGLE)
+    for title, which in (("scattered once at least 80 %", single), ("less", bright & ~single)):
+        print(f"{title}: {which.sum()} of {bright.sum()}, mean {100 * ratio[which].mean():+.1f} %, rms {100 * rms(ratio[which]):.1f} %")
+    assert single.sum() > 20
+    assert rms(ratio[single]) <= 0.10
+
+
 @pytest.mark.shared_data
 @pytest.mark.parametrize(("name", "limit", "limit_fitted"), [("3-5 um", 0.021, 0.006), ("8-12 um", 0.03, 0.004)])
 def test_line_by_line_differs_from_modtran_by_the_self_continuum(spectra, state, shared_data, name, limit, limit_fitted):
@@ -191,8 +246,6 @@ def line_by_line(state, paths, shared_data, low, high):
 
 def lower_part(state, altitude):
     """The levels up to the first above an altitude [m]."""
-    from dataclasses import replace
-
     keep = slice(0, int(np.searchsorted(state.altitude, altitude, side="right")) + 1)
     fractions = {gas: values[keep] for gas, values in state.mole_fraction.items()}
     return replace(

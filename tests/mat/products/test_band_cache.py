@@ -113,7 +113,9 @@ def test_the_key_tells_values_and_shapes_apart():
 
 
 def test_a_fresh_build_takes_the_band_from_the_cache_and_says_so(small_job, small_build, tmp_path):
-    build(load_job(small_job), out=tmp_path, jobs=1, fresh=True)
+    job = tmp_path / "job.yaml"
+    job.write_text(small_job.read_text(encoding="utf-8") + "output: {pictures: false}\n", encoding="utf-8")
+    build(load_job(job), out=tmp_path, jobs=1, fresh=True)
     notes = json.loads((tmp_path / "build.json").read_text(encoding="utf-8"))["files"]["s01b01.atmq.h5"]["notes"]
     assert "compiled band from the cache" in notes
     assert (tmp_path / "s01b01.atmq.h5").read_bytes() == (small_build / "s01b01.atmq.h5").read_bytes()

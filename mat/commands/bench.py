@@ -11,7 +11,7 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, progre
 from skyshine.schemas.errors import InputError
 
 
-@click.group("bench", invoke_without_command=True, epilog="Examples: mat bench --quick --out bench; mat bench surface --quick")
+@click.group("bench", invoke_without_command=True, epilog="Example: mat bench --quick --out bench")
 @click.option("--out", type=click.Path(file_okay=False), help="Folder for bench.json and bench.png.")
 @click.option("--quick", is_flag=True, help="Narrow bands and few materials: within three minutes on two cores.")
 @click.option("--textures", nargs=2, type=click.Path(), metavar="JOB TRUTH", help="Classifiers too, as 'tmm bench' takes them.")

@@ -36,10 +36,11 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     job = loaded.job
     state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
     grid = path_grid(loaded)
+    table = absorption_table(job.water_continuum)
     with report.stage("compile"):
-        everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+        everything = band_points(table.points(*response.wavenumber_range), response)
         compiled, found = cached_compile_band(
-            absorption_table(),
+            table,
             state,
             everything,
             grid,
@@ -63,7 +64,7 @@ def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
     job, grid, found = loaded.job, path_grid(loaded), []
     for number, (state, band) in enumerate(itertools.product(job.states, job.bands)):
         air, response = atmospheric_state(job.site, state), response_of(band)
-        everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         gases = negligible_gases(
             air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
         )
@@ -100,6 +101,7 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
                 "state": job.states[task.index - 1].model_dump(mode="json"),
                 "band": job.bands[task.band - 1].model_dump(mode="json"),
                 "source": source,
+                "water_continuum": job.water_continuum,
                 "atmosphere_grid": {
                     **job.atmosphere_grid.model_dump(mode="json"), "altitude_km": job.observer_altitudes_km
                 },

@@ -12,6 +12,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
+from skyshine.mat.atmosphere import threads
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Plan, Task, make_plan, texture_file
 from skyshine.mat.products import TaskReport, run_task
@@ -21,7 +22,8 @@ from skyshine.materials.library import load_library
 from skyshine.schemas.commands import progress
 from skyshine.schemas.errors import CheckFailed, InputError
 
-# One thread a process: the processes already fill the cores.
+# One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what cores are
+# left over.
 THREAD_LIMITS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 
@@ -69,8 +71,10 @@ def _run_all(loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool
     first = [task for kind in ("texture", "atmosphere") for task in plan.tasks if task.kind == kind]
     later = [task for task in plan.tasks if task.kind in ("temperature", "band")]
     reports: dict[Task, TaskReport] = {}
-    saved = {name: os.environ.get(name) for name in THREAD_LIMITS}
-    os.environ.update(THREAD_LIMITS)
+    atmospheres = sum(task.kind == "atmosphere" for task in first)
+    limits = THREAD_LIMITS | {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
+    saved = {name: os.environ.get(name) for name in limits}
+    os.environ.update(limits)
     try:
         with (
             progress(len(plan.tasks), f"building {loaded.job.name}") as advance,

@@ -21,6 +21,7 @@ from skyshine.mat.atmosphere.diffuse import lean
 from skyshine.mat.atmosphere.geometry import EARTH_RADIUS, Rays, scattering_cosine, source_cosine, trace
 from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.threads import each
 from skyshine.schemas.errors import InputError
 
 # Exponent of equations (8) and (9).
@@ -140,18 +141,20 @@ class BandAtmosphere:
         azimuth = np.radians(grid.source_azimuth_deg)
         sky = self._sky(np.add(self.air.state.surface_altitude, SKY_HEIGHTS), source, irradiance)
         result = _empty(grid.shape)
-        for place, altitude in enumerate(grid.altitude_km * 1e3):
-            rays = trace(
-                self.air.shells,
-                np.full(elevation.size, altitude),
-                elevation,
-                np.broadcast_to(ranges, (elevation.size, ranges.size)),
-            )
-            for row in range(elevation.size):
-                path = _Path.of(self.air, rays, row, altitude, elevation[row], ranges)
-                self._fill(result, (slice(None), place, row), path, source, azimuth, irradiance, sky)
-                if progress is not None:
-                    progress(1)
+        altitudes = grid.altitude_km * 1e3
+        reach = np.broadcast_to(ranges, (elevation.size, ranges.size))
+        self.air.prepare()
+
+        def line_of_sight(rays, place, row):
+            path = _Path.of(self.air, rays, row, altitudes[place], elevation[row], ranges)
+            self._fill(result, (slice(None), place, row), path, source, azimuth, irradiance, sky)
+
+        for place, altitude in enumerate(altitudes):
+            rays = trace(self.air.shells, np.full(elevation.size, altitude), elevation, reach)
+            rows = range(elevation.size)
+            each(line_of_sight, [rays] * len(rows), [place] * len(rows), rows)
+            if progress is not None:
+                progress(len(rows))
         return AtmosphericQuantities(**result)
 
     def at_points(

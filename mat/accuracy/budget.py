@@ -102,8 +102,10 @@ class Prepared:
     @classmethod
     def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
         """Prepare a state and band, counted from 1."""
+        loaded = loaded.of_state(state)
         job, response = loaded.job, response_of(loaded.job.bands[band - 1])
-        air, table = atmospheric_state(job.site, job.states[state - 1]), absorption_table()
+        air = atmospheric_state(job.site, job.states[state - 1])
+        table = absorption_table(job.water_continuum)
         everything = band_points(table.points(*response.wavenumber_range), response)
         light = [source_irradiance(job, source, everything.wavenumber, everything.width) for source in job.sources]
         compiled, _ = cached_compile_band(

@@ -70,11 +70,15 @@ end program
 
 @dataclass(frozen=True)
 class Sight:
-    """A line of sight: observer's altitude [m], elevation [degree], range [m], infinite for space."""
+    """A line of sight: observer's altitude [m], elevation [degree], range [m], infinite for space.
+
+    With the Sun's elevation and its azimuth from that of the line of sight [degree], scattered sunlight is part of its radiance.
+    """
 
     altitude: float
     elevation: float
     distance: float
+    sun: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,8 @@ class PeerSpectra:
     wavenumber : (V,) array, cm^-1
     transmittance : (M, V) array
     path_thermal : (M, V) array
-        W m^-2 sr^-1 (cm^-1)^-1; zeros where transmittances by gas were asked for.
+        W m^-2 sr^-1 (cm^-1)^-1, with scattered sunlight where the line of sight names the Sun; zeros where transmittances by gas were
+        asked for.
     by_gas : dict of (M, V) arrays
         Transmittance by each gas, to four decimals; empty unless asked for.
     seconds : (R, M) array
@@ -248,11 +253,14 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
 
 
 def _cards(state, sight, low, high, mode, haze):
-    """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance."""
+    """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance; with sunlight scattered often if it has any."""
+    scattering = sight.sun is not None
+    mode = 2 if scattering else mode
+    ground = (state.surface_temperature, state.surface_albedo) if scattering else (0.0, 0.0)
     to_space = math.isinf(sight.distance)
     # Its level paths have one pressure. As a slant path of 90 degree they fail: in single precision they hardly rise.
     path_type = 3 if to_space else 1 if sight.elevation == 0 else 2
-    lines = [_integers(7, path_type, mode, *[0] * 8, 1, 1) + f"{0.0:8.3f}{0.0:7.2f}", haze.card]
+    lines = [_integers(7, path_type, mode, int(scattering), *[0] * 7, 1, 1) + f"{ground[0]:8.3f}{ground[1]:7.2f}", haze.card]
     lines.append(_integers(state.altitude.size, 1, 0) + "profile")
     parts = [1e6 * state.mole_fraction.get(gas, np.zeros(state.altitude.size)) for gas in _MOLECULES]
     for level in range(state.altitude.size):
@@ -263,6 +271,10 @@ def _cards(state, sight, low, high, mode, haze):
     distance = 0.0 if to_space else sight.distance / 1e3
     numbers = (sight.altitude / 1e3, 0.0, 90.0 - sight.elevation, distance, 0.0, EARTH_RADIUS / 1e3)
     lines.append("".join(f"{number:10.4f}" for number in numbers) + _integers(0))
+    if scattering:
+        elevation, azimuth = sight.sun
+        # Geometry by azimuth and zenith angle at the observer, its own Mie phase functions, the Sun on day 93 (mean distance).
+        lines += [_integers(2, 2, 93, 0), "".join(f"{number:10.3f}" for number in (azimuth, 90.0 - elevation, *[0.0] * 6))]
     lines += ["".join(f"{number:10.3f}" for number in (low, high, STEP)), _integers(0)]
     return "\n".join(lines) + "\n"
 
@@ -281,6 +293,8 @@ def _spectra(path, sights, repeats, wavenumber):
     numbers = [np.array(block.split(), dtype=float) for block in blocks]
     seconds = np.array([block[0] for block in numbers]).reshape(repeats, sights)
     values = np.array([block[1:].reshape(-1, 3) for block in numbers[:sights]])
+    if not np.all(np.isfinite(values)):
+        raise InputError("LOWTRAN7 gives radiances that are no numbers; with scattered sunlight it wants no levels above 60 km")
     if not np.allclose(values[..., 0], wavenumber):
         wrong = int(np.argmin(np.all(np.isclose(values[..., 0], wavenumber), axis=1)))
         raise InputError(f"LOWTRAN7 gives no spectrum of line of sight {wrong + 1}; see whether its geometry is possible")

@@ -5,7 +5,7 @@ Everything is per molecule of air [m^2], the measure in which `geometry` counts 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,20 @@ _REFRACTIVITY_OF_CO2 = 0.54
 # Aerosol phase functions stand at wavelengths whose steps are at most this ratio, and are linear between.
 _PHASE_WAVELENGTH_RATIO = 1.25
 PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
+
+
+def _sphere_weights(angle):
+    """Weights of values at angles (A,) [rad] in the mean over the sphere of a function linear between them."""
+    point, weight = np.polynomial.legendre.leggauss(4)
+    part, width = 0.5 * (point + 1), np.diff(angle)[:, None]
+    share = 0.25 * weight * width * np.sin(angle[:-1, None] + part * width)
+    result = np.zeros(angle.size)
+    result[:-1] += np.sum(share * (1 - part), axis=1)
+    result[1:] += np.sum(share * part, axis=1)
+    return result
+
+
+_SPHERE = _sphere_weights(PHASE_ANGLES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +74,17 @@ class SpectralOptics:
     phase_share: np.ndarray
     emission: np.ndarray
     extinction: np.ndarray
+
+    def at(self, points) -> SpectralOptics:
+        """Those of a slice of the points."""
+        names = ("rayleigh", "aerosol_extinction", "aerosol_scattering", "asymmetry", "phase_share", "emission", "extinction")
+        return replace(
+            self,
+            wavenumber=self.wavenumber[points],
+            absorption={gas: np.ascontiguousarray(values[:, points]) for gas, values in self.absorption.items()},
+            rayleigh_anisotropy=self.rayleigh_anisotropy[points],
+            **{name: np.ascontiguousarray(getattr(self, name)[:, points]) for name in names},
+        )
 
 
 def spectral_optics(state, points, gases=None):
@@ -168,9 +193,21 @@ def _aerosol(state, wavenumber):
         phase += part * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
         total += part
     # Where nothing scatters the phase function is never used; 1 keeps it a phase function.
-    phase = np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0)
+    phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
     asymmetry = np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
     return extinction, scattering, asymmetry, phase, share
+
+
+def normalised(phase):
+    """Phase functions (A, ...) at `PHASE_ANGLES` with mean 1 over the sphere as they are used, linear between the angles.
+
+    Forward peaks narrower than the angles are the cause where it is not 1: the value at 0 carries the correction as far as it stays
+    the largest, so that all others keep theirs.
+    """
+    phase = np.array(phase, dtype=float)
+    missing = 1 - np.tensordot(_SPHERE, phase, axes=1)
+    phase[0] = np.maximum(phase[0] + missing / _SPHERE[0], np.minimum(phase[0], phase[1]))
+    return phase / np.tensordot(_SPHERE, phase, axes=1)
 
 
 def _phase_wavelengths(wavenumber):

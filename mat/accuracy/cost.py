@@ -1,0 +1,51 @@
+"""What a build will take, estimated from its plan by a measured model.
+
+Constants are fits to builds of the starter job and to tables of 35 thousand to 12 million nodes on one core of a 2.5 GHz server, in
+processor seconds; tests/validation/test_build_cost.py says how good they are. Another machine takes its own multiple.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.job import LoadedJob
+from skyshine.mat.plan import Plan
+from skyshine.mat.scene import absorption_table, response_of
+
+COMPILE_POINT = 2.0e-3  # s for each spectral point of a band
+# s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44 points.
+TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 1.9e-3, 1.4e-6, 0.062, 44
+COMPILED_POINTS = 64  # the most that a compiled band has
+PROBE = 8.3e-3  # s for each random point at which a table is measured, at TABLE_POINTS
+PROBES = 120
+COLUMN = 1.6e-4  # s for each distinct surface column, its forcing included
+PICTURE = 0.8  # s for each file that is drawn
+TEXTURE = 2.0  # s for each texture of a megapixel or so
+
+
+def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
+    """Processor seconds of a build that keeps and finds nothing, by stage.
+
+    Tables whose nodes a tolerance places count as they stand in the job: how many it takes is not known before.
+    """
+    job, grid = loaded.job, loaded.job.atmosphere_grid
+    share = COMPILED_POINTS / TABLE_POINTS
+    sets, sources = len(job.states), len(job.sources)
+    points = [absorption_table().points(*response_of(band).wavenumber_range).wavenumber.size for band in job.bands]
+    lines = len(job.observer_altitudes_km) * len(grid.elevation_deg)
+    heights = len(grid.source_elevation_deg)
+    nodes = lines * len(grid.range_km) * heights * len(grid.source_azimuth_deg)
+    one = share * (TABLE_LINE * lines + TABLE_NODE * nodes + TABLE_SOURCE * heights)
+    surface = job.surface_grid
+    level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
+    planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
+    columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
+    files = sum(len(task.files) for task in plan.tasks)
+    return {
+        "compile": sets * COMPILE_POINT * sum(points),
+        "atmosphere": sets * len(points) * sources * one,
+        "accuracy": sets * len(points) * sources * PROBES * PROBE * share,
+        "temperature": sets * COLUMN * columns,
+        "textures": TEXTURE * len(job.textures),
+        "pictures": PICTURE * files if job.output.pictures else 0.0,
+    }

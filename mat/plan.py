@@ -10,7 +10,7 @@ from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.build import job_materials
+from skyshine.tmm.load import job_materials
 from skyshine.tmm.usage import read_usage
 
 FLOAT_BYTES = 4

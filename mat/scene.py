@@ -82,10 +82,10 @@ def response_of(band) -> SpectralResponse:
     return SpectralResponse.rectangular(*band.wavelength_um)
 
 
-@lru_cache(maxsize=1)
-def absorption_table() -> AbsorptionTable:
-    """The packaged band model, opened once a process."""
-    return AbsorptionTable.open()
+@lru_cache(maxsize=4)
+def absorption_table(water_continuum: str = "mt_ckd_4.3") -> AbsorptionTable:
+    """The packaged band model with one of the water vapour continua, opened once a process."""
+    return AbsorptionTable.open(water_continuum=water_continuum)
 
 
 def check_scene(loaded: LoadedJob) -> None:

@@ -17,7 +17,7 @@ from skyshine.schemas.errors import CheckFailed, InputError
 
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
 # Packages that only some commands need, with the extra that installs them.
-EXTRAS = {"numba": "spectroscopy", "hapi": "spectroscopy", "netCDF4": "spectroscopy", "casadi": "oracle", "lxml": "exchange"}
+EXTRAS = {"numba": "spectroscopy", "hapi": "spectroscopy", "netCDF4": "spectroscopy", "casadi": "oracle", "lxml": "exchange", "sklearn": "train"}
 PIPE_WIDTH = 200  # columns of a table that no terminal shows
 
 

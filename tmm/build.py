@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.assign import (
     ExactPalette,
     Overrides,
@@ -18,13 +17,16 @@ from skyshine.tmm.assign import (
     find_clusters,
     nearest_palette,
 )
-from skyshine.tmm.classify import Classified, ColourMapper, Mapper, fit_seeds
+from skyshine.tmm.classify import Classified, ColourMapper, Mapper
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.job import TextureJob
+from skyshine.tmm.load import job_files, load_texture
+from skyshine.tmm.model import read_model
 from skyshine.tmm.quality import HeldOut, measure, untested, with_unknown
 from skyshine.tmm.raster import file_sha256
-from skyshine.tmm.seeds import SeedTexels, seed_files, seed_polygons, seed_texels
+from skyshine.tmm.seeds import SeedTexels
 from skyshine.tmm.texture import TextureFile
+from skyshine.tmm.train import examples, train_on_seeds
 
 BAND, STRIP = 256, 1024  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
 
@@ -82,60 +84,6 @@ class TextureMap:
                 yield slice(top, bottom), slice(left, right), code, found
 
 
-def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
-    """The image of a job, read as the job says; see `TextureFile` for what it raises."""
-    return TextureFile(Path(base_folder) / job.image, job.colour_space, job.alpha, job.near_infrared)
-
-
-def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
-    """Names of all materials that a job names, those of its GeoJSON and model files included.
-
-    Raises
-    ------
-    InputError
-        Such a file cannot be read.
-    """
-    names = set(job.materials)
-    for seeds in (job.seeds, job.overrides):
-        if seeds is not None:
-            names |= {name for name, _ in seed_polygons(seeds, Path(base_folder))}
-    if job.model is not None:
-        from skyshine.tmm.model import read_model
-
-        names |= set(read_model(Path(base_folder) / job.model).names)
-    return tuple(sorted(names))
-
-
-def job_files(job: TextureJob) -> tuple[str, ...]:
-    """Files besides the image that a map depends on, relative to the job's folder."""
-    layers = tuple(job.rules.layers.values()) if job.rules else ()
-    model = (job.model,) if job.model else ()
-    return tuple(dict.fromkeys((*seed_files(job.seeds), *layers, *model, *seed_files(job.overrides))))
-
-
-def load_texture(
-    job: TextureJob, base_folder: Path, library
-) -> tuple[TextureFile, DistinctColours, tuple[str, ...], SeedTexels | None]:
-    """Read a job's image once, and find its materials, in the order of their codes, and its seeds.
-
-    Raises as `map_texture`.
-    """
-    base_folder = Path(base_folder)
-    texture = open_texture(job, base_folder)
-    colours = DistinctColours(texture)
-    if not colours.valid_texels:
-        raise InputError(
-            "has no texel with data (all are transparent or not finite); name another image, or say 'alpha: ignore'",
-            file=texture.path,
-        )
-    names = job_materials(job, base_folder)
-    for name in names:
-        if name not in library:
-            raise InputError(f"unknown material '{name}' in '{job.name}'; {nearest(name, library.names)}")
-    names = tuple(sorted(names, key=lambda name: library[name].code))
-    return texture, colours, names, None if job.seeds is None else _seeds(job, names, texture, base_folder)
-
-
 def map_texture(job: TextureJob, base_folder: Path, library) -> TextureMap:
     """Open a texture, find its seeds, train what is to be trained and measure how good it is.
 
@@ -174,22 +122,14 @@ def map_texture(job: TextureJob, base_folder: Path, library) -> TextureMap:
     )
 
 
-def _seeds(job: TextureJob, names: tuple[str, ...], texture: TextureFile, base_folder: Path) -> SeedTexels:
-    labelled = job.seeds.labels.palette.values() if job.seeds.labels else ()
-    seeded = {*labelled, *(name for name, _ in seed_polygons(job.seeds, base_folder))}
-    for name in job.classifier.prior if isinstance(job.classifier.prior, dict) else ():
-        if name not in seeded:
-            raise InputError(f"'{job.name}' has a prior for '{name}', which has no seeds; {nearest(name, sorted(seeded))}")
-    return seed_texels(job, tuple(name for name in names if name in seeded), texture, texture.path, base_folder)
-
-
 def _trained(job: TextureJob, texture: TextureFile, colours: DistinctColours, seeds: SeedTexels) -> tuple[Mapper, HeldOut]:
     """What is trained on all seeds, and its quality on seeds held out."""
-    settings = job.classifier
+    settings, random_seed = job.classifier, job.held_out.random_seed
+    known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
 
     def mapper_of(chosen: np.ndarray | None) -> Mapper:
-        model = fit_seeds(seeds, texture.encoding, settings, chosen)
-        return ColourMapper(texture, colours, model, settings.radius, tabulate=chosen is None)
+        model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
+        return model.mapper(texture, colours, settings.radius, tabulate=chosen is None)
 
     quality = measure(job, texture.encoding, seeds, mapper_of)
     return mapper_of(None), quality
@@ -213,4 +153,5 @@ def _untrained(
         named = [job.clusters.names.get(int(number)) for number in model.names]
         material = np.array([-1 if name is None else names.index(name) for name in named])
         return Renamed(ColourMapper(texture, colours, model, job.classifier.radius), names, material), quality
-    raise AssertionError(job.way)
+    model = read_model(base_folder / job.model)
+    return model.mapper(texture, colours, job.classifier.radius), replace(quality, calibration=model.calibration)

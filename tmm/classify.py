@@ -41,16 +41,17 @@ class GaussianModel:
     means : (K, D) float64
     covariances : (K, D, D) float64
     log_prior : (K,) float64
-    temperature : float
-        Divides the logarithms of likelihood and prior, so that confidence is as often right as it says (Guo et al.
-        2017, "On calibration of modern neural networks", ICML).
     """
 
     names: tuple[str, ...]
     means: np.ndarray
     covariances: np.ndarray
     log_prior: np.ndarray
-    temperature: float = 1.0
+
+    def only(self, k: int) -> GaussianModel:
+        """The model of one of its materials alone."""
+        part = slice(k, k + 1)
+        return GaussianModel(self.names[part], self.means[part], self.covariances[part], self.log_prior[part])
 
     def squared_distance(self, lab: np.ndarray) -> np.ndarray:
         """Squared Mahalanobis distance of colours (N, D) to each material, (K, N)."""
@@ -66,7 +67,6 @@ class GaussianModel:
 
         log_volume = 0.5 * np.linalg.slogdet(self.covariances)[1]
         joint = (self.log_prior - log_volume)[:, np.newaxis] - 0.5 * squared_distance
-        joint /= self.temperature
         return joint - logsumexp(joint, axis=0)
 
     def tables(self, colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:

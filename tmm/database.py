@@ -27,6 +27,7 @@ from skyshine.tmm.raster import file_sha256
 FILETYPE = "tmm"
 FORMAT_VERSION = "1.0.0"
 CHUNK = 256
+LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
 
 
 @dataclass(frozen=True)
@@ -69,10 +70,10 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike) -> Written:
     def fill(file: h5py.File) -> Group:
         written, mixtures = _fill_levels(mapped, file)
         counted.append(written)
-        return Group(groups={"usage": _usage(mapped, written), "composites": _composites(*mixtures)})
+        return Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
 
     height, width = mapped.texture.height, mapped.texture.width
-    levels = {str(k): _level(k, size, height, width) for k, size in enumerate(level_sizes(height, width))}
+    levels = {str(k): level_layout(k, size, height, width) for k, size in enumerate(level_sizes(height, width))}
     root = Group(
         groups={
             "materials": _materials(mapped),
@@ -81,7 +82,7 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike) -> Written:
             "levels": Group(groups=levels),
         }
     )
-    digest = write_file(path, root, _header(mapped.job, mapped.library_version), fill)
+    digest = write_file(path, root, texture_header(mapped.job, mapped.library_version), fill)
     return replace(counted[0], digest=digest)
 
 
@@ -89,20 +90,22 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
     """Write all levels; returns the counts, and the components and weights of the distinct mixtures."""
     stream = LevelStream(mapped.texture.height, mapped.texture.width, mapped.codes)
     mixtures = Composites()
-    writers = [_RowWriter(file[f"levels/{k}"]) for k in range(len(file["levels"]))]
-    level0 = file["levels/0"]
+    writers = [_RowWriter(file[f"levels/{k}"]) for k in range(1, len(file["levels"]))]
+    level0 = {name: file[f"levels/0/{name}"] for name in file["levels/0"]}
     texels, total = np.zeros(1 << 16, np.int64), 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = np.empty((band.stop - band.start, mapped.texture.width), np.uint16)
         for _, columns, code, found in windows:
             rows[:, columns] = code
-            level0["confidence"][band, columns] = found.confidence
-            level0["typicality"][band, columns] = found.typicality
+            texels += np.bincount(code.ravel(), minlength=1 << 16)
             total += float(found.confidence.sum(dtype=np.float64))
-        texels += np.bincount(rows.ravel(), minlength=1 << 16)
-        for level, _, part in stream.add(rows):
-            writers[level].add(part)
-            if level:
+            for name, values in (vars(pure_level(code)) | vars(found)).items():
+                if name in level0:
+                    level0[name][band, columns] = values
+        step = max(LEVEL_TEXELS // rows.shape[1], 1)
+        for top in range(0, len(rows), step):
+            for level, _, part in stream.add(rows[top : top + step]):
+                writers[level - 1].add(part)
                 mixtures.add(part)
     mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
     with_data = mapped.colours.valid_texels
@@ -114,21 +117,27 @@ class _RowWriter:
 
     def __init__(self, group: h5py.Group):
         self._arrays = [group[name] for name in ("code", "mix_code", "mix_weight")]
-        self._waiting, self._done = [], 0
+        self._height, width = self._arrays[0].shape
+        self._codes, self._weights = (np.empty((min(CHUNK, self._height), width, 3), np.uint16) for _ in range(2))
+        self._kept, self._done = 0, 0
 
     def add(self, part: Level) -> None:
-        """Take the next rows."""
-        self._waiting.append(part)
-        height = sum(len(part.code) for part in self._waiting)
-        if height < CHUNK and self._done + height < self._arrays[0].shape[0]:
-            return
-        for array, name in zip(self._arrays, ("code", "mix_code", "mix_weight")):
-            values = [getattr(part, name) for part in self._waiting]
-            array[self._done : self._done + height] = values[0] if len(values) == 1 else np.concatenate(values)
-        self._waiting, self._done = [], self._done + height
+        """Take the next rows, which may be more than a chunk's."""
+        start = 0
+        while start < len(part.code):
+            number = min(len(self._codes) - self._kept, len(part.code) - start)
+            to, of = slice(self._kept, self._kept + number), slice(start, start + number)
+            self._codes[to], self._weights[to] = part.mix_code[of], part.mix_weight[of]
+            start, self._kept = start + number, self._kept + number
+            if self._kept == len(self._codes) or self._done + self._kept == self._height:
+                to, codes = slice(self._done, self._done + self._kept), self._codes[: self._kept]
+                for array, values in zip(self._arrays, (codes[..., 0], codes, self._weights[: self._kept])):
+                    array[to] = values
+                self._done, self._kept = to.stop, 0
 
 
-def _header(job: TextureJob, library_version: str) -> Header:
+def texture_header(job: TextureJob, library_version: str) -> Header:
+    """Root attributes of the database of a texture."""
     text = yaml.safe_dump(job.model_dump(mode="json"), sort_keys=False, allow_unicode=True, default_flow_style=None)
     return Header(
         FILETYPE, FORMAT_VERSION, f"materials {library_version}", text, f"Materials of the texture {job.name}"
@@ -143,7 +152,7 @@ def is_current(path: str | os.PathLike, job: TextureJob, base_folder: str | os.P
     base_folder : path
         Folder to which the paths of the job are relative.
     """
-    header = _header(job, library_version)
+    header = texture_header(job, library_version)
     expected = {
         "job": header.job,
         "format_version": header.format_version,
@@ -226,7 +235,8 @@ def _component_axis() -> Axis:
     return Axis(np.arange(3, dtype=np.uint8), "1", "rank of the component, largest share first")
 
 
-def _composites(components: np.ndarray, weights: np.ndarray) -> Group:
+def composite_layout(components: np.ndarray, weights: np.ndarray) -> Group:
+    """The layout of distinct mixtures: codes (N, 3) and weights (N, 3) in percent."""
     number = Axis(np.arange(len(components), dtype=np.int32), "1", "number of the mixture")
     dims = ("composite", "component")
     return Group(
@@ -238,7 +248,7 @@ def _composites(components: np.ndarray, weights: np.ndarray) -> Group:
     )
 
 
-def _level(k: int, size: tuple[int, int], height: int, width: int) -> Group:
+def level_layout(k: int, size: tuple[int, int], height: int, width: int) -> Group:
     """The layout of a level; its arrays are written as they come."""
     axes = {
         "y": Axis(_centres(height, size[0]), "1", "row of the texel's centre, in texels of level 0"),

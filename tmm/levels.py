@@ -14,6 +14,7 @@ import numpy as np
 WEIGHT_TOTAL = 65535  # the weights of a texel sum to this: three shares right to 1e-5
 PERCENT = 100
 COMPONENTS = 3
+PIECE_TEXELS = 1 << 17  # texels of a level worked out at a time
 
 
 @dataclass(frozen=True)
@@ -56,21 +57,25 @@ class LevelStream:
         Yields
         ------
         level, row : int
+            The level is 1 at least: `pure_level` is level 0.
         part : Level
-            The rows of that level, from `row` on, that these rows of codes have completed.
+            Rows of that level, from `row` on, that these rows of codes have completed.
         """
-        yield 0, self._done[0], pure_level(code)
-        self._done[0] += len(code)
         counted = [counter.add(code == number) for number, counter in zip(self._codes, self._counters)]
         for level, parts in enumerate(zip(*counted), start=1):
-            size = parts[0].shape
-            if not size[0]:
-                continue
-            codes, ranks = (np.zeros((COMPONENTS, parts[0].size), kind) for kind in (np.uint16, np.int64))
-            for number, counts in zip(self._codes, parts):
-                _insert(codes, ranks, number, counts.ravel())
-            yield level, self._done[level], _level(codes, ranks, size)
-            self._done[level] += size[0]
+            height, width = parts[0].shape
+            step = max(PIECE_TEXELS // width, 1)
+            for top in range(0, height, step):
+                yield level, self._done[level], self._part([counts[top : top + step] for counts in parts])
+                self._done[level] += min(step, height - top)
+
+    def _part(self, counts: list[np.ndarray]) -> Level:
+        """The mixtures that the counts (n, w) of each material make."""
+        size = counts[0].shape
+        codes, ranks = (np.zeros((COMPONENTS, counts[0].size), kind) for kind in (np.uint16, np.int64))
+        for number, count in zip(self._codes, counts):
+            _insert(codes, ranks, number, count.ravel())
+        return _level(codes, ranks, size)
 
 
 class _Counter:

@@ -115,51 +115,75 @@ def measure(
     """Classify each seed region by a model of the other parts' seeds.
 
     The regions of a material are dealt out over the parts in a random order of recorded seed. A material with one
-    region cannot be left out and is not tested. The calibration is fitted to all parts; where it is tested, to the
-    other parts.
+    region cannot be left out and is not tested.
 
     Parameters
     ----------
     mapper_of : callable
         Gives the classifier that is trained on the seeds where a mask (N,) bool is true.
     """
-    fold = _folds(job, seeds)
+    fold = folds(job, seeds)
     parts = np.unique(fold[fold >= 0])
-    found, confidence = np.full(len(fold), -1, np.int16), np.zeros(len(fold), np.float32)
-    typicality = np.zeros(len(fold), np.float32)
-    mappers = {part: mapper_of(fold != part) for part in parts}
-    for mine in _groups(np.flatnonzero(fold >= 0), seeds):
-        mapper, rows, columns = mappers[fold[mine[0]]], seeds.rows[mine], seeds.columns[mine]
-        top, left = rows.min(), columns.min()
-        result = mapper.window(top, rows.max() + 1, left, columns.max() + 1)
-        at = rows - top, columns - left
-        index = np.array([*(seeds.names.index(name) for name in mapper.names), -1], np.int16)
-        found[mine], confidence[mine], typicality[mine] = index[result.material[at]], result.confidence[at], result.typicality[at]
-    right = found == seeds.material
-    tested = fold >= 0
-    calibration = fit_calibration(confidence[tested], right[tested], seeds.region[tested])
-    for part in parts:
-        others, mine = tested & (fold != part), fold == part
-        confidence[mine] = fit_calibration(confidence[others], right[others], seeds.region[others])(confidence[mine])
-    found = with_unknown(Classified(found, confidence, typicality), job.classifier)
+    found, confidence, typicality = at_seeds({part: mapper_of(fold != part) for part in parts}, seeds, fold)
     light = luminance(seeds.colours, encoding)
     dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
+    tested = fold >= 0
+    columns = (seeds.material, found, confidence, dark, seeds.region, fold, typicality)
+    return held_out(len(seeds.names), *(column[tested] for column in columns), settings=job.classifier)
+
+
+def held_out(
+    count: int,
+    true: np.ndarray,
+    found: np.ndarray,
+    confidence: np.ndarray,
+    dark: np.ndarray,
+    region: np.ndarray,
+    fold: np.ndarray,
+    typicality: np.ndarray | None = None,
+    settings: Classifier = Classifier(),
+) -> HeldOut:
+    """Quality of what was found at held-out texels (N,).
+
+    The calibration is fitted to all parts; where it is tested, to the other parts. Thresholds of `settings` apply to
+    the calibrated confidence.
+
+    Parameters
+    ----------
+    true, found : int
+        Index of the material; `found` is -1 for none.
+    dark : bool
+        In shadow.
+    region, fold : int
+        Texels of one region are alike; those of one part were classified by one classifier.
+    """
+    right = found == true
+    calibration = fit_calibration(confidence, right, region)
+    calibrated = confidence.copy()
+    for part in np.unique(fold):
+        mine = fold == part
+        calibrated[mine] = fit_calibration(confidence[~mine], right[~mine], region[~mine])(confidence[mine])
+    typicality = np.ones_like(confidence) if typicality is None else typicality
+    found = with_unknown(Classified(found, calibrated, typicality), settings)
     qualities = []
-    for part in (tested, tested & dark, tested & ~dark):
-        tally = Tally(len(seeds.names))
-        tally.add(seeds.material[part], found[part], confidence[part])
+    for part in (np.ones(len(true), bool), dark, ~dark):
+        tally = Tally(count)
+        tally.add(true[part], found[part], calibrated[part])
         qualities.append(tally.quality())
     return HeldOut(*qualities, calibration)
 
 
-def _folds(job: TextureJob, seeds: SeedTexels) -> np.ndarray:
-    """The part (N,) in which each seed texel is held out; -1 where it never is."""
+def folds(job: TextureJob, seeds: SeedTexels, smallest: int = 2) -> np.ndarray:
+    """The part (N,) in which each seed texel is held out; -1 where it never is.
+
+    Materials with fewer than `smallest` regions are not held out, and of others `MAX_REGIONS` regions at most.
+    """
     random = np.random.default_rng(job.held_out.random_seed)
     fold = np.full(len(seeds.rows), -1)
     for k in range(len(seeds.names)):
         mine = seeds.material == k
         regions, region = np.unique(seeds.region[mine], return_inverse=True)
-        if len(regions) < 2:
+        if len(regions) < smallest:
             continue
         part = np.full(len(regions), -1)
         part[random.permutation(len(regions))[:MAX_REGIONS]] = (
@@ -167,6 +191,30 @@ def _folds(job: TextureJob, seeds: SeedTexels) -> np.ndarray:
         )
         fold[mine] = part[region]
     return fold
+
+
+def at_seeds(mappers: dict[int, Mapper], seeds: SeedTexels, fold: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What classifiers find at seeds, each by the classifier of its part.
+
+    Returns
+    -------
+    found : (N,) int16
+        Index into the names of the seeds; -1 where `fold` is negative or nothing is found.
+    confidence, typicality : (N,) float32
+    """
+    found, confidence = np.full(len(fold), -1, np.int16), np.zeros(len(fold), np.float32)
+    typicality = np.zeros(len(fold), np.float32)
+    for mine in _groups(np.flatnonzero(fold >= 0), seeds):
+        mapper, rows, columns = mappers[fold[mine[0]]], seeds.rows[mine], seeds.columns[mine]
+        top, left = rows.min(), columns.min()
+        result = mapper.window(top, rows.max() + 1, left, columns.max() + 1)
+        at = rows - top, columns - left
+        number = {name: k for k, name in enumerate(seeds.names)}
+        index = np.array([*(number.get(name, -1) for name in mapper.names), -1], np.int16)
+        found[mine], confidence[mine], typicality[mine] = (
+            index[result.material[at]], result.confidence[at], result.typicality[at]
+        )
+    return found, confidence, typicality
 
 
 def _groups(texels: np.ndarray, seeds: SeedTexels) -> list[np.ndarray]:

@@ -13,6 +13,7 @@ import numpy as np
 from skyshine.schemas.errors import InputError
 
 KEPT_BYTES = 1 << 27  # decoded size up to which an image is kept whole: 4096 x 4096 texels of RGB come below it
+PIECE_ROWS = 64  # decoded at a time of an image that is not kept whole
 
 
 class Raster:
@@ -39,23 +40,34 @@ class Raster:
         self._kind = kind if kind in ("uint8", "uint16") else "float"
         self.dtype = np.dtype({"float": "float32"}.get(self._kind, self._kind))
         self._whole = self.height * self.width * self.channels * self.dtype.itemsize <= KEPT_BYTES
-        self._first, self._kept = 0, np.empty((0, self.width, self.channels), self.dtype)
+        self._first, self._end, self._kept = 0, 0, np.empty((0, self.width, self.channels), self.dtype)
 
     def rows(self, start: int, stop: int) -> np.ndarray:
-        """Rows `start` to `stop` (excluded) as (stop - start, width, channels), not to be written to.
+        """Rows `start` to `stop` (excluded) as (stop - start, width, channels); valid until the next call.
 
         Raises
         ------
         InputError
             The file is damaged or cut short.
         """
-        end = self._first + len(self._kept)
-        if not self._first <= start <= stop <= end:
+        if not self._first <= start <= stop <= self._end:
             first, last = (0, self.height) if self._whole else self._aligned(start, stop)
-            parts = [self._kept[first - self._first :]] if self._first <= first < end else []
-            parts.append(self._read(max(first, end) if parts else first, last))
-            self._first, self._kept = first, np.concatenate(parts) if len(parts) > 1 else parts[0]
+            self._keep(first, last)
         return self._kept[start - self._first : stop - self._first]
+
+    def _keep(self, first: int, last: int) -> None:
+        """Read rows `first` to `last`, but for those that are kept already: they move to the front of the buffer."""
+        overlap = self._end - first if self._first <= first < self._end else 0
+        kept = self._kept[first - self._first : self._end - self._first] if overlap else self._kept[:0]
+        if last - first > len(self._kept):
+            self._kept = np.empty((last - first, self.width, self.channels), self.dtype)
+        self._kept[:overlap] = kept
+        self._first, self._end = first, first + overlap
+        while self._end < last:
+            # In pieces, because what is read is an array of its own until it is copied.
+            stop = last if self._whole else min(self._aligned(self._end, self._end + PIECE_ROWS)[1], last)
+            self._kept[self._end - first : stop - first] = self._read(self._end, stop)
+            self._end = stop
 
     def _aligned(self, start: int, stop: int) -> tuple[int, int]:
         """The rows of whole tiles that hold these rows."""

@@ -11,10 +11,11 @@ import numpy as np
 from skyshine.schemas.commands import quantity
 from skyshine.schemas.documents import load_model
 from skyshine.tmm.assign import find_clusters
-from skyshine.tmm.build import TextureMap, load_texture, map_texture
+from skyshine.tmm.build import TextureMap, map_texture
 from skyshine.tmm.classify import GaussianModel
 from skyshine.tmm.database import Written, write_texture
 from skyshine.tmm.job import Clusters, TextureJob, TmmJob
+from skyshine.tmm.load import load_texture
 
 
 def load_job(path: str | os.PathLike, library) -> tuple[TmmJob, Path]:

@@ -22,6 +22,20 @@ _PHASE_WAVELENGTH_RATIO = 1.25
 PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
 
 
+def _sphere_weights(angle):
+    """Weights of values at angles (A,) [rad] in the mean over the sphere of a function linear between them."""
+    point, weight = np.polynomial.legendre.leggauss(4)
+    part, width = 0.5 * (point + 1), np.diff(angle)[:, None]
+    share = 0.25 * weight * width * np.sin(angle[:-1, None] + part * width)
+    result = np.zeros(angle.size)
+    result[:-1] += np.sum(share * (1 - part), axis=1)
+    result[1:] += np.sum(share * part, axis=1)
+    return result
+
+
+_SPHERE = _sphere_weights(PHASE_ANGLES)
+
+
 @dataclass(frozen=True, eq=False)
 class SpectralOptics:
     """Optical properties at N levels and P spectral points; cross sections in m^2 per molecule of air.
@@ -179,9 +193,21 @@ def _aerosol(state, wavenumber):
         phase += part * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
         total += part
     # Where nothing scatters the phase function is never used; 1 keeps it a phase function.
-    phase = np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0)
+    phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
     asymmetry = np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
     return extinction, scattering, asymmetry, phase, share
+
+
+def normalised(phase):
+    """Phase functions (A, ...) at `PHASE_ANGLES` with mean 1 over the sphere as they are used, linear between the angles.
+
+    Forward peaks narrower than the angles are the cause where it is not 1: the value at 0 carries the correction as far as it stays
+    the largest, so that all others keep theirs.
+    """
+    phase = np.array(phase, dtype=float)
+    missing = 1 - np.tensordot(_SPHERE, phase, axes=1)
+    phase[0] = np.maximum(phase[0] + missing / _SPHERE[0], np.minimum(phase[0], phase[1]))
+    return phase / np.tensordot(_SPHERE, phase, axes=1)
 
 
 def _phase_wavelengths(wavenumber):

@@ -144,6 +144,7 @@ class AtmosphericState:
         stratosphere : str
             One of `aerosol_column.STRATOSPHERES`.
         clouds : sequence of CloudLayer
+            Air in water cloud is saturated, as in LOWTRAN7 (SUBROUTINE AERNSM), unless a water column asks for less.
         rain : RainLayer, optional
         season : str, optional
             One of `aerosol_column.SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
@@ -184,8 +185,12 @@ class AtmosphericState:
         density = pressure / (constants.k * temperature)
         if ozone_column is not None:
             gases["O3"] = gases["O3"] * ozone_factor(altitude, density * gases["O3"], ozone_column)
+        saturated = saturation_pressure(temperature) / pressure
+        for layer in clouds:
+            if layer.phase == "water":
+                inside = layer.extinction_550(altitude - surface_altitude) > 0
+                gases["H2O"] = np.where(inside, np.maximum(gases["H2O"], saturated), gases["H2O"])
         if water_column is not None or factors["H2O"] > 1:
-            saturated = saturation_pressure(temperature) / pressure
             scale = 1.0 if water_column is None else water_factor(altitude, density, gases["H2O"], saturated, water_column)
             gases["H2O"] = np.minimum(gases["H2O"] * scale, saturated)
         if season is None:

@@ -10,7 +10,7 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, progre
 from skyshine.schemas.errors import InputError
 
 
-@click.group("bench", epilog="Examples: mat bench absorption --quick; mat bench surface --quick")
+@click.group("bench", epilog="Example: mat bench absorption --quick")
 def command():
     """Error against run time, measured side by side in one run."""
 
@@ -272,3 +272,37 @@ def _write_json(path, result):
     import json
 
     path.write_text(json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+@command.command()
+@click.option("--points", type=click.IntRange(1000, 100_000_000), default=1_000_000, show_default=True, help="Query points.")
+@json_option
+def loader(points, as_json):
+    """Reading: interpolated values a second of one core on five-axis tables of the default size, beside scipy's interpolator.
+
+    \b
+    Example: mat bench loader --points 1000000
+    """
+    from skyshine.mat.accuracy.loader_bench import bench_loader
+
+    # Default nodes: range, altitude, elevation, source elevation, source azimuth; and 60 materials by the surface grid.
+    tables = {"atmq": (24, 12, 25, 13, 13), "htt": (60, 8, 24, 10, 48)}
+    measured = {name: bench_loader(shape, points) for name, shape in tables.items()}
+    if as_json:
+        emit_json(
+            {
+                name: {
+                    "nodes": list(each.shape),
+                    "rate": quantity(each.values_per_second, "s-1"),
+                    "rate_scipy": quantity(each.scipy_values_per_second, "s-1"),
+                    "difference": quantity(each.difference, "1"),
+                }
+                for name, each in measured.items()
+            }
+        )
+        return
+    rows = [
+        [name, " x ".join(map(str, each.shape)), f"{each.values_per_second:.3g}", f"{each.scipy_values_per_second:.3g}", f"{each.difference:.1g}"]
+        for name, each in measured.items()
+    ]
+    echo_table(["table", "nodes", "values/s", "scipy", "difference"], rows)

@@ -59,16 +59,25 @@ FULL_MOON_PHASE = 4.0
     help="Sun at 1 au, full Moon.",
 )
 @click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
+@click.option(
+    "--water-continuum",
+    type=click.Choice(["mt_ckd_4.3", "mt_ckd_2.4"]),
+    default="mt_ckd_4.3",
+    show_default=True,
+    help="Of water vapour; the older one for comparison with codes of its time.",
+)
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
+@click.option("--plot", "picture", type=click.Path(), help="PNG to draw transmittance and path radiance into, in place of printing.")
 @json_option
 def command(
     atmosphere, above, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, source_azimuth, as_json,
+    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, water_continuum, source_azimuth, picture,
+    as_json,
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
-    Prints CSV, or JSON with --json. Sky and direct irradiance are those at the end of the line of sight, at the observer where it
-    leads into space.
+    Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
+    sight, at the observer where it leads into space.
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
     """
@@ -90,12 +99,20 @@ def command(
         wind_speed=wind, stratosphere=stratosphere, clouds=[cloud_type(name) for name in clouds],
         rain=None if rain is None else RainLayer(rain, RAIN_TOP),
     )  # fmt: skip
-    points = AbsorptionTable.open().points(low, high)
+    points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
     result = line_spectrum(
         state, points, _irradiance(source, points),
         altitude=altitude * 1e3, elevation=np.radians(elevation), distance=distance,
         source_elevation=np.radians(source_elevation), source_azimuth=np.radians(source_azimuth), resolution=resolution,
     )  # fmt: skip
+    if picture is not None:
+        from skyshine.mat.pictures import draw_spectrum
+
+        if not picture.lower().endswith(".png"):
+            raise InputError(f"found --plot '{picture}'; allowed: a name that ends in .png")
+        title = f"{atmosphere}, {aerosol} aerosol, from {altitude:g} km at {elevation:g}°, {result.range / 1e3:.4g} km"
+        click.echo(draw_spectrum(result, title, picture))
+        return
     columns = {
         "wavenumber": ("cm^-1", result.wavenumber),
         "transmittance": ("1", result.transmittance),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from typing import Annotated, Any, Literal
 
 import pydantic
@@ -13,7 +14,7 @@ from skyshine.mat.atmosphere.cloud import TYPES as CLOUD_TYPES
 from skyshine.mat.atmosphere.profiles import GASES, PROFILES
 from skyshine.mat.atmosphere.rain import RATES
 from skyshine.mat.atmosphere.windblown import DEFAULT_AIR_MASS
-from skyshine.mat.jobs.fields import Fraction, axis
+from skyshine.mat.jobs.fields import Fraction, Tolerance, axis
 from skyshine.mat.jobs.files import JobFile
 from skyshine.mat.jobs.presets import presets, with_preset
 from skyshine.mat.jobs.surface import Weather
@@ -140,6 +141,7 @@ class State(StrictModel):
     )
     rain: Rain | None = None
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
+    date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
 
     @pydantic.model_validator(mode="before")
@@ -193,5 +195,11 @@ class AtmosphereGrid(StrictModel):
     elevation_deg: axis(-90, 90) = [
         -90, -60, -40, -30, -20, -15, -10, -7, -5, -3, -2, -1, 0, 1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 90,
     ]  # fmt: skip
+    tolerance: Tolerance | None = Field(
+        None,
+        description="Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, in kelvin or "
+        "radiance of a scene at 300 K.",
+    )
+    most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
     source_elevation_deg: axis(-90, 90) = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
     source_azimuth_deg: axis(0, 180) = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]

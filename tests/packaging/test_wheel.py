@@ -17,7 +17,9 @@ import skyshine.mat, skyshine.tmm
 from skyshine import atmospheres, materials, schemas
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.aerosol import AerosolModel
+from skyshine.mat.atmosphere.cloud import cloud_type
 from skyshine.mat.atmosphere.profiles import load_profile
+from skyshine.mat.jobs.presets import presets
 from skyshine.mat.starter import starter_files
 from skyshine.materials.library import load_library
 for module in (skyshine.mat, skyshine.tmm, atmospheres, materials, schemas):
@@ -25,6 +27,7 @@ for module in (skyshine.mat, skyshine.tmm, atmospheres, materials, schemas):
 assert len(AbsorptionTable.open().gases) >= 3
 assert load_profile("tropical").temperature[0] > 299
 AerosolModel.load("rural")
+assert cloud_type("stratus").model and "rain" in presets()
 assert len(load_library()) >= 12
 assert schemas.path("mat-job.schema.json").is_file()
 assert all(file.is_file() for file in starter_files())

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from skyshine.tmm.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, integer_weights, level_sizes
+from skyshine.tmm.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, integer_weights, level_sizes, pure_level
 
 
 def mip_levels(code: np.ndarray, step: int | None = None) -> list[Level]:
     """All levels of an image that comes `step` rows at a time."""
     step, stream = step or len(code), LevelStream(*code.shape, np.unique(np.append(code[code > 0], 9)))
-    parts = [[] for _ in level_sizes(*code.shape)]
+    parts = [[pure_level(code)], *([] for _ in level_sizes(*code.shape)[1:])]
     for top in range(0, len(code), step):
         for level, row, part in stream.add(code[top : top + step]):
             assert row == sum(len(earlier.code) for earlier in parts[level])

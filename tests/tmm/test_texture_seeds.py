@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.build import job_materials, load_texture, map_texture
+from skyshine.tmm.build import map_texture
+from skyshine.tmm.load import job_materials, load_texture
 
 GREEN, GREY = "grass_green", "asphalt_road"
 

@@ -71,7 +71,7 @@ def test_rain_at_the_ground(rate, air, lowtran_program):
 
 @pytest.mark.parametrize(
     ("name", "prefix"),
-    [("cumulus", "CCU"), ("altostratus", "CAL"), ("stratus", "CST"), ("stratocumulus", "CSC"), ("nimbostratus", "CNI")],
+    [("cumulus", "CCU"), ("altostratus", "CAL"), ("stratus", "CST"), ("stratocumulus", "CSC"), ("nimbostratus", "CNI"), ("cirrus", "CI64")],
 )
 def test_cloud_types(name, prefix, peers, tmp_path):
     """Mie theory at the type's effective radius against LOWTRAN7's table of its own size distribution, 0.3 to 30 um."""
@@ -81,10 +81,13 @@ def test_cloud_types(name, prefix, peers, tmp_path):
     inside = (data["VX2"] >= 0.3) & (data["VX2"] <= 30)
     wavelength = data["VX2"][inside]
     optics = cloud_type(name).model.optics(1e4 / wavelength, np.array([50.0]))
-    extinction, absorption, asymmetry = (data[f"{prefix}{kind}"][inside] for kind in ("EXT", "ABS", "SYM"))
+    ice = prefix.startswith("CI")
+    extinction, absorption, asymmetry = (data[prefix + kind][inside] for kind in (("XT", "AB", "G") if ice else ("EXT", "ABS", "SYM")))
     off = optics.extinction[0] - extinction
     albedo = optics.single_scattering_albedo[0] - (1 - absorption / extinction)
     forward = optics.asymmetry[0] - asymmetry
     figures = [f"{np.sqrt(np.mean(x**2)):.3f} ({np.abs(x).max():.3f})" for x in (off, albedo, forward)]
     print(f"\n{name}: rms (largest) of extinction {figures[0]}, albedo {figures[1]}, asymmetry {figures[2]}")
-    assert np.sqrt(np.mean(off**2)) < 0.05 and np.sqrt(np.mean(albedo**2)) < 0.02 and np.sqrt(np.mean(forward**2)) < 0.015
+    assert np.sqrt(np.mean(off**2)) < 0.05
+    # Its crystals are of another shape and its ice has older constants (Warren 1984).
+    assert np.sqrt(np.mean(albedo**2)) < (0.04 if ice else 0.02) and np.sqrt(np.mean(forward**2)) < (0.07 if ice else 0.015)

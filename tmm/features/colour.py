@@ -32,21 +32,23 @@ def to_lab(colours: np.ndarray, encoding: str) -> np.ndarray:
 
 def to_xyz(colours: np.ndarray, encoding: str) -> np.ndarray:
     """CIE XYZ (N, 3) float64, with Y of white 1, of colours (N, 3); parameters as for `to_lab`."""
-    from skimage.color import colorconv, rgb2xyz
+    from skimage.color import colorconv
+
+    # skimage's rgb2xyz is the same, but for its sRGB curve, which linear values do not have.
+    return to_linear(colours, encoding) @ colorconv.xyz_from_rgb.T
+
+
+def to_linear(colours: np.ndarray, encoding: str) -> np.ndarray:
+    """Linear light of Rec. 709 primaries (N, 3) float64, with 1 as white, of colours (N, 3); parameters as for `to_lab`."""
+    import OpenImageIO as oiio
 
     scale = np.iinfo(colours.dtype).max if colours.dtype.kind == "u" else 1.0
     values = colours / np.float64(scale)
-    if encoding == "srgb":
-        return rgb2xyz(values)
-    if encoding != "linear":
-        values = _to_linear(values, encoding)
-    # rgb2xyz would undo an sRGB curve that linear values do not have, so its matrix is applied alone.
-    return values @ colorconv.xyz_from_rgb.T
-
-
-def _to_linear(values: np.ndarray, encoding: str) -> np.ndarray:
-    import OpenImageIO as oiio
-
+    if encoding == "linear":
+        return values
+    if encoding == "srgb":  # IEC 61966-2-1
+        with np.errstate(invalid="ignore"):
+            return np.where(values > 0.04045, ((values + 0.055) / 1.055) ** 2.4, values / 12.92)
     image = oiio.ImageBuf(values[np.newaxis].astype(np.float32))
     linear = oiio.ImageBufAlgo.colorconvert(image, encoding, "lin_rec709_scene")
     if linear.has_error:

@@ -190,7 +190,29 @@ def test_droplets_do_not_freeze_and_crystals_do_not_melt():
             AtmosphericState.from_profile(profile, clouds=[layer])
 
 
+def test_air_in_water_cloud_is_saturated():
+    state = AtmosphericState.from_profile("midlatitude_winter", clouds=[STRATUS])
+    inside = (state.altitude > STRATUS.base + 11) & (state.altitude < STRATUS.top - 11)
+    assert state.relative_humidity[inside] == pytest.approx(100.0) and np.all(state.relative_humidity[~inside][:2] < 99)
+    dry = AtmosphericState.from_profile("midlatitude_winter", clouds=[STRATUS], water_column=3.0)
+    assert dry.precipitable_water(0.0) == pytest.approx(3.0, rel=1e-9)
+
+
 def test_rain_falls_below_its_top_only():
     layer = rain.RainLayer(10.0, 1500.0)
     assert layer.extinction_550(np.array([0.0, 1489.0])) == pytest.approx(layer.extinction_550(500.0))
     assert np.all(layer.extinction_550(np.array([1500.0, 5e3])) == 0)
+
+
+@pytest.mark.parametrize("asymmetry", [0.0, 0.85, 0.95, 0.987, 0.999])
+def test_narrow_forward_peaks_lose_no_light(asymmetry):
+    from skyshine.mat.atmosphere.optics import PHASE_ANGLES, normalised
+
+    cosine = np.cos(PHASE_ANGLES)
+    exact = (1 - asymmetry**2) / (1 + asymmetry**2 - 2 * asymmetry * cosine) ** 1.5
+    phase = normalised(exact)
+    fine = np.linspace(0, np.pi, 200 * 360 + 1)
+    mean = 0.5 * np.trapezoid(np.interp(fine, PHASE_ANGLES, phase) * np.sin(fine), fine)
+    assert mean == pytest.approx(1.0, abs=1e-4) and np.all(phase >= 0) and np.argmax(phase) == 0
+    if asymmetry < 0.95:
+        assert phase[1:] == pytest.approx(exact[1:], rel=1e-3)

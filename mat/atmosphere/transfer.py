@@ -16,7 +16,7 @@ import numpy as np
 from skyshine.mat.atmosphere.diffuse import lean
 from skyshine.mat.atmosphere.geometry import Rays
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES, rayleigh_phase
-from skyshine.mat.atmosphere.source_paths import HIDDEN, SourcePaths
+from skyshine.mat.atmosphere.source_paths import HIDDEN
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ import pytest
 from skyshine.mat.atmosphere import geometry, transfer
 from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.optics import rayleigh_phase
-from skyshine.mat.atmosphere.source_paths import SourcePaths
 from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.source_paths import SourcePaths
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.radiometry import planck_wavenumber
 

@@ -54,7 +54,10 @@ def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
     site = Site(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
     air = atmospheric_state(place, state)
     sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, site.sun_distance)
-    return site, _weather(site, state.weather), sky
+    weather = _weather(site, state.weather)
+    if state.clouds:  # their layers are in the sky already
+        weather = replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
+    return site, weather, sky
 
 
 def _weather(site: Site, given: WeatherModel) -> Weather:
@@ -75,7 +78,10 @@ def _weather(site: Site, given: WeatherModel) -> Weather:
 
 def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:
     """The clear sky of a state from its ground to an altitude [m], from the broadband points of the band model."""
-    levels = np.arange(air.surface_altitude, max(highest, air.surface_altitude + SKY_STEP) + SKY_STEP, SKY_STEP)
+    ground = air.surface_altitude
+    levels = np.arange(ground, max(highest, ground + SKY_STEP) + SKY_STEP, SKY_STEP)
+    # The air's own levels hold the edges of cloud and fog, across which light is not linear.
+    levels = np.union1d(levels, air.altitude[(air.altitude > ground) & (air.altitude < levels[-1])])
     fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo, sun_distance=sun_distance)
     black = Stefan_Boltzmann * np.interp(levels, air.altitude, air.temperature) ** 4
     return Sky(

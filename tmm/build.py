@@ -19,6 +19,7 @@ from skyshine.tmm.assign import (
 )
 from skyshine.tmm.classify import Classified, ColourMapper, Mapper
 from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.georeference import GeoReference, read_georeference
 from skyshine.tmm.job import TextureJob
 from skyshine.tmm.load import job_files, load_texture
 from skyshine.tmm.model import read_model
@@ -28,7 +29,7 @@ from skyshine.tmm.seeds import SeedTexels
 from skyshine.tmm.texture import TextureFile
 from skyshine.tmm.train import examples, train_on_seeds
 
-BAND, STRIP = 256, 1024  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
+BAND, STRIP = 256, 512  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class TextureMap:
         Ascending.
     seeds : SeedTexels or None
     quality : HeldOut
+    place : GeoReference or None
     files : dict of str to str
         SHA-256 of the files besides the image that the map depends on, by their path in the job.
     """
@@ -60,6 +62,7 @@ class TextureMap:
     codes: np.ndarray
     seeds: SeedTexels | None
     quality: HeldOut
+    place: GeoReference | None
     files: dict[str, str]
     mapper: Mapper
 
@@ -117,6 +120,7 @@ def map_texture(job: TextureJob, base_folder: Path, library) -> TextureMap:
         codes=np.array([library[name].code for name in names], np.uint16),
         seeds=seeds,
         quality=quality,
+        place=read_georeference(texture.path),
         files={name: file_sha256(base_folder / name) for name in job_files(job)},
         mapper=mapper,
     )

@@ -26,7 +26,7 @@ SHRINKAGE_WEIGHT = 20.0  # seeds at which a class's own covariance and the poole
 SPREAD_FLOOR = 1.0  # CIELAB units: about one just noticeable difference, and the rounding of 8 bit colours
 RELATIVE_FLOOR = 1e-9  # of the trace: far above the rounding of float64, far below any real ratio of spreads
 POSTERIOR_ONE = 65535  # posteriors are summed as 16 bit integers: with MAX_RADIUS a sum stays below 2^32
-TABLE_ENTRIES = 1 << 24  # posteriors of all distinct colours that are kept at hand: 100 MB
+TABLE_ENTRIES = 1 << 24  # posteriors of all distinct colours that are kept at hand: 170 MB
 BLOCK_COLOURS = 1 << 16  # colours whose posteriors are worked out at a time
 
 
@@ -182,7 +182,12 @@ class ColourMapper:
         self._colours, self._shared = colours, None
         shared = colours.colours
         if tabulate and shared is not None and len(shared) * len(model.names) <= TABLE_ENTRIES:
-            self._shared = model.tables(shared, texture.encoding)
+            self._shared = self._prepared(shared)
+
+    def _prepared(self, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Posterior of colours, in pairs where it is to be averaged, and their typicality."""
+        posterior, typicality = self.model.tables(colours, self.texture.encoding)
+        return (pairs_of(posterior) if self.radius else posterior), typicality
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
@@ -192,11 +197,12 @@ class ColourMapper:
         if self._shared is None and colours is None:
             used, index = np.unique(index, return_inverse=True)
             colours, index = self._colours.colours[used], index.reshape(valid.shape)
-        posterior, typicality = self._shared or self.model.tables(colours, self.texture.encoding)
+        posterior, typicality = self._shared or self._prepared(colours)
+        index = index.astype(np.intp, copy=False)  # numpy gathers faster by its own index type
         if self.radius == 0:
             material, confidence = _strongest_colour(posterior, index)
         else:
-            material, confidence = strongest((np.take(table, index) for table in posterior), valid, self.radius, inner)
+            material, confidence = strongest((np.take(pair, index) for pair in posterior), valid, self.radius, inner)
         number = np.multiply(material, typicality.shape[1], dtype=np.intp)
         number += index[inner]
         return without_data(Classified(material, confidence, np.take(typicality.ravel(), number)), valid[inner])
@@ -227,26 +233,37 @@ def _strongest_colour(posterior: np.ndarray, index: np.ndarray) -> tuple[np.ndar
     return np.take(material, index), np.take(confidence, index)
 
 
+def pairs_of(posterior: np.ndarray) -> np.ndarray:
+    """Planes (K, ...) uint16 as pairs ((K + 1) // 2, ...) uint64, one in the lower and one in the upper 32 bits.
+
+    Sums of a pair are the pair of the sums, at half the work; each fits 32 bits with MAX_RADIUS, so none carries over.
+    """
+    pairs = posterior[::2].astype(np.uint64)
+    pairs[: len(posterior) // 2] |= posterior[1::2].astype(np.uint64) << np.uint64(32)
+    return pairs
+
+
 def strongest(
-    posterior: Iterable[np.ndarray], valid: np.ndarray, radius: int, inner: tuple[slice, slice]
+    pairs: Iterable[np.ndarray], valid: np.ndarray, radius: int, inner: tuple[slice, slice]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Material of the largest mean posterior over the box about each inner texel, and that mean as float32.
 
     Parameters
     ----------
-    posterior : iterable of (h, w) uint16
-        One plane a material, in units of 1 / POSTERIOR_ONE; written to.
+    pairs : iterable of (h, w) uint64
+        Posteriors in units of 1 / POSTERIOR_ONE, as `pairs_of` makes them; written to.
     valid : (h, w) bool
         Texels that count.
     """
     whole = bool(valid.all())
     material, best = np.zeros(valid[inner].shape, np.int16), np.zeros(valid[inner].shape, np.uint32)
-    for k, plane in enumerate(posterior):
+    for number, pair in enumerate(pairs):
         if not whole:
-            plane *= valid
-        total = _box_sum(plane, radius)[inner]
-        np.copyto(material, np.int16(k), where=total > best)
-        np.maximum(best, total, out=best)
+            pair *= valid
+        both = _box_sum(pair, radius)[inner]
+        for half, total in enumerate((both.astype(np.uint32), (both >> np.uint64(32)).astype(np.uint32))):
+            np.copyto(material, np.int16(2 * number + half), where=total > best)
+            np.maximum(best, total, out=best)
     confidence = best.astype(np.float32) / (np.float32(POSTERIOR_ONE) * _members(valid, radius)[inner])
     return material, np.minimum(confidence, np.float32(1))
 
@@ -260,17 +277,18 @@ def _members(valid: np.ndarray, radius: int) -> np.ndarray:
 
 
 def _box_sum(plane: np.ndarray, radius: int) -> np.ndarray:
-    """Sum over the square of `radius` about each texel, with nothing beyond the edge: (H, W) to (H, W) uint32.
+    """Sum over the square of `radius` about each texel, with nothing beyond the edge: uint64 of pairs, else uint32.
 
     Running sums in integers are exact, whatever the block; they may wrap, their differences are right while the sum
     itself fits, which MAX_RADIUS ensures.
     """
     (height, width), side = plane.shape, 2 * radius + 1
-    running = np.zeros((height, width + side), np.uint32)
-    np.cumsum(plane, axis=1, dtype=np.uint32, out=running[:, radius + 1 : radius + 1 + width])
+    kind = np.uint64 if plane.dtype == np.uint64 else np.uint32
+    running = np.zeros((height, width + side), kind)
+    np.cumsum(plane, axis=1, dtype=kind, out=running[:, radius + 1 : radius + 1 + width])
     running[:, radius + 1 + width :] = running[:, radius + width, np.newaxis]
     across = running[:, side:] - running[:, :-side]
-    running = np.zeros((height + side, width), np.uint32)
+    running = np.zeros((height + side, width), kind)
     for row in range(height):  # numpy's own cumsum down the columns is many times slower than adding rows
         np.add(running[radius + row], across[row], out=running[radius + row + 1])
     running[radius + 1 + height :] = running[radius + height]

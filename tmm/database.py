@@ -289,6 +289,9 @@ def _provenance(mapped: TextureMap) -> Group:
         "encoding": texture.encoding,
         "distinct_colours": mapped.colours.number,
     }
+    if mapped.place is not None:
+        # X = a x + b y + c, Y = d x + e y + f, with x and y in texels of level 0 from the top left corner.
+        attributes |= {"geo_affine": np.array(mapped.place.affine), "geo_crs": mapped.place.crs}
     for name, digest in mapped.files.items():
         attributes[f"sha256:{name}"] = digest
     return Group(attributes=attributes)

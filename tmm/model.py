@@ -21,6 +21,7 @@ from skyshine.tmm.classify import (
     ColourMapper,
     GaussianModel,
     Mapper,
+    pairs_of,
     strongest,
     with_margin,
     without_data,
@@ -122,7 +123,7 @@ class TexturedMapper:
         posterior = self._model.network.posterior(stack.reshape(len(stack), -1))
         planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
         if self._radius:
-            material, confidence = strongest(planes, valid, self._radius, inner)
+            material, confidence = strongest(pairs_of(planes), valid, self._radius, inner)
         else:
             material = planes[(slice(None), *inner)].argmax(axis=0).astype(np.int16)
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)

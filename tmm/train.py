@@ -19,11 +19,13 @@ from skyshine.tmm.quality import HeldOut, at_seeds, folds, held_out, untested
 from skyshine.tmm.seeds import SeedTexels
 from skyshine.tmm.texture import Windowed
 
-SAMPLE = 3000  # seed texels of a material in one texture that a network is trained on
+SAMPLE = 3000  # seed texels of a material that a network is trained on, of one texture; of many, it is shared out
+LEAST_SAMPLE = 200  # of a material in one texture of many
 TILE = 256  # texels: features are computed about the seeds of one such tile at a time
 HIDDEN = 32  # units
 PENALTY = 1.0  # on the squares of the weights
-ROUNDS = 60  # over all seeds, at most
+ROUNDS = 60  # over all examples, at most
+VISITS = 1_000_000  # of examples, in all rounds: with many examples a few rounds do
 
 
 @dataclass(frozen=True)
@@ -45,13 +47,13 @@ class Examples:
     material: np.ndarray
 
 
-def examples(texture: Windowed, seeds: SeedTexels, random_seed: int) -> Examples:
-    """Features at a random sample of the seeds, of `SAMPLE` texels a material at most."""
+def examples(texture: Windowed, seeds: SeedTexels, random_seed: int, sample: int = SAMPLE) -> Examples:
+    """Features at a random sample of the seeds, of `sample` texels a material at most."""
     random = np.random.default_rng(random_seed)
     chosen = []
     for k in range(len(seeds.names)):
         mine = np.flatnonzero(seeds.material == k)
-        chosen.append(mine if len(mine) <= SAMPLE else random.choice(mine, SAMPLE, replace=False))
+        chosen.append(mine if len(mine) <= sample else random.choice(mine, sample, replace=False))
     texel = np.sort(np.concatenate(chosen))
     plain, shaded = (np.empty((len(texel), len(names())), np.float32) for _ in range(2))
     tile = seeds.rows[texel] // TILE * (texture.width // TILE + 1) + seeds.columns[texel] // TILE
@@ -111,7 +113,8 @@ def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int) -> tup
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.neural_network import MLPClassifier
 
-    learner = MLPClassifier((HIDDEN,), alpha=PENALTY, max_iter=ROUNDS, random_state=random_seed)
+    rounds = int(np.clip(VISITS // len(scaled), 5, ROUNDS))
+    learner = MLPClassifier((HIDDEN,), alpha=PENALTY, max_iter=rounds, random_state=random_seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # to stop early is part of the method
         learner.fit(scaled, target)
@@ -153,7 +156,8 @@ def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, Hel
         loaded.append(load_texture(texture_job, folder, library))
     known = None
     if settings.method == "textured":
-        known = [examples(texture, seeds, random_seed) for texture, _, _, seeds in loaded]
+        sample = max(SAMPLE // len(loaded), LEAST_SAMPLE)
+        known = [examples(texture, seeds, random_seed, sample) for texture, _, _, seeds in loaded]
     order = np.random.default_rng(random_seed).permutation(len(loaded))
     part = np.empty(len(loaded), int)
     part[order] = np.arange(len(loaded)) % first.held_out.folds

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from skyshine.mat.atmosphere.aerosol import BOUNDARY_MODELS, STRATOSPHERES
+from skyshine.mat.atmosphere.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere.profiles import PROFILES
 from skyshine.mat.atmosphere.solar import solar_irradiance

@@ -6,13 +6,26 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands.stability import stability
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity
 from skyshine.schemas.errors import InputError
 
 
-@click.group("bench", epilog="Example: mat bench absorption --quick")
-def command():
-    """Error against run time, measured side by side in one run."""
+@click.group("bench", invoke_without_command=True, epilog="Example: mat bench --quick --out bench")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder for bench.json and bench.png.")
+@click.option("--quick", is_flag=True, help="Narrow bands and few materials: within three minutes on two cores.")
+@click.option("--textures", nargs=2, type=click.Path(), metavar="JOB TRUTH", help="Classifiers too, as 'tmm bench' takes them.")
+@json_option
+@click.pass_context
+def command(context, out, quick, textures, as_json):
+    """Error against run time, measured side by side in one run: of one part, or without a name of all."""
+    if context.invoked_subcommand is None:
+        from skyshine.mat.commands.whole_bench import run
+
+        run(quick, out, textures, as_json)
+
+
+command.add_command(stability)
 
 
 @command.command()
@@ -88,7 +101,7 @@ def surface(job, out, quick, as_json):
     from skyshine.mat.surface_inputs import surface_inputs, surface_materials
     from skyshine.materials.library import load_library
 
-    _, inputs = surface_inputs(job or starter_files()[0])
+    _, inputs = surface_inputs(job or next(file for file in starter_files() if file.name == "job.yaml"))
     library = load_library()
     names = bench.QUICK_MATERIALS if quick else bench.MATERIALS
     methods = len(bench.STEPS) + len(bench.MARCHES) + 3

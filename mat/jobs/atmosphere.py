@@ -137,7 +137,7 @@ class State(StrictModel):
     stratosphere: Literal[tuple(STRATOSPHERES)] = Field("background", description="Volcanic loading, and age of its particles.")
     season: Literal[SEASONS] | None = Field(None, description="Of the aerosol profiles; by default that of the profile's name.")
     clouds: list[Cloud] = Field(
-        [], max_length=8, description="Over the whole sky, for paths and surfaces alike; weather.cloud_fraction adds broken cloud to surfaces only."
+        [], max_length=8, description="Over the whole sky, for paths and surfaces alike, in place of the weather's cloud_fraction."
     )
     rain: Rain | None = None
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
@@ -158,6 +158,14 @@ class State(StrictModel):
         for key, gas in (("humidity_scale", "H2O"), ("co2_ppm", "CO2")):
             if gas in self.gases and key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
                 raise ValueError(f"found {key} and gases.{gas}; allowed: one of them; remove the other")
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _one_cloud(self):
+        if self.clouds and self.weather.cloud_fraction > 0:
+            raise ValueError(
+                "found clouds and weather.cloud_fraction; allowed: layers, which paths see too, or a fraction for surfaces; remove one"
+            )
         return self
 
 

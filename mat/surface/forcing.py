@@ -156,7 +156,7 @@ def plane_irradiance(
 
 
 def step_means(values: np.ndarray, steps: int) -> np.ndarray:
-    """Means (..., steps) of periodic samples (..., n) over the steps centred on each solver time: trapezium rule.
+    """Means (..., steps) of periodic samples (..., n), or of one constant (..., 1), over the steps centred on each solver time: trapezium rule.
 
     Raises
     ------
@@ -164,6 +164,8 @@ def step_means(values: np.ndarray, steps: int) -> np.ndarray:
         The number of samples is not a multiple of the number of steps.
     """
     samples = values.shape[-1]
+    if samples == 1:
+        return values
     if samples % steps:
         raise InputError(f"found {steps} solver steps; allowed: divisors of {samples}")
     ratio = samples // steps
@@ -215,7 +217,7 @@ class Scene:
 
     @cached_property
     def _air(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS)."""
+        """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS), pressure (A, 1) where it does not change."""
         altitude = np.asarray(self.altitude, float)
         return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 

@@ -38,8 +38,9 @@ def solve_oracle(
     intervals: int = 144,
     degree: int = 3,
     cells: int = 40,
+    start: float | None = None,
 ) -> OracleSolution:
-    """Periodic temperatures of one column.
+    """Temperatures of one column, periodic or from a start.
 
     Parameters
     ----------
@@ -52,6 +53,8 @@ def solve_oracle(
         Of the Radau collocation.
     cells : int
         In each layer.
+    start : float, optional
+        Uniform temperature at the beginning [K], in place of periodicity.
 
     Returns
     -------
@@ -74,8 +77,9 @@ def solve_oracle(
     forcing = forcing_at(times.ravel())
     rate, size = _rate(ca, material, cells, period)
     parameters = np.vstack([_parameters(forcing, times.size), back_drive(material, forcing, times.ravel() / 3600) + 0 * times.ravel()])
-    residual, unknowns = _collocation(ca, rate, size, parameters, intervals, degree, period)
-    values = _newton(ca, residual, unknowns, np.full(size * times.size, float(np.mean(forcing.air_temperature))))
+    residual, unknowns = _collocation(ca, rate, size, parameters, intervals, degree, period, start)
+    guess = float(np.mean(forcing.air_temperature)) if start is None else start
+    values = _newton(ca, residual, unknowns, np.full(size * times.size, guess))
     states = values.reshape(intervals, degree, size)[:, -1]
     ends = (np.arange(intervals) + 1) * (period / intervals)
     return OracleSolution(ends, states[:, 0], states[:, 1:])
@@ -175,14 +179,14 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     return net
 
 
-def _collocation(ca, rate, size: int, parameters: np.ndarray, intervals: int, degree: int, period: float):
-    """Equations of periodic Radau collocation and their unknowns, ordered interval, point, state."""
+def _collocation(ca, rate, size: int, parameters: np.ndarray, intervals: int, degree: int, period: float, start):
+    """Equations of Radau collocation, periodic or from a start, and their unknowns, ordered interval, point, state."""
     nodes = np.concatenate([[0.0], ca.collocation_points(degree, "radau")])
     weights = _derivative_weights(nodes)
     unknowns = ca.MX.sym("x", size, intervals * degree)
     slopes = rate.map(intervals * degree)(unknowns, ca.DM(parameters)) * (period / intervals)
     ends = unknowns[:, degree - 1 :: degree]
-    starts = ca.horzcat(ends[:, -1], ends[:, :-1])
+    starts = ca.horzcat(ends[:, -1] if start is None else start * ca.DM.ones(size), ends[:, :-1])
     equations = []
     for point in range(degree):
         total = weights[0, point + 1] * starts

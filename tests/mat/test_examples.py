@@ -50,3 +50,23 @@ def _clock(text: str) -> float:
 def test_unknown_example(tmp_path):
     result = CliRunner().invoke(main, ["init", str(tmp_path / "x"), "--example", "airfeld"])
     assert result.exit_code == 2 and "did you mean 'airfield'" in result.output and not (tmp_path / "x").exists()
+
+
+def test_a_state_is_built_on_its_own_date(tmp_path):
+    from skyshine.mat.plan import Task
+    from skyshine.mat.products import run_task
+    from skyshine.mat.tables.loader import open_table
+
+    warm = "profile: midlatitude_summer, weather: {air_temperature_c: 15}"
+    (tmp_path / "job.yaml").write_text(
+        "skyshine: 1\nname: two days\nsite: {latitude_deg: 50, longitude_deg: 10, date: 2026-06-21, utc_offset_h: 1}\n"
+        f"states: [{{{warm}}}, {{date: 2026-12-21, {warm}}}]\nbands: [{{wavelength_um: [8, 12]}}]\nmaterials: [concrete]\n"
+        "surface_grid: {altitude_km: [0], azimuth_deg: [0], slope_deg: [0], time: ['00:00', '12:00']}\noutput: {pictures: false}\n"
+    )
+    loaded, noon = load_job(tmp_path / "job.yaml"), []
+    for state in (1, 2):
+        run_task(Task("temperature", state, 0, (f"s{state:02d}.htt.h5",), 0), loaded, tmp_path, ("concrete",), True)
+        table = open_table(tmp_path / f"s{state:02d}.htt.h5")
+        assert table.attributes["date"] == ("2026-06-21", "2026-12-21")[state - 1]
+        noon.append(float(table.temperature(material="concrete", time=12.0)))
+    assert noon[0] > noon[1] + 10  # the same air, and the Sun at 63 or at 17 degrees

@@ -20,7 +20,7 @@ from skyshine.mat.atmosphere.aerosol import AerosolModel
 from skyshine.mat.atmosphere.cloud import cloud_type
 from skyshine.mat.atmosphere.profiles import load_profile
 from skyshine.mat.jobs.presets import presets
-from skyshine.mat.starter import starter_files
+from skyshine.mat.starter import example_names, starter_files
 from skyshine.materials.library import load_library
 for module in (skyshine.mat, skyshine.tmm, atmospheres, materials, schemas):
     assert module.__file__.startswith(PLACE), module.__file__
@@ -30,7 +30,8 @@ AerosolModel.load("rural")
 assert cloud_type("stratus").model and "rain" in presets()
 assert len(load_library()) >= 12
 assert schemas.path("mat-job.schema.json").is_file()
-assert all(file.is_file() for file in starter_files())
+assert all(file.is_file() for name in example_names() for file in starter_files(name))
+assert materials.path("exchange/cdb.yaml").is_file()
 """
 
 

@@ -70,6 +70,25 @@ def test_png_there_and_back(library, tmp_path):
     assert (tmp_path / "b" / "patch.png").read_bytes() == (tmp_path / "patch.png").read_bytes()
 
 
+def test_all_levels_of_a_model_texture_share_one_table(library, tmp_path):
+    from skyshine.tmm.exchange.cdb import read_cdb, to_image
+    from skyshine.tmm.exchange.cdb_materials import load_map
+
+    code = np.random.default_rng(7).choice(np.array([22, 68, 81], np.uint16), (16, 8))
+    write_png(tmp_path, MaterialImage("wall", NAMES, pure_level(code)))
+    run("import", tmp_path / "wall.png", "--out", tmp_path)
+    result = run("export", tmp_path / "wall.tmm.h5", "--to", "cdb", "--out", tmp_path / "cdb", "--model", "Wall", "--lod", 2, "--json")
+    assert result.exit_code == 0, result.output
+    written = json.loads(result.output)["written"]
+    assert len([name for name in written if name.endswith(".xml")]) == 1
+    folder = tmp_path / "cdb" / "GTModel" / "504_GTModelMaterial" / "W" / "A" / "Wall"
+    with open_tmm(tmp_path / "wall.tmm.h5") as file:
+        for k, lod in enumerate(("L02", "L01", "L00", "LC01", "LC02")):
+            level = to_image(read_cdb(folder / f"D504_S001_T001_{lod}_Wall.tif"), load_map(library)).level
+            assert np.array_equal(level.mix_code, file.array(f"levels/{k}/mix_code"))
+            assert np.abs(level.mix_weight.astype(int) - file.array(f"levels/{k}/mix_weight")).max() <= 1
+
+
 def test_usage_counts_materials_that_are_never_first(library, tmp_path, write_image):
     mix_code = np.tile(np.array([22, 68, 0], np.uint16), (4, 4, 1))
     mix_weight = np.tile(np.array([WEIGHT_TOTAL - 13107, 13107, 0], np.uint16), (4, 4, 1))

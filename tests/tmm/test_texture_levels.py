@@ -95,3 +95,18 @@ def test_composites_list_every_mixture_once():
     found = {(*map(int, c), *map(int, w)) for c, w in zip(components, weights)}
     pure = {(k, 0, 0, 100, 0, 0) for k in (1, 2, 3)}
     assert found == pure | {(1, 3, 0, 75, 25, 0), (2, 1, 3, 50, 38, 12)} and len(components) == len(found)
+
+
+def test_radiance_of_mixtures():
+    """Band radiance from the fractions against the mean over the texels below, with three materials in the scene."""
+    code = np.kron(np.random.default_rng(7).integers(1, 4, (9, 11)), np.ones((7, 5), int)).astype(np.uint16)
+    # Spectral radiance of blackbodies at 10 um, W m-2 sr-1 um-1, of 260, 300 and 340 K, by Planck's law.
+    temperature = np.array([np.inf, 260.0, 300.0, 340.0])
+    radiance = 1.191042972e8 / 10.0**5 / np.expm1(14387.76877 / (10.0 * temperature[1:]))
+    radiance = np.concatenate([[0.0], radiance])
+    for level in mip_levels(code, 16):
+        mixed = (radiance[level.mix_code] * level.mix_weight).sum(axis=-1) / WEIGHT_TOTAL
+        for row, column in np.ndindex(level.code.shape):
+            shares = _shares(code, row, column, level.code.shape)
+            exact = float(sum(radiance[number] * float(share) for number, share in shares) / float(sum(s for _, s in shares)))
+            assert mixed[row, column] == pytest.approx(exact, rel=1e-4)

@@ -55,7 +55,7 @@ class Photograph:
         path = folder / f"{image.stem}.png"
         output = oiio.ImageOutput.create(str(path))
         output.open(str(path), oiio.ImageSpec(drawn.shape[1], drawn.shape[0], 1, "uint8"))
-        output.write_image(drawn)
+        output.write_image(np.ascontiguousarray(drawn[..., np.newaxis]))
         output.close()
         present = {str(k + 1): name for k, name in enumerate(palette.values()) if keep[self.truth == k].any()}
         seeds = {"labels": {"image": str(path), "palette": present}}
@@ -119,7 +119,7 @@ def test_model_for_unseen_sheets(shared_data, tmp_path, record_property):
     """Sheets are dealt out over parts; each part is classified by a model of the others, as it is and in shadow."""
     pytest.importorskip("sklearn")
     library, names, radius = load_library(None), list(PALETTES["orthophoto"].values()), 8
-    photographs = _photographs(shared_data, "orthophoto", tmp_path, patches=40, method="textured")
+    photographs = _photographs(shared_data, "orthophoto", tmp_path, patches=20, method="textured")
     sheet = np.array([photograph.image.stem.rsplit("_", 1)[0] for photograph in photographs])
     sheets = np.unique(sheet)
     whole, shaded, sunlit = (Tally(len(names)) for _ in range(3))

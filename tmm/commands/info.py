@@ -40,7 +40,7 @@ def _confusion(source) -> dict[int, list[int]]:
 
 
 def _plain(value):
-    return value.item() if hasattr(value, "item") else value
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _print(result: dict) -> None:
@@ -58,6 +58,8 @@ def _print(result: dict) -> None:
         f"size: {result['width']} x {result['height']} {result['pixel_type']}, {result['encoding']}, "
         f"{result['levels']} levels, {result['mixtures']} mixtures"
     )
+    if "geo_affine" in result:
+        click.echo(f"ground: {result['geo_crs'] or 'no coordinate system named'}, affine {result['geo_affine']}")
     click.echo("materials (code, name, share; then held-out texels found as unknown and as each material):")
     width = max(len(material["name"]) for material in result["materials"])
     for material in result["materials"]:

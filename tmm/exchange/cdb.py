@@ -19,7 +19,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.exchange.cdb_materials import CdbMaterials
 from skyshine.tmm.exchange.cdb_table import Composite, read_table, write_table
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.exchange.rasters import read_plane, write_image
+from skyshine.tmm.exchange.rasters import read_plane, write_tiff
 from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Level, integer_weights
 
 INDEX, MIXTURE = 1, 2  # component selector 1
@@ -329,15 +329,11 @@ def write_cdb(root: str | os.PathLike, raster: CdbRaster) -> list[Path]:
     for layer, index in enumerate(raster.index, 1):
         smallest = np.uint8 if index.max() < 256 else np.uint16
         written.append(raster.place.raster(root, INDEX, layer))
-        write_image(written[-1], index.astype(smallest), "lzw")
+        write_tiff(written[-1], index.astype(smallest))
         if len(raster.index) > 1:
             written.append(raster.place.raster(root, MIXTURE, layer))
-            write_image(written[-1], raster.share[layer - 1])
+            write_tiff(written[-1], raster.share[layer - 1])
     table = raster.place.table(root)
-    try:
-        table.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot be made: {error.strerror}; check the folder", file=table.parent) from None
     write_table(table, list(raster.table.values()))
     return [*written, table]
 

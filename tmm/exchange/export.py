@@ -12,8 +12,6 @@ from skyshine.tmm.database import open_tmm
 from skyshine.tmm.exchange.image import MaterialImage, read_levels
 from skyshine.tmm.levels import level_sizes
 
-FORMATS = ("png", "gltf", "dirsig", "cdb")
-
 
 @dataclass(frozen=True)
 class CdbTarget:
@@ -44,7 +42,7 @@ def export(
     path : path
         A ``.tmm.h5``.
     form : str
-        One of `FORMATS`.
+        ``png``, ``gltf``, ``dirsig`` or ``cdb``.
     out : path
         Folder; of a CDB, its root.
     library : MaterialLibrary

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.exchange.files import write_bytes, write_json
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.exchange.legend import legend, read_legend, write_bytes, write_json
+from skyshine.tmm.exchange.legend import legend, read_legend
 from skyshine.tmm.levels import pure_level
 
 MAX_MATERIALS = 255  # a palette has 256 entries, the first stands for no material

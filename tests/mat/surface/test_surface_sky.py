@@ -5,8 +5,10 @@ import pytest
 
 from skyshine.mat.atmosphere.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.site import SUN_STEPS, Site
-from skyshine.mat.surface_inputs import band_model_sky
+from skyshine.mat.surface_inputs import band_model_sky, surface_inputs
+from skyshine.schemas.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -41,3 +43,35 @@ def test_clear_summer_sky(sky):
     assert 700 < sky.direct[0, noon] < 950 and 100 < sky.diffuse[0, noon] < 300
     assert sky.direct[-1, noon] > sky.direct[0, noon] + 100
     assert 0.75 < sky.emissivity[0] < 0.92 and np.all(np.diff(sky.emissivity) < 0)
+
+
+JOB = """\
+skyshine: 1
+name: cloud
+site: {{latitude_deg: 45, longitude_deg: 0, date: 2026-06-22, utc_offset_h: 0}}
+states:
+  - profile: midlatitude_summer
+    {clouds}
+    weather: {{air_temperature_c: 20{fraction}}}
+bands: [{{wavelength_um: [8, 12]}}]
+materials: [concrete]
+"""
+
+
+def test_layers_of_cloud_take_the_place_of_a_fraction(tmp_path):
+    """Stratus leaves no beam, little light, and a nearly black warm sky, whatever the fraction of the weather would do."""
+    file = tmp_path / "job.yaml"
+    found = {}
+    for name, clouds, fraction in (("clear", "clouds: []", ""), ("layer", "clouds: [{type: stratus}]", "")):
+        file.write_text(JOB.format(clouds=clouds, fraction=fraction), encoding="utf-8")
+        _, (site, weather, sky) = surface_inputs(file)
+        assert np.all(weather.cloud_fraction == 0)
+        found[name] = Scene(site, weather, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
+    noon = 48
+    clear, layer = found["clear"], found["layer"]
+    assert layer.shortwave_direct[0, noon] < 1 < 500 < clear.shortwave_direct[0, noon]
+    assert layer.shortwave_diffuse[0, noon] < 0.5 * (clear.shortwave_direct + clear.shortwave_diffuse)[0, noon]
+    assert layer.longwave_sky[0, 0] > clear.longwave_sky[0, 0] + 30
+    file.write_text(JOB.format(clouds="clouds: [{type: stratus}]", fraction=", cloud_fraction: 0.5"), encoding="utf-8")
+    with pytest.raises(InputError, match="states.0: found clouds and weather.cloud_fraction; allowed"):
+        surface_inputs(file)

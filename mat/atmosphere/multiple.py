@@ -71,7 +71,7 @@ class DiffuseLight:
         optics : SpectralOptics
         scaled : (N, P) array
             `scaled_extinction` of the optics.
-        source_paths : transfer.SourcePaths
+        source_paths : source_paths.SourcePaths
             Through that extinction.
         """
         sine = np.sin(np.radians(_ELEVATIONS))

@@ -147,6 +147,14 @@ class TestThermalMoonlight:
             emissivity = thermal_emissivity(1e4 / wavenumber)
             assert value == pytest.approx(emissivity * planck_wavenumber(wavenumber, temperature).sum() * solid_angle, rel=1e-2)
 
+    def test_full_moon_at_10_um(self):
+        """A smooth black disk of 385 K at noon that cools with the fourth root of the cosine of the Sun's zenith angle."""
+        from skyshine.mat.radiometry import planck_wavenumber
+
+        cosine = (np.arange(4000) + 0.5) / 4000
+        disk = np.mean(2 * cosine * planck_wavenumber(1000.0, 385.0 * cosine**0.25)) * np.pi * (MOON_RADIUS / MEAN_DISTANCE) ** 2
+        assert lunar_irradiance([1000.0], 0.0, MEAN_DISTANCE, 1.0).thermal[0] == pytest.approx(disk, rel=0.10)
+
     def test_subsolar_temperature(self):
         """Noon at the lunar equator, Diviner: 380 to 400 K over the year and from highland to mare (Vasavada et al. 2012)."""
         assert 380 < subsolar_temperature(1.017) < subsolar_temperature(0.983) < 400
@@ -265,3 +273,21 @@ def test_mean_sunlight_over_wide_intervals_keeps_the_sum():
     wide = solar_irradiance(edges[:-1] + 50.0, 100.0)
     assert np.sum(wide * 100.0) == pytest.approx(np.sum(solar_irradiance(fine) * 5.0), rel=1e-9)
     np.testing.assert_allclose(solar_irradiance(fine[:50], 5.0), solar_irradiance(fine[:50]), rtol=1e-9)
+
+
+def test_direct_moonlight_on_the_ground_follows_the_phase():
+    """Miller and Turner 2009 at 0.555 um: 2.15 and 0.444 mW m^-2 um^-1 at phases of 30 and 90 degrees, 4.53 at full Moon."""
+    from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.compile import band_points
+    from skyshine.mat.atmosphere.state import AtmosphericState
+    from skyshine.mat.quantities import BandAtmosphere
+    from skyshine.mat.radiometry import SpectralResponse
+
+    response = SpectralResponse.rectangular(0.55, 0.56)
+    band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    atmosphere = BandAtmosphere.of(AtmosphericState.from_profile("us_standard"), band)
+    direct = []
+    for phase in (0.0, 30.0, 90.0):
+        light = lunar_irradiance(band.wavenumber, phase, MEAN_DISTANCE, 1.0).total
+        direct.append(atmosphere.at_points(0.5, 0.5, -90.0, 40.0, 0.0, light).direct[0])
+    assert np.array(direct[1:]) / direct[0] == pytest.approx(np.array([2.15, 0.444]) / 4.53, rel=0.15)  # each is within 10 %

@@ -9,6 +9,7 @@ from skyshine.mat.atmosphere import geometry, transfer
 from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.optics import rayleigh_phase
 from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.source_paths import SourcePaths
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.radiometry import planck_wavenumber
 
@@ -111,7 +112,7 @@ def test_single_scattering_of_a_thick_homogeneous_atmosphere(synthetic_points, i
     # The same single-scattering albedo everywhere.
     extinction = np.broadcast_to(air.optics.extinction[0], air.optics.extinction.shape)
     optics = replace(air.optics, extinction=extinction)
-    source_paths = transfer.SourcePaths.of(air.source_rays, extinction)
+    source_paths = SourcePaths.of(air.source_rays, extinction)
     sun = np.radians([35.0]), np.zeros(1)
     mu0, albedo = np.sin(sun[0][0]), optics.rayleigh[0] / extinction[0]
     total = state._column(state.number_density, 0.0) * extinction[0]

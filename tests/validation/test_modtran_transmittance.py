@@ -107,6 +107,16 @@ def bin_means(values, low, high):
     return np.stack(means, axis=-1)
 
 
+def bin_response(first, last):
+    """What a mean over 0.1 um of spectra seen through the triangular slit is a mean of: the slits of its samples, by `bin_means`' shares."""
+    samples = np.arange(round((last - first) / 0.01) + 1) * 0.01 + first
+    share = np.ones(samples.size)
+    share[[0, -1]] = 0.5
+    wavelength = np.linspace(first - SLIT, last + SLIT, round((last - first + 2 * SLIT) / 0.001) + 1)
+    slits = np.maximum(0.0, 1 - np.abs(wavelength[:, None] - samples) / SLIT)
+    return SpectralResponse(wavelength, slits @ share)
+
+
 def report(title, paths, errors, names):
     print(f"\n{title}\naltitude  ground range   " + "   ".join(f"{name}: rms    mean     max" for name in names))
     for path, *rows in zip(paths, *errors, strict=True):
@@ -134,10 +144,10 @@ def test_points_against_modtran(spectra, state, name, continuum, limit_tau, limi
     ours = np.zeros((2, len(paths), edges.size - 1))
     black = np.zeros(edges.size - 1)
     for b, (first, last) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
-        response = SpectralResponse.rectangular(first, last)
+        response = bin_response(first, last)
         band = band_points(table.points(*response.wavenumber_range), response)
         air = SpectralAir.of(state, band.points)
-        black[b] = band_radiance(response, SURFACE_TEMPERATURE) / (last - first)
+        black[b] = band_radiance(response, SURFACE_TEMPERATURE) / np.trapezoid(response.response, response.wavelength)
         for p, segments in enumerate(lines_of_sight(air.shells, paths)):
             depth = segments.column(air.optics.extinction)
             ours[0, p, b] = np.exp(-depth.sum(axis=0)) @ band.weight / band.weight.sum()

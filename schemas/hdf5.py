@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import platform
 from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -122,19 +123,45 @@ def write_file(path: str | os.PathLike, root: Group, header: Header) -> str:
     path = Path(path)
     if len(header.job.encode()) > JOB_LIMIT:
         raise InputError(f"the resolved job is longer than {JOB_LIMIT} bytes; split it into smaller jobs", file=path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part = part_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with h5py.File(part, "w", track_order=True) as file:
+        # Made in memory, packed: HDF5 cannot close a file on a full disk without writing to standard error.
+        with h5py.File(part, "w", track_order=True, driver="core", backing_store=False) as file:
             _write_group(file, root)
             digest = content_hash(file)
             file.attrs.update(_root_attributes(header, digest))
+            file.flush()
+            part.write_bytes(file.id.get_file_image())
         os.replace(part, path)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=path) from None
     finally:
         part.unlink(missing_ok=True)
     return digest
+
+
+def part_file(path: Path) -> Path:
+    """Name under which this process writes a file until it is complete; unlike that of any other process or machine."""
+    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.part")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    part = part_file(path)
+    try:
+        part.write_text(text, encoding="utf-8")
+        os.replace(part, path)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=path) from None
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def _root_attributes(header: Header, digest: str) -> dict[str, str]:

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from skyshine.schemas.documents import load_model
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.paths import job_path
 from skyshine.tmm.build import TextureResult, build_texture
 from skyshine.tmm.database import write_texture
 from skyshine.tmm.job import TmmJob
@@ -45,9 +47,16 @@ def classify(job: TmmJob, folder: Path, out: str | os.PathLike | None, library) 
     InputError
         An image or its seeds are wrong, or a file cannot be written.
     """
-    target = folder / job.output if out is None else Path(out)
+    target = _inside(folder, job.output) if out is None else Path(out)
     for texture in job.textures:
         result = build_texture(texture, folder, library)
         path = target / f"{texture.name}.tmm.h5"
         write_texture(result, path)
         yield result, path
+
+
+def _inside(folder: Path, name: str) -> Path:
+    try:
+        return job_path(folder, name, written=True)
+    except ValueError as error:
+        raise InputError(f"output: {error}") from None

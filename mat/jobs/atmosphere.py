@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import date as Day
 from typing import Annotated, Literal
 
 import pydantic
@@ -11,6 +12,7 @@ from skyshine.mat.atmosphere.aerosol import BOUNDARY_MODELS, SEASONS, STRATOSPHE
 from skyshine.mat.atmosphere.profiles import GASES, PROFILES
 from skyshine.mat.jobs.fields import Fraction, axis
 from skyshine.mat.jobs.files import JobFile
+from skyshine.mat.jobs.series import Series
 from skyshine.mat.jobs.surface import Weather
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
@@ -57,6 +59,8 @@ GasName = Annotated[str, pydantic.AfterValidator(_gas), pydantic.WithJsonSchema(
 class State(StrictModel):
     """One atmospheric state: profile, gases, aerosol, weather."""
 
+    date: Day | None = Field(None, description="Day of this state; by default the site's.")
+    series: Series | None = Field(None, description="Makes a state for each day of a span or row of a table.")
     profile: ProfileName = Field(description="Standard profile; above a sounding, it continues that to space.")
     sounding: JobFile | None = Field(None, description="CSV of altitude, pressure, temperature, humidity and other gases.")
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")

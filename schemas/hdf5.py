@@ -132,7 +132,8 @@ def write_file(path: str | os.PathLike, root: Group, header: Header) -> str:
             digest = content_hash(file)
             file.attrs.update(_root_attributes(header, digest))
             file.flush()
-            part.write_bytes(file.id.get_file_image())
+            image = file.id.get_file_image()
+        part.write_bytes(image)
         os.replace(part, path)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=path) from None
@@ -331,8 +332,10 @@ def sound(path: str | os.PathLike):
 
 def _bounded(file: h5py.File, dataset: h5py.Dataset) -> np.ndarray:
     """The array of a dataset, unless it claims more bytes than its file can hold."""
+    if file.mode != "r":  # about to be written: there is no file yet
+        return _decoded(dataset)
     claimed, held = dataset.size * dataset.dtype.itemsize, os.path.getsize(file.filename)
-    if file.mode == "r" and claimed > PACKING_LIMIT * held + SMALL:
+    if claimed > PACKING_LIMIT * held + SMALL:
         raise InputError(
             f"'{dataset.name}' claims {claimed} bytes, and the file has {held}; allowed: at most {PACKING_LIMIT} times that; "
             "build it again", file=file.filename,

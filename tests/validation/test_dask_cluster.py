@@ -38,7 +38,7 @@ def contents(folder):
 
 def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(tmp_path):
     distributed = pytest.importorskip("distributed")
-    (tmp_path / "job.yaml").write_text(JOB.replace("2026-06-02", "2026-06-05"), encoding="utf-8")
+    (tmp_path / "job.yaml").write_text(JOB.replace("2026-06-02", "2026-06-03"), encoding="utf-8")
     loaded = load_job(tmp_path / "job.yaml")
     build(loaded, out=tmp_path / "local", jobs=2)
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
@@ -59,5 +59,5 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(tmp_path):
             was_killed = killed.is_set()
             killed.set()
             watcher.join()
-    assert was_killed and len(report["files"]) == 16
+    assert was_killed and len(report["files"]) == 10
     assert contents(tmp_path / "cluster") == contents(tmp_path / "local")

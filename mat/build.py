@@ -12,6 +12,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from skyshine.mat.atmosphere import threads
 from skyshine.mat.executors import open_executor
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Plan, Task, make_plan, texture_file
@@ -100,9 +101,11 @@ def _run_all(
     first = [task for kind in ("texture", "atmosphere") for task in plan.tasks if task.kind == kind]
     later = [task for task in plan.tasks if task.kind in ("temperature", "band")]
     reports: dict[Task, TaskReport] = {}
+    atmospheres = sum(task.kind == "atmosphere" for task in first)
+    spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
     with (
         progress(len(plan.tasks), f"building {loaded.job.name}") as advance,
-        open_executor(where, min(jobs, len(plan.tasks)), folder) as executor,
+        open_executor(where, min(jobs, len(plan.tasks)), folder, spare) as executor,
     ):
         waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
         textures = sum(task.kind == "texture" for task in first)

@@ -17,6 +17,7 @@ COMMANDS = {
     "temperature": "One surface through the day: temperature and every flux.",
     "specular": "Shininess and normalisation of a specular lobe.",
     "materials": "List, show or plot the materials.",
+    "presets": "List or show the ready atmospheric states.",
     "lines": "The band model: build it from line lists, show what it holds.",
     "report": "The error budget of built databases, source by source.",
     "bench": "Error against run time, measured.",

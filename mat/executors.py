@@ -7,7 +7,7 @@ import multiprocessing.connection
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -15,14 +15,15 @@ from pathlib import Path
 
 from skyshine.schemas.errors import CheckFailed, InputError
 
-# One thread a process: the processes already fill the cores.
+# One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what cores are
+# left over.
 THREAD_LIMITS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 DASK = "dask:"
 CONNECT_SECONDS = 30
 WORKERS_LOST = 5  # times that a task may lose its worker before it counts as the cause
 
 
-def open_executor(name: str | None, jobs: int, folder: Path):
+def open_executor(name: str | None, jobs: int, folder: Path, variables: Mapping[str, str] | None = None):
     """A context manager that gives the executor of a build.
 
     Parameters
@@ -33,6 +34,8 @@ def open_executor(name: str | None, jobs: int, folder: Path):
         Processes of this machine.
     folder : path
         Output folder, in which part files of stopped processes are removed.
+    variables : mapping, optional
+        Environment of the processes of this machine.
 
     Raises
     ------
@@ -40,22 +43,22 @@ def open_executor(name: str | None, jobs: int, folder: Path):
         The name is no executor, or no scheduler answers at the address.
     """
     if name is None:
-        return _local(jobs, folder)
+        return _local(jobs, folder, variables or {})
     if name.startswith(DASK) and len(name) > len(DASK):
         return _dask(name.removeprefix(DASK))
     raise InputError(f"found --executor '{name}'; allowed: dask:ADDRESS, such as dask:tcp://127.0.0.1:8786")
 
 
 @contextmanager
-def _local(jobs: int, folder: Path) -> Iterator[Executor]:
-    with _one_thread_each(), _Pool(jobs, folder) as pool:
+def _local(jobs: int, folder: Path, variables: Mapping[str, str]) -> Iterator[Executor]:
+    with _environment(THREAD_LIMITS | dict(variables)), _Pool(jobs, folder) as pool:
         yield pool
 
 
 @contextmanager
-def _one_thread_each() -> Iterator[None]:
-    saved = {name: os.environ.get(name) for name in THREAD_LIMITS}
-    os.environ.update(THREAD_LIMITS)
+def _environment(variables: Mapping[str, str]) -> Iterator[None]:
+    saved = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
     try:
         yield
     finally:

@@ -6,7 +6,7 @@ Units stand in the key names here, at the edge; everything behind this module is
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 from typing import Annotated, Literal
@@ -81,17 +81,30 @@ class Job(StrictModel):
     atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
+    water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
+        "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time."
+    )
     output: Output = Output()
 
     @property
     def observer_altitudes_km(self) -> list[float]:
-        """Altitudes of the atmospheric tables."""
-        return self.atmosphere_grid.altitude_km or [round(self.site.altitude_km + h, 9) for h in OBSERVER_HEIGHTS_KM]
+        """Altitudes of the atmospheric tables; by default with the base and the top of every cloud, where the view changes."""
+        if self.atmosphere_grid.altitude_km:
+            return self.atmosphere_grid.altitude_km
+        layers = [cloud.layer() for state in self.states for cloud in state.clouds]
+        edges = {z / 1e3 for layer in layers for z in (layer.base, layer.top)} - {0.0}
+        heights = sorted(set(OBSERVER_HEIGHTS_KM) | edges)
+        return [round(self.site.altitude_km + height, 9) for height in heights]
 
     @property
     def surface_altitudes_km(self) -> list[float]:
         """Altitudes of the temperature table."""
         return self.surface_grid.altitude_km or [round(self.site.altitude_km + h, 9) for h in SURFACE_HEIGHTS_KM]
+
+    def of_state(self, index: int) -> Job:
+        """The job with its site on the date of a state, counted from 1."""
+        day = self.states[index - 1].date or self.site.date
+        return self.model_copy(update={"site": self.site.model_copy(update={"date": day})})
 
     @pydantic.model_validator(mode="after")
     def _above_ground(self):
@@ -143,15 +156,9 @@ class LoadedJob:
         """Folder against which the job's paths are read."""
         return self.document.file.resolve().parent
 
-    def at_state(self, number: int) -> LoadedJob:
-        """The job on the day of one of its states, counted from 1."""
-        state = self.job.states[number - 1]
-        if state.date is None:
-            return self
-        states = list(self.job.states)
-        states[number - 1] = state.model_copy(update={"date": None})
-        site = self.job.site.model_copy(update={"date": state.date})
-        return LoadedJob(self.job.model_copy(update={"site": site, "states": states}), self.document)
+    def of_state(self, index: int) -> LoadedJob:
+        """The same with its site on the date of a state, counted from 1."""
+        return replace(self, job=self.job.of_state(index))
 
     @property
     def output_folder(self) -> Path:

@@ -10,7 +10,7 @@ from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.seeds import seed_materials
+from skyshine.tmm.load import job_materials
 from skyshine.tmm.usage import read_usage
 
 FLOAT_BYTES = 4
@@ -84,7 +84,7 @@ def named_materials(loaded: LoadedJob) -> tuple[str, ...]:
     job = loaded.job
     names = set(job.materials) if isinstance(job.materials, list) else set()
     for texture in job.textures:
-        names |= set(seed_materials(texture, loaded.folder))
+        names |= set(job_materials(texture, loaded.folder))
     return tuple(sorted(names))
 
 

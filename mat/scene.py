@@ -9,6 +9,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.profiles import load_profile
+from skyshine.mat.atmosphere.rain import RainLayer
 from skyshine.mat.atmosphere.sounding import read_sounding
 from skyshine.mat.atmosphere.sources import lunar_irradiance, position, solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
@@ -46,12 +47,23 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
         ozone_column=amounts["column_du"].get("O3"),
         aerosol=state.aerosol,
         visibility_km=state.visibility_km,
-        wind_speed=state.weather.wind_speed_m_s,
+        wind_speed=_mean_wind(state.weather),
+        air_mass=state.air_mass,
         stratosphere=state.stratosphere,
+        clouds=[cloud.layer() for cloud in state.clouds],
+        rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),
         season=state.season or ("fall_winter" if winter else "spring_summer"),
         surface_temperature=mean,
         surface_albedo=state.surface_albedo,
     )
+
+
+def _mean_wind(weather) -> float:
+    """Mean of the day, m s^-1."""
+    hourly = weather.hourly
+    if hourly is None or hourly.wind_speed_m_s is None:
+        return weather.wind_speed_m_s
+    return float(np.mean(np.interp(np.arange(0, 24, 0.25), hourly.time, hourly.wind_speed_m_s, period=24)))
 
 
 def response_of(band) -> SpectralResponse:
@@ -70,10 +82,10 @@ def response_of(band) -> SpectralResponse:
     return SpectralResponse.rectangular(*band.wavelength_um)
 
 
-@lru_cache(maxsize=1)
-def absorption_table() -> AbsorptionTable:
-    """The packaged band model, opened once a process."""
-    return AbsorptionTable.open()
+@lru_cache(maxsize=4)
+def absorption_table(water_continuum: str = "mt_ckd_4.3") -> AbsorptionTable:
+    """The packaged band model with one of the water vapour continua, opened once a process."""
+    return AbsorptionTable.open(water_continuum=water_continuum)
 
 
 def check_scene(loaded: LoadedJob) -> None:

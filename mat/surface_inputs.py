@@ -7,7 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.atmosphere.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.sources import position
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.job import Job, load_job, local_times_utc
@@ -23,6 +25,9 @@ from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
 
 SKY_STEP = 250.0  # m between the altitudes at which the sky is described
+# degree: elevations of the Sun at which it is; close where the beam grows through the lowest, longest paths. Below, no
+# light arrives that would warm anything.
+SUN_ELEVATIONS = np.concatenate([np.arange(-8, -1, 1), np.arange(-1, 6, 0.5), np.arange(6, 20, 1), np.arange(20, 91, 2.5)])
 
 
 def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
@@ -42,13 +47,17 @@ def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[J
 def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
     """Sun, weather and sky of a state, counted from 1."""
     state = job.states[state_index - 1]
-    place = job.site
+    place = job.of_state(state_index).site
     sun = position(
         "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
     )
     site = Site(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
     air = atmospheric_state(place, state)
-    return site, _weather(site, state.weather), _sky(air, job.surface_altitudes_km[-1] * 1e3, state)
+    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, site.sun_distance)
+    weather = _weather(site, state.weather)
+    if state.clouds:  # their layers are in the sky already
+        weather = replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
+    return site, weather, sky
 
 
 def _weather(site: Site, given: WeatherModel) -> Weather:
@@ -67,16 +76,22 @@ def _weather(site: Site, given: WeatherModel) -> Weather:
     )
 
 
-def _sky(air: AtmosphericState, highest: float, state) -> Sky:
-    levels = np.arange(air.surface_altitude, max(highest, air.surface_altitude + SKY_STEP) + SKY_STEP, SKY_STEP)
+def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:
+    """The clear sky of a state from its ground to an altitude [m], from the broadband points of the band model."""
+    ground = air.surface_altitude
+    levels = np.arange(ground, max(highest, ground + SKY_STEP) + SKY_STEP, SKY_STEP)
+    # The air's own levels hold the edges of cloud and fog, across which light is not linear.
+    levels = np.union1d(levels, air.altitude[(air.altitude > ground) & (air.altitude < levels[-1])])
+    fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo, sun_distance=sun_distance)
+    black = Stefan_Boltzmann * np.interp(levels, air.altitude, air.temperature) ** 4
     return Sky(
         altitude=levels,
         pressure=air.pressure_at(levels),
-        precipitable_water=air.precipitable_water(levels),
-        aerosol_optical_depth_380=air.aerosol_optical_depth(380.0, levels),
-        aerosol_optical_depth_500=air.aerosol_optical_depth(500.0, levels),
-        ozone=float(air.ozone_column(air.surface_altitude)),
-        ground_albedo=state.weather.ground_albedo,
+        solar_elevation=fluxes.source_elevation,
+        direct=fluxes.direct_normal,
+        diffuse=fluxes.diffuse,
+        emissivity=fluxes.longwave_down / black,
+        ground_albedo=ground_albedo,
     )
 
 

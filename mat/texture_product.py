@@ -8,7 +8,7 @@ from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Task
 from skyshine.mat.products import TaskReport
 from skyshine.materials.library import load_library
-from skyshine.tmm.build import build_texture
+from skyshine.tmm.build import map_texture
 from skyshine.tmm.database import is_current, write_texture
 
 
@@ -19,9 +19,9 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     if not fresh and is_current(path, job, loaded.folder, library.version):
         report.kept = True
         return
-    with report.stage("classify"):
-        result = build_texture(job, loaded.folder, library)
-    with report.stage("write"):
-        write_texture(result, path)
-    if result.quality.tested:
-        report.notes.append(f"held-out seeds: accuracy {result.quality.overall_accuracy:.3f}")
+    with report.stage("train"):
+        mapped = map_texture(job, loaded.folder, library)
+    with report.stage("classify and write"):
+        write_texture(mapped, path)
+    if mapped.quality.whole.tested:
+        report.notes.append(f"held-out seeds: accuracy {mapped.quality.whole.overall_accuracy:.3f}")

@@ -18,7 +18,10 @@ from skyshine.schemas.paths import allow_outside
 
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
 # Packages that only some commands need, with the extra that installs them.
-EXTRAS = {"numba": "spectroscopy", "hapi": "spectroscopy", "netCDF4": "spectroscopy", "casadi": "oracle", "distributed": "dask", "lxml": "exchange"}
+EXTRAS = {
+    "numba": "spectroscopy", "hapi": "spectroscopy", "netCDF4": "spectroscopy", "casadi": "oracle", "distributed": "dask",
+    "lxml": "exchange", "sklearn": "train",
+}  # fmt: skip
 PIPE_WIDTH = 200  # columns of a table that no terminal shows
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -24,6 +24,7 @@ from skyshine.schemas.errors import InputError
 
 CONVENTIONS = "CF-1.11"
 JOB_LIMIT = 60_000  # an HDF5 attribute of the default library version holds less than 64 KiB
+PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
 DEPTH_LIMIT = 16  # of groups in groups
 # Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more holds a forged shape.
 PACKING_LIMIT, SMALL = 1100, 1 << 20
@@ -40,6 +41,14 @@ class Axis:
     units: str
     long_name: str
     attributes: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Streamed:
+    """Stands for the data of a variable that are too large for memory: they are written part by part."""
+
+    shape: tuple[int, ...]
+    dtype: Any
 
 
 @dataclass(frozen=True)
@@ -107,8 +116,16 @@ class Header:
     title: str = ""
 
 
-def write_file(path: str | os.PathLike, root: Group, header: Header) -> str:
+def write_file(
+    path: str | os.PathLike, root: Group, header: Header, fill: Callable[[h5py.File], Group] | None = None
+) -> str:
     """Write a database whole: a part file first, renamed when it is complete.
+
+    Parameters
+    ----------
+    fill : callable, optional
+        Writes the `Streamed` arrays into the open file, and returns what else the root holds. The bytes of the file
+        depend on the order of its writes: it writes each chunk once, always in the same order.
 
     Returns
     -------
@@ -126,17 +143,22 @@ def write_file(path: str | os.PathLike, root: Group, header: Header) -> str:
     part = part_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Made in memory, packed: HDF5 cannot close a file on a full disk without writing to standard error.
-        with h5py.File(part, "w", track_order=True, driver="core", backing_store=False) as file:
+        # Made in memory, packed, unless it is streamed: HDF5 cannot close a file on a full disk without writing to standard error.
+        memory = {"driver": "core", "backing_store": False} if fill is None else {}
+        with h5py.File(part, "w", track_order=True, **memory) as file:
             _write_group(file, root)
+            if fill is not None:
+                _write_group(file, fill(file))
             digest = content_hash(file)
             file.attrs.update(_root_attributes(header, digest))
             file.flush()
-            image = file.id.get_file_image()
-        part.write_bytes(image)
+            image = file.id.get_file_image() if fill is None else None
+        if image is not None:
+            part.write_bytes(image)
         os.replace(part, path)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=path) from None
+    except (OSError, RuntimeError) as error:
+        words = getattr(error, "strerror", None) or " ".join(str(error).split())[:160]
+        raise InputError(f"cannot be written: {words}; check space and rights", file=path) from None
     finally:
         part.unlink(missing_ok=True)
     return digest
@@ -185,7 +207,7 @@ def _write_group(target: h5py.Group, group: Group) -> None:
         dataset = _write_array(target, name, np.asarray(axis.values), axis, np.float64, None)
         dataset.make_scale(name)
     for name, variable in group.variables.items():
-        data = np.asarray(variable.data)
+        data = variable.data if isinstance(variable.data, Streamed) else np.asarray(variable.data)
         expected = tuple(target[dim].shape[0] for dim in variable.dims)
         if data.shape != expected:
             raise ValueError(f"{name} has shape {data.shape}; its axes {variable.dims} have {expected}")
@@ -197,19 +219,19 @@ def _write_group(target: h5py.Group, group: Group) -> None:
 
 
 def _write_array(target, name, data, described, float_type, chunks) -> h5py.Dataset:
-    if data.dtype.kind in "UO":
+    kind = np.dtype(data.dtype)
+    if kind.kind in "UO":
         dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype())
     else:
-        if data.dtype.kind == "f":
-            data = data.astype(float_type)
+        kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
+        content = {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
         filters = {}
-        if data.ndim and data.size > 1:
+        if np.prod(data.shape) > 1:
             shape = tuple(min(c, n) for c, n in zip(chunks, data.shape)) if chunks else True
             filters = {
                 "chunks": shape, "compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True,
             }  # fmt: skip
-        little = data.astype(data.dtype.newbyteorder("<"), copy=False)
-        dataset = target.create_dataset(name, data=little, **filters)
+        dataset = target.create_dataset(name, dtype=kind, **content, **filters)
     dataset.attrs["units"] = described.units
     dataset.attrs["long_name"] = described.long_name
     for key, value in described.attributes.items():
@@ -223,14 +245,28 @@ def content_hash(file: h5py.File) -> str:
     file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
     digest = hashlib.sha256()
     for name in sorted(names):
-        data = _bounded(file, file[name])
-        kind = "text" if data.dtype.kind == "O" else data.dtype.newbyteorder("<").str
-        digest.update(f"{name}\0{kind}\0{data.shape}\0{file[name].attrs.get('units', '')}\0".encode())
-        if data.dtype.kind == "O":
-            digest.update("\0".join(data.ravel().tolist()).encode())
+        dataset = file[name]
+        _refuse_forged(file, dataset)
+        text = h5py.check_string_dtype(dataset.dtype) is not None
+        kind = "text" if text else dataset.dtype.newbyteorder("<").str
+        digest.update(f"{name}\0{kind}\0{dataset.shape}\0{dataset.attrs.get('units', '')}\0".encode())
+        if text:
+            digest.update("\0".join(_decoded(dataset).ravel().tolist()).encode())
         else:
-            digest.update(np.ascontiguousarray(data, dtype=data.dtype.newbyteorder("<")).tobytes())
+            for part in _parts(dataset):
+                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
     return digest.hexdigest()
+
+
+def _parts(dataset: h5py.Dataset) -> Iterator[np.ndarray]:
+    """The values of a dataset in their order, whole rows of chunks at a time."""
+    if not dataset.chunks:
+        yield np.asarray(dataset[()])
+        return
+    row = dataset.dtype.itemsize * int(np.prod(dataset.shape[1:]))
+    step = max(dataset.chunks[0], PART_BYTES // max(row, 1) // dataset.chunks[0] * dataset.chunks[0])
+    for start in range(0, dataset.shape[0], step):
+        yield dataset[start : start + step]
 
 
 def _decoded(dataset: h5py.Dataset) -> np.ndarray:
@@ -331,16 +367,21 @@ def sound(path: str | os.PathLike):
 
 
 def _bounded(file: h5py.File, dataset: h5py.Dataset) -> np.ndarray:
-    """The array of a dataset, unless it claims more bytes than its file can hold."""
-    if file.mode != "r":  # about to be written: there is no file yet
-        return _decoded(dataset)
+    """The array of a dataset, unless its shape is forged."""
+    _refuse_forged(file, dataset)
+    return _decoded(dataset)
+
+
+def _refuse_forged(file: h5py.File, dataset: h5py.Dataset) -> None:
+    """Raise InputError where a dataset claims more bytes than its file can hold."""
+    if file.mode != "r":  # about to be written: there may be no file yet
+        return
     claimed, held = dataset.size * dataset.dtype.itemsize, os.path.getsize(file.filename)
     if claimed > PACKING_LIMIT * held + SMALL:
         raise InputError(
             f"'{dataset.name}' claims {claimed} bytes, and the file has {held}; allowed: at most {PACKING_LIMIT} times that; "
             "build it again", file=file.filename,
         )  # fmt: skip
-    return _decoded(dataset)
 
 
 def _read_group(source: h5py.Group, variable: Callable, depth: int = 0) -> Group:

@@ -8,8 +8,8 @@ from typing import Any
 _HOMES = {
     "TextureJob": "job",
     "TmmJob": "job",
-    "TextureResult": "build",
-    "build_texture": "build",
+    "TextureMap": "build",
+    "map_texture": "build",
     "write_texture": "database",
     "open_tmm": "database",
     "read_usage": "usage",

@@ -1,88 +1,94 @@
-"""From a texture job to codes, confidence, mip levels, usage and quality."""
+"""From a texture job to a map of the texture: who finds the material of its texels, and how good the answer is."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from skyshine.schemas.errors import InputError, nearest
-from skyshine.tmm.classify import TextureClassifier, fit_seeds
+from skyshine.tmm.assign import (
+    ExactPalette,
+    Overrides,
+    Renamed,
+    RuleMapper,
+    WholeTexture,
+    find_clusters,
+    nearest_palette,
+)
+from skyshine.tmm.classify import Classified, ColourMapper, Mapper
 from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.georeference import GeoReference, read_georeference
 from skyshine.tmm.job import TextureJob
-from skyshine.tmm.levels import Level, mip_levels
-from skyshine.tmm.quality import Quality, measure, with_unknown
-from skyshine.tmm.seeds import SeedTexels, seed_files, seed_texels
-from skyshine.tmm.texture import Texture, file_sha256, read_texture
+from skyshine.tmm.load import job_files, load_texture
+from skyshine.tmm.model import read_model
+from skyshine.tmm.quality import HeldOut, measure, untested, with_unknown
+from skyshine.tmm.raster import file_sha256
+from skyshine.tmm.seeds import SeedTexels
+from skyshine.tmm.texture import TextureFile
+from skyshine.tmm.train import examples, train_on_seeds
+
+BAND, STRIP = 256, 512  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
 
 
 @dataclass(frozen=True)
-class TextureResult:
-    """A mapped texture.
+class TextureMap:
+    """A texture and what finds the material of its texels.
 
     Attributes
     ----------
     job : TextureJob
     library_version : str
         Version of the material library that gave the codes.
-    texture : Texture
-    seeds : SeedTexels
+    texture : TextureFile
+    colours : DistinctColours
+    names : tuple of str
+        K materials in the order of their codes.
     codes : (K,) uint16
-        Material codes, in ascending order.
-    levels : list of Level
-        The first is the texture itself.
-    confidence, typicality : (H, W) float32
-        0 where there is no data.
-    quality : Quality
-    distinct_colours : int
-        Number of distinct colours of an 8 bit texture; 0 for others, where they are not counted.
-    seed_files : dict of str to str
-        SHA-256 of the files that the seeds came from, by their path in the job.
+        Ascending.
+    seeds : SeedTexels or None
+    quality : HeldOut
+    place : GeoReference or None
+    files : dict of str to str
+        SHA-256 of the files besides the image that the map depends on, by their path in the job.
     """
 
     job: TextureJob
     library_version: str
-    texture: Texture
-    seeds: SeedTexels
+    texture: TextureFile
+    colours: DistinctColours
+    names: tuple[str, ...]
     codes: np.ndarray
-    levels: list[Level]
-    confidence: np.ndarray
-    typicality: np.ndarray
-    quality: Quality
-    distinct_colours: int
-    seed_files: dict[str, str]
+    seeds: SeedTexels | None
+    quality: HeldOut
+    place: GeoReference | None
+    files: dict[str, str]
+    mapper: Mapper
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Materials in the order of their codes."""
-        return self.seeds.names
+    def windows(self) -> Iterator[tuple[slice, slice, np.ndarray, Classified]]:
+        """Classify the texture from the top to the bottom.
 
-    @property
-    def usage(self) -> np.ndarray:
-        """Share (K,) of the texels with data that have each material; what is missing to 1 is unknown."""
-        counts = np.bincount(self.levels[0].code.ravel(), minlength=int(self.codes.max()) + 1)
-        return counts[self.codes] / max(int(self.texture.valid.sum()), 1)
-
-
-def load_texture(job: TextureJob, base_folder: Path, library) -> tuple[Texture, SeedTexels]:
-    """Read a job's image and find its seeds; see `build_texture` for what it raises."""
-    base_folder = Path(base_folder)
-    texture = read_texture(base_folder / job.image, job.colour_space, job.alpha)
-    if not texture.valid.any():
-        raise InputError(
-            "has no texel with data (all are transparent or not finite); name another image, or say 'alpha: ignore'",
-            file=texture.path,
-        )
-    seeds = seed_texels(job, texture, base_folder, library)
-    for name in job.classifier.prior if isinstance(job.classifier.prior, dict) else ():
-        if name not in seeds.names:
-            raise InputError(f"'{job.name}' has a prior for '{name}', which has no seeds; {nearest(name, seeds.names)}")
-    return texture, seeds
+        Yields
+        ------
+        rows, columns : slice
+        code : (h, w) uint16
+            Material codes; 0 for unknown and no data.
+        classified : Classified
+            With calibrated confidence.
+        """
+        code_of = np.append([self.codes[self.names.index(name)] for name in self.mapper.names], 0).astype(np.uint16)
+        for top in range(0, self.texture.height, BAND):
+            for left in range(0, self.texture.width, STRIP):
+                bottom, right = min(top + BAND, self.texture.height), min(left + STRIP, self.texture.width)
+                found = self.mapper.window(top, bottom, left, right)
+                found = Classified(found.material, self.quality.calibration(found.confidence), found.typicality)
+                code = code_of[with_unknown(found, self.job.classifier)]
+                yield slice(top, bottom), slice(left, right), code, found
 
 
-def build_texture(job: TextureJob, base_folder: Path, library) -> TextureResult:
-    """Map the texels of a texture to materials.
+def map_texture(job: TextureJob, base_folder: Path, library) -> TextureMap:
+    """Open a texture, find its seeds, train what is to be trained and measure how good it is.
 
     Parameters
     ----------
@@ -95,24 +101,61 @@ def build_texture(job: TextureJob, base_folder: Path, library) -> TextureResult:
     Raises
     ------
     InputError
-        The image, the label image or the GeoJSON cannot be read, or the seeds do not fit the image or the library.
+        A file cannot be read, or does not fit the image or the library.
     """
-    texture, seeds = load_texture(job, base_folder, library)
-    colours = DistinctColours(texture)
-    model = fit_seeds(texture, seeds, job.classifier)
-    classified = TextureClassifier(texture, colours, model, job.classifier.radius).whole()
-    codes = np.array([library[name].code for name in seeds.names], np.uint16)
-    code = np.concatenate([codes, np.zeros(1, np.uint16)])[with_unknown(classified, job)]
-    return TextureResult(
+    base_folder = Path(base_folder)
+    texture, colours, names, seeds = load_texture(job, base_folder, library)
+    if seeds is not None:
+        mapper, quality = _trained(job, texture, colours, seeds)
+    else:
+        mapper, quality = _untrained(job, texture, colours, names, base_folder)
+    if job.overrides is not None:
+        mapper = Overrides(mapper, texture, job.overrides, base_folder, texture.path)
+    return TextureMap(
         job=job,
         library_version=library.version,
         texture=texture,
+        colours=colours,
+        names=names,
+        codes=np.array([library[name].code for name in names], np.uint16),
         seeds=seeds,
-        codes=codes,
-        levels=mip_levels(code),
-        confidence=classified.confidence,
-        typicality=classified.typicality,
-        quality=measure(job, texture, colours, seeds),
-        distinct_colours=0 if colours.colours is None else len(colours.colours),
-        seed_files={name: file_sha256(Path(base_folder) / name) for name in seed_files(job)},
+        quality=quality,
+        place=read_georeference(texture.path),
+        files={name: file_sha256(base_folder / name) for name in job_files(job)},
+        mapper=mapper,
     )
+
+
+def _trained(job: TextureJob, texture: TextureFile, colours: DistinctColours, seeds: SeedTexels) -> tuple[Mapper, HeldOut]:
+    """What is trained on all seeds, and its quality on seeds held out."""
+    settings, random_seed = job.classifier, job.held_out.random_seed
+    known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
+
+    def mapper_of(chosen: np.ndarray | None) -> Mapper:
+        model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
+        return model.mapper(texture, colours, settings.radius, tabulate=chosen is None)
+
+    quality = measure(job, texture.encoding, seeds, mapper_of)
+    return mapper_of(None), quality
+
+
+def _untrained(
+    job: TextureJob, texture: TextureFile, colours: DistinctColours, names: tuple[str, ...], base_folder: Path
+) -> tuple[Mapper, HeldOut]:
+    quality = untested(len(names))
+    if job.material is not None:
+        return WholeTexture(texture, job.material), quality
+    if job.rules is not None:
+        return RuleMapper(texture, job.rules, names, base_folder, texture.path), quality
+    if job.palette is not None and job.palette.match == "exact":
+        return ColourMapper(texture, colours, ExactPalette(job.palette, names, texture.dtype, texture.path), 0), quality
+    if job.palette is not None:
+        model, material = nearest_palette(job.palette, names, texture, texture.path)
+        return Renamed(ColourMapper(texture, colours, model, 0), names, material), quality
+    if job.clusters is not None:
+        model = find_clusters(texture, job.clusters)
+        named = [job.clusters.names.get(int(number)) for number in model.names]
+        material = np.array([-1 if name is None else names.index(name) for name in named])
+        return Renamed(ColourMapper(texture, colours, model, job.classifier.radius), names, material), quality
+    model = read_model(base_folder / job.model)
+    return model.mapper(texture, colours, job.classifier.radius), replace(quality, calibration=model.calibration)

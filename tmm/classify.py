@@ -7,14 +7,16 @@ with one seed texel a material, or with a flat texture, still has an answer.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from skyshine.tmm.features.colour import DistinctColours, to_lab
+from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.job import Classifier
 from skyshine.tmm.seeds import SeedTexels
-from skyshine.tmm.texture import Texture
+from skyshine.tmm.texture import Windowed
 
 PRIOR_SPREAD = 6.0  # CIELAB units: standard deviation within a material, the median over labelled aerial photographs
 PRIOR_WEIGHT = (
@@ -24,19 +26,20 @@ SHRINKAGE_WEIGHT = 20.0  # seeds at which a class's own covariance and the poole
 SPREAD_FLOOR = 1.0  # CIELAB units: about one just noticeable difference, and the rounding of 8 bit colours
 RELATIVE_FLOOR = 1e-9  # of the trace: far above the rounding of float64, far below any real ratio of spreads
 POSTERIOR_ONE = 65535  # posteriors are summed as 16 bit integers: with MAX_RADIUS a sum stays below 2^32
-BLOCK_TEXELS = 1 << 18  # texels of a block of rows: small enough for the cache, large enough for numpy
+TABLE_ENTRIES = 1 << 24  # posteriors of all distinct colours that are kept at hand: 170 MB
+BLOCK_COLOURS = 1 << 16  # colours whose posteriors are worked out at a time
 
 
 @dataclass(frozen=True)
 class GaussianModel:
-    """One normal distribution in L*a*b* for each material.
+    """One normal distribution for each material, in the D coordinates of `to_coordinates`: L*a*b*, or one more.
 
     Attributes
     ----------
     names : tuple of str
         K materials.
-    means : (K, 3) float64
-    covariances : (K, 3, 3) float64
+    means : (K, D) float64
+    covariances : (K, D, D) float64
     log_prior : (K,) float64
     """
 
@@ -45,9 +48,14 @@ class GaussianModel:
     covariances: np.ndarray
     log_prior: np.ndarray
 
+    def only(self, k: int) -> GaussianModel:
+        """The model of one of its materials alone."""
+        part = slice(k, k + 1)
+        return GaussianModel(self.names[part], self.means[part], self.covariances[part], self.log_prior[part])
+
     def squared_distance(self, lab: np.ndarray) -> np.ndarray:
-        """Squared Mahalanobis distance of colours (N, 3) to each material, (K, N)."""
-        # Distances in whitened coordinates: the inverse of a 3 x 3 Cholesky factor, applied to all colours at once.
+        """Squared Mahalanobis distance of colours (N, D) to each material, (K, N)."""
+        # Distances in whitened coordinates: the inverse of a small Cholesky factor, applied to all colours at once.
         whitening = np.linalg.inv(np.linalg.cholesky(self.covariances))
         columns = np.ascontiguousarray(lab.T)
         pairs = zip(whitening, self.means[..., np.newaxis])
@@ -61,6 +69,19 @@ class GaussianModel:
         joint = (self.log_prior - log_volume)[:, np.newaxis] - 0.5 * squared_distance
         return joint - logsumexp(joint, axis=0)
 
+    def tables(self, colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:
+        """Posterior (K, U) uint16 in units of 1 / POSTERIOR_ONE, and typicality (K, U) float32, of colours (U, C)."""
+        from scipy.special import chdtrc
+
+        posterior = np.empty((len(self.names), len(colours)), np.uint16)
+        typicality = np.empty(posterior.shape, np.float32)
+        for start in range(0, len(colours), BLOCK_COLOURS):
+            block = slice(start, start + BLOCK_COLOURS)
+            distance = self.squared_distance(to_coordinates(colours[block], encoding))
+            posterior[:, block] = np.rint(np.exp(self.log_posterior(distance)) * POSTERIOR_ONE)
+            typicality[:, block] = chdtrc(self.means.shape[1], distance)
+        return posterior, typicality
+
 
 @dataclass(frozen=True)
 class Classified:
@@ -68,13 +89,13 @@ class Classified:
 
     Attributes
     ----------
-    material : (H, W) int16
-        Index into the model's names, -1 where there is no data.
-    confidence : (H, W) float32
+    material : (h, w) int16
+        Index into the names of the materials, -1 where there is no data or no material.
+    confidence : (h, w) float32
         Posterior of that material averaged over the box; 0 without data.
-    typicality : (H, W) float32
-        Share of the material's own texels that would lie farther from its mean than this one (upper tail of chi-squared
-        with 3 degrees of freedom); 0 without data.
+    typicality : (h, w) float32
+        Share of the material's own texels that would lie farther from its mean than this one (upper tail of
+        chi-squared); 0 without data.
     """
 
     material: np.ndarray
@@ -82,133 +103,169 @@ class Classified:
     typicality: np.ndarray
 
 
-def fit(lab: np.ndarray, material: np.ndarray, names: tuple[str, ...], prior: str | dict[str, float]) -> GaussianModel:
+class Mapper(Protocol):
+    """A way to find the material of the texels of one texture."""
+
+    names: tuple[str, ...]
+
+    def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
+        """Classify the texels of rows `top` to `bottom` and columns `left` to `right` (the ends excluded)."""
+
+
+class ColourModel(Protocol):
+    """What tells materials by colour alone."""
+
+    names: tuple[str, ...]
+
+    def tables(self, colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:
+        """Posterior and typicality of distinct colours; see `GaussianModel.tables`."""
+
+
+def fit(
+    lab: np.ndarray, material: np.ndarray, names: tuple[str, ...], prior: str | dict[str, float] = "equal"
+) -> GaussianModel:
     """Fit the model to seeds.
 
     Parameters
     ----------
-    lab : (N, 3) float64
-        Colours of the seeds.
+    lab : (N, D) float64
+        Coordinates of the seeds.
     material : (N,) int
         Index into `names`; each occurs.
     prior : "equal", "seeds" or dict
         Relative prior probability of the materials; a dict may leave materials at 1.
     """
+    dimensions = np.eye(lab.shape[1])
     counts = np.bincount(material, minlength=len(names)).astype(float)
-    means = np.stack([np.bincount(material, lab[:, i], len(names)) / counts for i in range(3)], axis=1)
+    means = np.stack([np.bincount(material, column, len(names)) / counts for column in lab.T], axis=1)
     residual = lab - means[material]
     scatter = np.stack([residual[material == k].T @ residual[material == k] for k in range(len(names))])
-    isotropic = PRIOR_WEIGHT * PRIOR_SPREAD**2 * np.eye(3)
+    isotropic = PRIOR_WEIGHT * PRIOR_SPREAD**2 * dimensions
     pooled = (scatter.sum(axis=0) + isotropic) / (len(lab) - len(names) + PRIOR_WEIGHT)
     freedom = (counts - 1 + SHRINKAGE_WEIGHT)[:, np.newaxis, np.newaxis]
     covariances = (scatter + SHRINKAGE_WEIGHT * pooled) / freedom
     # The second floor keeps high dynamic range, with spreads of many orders, within what can be factorised.
     floor = SPREAD_FLOOR**2 + RELATIVE_FLOOR * np.trace(covariances, axis1=1, axis2=2)
-    covariances += floor[:, np.newaxis, np.newaxis] * np.eye(3)
+    covariances += floor[:, np.newaxis, np.newaxis] * dimensions
+    return GaussianModel(names, means, covariances, log_prior(names, counts, prior))
+
+
+def log_prior(names: tuple[str, ...], counts: np.ndarray, prior: str | dict[str, float]) -> np.ndarray:
+    """Logarithm of the prior probability (K,) of materials with these counts (K,) of seeds; `prior` as for `fit`."""
     if prior == "equal":
         weights = np.ones(len(names))
     elif prior == "seeds":
         weights = counts
     else:
         weights = np.array([prior.get(name, 1.0) for name in names])
-    return GaussianModel(names, means, covariances, np.log(weights / weights.sum()))
+    return np.log(weights / weights.sum())
 
 
-def fit_seeds(
-    texture: Texture, seeds: SeedTexels, settings: Classifier, chosen: np.ndarray | None = None
-) -> GaussianModel:
+def fit_seeds(seeds: SeedTexels, encoding: str, settings: Classifier, chosen: np.ndarray | None = None) -> GaussianModel:
     """Fit the model to the seeds of a texture, or to those that `chosen` (N,) bool keeps."""
     keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
-    lab = to_lab(texture.pixels[seeds.rows[keep], seeds.columns[keep]], texture.encoding)
     names, material = np.unique(seeds.material[keep], return_inverse=True)
-    return fit(lab, material, tuple(seeds.names[i] for i in names), settings.prior)
+    coordinates = to_coordinates(seeds.colours[keep], encoding)
+    return fit(coordinates, material, tuple(seeds.names[i] for i in names), settings.prior)
 
 
-class TextureClassifier:
-    """A model applied to a texture, block by block; each distinct colour is classified once.
+class ColourMapper:
+    """A colour model applied to a texture, window by window; each distinct colour is classified once.
 
     Without `tabulate` the colours of a window are classified for it alone: for a few small windows.
     """
 
     def __init__(
-        self, texture: Texture, colours: DistinctColours, model: GaussianModel, radius: int, tabulate: bool = True
+        self, texture: Windowed, colours: DistinctColours, model: ColourModel, radius: int, tabulate: bool = True
     ):
-        self.texture, self.model, self.radius = texture, model, radius
-        self._colours = colours
-        self._shared = self._tables(colours.colours) if tabulate and colours.colours is not None else None
+        self.texture, self.model, self.names, self.radius = texture, model, model.names, radius
+        self._colours, self._shared = colours, None
+        shared = colours.colours
+        if tabulate and shared is not None and len(shared) * len(model.names) <= TABLE_ENTRIES:
+            self._shared = self._prepared(shared)
 
-    def _tables(self, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Posterior in units of 1 / POSTERIOR_ONE, and typicality, both (K, U), of distinct colours (U, 3)."""
-        from scipy.special import chdtrc
-
-        posterior = np.empty((len(self.model.names), len(colours)), np.uint16)
-        typicality = np.empty(posterior.shape, np.float32)
-        for start in range(0, len(colours), BLOCK_TEXELS):
-            block = slice(start, start + BLOCK_TEXELS)
-            distance = self.model.squared_distance(to_lab(colours[block], self.texture.encoding))
-            posterior[:, block] = np.rint(np.exp(self.model.log_posterior(distance)) * POSTERIOR_ONE)
-            typicality[:, block] = chdtrc(3, distance)
-        return posterior, typicality
+    def _prepared(self, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Posterior of colours, in pairs where it is to be averaged, and their typicality."""
+        posterior, typicality = self.model.tables(colours, self.texture.encoding)
+        return (pairs_of(posterior) if self.radius else posterior), typicality
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
-        """Classify the texels of rows `top` to `bottom` and columns `left` to `right` (the ends excluded)."""
-        radius = self.radius
-        y, x = max(top - radius, 0), max(left - radius, 0)
-        rows = slice(y, min(bottom + radius, self.texture.height))
-        columns = slice(x, min(right + radius, self.texture.width))
-        inner = np.s_[top - y : bottom - y, left - x : right - x]
-        colours, index = self._colours.of(rows, columns)
+        """Classify a window; see `Mapper`."""
+        rows, columns, inner = with_margin(self.texture, top, bottom, left, right, self.radius)
+        pixels, valid = self.texture.window(rows, columns)
+        colours, index = self._colours.of(pixels, valid)
         if self._shared is None and colours is None:
             used, index = np.unique(index, return_inverse=True)
-            colours, index = self._colours.colours[used], index.reshape(rows.stop - rows.start, -1)
-        posterior, typicality = self._shared or self._tables(colours)
-        valid = self.texture.valid[rows, columns]
-        if radius == 0:
-            material, total, members = *_strongest_colour(posterior, index), 1
+            colours, index = self._colours.colours[used], index.reshape(valid.shape)
+        posterior, typicality = self._shared or self._prepared(colours)
+        index = index.astype(np.intp, copy=False)  # numpy gathers faster by its own index type
+        if self.radius == 0:
+            material, confidence = _strongest_colour(posterior, index)
         else:
-            material, total = _strongest(posterior, index, valid, radius, inner)
-            members = _members(valid, radius)[inner]
-        confidence = np.minimum(total / (np.float32(POSTERIOR_ONE) * members), np.float32(1))
+            material, confidence = strongest((np.take(pair, index) for pair in posterior), valid, self.radius, inner)
         number = np.multiply(material, typicality.shape[1], dtype=np.intp)
         number += index[inner]
-        typical = np.take(typicality.ravel(), number)
-        for array, none in ((material, -1), (confidence, 0), (typical, 0)):
-            np.copyto(array, array.dtype.type(none), where=~valid[inner])
-        return Classified(material, confidence, typical)
+        return without_data(Classified(material, confidence, np.take(typicality.ravel(), number)), valid[inner])
 
-    def whole(self) -> Classified:
-        """Classify every texel."""
-        shape = height, width = self.texture.height, self.texture.width
-        result = Classified(np.empty(shape, np.int16), np.empty(shape, np.float32), np.empty(shape, np.float32))
-        step = max(BLOCK_TEXELS // width, 2 * self.radius + 1)
-        for top in range(0, height, step):
-            rows = slice(top, min(top + step, height))
-            block = self.window(rows.start, rows.stop, 0, width)
-            result.material[rows] = block.material
-            result.confidence[rows], result.typicality[rows] = block.confidence, block.typicality
-        return result
+
+def with_margin(
+    texture: Windowed, top: int, bottom: int, left: int, right: int, margin: int
+) -> tuple[slice, slice, tuple[slice, slice]]:
+    """Rows and columns of a window with a margin, as far as the texture goes, and the window within them."""
+    y, x = max(top - margin, 0), max(left - margin, 0)
+    rows, columns = slice(y, min(bottom + margin, texture.height)), slice(x, min(right + margin, texture.width))
+    return rows, columns, np.s_[top - y : bottom - y, left - x : right - x]
+
+
+def without_data(classified: Classified, valid: np.ndarray) -> Classified:
+    """Take the answer away, in place, from texels without data and from those that no material claims."""
+    if not (classified.confidence.all() and valid.all()):
+        none = ~valid | (classified.confidence == 0)
+        for array, nothing in ((classified.material, -1), (classified.confidence, 0), (classified.typicality, 0)):
+            np.copyto(array, array.dtype.type(nothing), where=none)
+    return classified
 
 
 def _strongest_colour(posterior: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Material of the largest posterior of each texel's own colour, and that posterior as float32."""
     material = posterior.argmax(axis=0).astype(np.int16)
-    return np.take(material, index), np.take(posterior.max(axis=0).astype(np.float32), index)
+    confidence = posterior.max(axis=0).astype(np.float32) / np.float32(POSTERIOR_ONE)
+    return np.take(material, index), np.take(confidence, index)
 
 
-def _strongest(
-    posterior: np.ndarray, index: np.ndarray, valid: np.ndarray, radius: int, inner: tuple[slice, slice]
+def pairs_of(posterior: np.ndarray) -> np.ndarray:
+    """Planes (K, ...) uint16 as pairs ((K + 1) // 2, ...) uint64, one in the lower and one in the upper 32 bits.
+
+    Sums of a pair are the pair of the sums, at half the work; each fits 32 bits with MAX_RADIUS, so none carries over.
+    """
+    pairs = posterior[::2].astype(np.uint64)
+    pairs[: len(posterior) // 2] |= posterior[1::2].astype(np.uint64) << np.uint64(32)
+    return pairs
+
+
+def strongest(
+    pairs: Iterable[np.ndarray], valid: np.ndarray, radius: int, inner: tuple[slice, slice]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Material of the largest sum of posteriors over the box about each inner texel, and that sum as float32."""
+    """Material of the largest mean posterior over the box about each inner texel, and that mean as float32.
+
+    Parameters
+    ----------
+    pairs : iterable of (h, w) uint64
+        Posteriors in units of 1 / POSTERIOR_ONE, as `pairs_of` makes them; written to.
+    valid : (h, w) bool
+        Texels that count.
+    """
     whole = bool(valid.all())
     material, best = np.zeros(valid[inner].shape, np.int16), np.zeros(valid[inner].shape, np.uint32)
-    for k, table in enumerate(posterior):
-        plane = np.take(table, index)
+    for number, pair in enumerate(pairs):
         if not whole:
-            plane *= valid
-        total = _box_sum(plane, radius)[inner]
-        np.copyto(material, np.int16(k), where=total > best)
-        np.maximum(best, total, out=best)
-    return material, best.astype(np.float32)
+            pair *= valid
+        both = _box_sum(pair, radius)[inner]
+        for half, total in enumerate((both.astype(np.uint32), (both >> np.uint64(32)).astype(np.uint32))):
+            np.copyto(material, np.int16(2 * number + half), where=total > best)
+            np.maximum(best, total, out=best)
+    confidence = best.astype(np.float32) / (np.float32(POSTERIOR_ONE) * _members(valid, radius)[inner])
+    return material, np.minimum(confidence, np.float32(1))
 
 
 def _members(valid: np.ndarray, radius: int) -> np.ndarray:
@@ -220,17 +277,18 @@ def _members(valid: np.ndarray, radius: int) -> np.ndarray:
 
 
 def _box_sum(plane: np.ndarray, radius: int) -> np.ndarray:
-    """Sum over the square of `radius` about each texel, with nothing beyond the edge: (H, W) to (H, W) uint32.
+    """Sum over the square of `radius` about each texel, with nothing beyond the edge: uint64 of pairs, else uint32.
 
     Running sums in integers are exact, whatever the block; they may wrap, their differences are right while the sum
     itself fits, which MAX_RADIUS ensures.
     """
     (height, width), side = plane.shape, 2 * radius + 1
-    running = np.zeros((height, width + side), np.uint32)
-    np.cumsum(plane, axis=1, dtype=np.uint32, out=running[:, radius + 1 : radius + 1 + width])
+    kind = np.uint64 if plane.dtype == np.uint64 else np.uint32
+    running = np.zeros((height, width + side), kind)
+    np.cumsum(plane, axis=1, dtype=kind, out=running[:, radius + 1 : radius + 1 + width])
     running[:, radius + 1 + width :] = running[:, radius + width, np.newaxis]
     across = running[:, side:] - running[:, :-side]
-    running = np.zeros((height + side, width), np.uint32)
+    running = np.zeros((height + side, width), kind)
     for row in range(height):  # numpy's own cumsum down the columns is many times slower than adding rows
         np.add(running[radius + row], across[row], out=running[radius + row + 1])
     running[radius + 1 + height :] = running[radius + height]

@@ -5,12 +5,17 @@ import click
 from skyshine.schemas.commands import CommandGroup
 
 COMMANDS = {
+    "init": "Write a starter job that runs as it is.",
     "check": "Check a job: images, seeds, materials.",
     "classify": "Map the texels of a job's textures to materials.",
+    "train": "Train a classifier for a library of textures.",
+    "score": "Compare a texture database with a label image.",
     "info": "Show what a texture database holds.",
     "usage": "Share of each material in one texture or several.",
+    "import": "Take materials from an OGC CDB or an indexed PNG.",
     "export": "Write a texture's materials for others: OGC CDB, glTF, DIRSIG, indexed PNG.",
-    "preview": "Draw texture, materials and confidence side by side.",
+    "bench": "Error against run time of all classifiers on labelled textures.",
+    "preview": "Draw texture, materials, confidence and shadows side by side.",
 }
 
 main = CommandGroup(

@@ -6,48 +6,138 @@ level, ``/levels/k`` with ``code``, ``mix_code`` and ``mix_weight``; level 0 als
 
 from __future__ import annotations
 
+import itertools
 import os
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Literal
 
+import h5py
 import numpy as np
 import yaml
 
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, content_hash, open_database, write_file
-from skyshine.tmm.build import TextureResult
+from skyshine.schemas.hdf5 import Axis, Group, Header, Streamed, Variable, content_hash, open_database, write_file
+from skyshine.tmm.build import TextureMap
 from skyshine.tmm.job import TextureJob
-from skyshine.tmm.levels import PERCENT, WEIGHT_TOTAL, composites
-from skyshine.tmm.texture import file_sha256
+from skyshine.tmm.levels import PERCENT, WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
+from skyshine.tmm.raster import file_sha256
 
 FILETYPE = "tmm"
 FORMAT_VERSION = "1.0.0"
 CHUNK = 256
+LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
 
 
-def write_texture(result: TextureResult, path: str | os.PathLike) -> str:
-    """Write a mapped texture; returns the hash of its content.
+@dataclass(frozen=True)
+class Written:
+    """What the writing of a database counted.
+
+    Attributes
+    ----------
+    texels : (K,) int64
+        Number of texels of each material.
+    with_data : int
+        Texels with data; those beyond the sum of `texels` are unknown.
+    confidence : float
+        Mean over the texels with data.
+    digest : str
+        Hash of the content.
+    """
+
+    texels: np.ndarray
+    with_data: int
+    confidence: float
+    digest: str = ""
+
+    @property
+    def usage(self) -> np.ndarray:
+        """Share (K,) of the texels with data that have each material."""
+        return self.texels / max(self.with_data, 1)
+
+
+def write_texture(mapped: TextureMap, path: str | os.PathLike) -> Written:
+    """Classify a texture and write its database, band by band.
 
     Raises
     ------
     InputError
-        The file cannot be written.
+        The image is damaged, or the file cannot be written.
     """
+    counted: list[Written] = []
+
+    def fill(file: h5py.File) -> Group:
+        written, mixtures = _fill_levels(mapped, file)
+        counted.append(written)
+        return Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
+
+    height, width = mapped.texture.height, mapped.texture.width
+    levels = {str(k): level_layout(k, size, height, width) for k, size in enumerate(level_sizes(height, width))}
     root = Group(
         groups={
-            "materials": _materials(result),
-            "usage": _usage(result),
-            "quality": _quality(result),
-            "composites": _composites(result),
-            "levels": Group(groups={str(k): _level(result, k) for k in range(len(result.levels))}),
-            "provenance": _provenance(result),
+            "materials": _materials(mapped),
+            "quality": _quality(mapped),
+            "provenance": _provenance(mapped),
+            "levels": Group(groups=levels),
         }
     )
-    return write_file(path, root, _header(result.job, result.library_version))
+    digest = write_file(path, root, texture_header(mapped.job, mapped.library_version), fill)
+    return replace(counted[0], digest=digest)
 
 
-def _header(job: TextureJob, library_version: str) -> Header:
+def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np.ndarray, np.ndarray]]:
+    """Write all levels; returns the counts, and the components and weights of the distinct mixtures."""
+    stream = LevelStream(mapped.texture.height, mapped.texture.width, mapped.codes)
+    mixtures = Composites()
+    writers = [_RowWriter(file[f"levels/{k}"]) for k in range(1, len(file["levels"]))]
+    level0 = {name: file[f"levels/0/{name}"] for name in file["levels/0"]}
+    texels, total = np.zeros(1 << 16, np.int64), 0.0
+    for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
+        rows = np.empty((band.stop - band.start, mapped.texture.width), np.uint16)
+        for _, columns, code, found in windows:
+            rows[:, columns] = code
+            texels += np.bincount(code.ravel(), minlength=1 << 16)
+            total += float(found.confidence.sum(dtype=np.float64))
+            for name, values in (vars(pure_level(code)) | vars(found)).items():
+                if name in level0:
+                    level0[name][band, columns] = values
+        step = max(LEVEL_TEXELS // rows.shape[1], 1)
+        for top in range(0, len(rows), step):
+            for level, _, part in stream.add(rows[top : top + step]):
+                writers[level - 1].add(part)
+                mixtures.add(part)
+    mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
+    with_data = mapped.colours.valid_texels
+    return Written(texels[mapped.codes], with_data, total / with_data), mixtures.mixtures()
+
+
+class _RowWriter:
+    """Writes the rows of a level as whole chunks, so that each chunk is compressed once."""
+
+    def __init__(self, group: h5py.Group):
+        self._arrays = [group[name] for name in ("code", "mix_code", "mix_weight")]
+        self._height, width = self._arrays[0].shape
+        self._codes, self._weights = (np.empty((min(CHUNK, self._height), width, 3), np.uint16) for _ in range(2))
+        self._kept, self._done = 0, 0
+
+    def add(self, part: Level) -> None:
+        """Take the next rows, which may be more than a chunk's."""
+        start = 0
+        while start < len(part.code):
+            number = min(len(self._codes) - self._kept, len(part.code) - start)
+            to, of = slice(self._kept, self._kept + number), slice(start, start + number)
+            self._codes[to], self._weights[to] = part.mix_code[of], part.mix_weight[of]
+            start, self._kept = start + number, self._kept + number
+            if self._kept == len(self._codes) or self._done + self._kept == self._height:
+                to, codes = slice(self._done, self._done + self._kept), self._codes[: self._kept]
+                for array, values in zip(self._arrays, (codes[..., 0], codes, self._weights[: self._kept])):
+                    array[to] = values
+                self._done, self._kept = to.stop, 0
+
+
+def texture_header(job: TextureJob, library_version: str) -> Header:
+    """Root attributes of the database of a texture."""
     text = yaml.safe_dump(job.model_dump(mode="json"), sort_keys=False, allow_unicode=True, default_flow_style=None)
     return Header(
         FILETYPE, FORMAT_VERSION, f"materials {library_version}", text, f"Materials of the texture {job.name}"
@@ -62,7 +152,7 @@ def is_current(path: str | os.PathLike, job: TextureJob, base_folder: str | os.P
     base_folder : path
         Folder to which the paths of the job are relative.
     """
-    header = _header(job, library_version)
+    header = texture_header(job, library_version)
     expected = {
         "job": header.job,
         "format_version": header.format_version,
@@ -72,7 +162,7 @@ def is_current(path: str | os.PathLike, job: TextureJob, base_folder: str | os.P
     try:
         with open_database(path, FILETYPE) as file:
             made = file["provenance"].attrs
-            digests = {name.partition(":")[2]: made[name] for name in made if name.startswith("seeds_sha256:")}
+            digests = {name.partition(":")[2]: made[name] for name in made if name.startswith("sha256:")}
             digests[job.image] = made["texture_sha256"]
             return (
                 all(file.attrs.get(name) == value for name, value in expected.items())
@@ -83,44 +173,60 @@ def is_current(path: str | os.PathLike, job: TextureJob, base_folder: str | os.P
         return False
 
 
-def _code_axis(result: TextureResult) -> Axis:
-    return Axis(result.codes, "1", "material code")
+def _code_axis(mapped: TextureMap) -> Axis:
+    return Axis(mapped.codes, "1", "material code")
 
 
-def _materials(result: TextureResult) -> Group:
-    names = Variable(("material",), np.array(result.names, dtype=object), "1", "material name")
-    return Group({"material": _code_axis(result)}, {"name": names})
+def _materials(mapped: TextureMap) -> Group:
+    names = Variable(("material",), np.array(mapped.names, dtype=object), "1", "material name")
+    return Group({"material": _code_axis(mapped)}, {"name": names})
 
 
-def _usage(result: TextureResult) -> Group:
-    share = Variable(("material",), result.usage, "1", "share of the texels with data that have the material")
-    total, known = result.texture.valid.size, int(np.count_nonzero(result.levels[0].code))
-    with_data = int(result.texture.valid.sum())
-    counts = {"texels": total, "texels_with_data": with_data, "texels_with_material": known}
-    return Group({"material": _code_axis(result)}, {"share": share}, attributes=counts)
+def _usage(mapped: TextureMap, written: Written) -> Group:
+    share = Variable(("material",), written.usage, "1", "share of the texels with data that have the material")
+    counts = {
+        "texels": mapped.texture.height * mapped.texture.width,
+        "texels_with_data": written.with_data,
+        "texels_with_material": int(written.texels.sum()),
+    }
+    return Group({"material": _code_axis(mapped)}, {"share": share}, attributes=counts)
 
 
-def _quality(result: TextureResult) -> Group:
-    quality = result.quality
-    found = Axis(np.concatenate([[0], result.codes]).astype(np.uint16), "1", "material code found, 0 for unknown")
+def _quality(mapped: TextureMap) -> Group:
+    """Held-out quality of the materials that have seeds; empty where nothing is trained on this texture."""
+    if mapped.seeds is None:
+        return Group(attributes={"tested_texels": 0, "seed_texels": 0})
+    held, seeds = mapped.quality, mapped.seeds
+    codes = mapped.codes[[mapped.names.index(name) for name in seeds.names]]
+    found = Axis(np.concatenate([[0], codes]).astype(np.uint16), "1", "material code found, 0 for unknown")
+    what = {"whole": "held-out seed texels", "inside": "those in shadow", "outside": "those in sunlight"}
+    attributes = {}
+    for part, suffix in (("whole", ""), ("inside", "_inside_shadow"), ("outside", "_outside_shadow")):
+        quality = getattr(held, part)
+        attributes |= {
+            f"overall_accuracy{suffix}": quality.overall_accuracy,
+            f"mean_iou{suffix}": quality.mean_iou,
+            f"calibration_error{suffix}": quality.calibration_error,
+            f"tested_texels{suffix}": quality.tested,
+        }
     return Group(
-        {"material": _code_axis(result), "found": found},
+        {"material": Axis(codes, "1", "material code"), "found": found},
         {
             "confusion": Variable(
-                ("material", "found"), quality.confusion, "1", "held-out seed texels by true and found material"
+                ("material", "found"), held.whole.confusion, "1", f"{what['whole']} by true and found material"
             ),
             "intersection_over_union": Variable(
-                ("material",), quality.intersection_over_union, "1", "intersection over union on held-out seeds"
+                ("material",), held.whole.intersection_over_union, "1", "intersection over union on held-out seeds"
             ),
         },
-        attributes={
-            "overall_accuracy": quality.overall_accuracy,
-            "mean_iou": quality.mean_iou,
-            "tested_texels": quality.tested,
-            "seed_texels": len(result.seeds.rows),
-            "conflicting_seed_texels": result.seeds.conflicting,
-            "folds": result.job.held_out.folds,
-            "random_seed": result.job.held_out.random_seed,
+        attributes=attributes
+        | {
+            "calibration_slope": held.calibration.slope,
+            "calibration_offset": held.calibration.offset,
+            "seed_texels": len(seeds.rows),
+            "conflicting_seed_texels": seeds.conflicting,
+            "folds": mapped.job.held_out.folds,
+            "random_seed": mapped.job.held_out.random_seed,
         },
     )
 
@@ -129,8 +235,8 @@ def _component_axis() -> Axis:
     return Axis(np.arange(3, dtype=np.uint8), "1", "rank of the component, largest share first")
 
 
-def _composites(result: TextureResult) -> Group:
-    components, weights = composites(result.levels)
+def composite_layout(components: np.ndarray, weights: np.ndarray) -> Group:
+    """The layout of distinct mixtures: codes (N, 3) and weights (N, 3) in percent."""
     number = Axis(np.arange(len(components), dtype=np.int32), "1", "number of the mixture")
     dims = ("composite", "component")
     return Group(
@@ -142,28 +248,29 @@ def _composites(result: TextureResult) -> Group:
     )
 
 
-def _level(result: TextureResult, k: int) -> Group:
-    level = result.levels[k]
-    height, width = level.code.shape
+def level_layout(k: int, size: tuple[int, int], height: int, width: int) -> Group:
+    """The layout of a level; its arrays are written as they come."""
     axes = {
-        "y": Axis(_centres(result.texture.height, height), "1", "row of the texel's centre, in texels of level 0"),
-        "x": Axis(_centres(result.texture.width, width), "1", "column of the texel's centre, in texels of level 0"),
+        "y": Axis(_centres(height, size[0]), "1", "row of the texel's centre, in texels of level 0"),
+        "x": Axis(_centres(width, size[1]), "1", "column of the texel's centre, in texels of level 0"),
         "component": _component_axis(),
     }
     plane, mixed, chunk = ("y", "x"), ("y", "x", "component"), (CHUNK, CHUNK)
+    whole, parts = Streamed(size, np.uint16), Streamed((*size, 3), np.uint16)
     weights = {"total": WEIGHT_TOTAL}
     variables = {
-        "code": Variable(plane, level.code, "1", "material code of the largest share, 0 for none", chunks=chunk),
-        "mix_code": Variable(mixed, level.mix_code, "1", "material codes of the mixture", chunks=(*chunk, 3)),
+        "code": Variable(plane, whole, "1", "material code of the largest share, 0 for none", chunks=chunk),
+        "mix_code": Variable(mixed, parts, "1", "material codes of the mixture", chunks=(*chunk, 3)),
         "mix_weight": Variable(
-            mixed, level.mix_weight, "1", "shares of the mixture; they sum to `total`", weights, chunks=(*chunk, 3)
+            mixed, parts, "1", "shares of the mixture; they sum to `total`", weights, chunks=(*chunk, 3)
         ),
     }
     if k == 0:
-        name = "posterior probability of the material, averaged over the box"
-        variables["confidence"] = Variable(plane, result.confidence, "1", name, chunks=chunk)
-        name = "share of the material's own texels that lie farther from its mean colour"
-        variables["typicality"] = Variable(plane, result.typicality, "1", name, chunks=chunk)
+        values = Streamed(size, np.float32)
+        name = "probability that the material is right: its posterior, averaged over the box and calibrated"
+        variables["confidence"] = Variable(plane, values, "1", name, chunks=chunk)
+        name = "share of the material's own texels that lie farther from its mean"
+        variables["typicality"] = Variable(plane, values, "1", name, chunks=chunk)
     return Group(axes, variables)
 
 
@@ -171,18 +278,22 @@ def _centres(length: int, parts: int) -> np.ndarray:
     return (np.arange(parts) + 0.5) * (length / parts)
 
 
-def _provenance(result: TextureResult) -> Group:
+def _provenance(mapped: TextureMap) -> Group:
+    texture = mapped.texture
     attributes = {
-        "texture": result.job.image,
-        "texture_sha256": result.texture.sha256,
-        "width": result.texture.width,
-        "height": result.texture.height,
-        "pixel_type": result.texture.pixels.dtype.name,
-        "encoding": result.texture.encoding,
-        "distinct_colours": result.distinct_colours,
+        "texture": mapped.job.image,
+        "texture_sha256": texture.sha256,
+        "width": texture.width,
+        "height": texture.height,
+        "pixel_type": texture.dtype.name,
+        "encoding": texture.encoding,
+        "distinct_colours": mapped.colours.number,
     }
-    for name, digest in result.seed_files.items():
-        attributes[f"seeds_sha256:{name}"] = digest
+    if mapped.place is not None:
+        # X = a x + b y + c, Y = d x + e y + f, with x and y in texels of level 0 from the top left corner.
+        attributes |= {"geo_affine": np.array(mapped.place.affine), "geo_crs": mapped.place.crs}
+    for name, digest in mapped.files.items():
+        attributes[f"sha256:{name}"] = digest
     return Group(attributes=attributes)
 
 
@@ -216,9 +327,22 @@ class TmmFile:
         """Attributes of ``usage``, ``quality`` or another group."""
         return {key: value.item() if hasattr(value, "item") else value for key, value in self._file[name].attrs.items()}
 
+    def rows(self, name: str, rows: slice, step: int = 1) -> np.ndarray:
+        """Rows of an array of level 0, such as ``code``; every `step`-th row and column of them."""
+        return self._file[f"levels/0/{name}"][rows][::step, ::step]
+
+    def thinned(self, name: str, step: int) -> np.ndarray:
+        """Every `step`-th row and column of an array of level 0."""
+        band = CHUNK * step
+        return np.concatenate([self.rows(name, slice(top, top + band), step) for top in range(0, self.height, band)])
+
     def array(self, name: str) -> np.ndarray:
         """A whole array by its path in the file, such as ``levels/0/confidence``."""
         return self._file[name][()]
+
+    def has(self, name: str) -> bool:
+        """Whether the file holds an array of this path."""
+        return name in self._file
 
     @property
     def usage(self) -> dict[str, float]:
@@ -299,3 +423,24 @@ def open_tmm(path: str | os.PathLike) -> TmmFile:
         The file is missing or damaged, is of another type, or has a layout of another major version.
     """
     return TmmFile(open_database(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0])))
+
+
+def find_image(file: TmmFile, path: Path, image: str | os.PathLike | None) -> Path:
+    """The texture's own image: the one given, or one of its name beside the database, in the folder above, or here.
+
+    Raises
+    ------
+    InputError
+        It is not found, or its bytes are not those that were classified.
+    """
+    wanted, digest = Path(str(file.attributes["texture"])), file.attributes["texture_sha256"]
+    places = [Path(image)] if image else [path.parent / wanted.name, path.parent.parent / wanted, wanted]
+    for place in places:
+        if place.is_file():
+            if file_sha256(place) == digest:
+                return place
+            raise InputError(
+                "is not the image that was classified (its SHA-256 differs); name it with --image", file=place
+            )
+    tried = ", ".join(str(place) for place in places)
+    raise InputError(f"the image of this texture is not at {tried}; name it with --image", file=path)

@@ -6,6 +6,7 @@ may cut texels of level 0 where the size is no power of two; the shares are stil
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 WEIGHT_TOTAL = 65535  # the weights of a texel sum to this: three shares right to 1e-5
 PERCENT = 100
 COMPONENTS = 3
+PIECE_TEXELS = 1 << 17  # texels of a level worked out at a time
 
 
 @dataclass(frozen=True)
@@ -40,71 +42,132 @@ def level_sizes(height: int, width: int) -> list[tuple[int, int]]:
     return [(max(height >> k, 1), max(width >> k, 1)) for k in range(number)]
 
 
-def mip_levels(code: np.ndarray) -> list[Level]:
-    """All levels of an image of material codes.
+class LevelStream:
+    """Makes all levels of an image of material codes that comes in bands of rows, from the top to the bottom."""
 
-    Parameters
-    ----------
-    code : (H, W) uint16
-        Material codes; 0 where there is none.
-    """
-    sizes = level_sizes(*code.shape)
-    top = [(np.zeros((COMPONENTS, h * w), np.uint16), np.zeros((COMPONENTS, h * w), np.int64)) for h, w in sizes[1:]]
-    for number in np.unique(code[code > 0]):
-        counter = _Counter(code == number)
-        for size, (codes, ranks) in zip(sizes[1:], top):
-            _insert(codes, ranks, number, counter.coarser(size).ravel())
-    return [_first_level(code)] + [_level(codes, ranks, size) for size, (codes, ranks) in zip(sizes[1:], top)]
+    def __init__(self, height: int, width: int, codes: np.ndarray):
+        """`codes` (K,) are the material codes that occur, in ascending order."""
+        self._codes, self._sizes = codes, level_sizes(height, width)
+        self._counters = [_Counter(self._sizes) for _ in codes]
+        self._done = [0] * len(self._sizes)
+
+    def add(self, code: np.ndarray) -> Iterator[tuple[int, int, Level]]:
+        """Take the next rows of codes (n, W) uint16, 0 where there is none.
+
+        Yields
+        ------
+        level, row : int
+            The level is 1 at least: `pure_level` is level 0.
+        part : Level
+            Rows of that level, from `row` on, that these rows of codes have completed.
+        """
+        counted = [counter.add(code == number) for number, counter in zip(self._codes, self._counters)]
+        for level, parts in enumerate(zip(*counted), start=1):
+            height, width = parts[0].shape
+            step = max(PIECE_TEXELS // width, 1)
+            for top in range(0, height, step):
+                yield level, self._done[level], self._part([counts[top : top + step] for counts in parts])
+                self._done[level] += min(step, height - top)
+
+    def _part(self, counts: list[np.ndarray]) -> Level:
+        """The mixtures that the counts (n, w) of each material make."""
+        size = counts[0].shape
+        codes, ranks = (np.zeros((COMPONENTS, counts[0].size), kind) for kind in (np.uint16, np.int64))
+        for number, count in zip(self._codes, counts):
+            _insert(codes, ranks, number, count.ravel())
+        return _level(codes, ranks, size)
 
 
 class _Counter:
-    """Counts one material in the texels of ever coarser levels."""
+    """Counts one material in the texels of ever coarser levels, as rows of level 0 come in.
 
-    def __init__(self, mask: np.ndarray):
-        self._mask, self._columns = mask, None
-        self._whole = mask.view(np.uint8)
+    Where texels come together whole, the counts of a finer level serve for the coarser one; else borders of texels cut
+    those of level 0, and running sums down the columns are read at these borders.
+    """
 
-    def coarser(self, size: tuple[int, int]) -> np.ndarray:
-        """Counts in the texels of a level (h, w), in a unit that depends on the sizes alone.
+    def __init__(self, sizes: list[tuple[int, int]]):
+        height, width = sizes[0]
+        self._steps: list[_Whole | _Cut] = []
+        parent = sizes[0]
+        for size in sizes[1:]:
+            blocks = (parent[0] // size[0], parent[1] // size[1])
+            if (blocks[0] * size[0], blocks[1] * size[1]) == parent:
+                self._steps.append(_Whole(blocks, parent[1]))
+                parent = size
+            else:
+                self._steps.append(_Cut(height, width, size))
 
-        Where texels come together whole, the sums of a finer level serve as well as the image itself.
-        """
-        blocks = [length // parts for length, parts in zip(self._whole.shape, size)]
-        if (blocks[0] * size[0], blocks[1] * size[1]) != self._whole.shape:
-            return self._cut(size)
-        counts = self._whole.astype(np.int32, copy=False)
-        counts = sum(counts[start :: blocks[0]] for start in range(blocks[0]))
-        self._whole = sum(counts[:, start :: blocks[1]] for start in range(blocks[1]))
-        return self._whole
-
-    def _cut(self, size: tuple[int, int]) -> np.ndarray:
-        """Sums over equal parts of the image whose borders cut texels, int64, in units of 1 / (h w) of a texel."""
-        if self._columns is None:
-            self._columns = _running_sum(self._mask, 0)
-        rows = _between(self._columns, 0, size[0])
-        return _between(_running_sum(rows, 1), 1, size[1])
+    def add(self, mask: np.ndarray) -> list[np.ndarray]:
+        """Counts of the completed rows of each level from 1, (n, w), in a unit that depends on the sizes alone."""
+        counts, running, found = mask.view(np.uint8), None, []
+        for step in self._steps:
+            if isinstance(step, _Whole):
+                counts = step.add(counts)
+                found.append(counts)
+            else:
+                running = _running_sum(mask) if running is None else running
+                found.append(step.add(running))
+        return found
 
 
-def _running_sum(counts: np.ndarray, axis: int) -> np.ndarray:
-    """Sums before each border along an axis, one longer than `counts`, int64."""
-    shape = [n + (i == axis) for i, n in enumerate(counts.shape)]
-    total = np.zeros(shape, np.int64)
-    if axis == 1:
-        np.cumsum(counts, axis=1, out=total[:, 1:])
-        return total
-    for row in range(counts.shape[0]):  # many times faster than numpy's own cumsum down the columns
-        np.add(total[row], counts[row], out=total[row + 1])
+class _Whole:
+    """Sums over blocks of whole texels."""
+
+    def __init__(self, blocks: tuple[int, int], width: int):
+        self._blocks, self._rest = blocks, np.empty((0, width), np.uint8)
+
+    def add(self, counts: np.ndarray) -> np.ndarray:
+        high, wide = self._blocks
+        if len(self._rest):
+            counts = np.concatenate([self._rest, counts])
+        whole = len(counts) // high * high
+        self._rest = counts[whole:].copy()
+        # A mask's sums fit 16 bits and sums of those 32, while a block has no more than 65,535 texels of its parent.
+        kind = {1: np.uint16, 2: np.uint32}.get(counts.dtype.itemsize, np.int64) if high * wide < 1 << 16 else np.int64
+        rows = sum(counts[start:whole:high].astype(kind) for start in range(high))
+        return sum(rows[:, start::wide] for start in range(wide))
+
+
+class _Cut:
+    """Sums over equal parts of the image whose borders cut texels, in units of 1 / (h w) of a texel."""
+
+    def __init__(self, height: int, width: int, size: tuple[int, int]):
+        self._size = size
+        self._border, self._rest = np.divmod(np.arange(1, size[0] + 1, dtype=np.int64) * height, size[0])
+        self._next, self._rows = 0, 0
+        self._sum, self._last = np.zeros(width, np.int64), np.zeros(width, np.int64)
+
+    def add(self, running: np.ndarray) -> np.ndarray:
+        """`running` (n + 1, W) are the sums down the columns before each of the new rows and after them."""
+        end = self._rows + len(running) - 1
+        ready = int(np.searchsorted(self._border + (self._rest > 0), end, side="right"))
+        border, rest = (part[self._next : ready] for part in (self._border, self._rest[:, np.newaxis]))
+        at = running[border - self._rows].astype(np.int64) * (self._size[0] - rest)
+        at += running[np.minimum(border + 1 - self._rows, len(running) - 1)] * rest
+        at += self._sum * self._size[0]
+        rows = np.diff(at, axis=0, prepend=self._last[np.newaxis])
+        self._last = at[-1] if len(at) else self._last
+        self._sum, self._rows, self._next = self._sum + running[-1], end, ready
+        return _column_parts(rows, self._size[1])
+
+
+def _running_sum(mask: np.ndarray) -> np.ndarray:
+    """Sums down the columns before each row and after the last, (n + 1, W) int32."""
+    total = np.zeros((len(mask) + 1, mask.shape[1]), np.int32)
+    for row in range(len(mask)):  # many times faster than numpy's own cumsum down the columns
+        np.add(total[row], mask[row], out=total[row + 1])
     return total
 
 
-def _between(running: np.ndarray, axis: int, parts: int) -> np.ndarray:
-    """Sums over equal parts of an axis, in units of 1 / parts; within a texel a running sum is linear."""
-    length = running.shape[axis] - 1
+def _column_parts(rows: np.ndarray, parts: int) -> np.ndarray:
+    """Sums (n, parts) over equal parts of rows (n, W), in units of 1 / parts; within a texel a running sum is linear."""
+    length = rows.shape[1]
+    running = np.zeros((len(rows), length + 1), np.int64)
+    np.cumsum(rows, axis=1, out=running[:, 1:])
     whole, rest = np.divmod(np.arange(parts + 1, dtype=np.int64) * length, parts)
-    rest = rest.reshape((-1, 1) if axis == 0 else (1, -1))
-    at = np.take(running, whole, axis) * (parts - rest)
-    at += np.take(running, np.minimum(whole + 1, length), axis) * rest
-    return np.diff(at, axis=axis)
+    at = np.take(running, whole, 1) * (parts - rest)
+    at += np.take(running, np.minimum(whole + 1, length), 1) * rest
+    return np.diff(at, axis=1)
 
 
 def _insert(codes: np.ndarray, ranks: np.ndarray, code: int, counts: np.ndarray) -> None:
@@ -122,7 +185,8 @@ def _insert(codes: np.ndarray, ranks: np.ndarray, code: int, counts: np.ndarray)
         where, count, code, placed = where[left], count[left], code[left], placed[left]
 
 
-def _first_level(code: np.ndarray) -> Level:
+def pure_level(code: np.ndarray) -> Level:
+    """A level whose texels have one material each, of codes (h, w) uint16."""
     mix_code, mix_weight = (np.zeros((*code.shape, COMPONENTS), np.uint16) for _ in range(2))
     mix_code[..., 0], mix_weight[..., 0] = code, WEIGHT_TOTAL
     return Level(code, mix_code, mix_weight)
@@ -160,21 +224,22 @@ def integer_weights(counts: np.ndarray, total: int) -> np.ndarray:
     return weights
 
 
-def composites(levels: list[Level]) -> tuple[np.ndarray, np.ndarray]:
-    """Distinct mixtures of all levels in whole percent, as exchange formats know them.
+class Composites:
+    """Collects the distinct mixtures of all levels in whole percent, as exchange formats know them."""
 
-    Returns
-    -------
-    components : (N, 3) uint16
-        Material codes, 0 where unused.
-    weights : (N, 3) uint8
-        They sum to 100.
-    """
-    packed = np.unique(np.concatenate([_packed_mixtures(level) for level in levels]))
-    fields = [(packed >> np.uint64(shift)) & np.uint64(mask) for shift, mask in _FIELDS]
-    components = np.stack(fields[:3], axis=1).astype(np.uint16)
-    first, second = (field.astype(np.int64) for field in fields[3:])
-    return components, np.stack([first, second, PERCENT - first - second], axis=1).astype(np.uint8)
+    def __init__(self):
+        self._packed = np.empty(0, np.uint64)
+
+    def add(self, level: Level) -> None:
+        """Take the mixtures of rows of a level."""
+        self._packed = np.union1d(self._packed, _packed_mixtures(level))
+
+    def mixtures(self) -> tuple[np.ndarray, np.ndarray]:
+        """Material codes (N, 3) uint16, 0 where unused, and their weights (N, 3) uint8, which sum to 100."""
+        fields = [(self._packed >> np.uint64(shift)) & np.uint64(mask) for shift, mask in _FIELDS]
+        components = np.stack(fields[:3], axis=1).astype(np.uint16)
+        first, second = (field.astype(np.int64) for field in fields[3:])
+        return components, np.stack([first, second, PERCENT - first - second], axis=1).astype(np.uint8)
 
 
 _FIELDS = ((48, 0xFFFF), (32, 0xFFFF), (16, 0xFFFF), (8, 0xFF), (0, 0xFF))

@@ -1,4 +1,4 @@
-"""Pictures of a mapped texture: the photograph, its materials with a legend, and the confidence, side by side."""
+"""Pictures of a mapped texture: photograph, materials with a legend, confidence and shadows, side by side."""
 
 from __future__ import annotations
 
@@ -8,32 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.database import TmmFile, open_tmm
-from skyshine.tmm.texture import file_sha256, read_texture
+from skyshine.tmm.database import TmmFile, find_image, open_tmm
+from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.job import stored_job
+from skyshine.tmm.texture import TextureFile
 
 MAX_SIDE = 1600  # texels drawn a side; larger textures are thinned
 UNKNOWN = (0.0, 0.0, 0.0)
-
-
-def find_image(file: TmmFile, path: Path, image: str | os.PathLike | None) -> Path:
-    """The texture's own image: the one given, or one of its name beside the database, in the folder above, or here.
-
-    Raises
-    ------
-    InputError
-        It is not found, or its bytes are not those that were classified.
-    """
-    wanted, digest = Path(str(file.attributes["texture"])), file.attributes["texture_sha256"]
-    places = [Path(image)] if image else [path.parent / wanted.name, path.parent.parent / wanted, wanted]
-    for place in places:
-        if place.is_file():
-            if file_sha256(place) == digest:
-                return place
-            raise InputError(
-                "is not the image that was classified (its SHA-256 differs); name it with --image", file=place
-            )
-    tried = ", ".join(str(place) for place in places)
-    raise InputError(f"the image of this texture is not at {tried}; name it with --image", file=path)
 
 
 def draw(path: str | os.PathLike, out: str | os.PathLike, image: str | os.PathLike | None = None) -> None:
@@ -57,46 +38,61 @@ def draw(path: str | os.PathLike, out: str | os.PathLike, image: str | os.PathLi
 
     with open_tmm(path) as file:
         step = -(-max(file.height, file.width) // MAX_SIDE)
-        photograph = _photograph(find_image(file, Path(path), image))[::step, ::step]
-        wide = file.width >= 1.3 * file.height
-        rows, columns = (3, 1) if wide and file.width > 2 * file.height else (2, 2)
-        figure = Figure(figsize=(12, 12 * rows / columns * file.height / file.width + 0.9), layout="constrained")
+        job = stored_job(file.attributes["job"])
+        place = find_image(file, Path(path), image)
+        photograph, light = _photograph(TextureFile(place, job.colour_space, "ignore", job.near_infrared), step)
+        wide = file.width > 2 * file.height
+        rows, columns = (4, 1) if wide else (2, 2)
+        figure = Figure(figsize=(14, 12 * rows / columns * file.height / file.width + 0.9), layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         axes[0].imshow(photograph)
         axes[0].set_title(f"{file.attributes['texture']}, {file.width} x {file.height}")
-        legend = _draw_codes(file, axes[1], step)
-        shown = axes[2].imshow(file.array("levels/0/confidence")[::step, ::step], vmin=0, vmax=1, cmap="viridis")
+        code = file.thinned("code", step)
+        legend = _draw_codes(file, axes[1], code)
+        shown = axes[2].imshow(file.thinned("confidence", step), vmin=0, vmax=1, cmap="viridis")
         axes[2].set_title("confidence")
         figure.colorbar(shown, ax=axes[2], shrink=0.8)
+        _draw_shadows(file, axes[3], code, light)
         for axis in axes:
             axis.set_axis_off()
-        if len(axes) > 3:
-            axes[3].legend(handles=legend, loc="center", frameon=False, fontsize="large")
-        else:
-            axes[1].legend(handles=legend, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+        figure.legend(handles=legend, loc="outside right upper", frameon=False)
     try:
         FigureCanvasAgg(figure).print_png(str(out), metadata={"Software": "skyshine"})
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check the folder", file=out) from None
 
 
-def _photograph(path: Path) -> np.ndarray:
-    """Colours (H, W, 3) float32 for the screen; high dynamic range is cut at its 99th percentile."""
-    texture = read_texture(path, alpha="ignore")
-    pixels = texture.pixels
+def _photograph(texture: TextureFile, step: int) -> tuple[np.ndarray, np.ndarray]:
+    """Every `step`-th row and column: colours (h, w, 3) float32 for the screen, and relative luminance (h, w).
+
+    High dynamic range is cut at its 99th percentile.
+    """
+    rows = [texture.window(slice(top, top + 1), slice(0, texture.width)) for top in range(0, texture.height, step)]
+    pixels, valid = (np.concatenate([row[part][:, ::step] for row in rows]) for part in (0, 1))
+    light = np.full(valid.shape, np.nan)
+    light[valid] = luminance(pixels[valid], texture.encoding)
+    pixels = pixels[..., :3]
     if pixels.dtype.kind == "u":
-        return pixels / np.float32(np.iinfo(pixels.dtype).max)
-    finite = np.where(texture.valid[..., np.newaxis], pixels, 0)
-    white = np.percentile(finite[texture.valid], 99) if texture.valid.any() else 1.0
-    return np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2)
+        return pixels / np.float32(np.iinfo(pixels.dtype).max), light
+    finite = np.where(valid[..., np.newaxis], pixels, 0)
+    white = np.percentile(finite[valid], 99) if valid.any() else 1.0
+    return np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2), light
 
 
-def _draw_codes(file: TmmFile, axis, step: int) -> list:
+def _draw_shadows(file: TmmFile, axis, code: np.ndarray, light: np.ndarray) -> None:
+    """Draw in black the texels far darker than the material found there is elsewhere."""
+    codes = np.array(list(file.materials))
+    index = np.where(np.isin(code, codes) & np.isfinite(light), np.searchsorted(codes, code), len(codes))
+    limits = np.append(shadow_limits(light, index, len(codes)), 0.0)
+    axis.imshow(np.where(light < limits[index], 0.0, 1.0), vmin=0, vmax=1, cmap="gray", interpolation="nearest")
+    axis.set_title("shadow")
+
+
+def _draw_codes(file: TmmFile, axis, code: np.ndarray) -> list:
     """Draw level 0 and return the legend's handles, each with the material's share."""
     from matplotlib import colormaps
     from matplotlib.patches import Patch
 
-    code = file.array("levels/0/code")[::step, ::step]
     palette = colormaps["tab20"].colors
     canvas = np.empty((*code.shape, 3), np.float32)
     canvas[:] = UNKNOWN

@@ -1,31 +1,37 @@
-"""Quality of a classification, measured on seeds that its model has not seen."""
+"""Quality of a classification: confusion, and whether it is as often right as its confidence says."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.tmm.classify import TextureClassifier, fit_seeds
-from skyshine.tmm.features.colour import DistinctColours
-from skyshine.tmm.job import TextureJob
+from skyshine.tmm.calibration import IDENTITY, Calibration, fit_calibration
+from skyshine.tmm.classify import Classified, Mapper
+from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.job import Classifier, TextureJob
 from skyshine.tmm.seeds import SeedTexels
-from skyshine.tmm.texture import Texture
 
 MAX_REGIONS = 200  # tested of one material: enough for two digits, and a label image stays affordable
+BINS = 15  # of confidence, as Guo et al. (2017) take them
+TILE = 1024  # texels; a larger region is tested in pieces of this size
 
 
 @dataclass(frozen=True)
 class Quality:
-    """Held-out seeds against what was found there.
+    """Texels of known material against what was found there.
 
     Attributes
     ----------
     confusion : (K, K + 1) int64
         Texels by true material and found material; the first column is unknown.
+    bins : (3, BINS) float64
+        By confidence, of the texels with a material found: their number, the sum of their confidence, those right.
     """
 
     confusion: np.ndarray
+    bins: np.ndarray
 
     @property
     def tested(self) -> int:
@@ -51,35 +57,133 @@ class Quality:
         return float(self.intersection_over_union[tested].mean()) if tested.any() else 0.0
 
 
-def measure(job: TextureJob, texture: Texture, colours: DistinctColours, seeds: SeedTexels) -> Quality:
+    @property
+    def calibration_error(self) -> float:
+        """Expected calibration error: mean of |accuracy - confidence| over bins (Naeini et al. 2015, AAAI)."""
+        number, confidence, right = self.bins
+        return float(np.abs(right - confidence).sum() / max(number.sum(), 1))
+
+
+class Tally:
+    """Counts what makes a `Quality`."""
+
+    def __init__(self, count: int):
+        self._confusion, self._bins = np.zeros((count, count + 1), np.int64), np.zeros((3, BINS))
+
+    @property
+    def texels(self) -> int:
+        """Number of texels counted."""
+        return int(self._confusion.sum())
+
+    def add(self, true: np.ndarray, found: np.ndarray, confidence: np.ndarray) -> None:
+        """Count texels (N,): index of the true material, of the one found (-1 unknown), and its confidence."""
+        shape = self._confusion.shape
+        cell = true.astype(np.int64) * shape[1] + found + 1
+        self._confusion += np.bincount(cell, minlength=self._confusion.size).reshape(shape)
+        known = found >= 0
+        values = confidence[known].astype(np.float64)
+        number = np.minimum((values * BINS).astype(int), BINS - 1)
+        for row, weight in zip(self._bins, (np.ones_like(values), values, (found == true)[known])):
+            row += np.bincount(number, weight, BINS)
+
+    def quality(self) -> Quality:
+        """What was counted so far."""
+        return Quality(self._confusion.copy(), self._bins.copy())
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Quality on seeds that the model has not seen: of all, and of those in shadow and in sunlight.
+
+    `calibration` turns a classifier's own confidence into one that is as often right as it says.
+    """
+
+    whole: Quality
+    inside: Quality
+    outside: Quality
+    calibration: Calibration
+
+
+def untested(count: int) -> HeldOut:
+    """The answer for a way of assigning `count` materials that has no seeds to hold out."""
+    return HeldOut(*(Tally(count).quality() for _ in range(3)), IDENTITY)
+
+
+def measure(
+    job: TextureJob, encoding: str, seeds: SeedTexels, mapper_of: Callable[[np.ndarray], Mapper]
+) -> HeldOut:
     """Classify each seed region by a model of the other parts' seeds.
 
     The regions of a material are dealt out over the parts in a random order of recorded seed. A material with one
     region cannot be left out and is not tested.
+
+    Parameters
+    ----------
+    mapper_of : callable
+        Gives the classifier that is trained on the seeds where a mask (N,) bool is true.
     """
-    fold = _folds(job, seeds)
-    confusion = np.zeros((len(seeds.names), len(seeds.names) + 1), np.int64)
-    for part in range(job.held_out.folds):
-        tested = fold == part
-        if not tested.any():
-            continue
-        model = fit_seeds(texture, seeds, job.classifier, ~tested)
-        classifier = TextureClassifier(texture, colours, model, job.classifier.radius, tabulate=False)
-        found_index = np.array([0] + [1 + seeds.names.index(name) for name in model.names])
-        for mine in _groups(np.flatnonzero(tested), seeds.region):
-            found = found_index[_found(classifier, seeds.rows[mine], seeds.columns[mine], job) + 1]
-            np.add.at(confusion, (seeds.material[mine], found), 1)
-    return Quality(confusion)
+    fold = folds(job, seeds)
+    parts = np.unique(fold[fold >= 0])
+    found, confidence, typicality = at_seeds({part: mapper_of(fold != part) for part in parts}, seeds, fold)
+    light = luminance(seeds.colours, encoding)
+    dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
+    tested = fold >= 0
+    columns = (seeds.material, found, confidence, dark, seeds.region, fold, typicality)
+    return held_out(len(seeds.names), *(column[tested] for column in columns), settings=job.classifier)
 
 
-def _folds(job: TextureJob, seeds: SeedTexels) -> np.ndarray:
-    """The part (N,) in which each seed texel is held out; -1 where it never is."""
+def held_out(
+    count: int,
+    true: np.ndarray,
+    found: np.ndarray,
+    confidence: np.ndarray,
+    dark: np.ndarray,
+    region: np.ndarray,
+    fold: np.ndarray,
+    typicality: np.ndarray | None = None,
+    settings: Classifier = Classifier(),
+) -> HeldOut:
+    """Quality of what was found at held-out texels (N,).
+
+    The calibration is fitted to all parts; where it is tested, to the other parts. Thresholds of `settings` apply to
+    the calibrated confidence.
+
+    Parameters
+    ----------
+    true, found : int
+        Index of the material; `found` is -1 for none.
+    dark : bool
+        In shadow.
+    region, fold : int
+        Texels of one region are alike; those of one part were classified by one classifier.
+    """
+    right = found == true
+    calibration = fit_calibration(confidence, right, region)
+    calibrated = confidence.copy()
+    for part in np.unique(fold):
+        mine = fold == part
+        calibrated[mine] = fit_calibration(confidence[~mine], right[~mine], region[~mine])(confidence[mine])
+    typicality = np.ones_like(confidence) if typicality is None else typicality
+    found = with_unknown(Classified(found, calibrated, typicality), settings)
+    qualities = []
+    for part in (np.ones(len(true), bool), dark, ~dark):
+        tally = Tally(count)
+        tally.add(true[part], found[part], calibrated[part])
+        qualities.append(tally.quality())
+    return HeldOut(*qualities, calibration)
+
+
+def folds(job: TextureJob, seeds: SeedTexels, smallest: int = 2) -> np.ndarray:
+    """The part (N,) in which each seed texel is held out; -1 where it never is.
+
+    Materials with fewer than `smallest` regions are not held out, and of others `MAX_REGIONS` regions at most.
+    """
     random = np.random.default_rng(job.held_out.random_seed)
     fold = np.full(len(seeds.rows), -1)
     for k in range(len(seeds.names)):
         mine = seeds.material == k
         regions, region = np.unique(seeds.region[mine], return_inverse=True)
-        if len(regions) < 2:
+        if len(regions) < smallest:
             continue
         part = np.full(len(regions), -1)
         part[random.permutation(len(regions))[:MAX_REGIONS]] = (
@@ -89,22 +193,44 @@ def _folds(job: TextureJob, seeds: SeedTexels) -> np.ndarray:
     return fold
 
 
-def _groups(texels: np.ndarray, region: np.ndarray) -> list[np.ndarray]:
-    """Divide texel numbers by the region (N,) in which each lies."""
-    texels = texels[np.argsort(region[texels], kind="stable")]
-    return np.split(texels, np.flatnonzero(np.diff(region[texels])) + 1)
+def at_seeds(mappers: dict[int, Mapper], seeds: SeedTexels, fold: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What classifiers find at seeds, each by the classifier of its part.
+
+    Returns
+    -------
+    found : (N,) int16
+        Index into the names of the seeds; -1 where `fold` is negative or nothing is found.
+    confidence, typicality : (N,) float32
+    """
+    found, confidence = np.full(len(fold), -1, np.int16), np.zeros(len(fold), np.float32)
+    typicality = np.zeros(len(fold), np.float32)
+    for mine in _groups(np.flatnonzero(fold >= 0), seeds):
+        mapper, rows, columns = mappers[fold[mine[0]]], seeds.rows[mine], seeds.columns[mine]
+        top, left = rows.min(), columns.min()
+        result = mapper.window(top, rows.max() + 1, left, columns.max() + 1)
+        at = rows - top, columns - left
+        number = {name: k for k, name in enumerate(seeds.names)}
+        index = np.array([*(number.get(name, -1) for name in mapper.names), -1], np.int16)
+        found[mine], confidence[mine], typicality[mine] = (
+            index[result.material[at]], result.confidence[at], result.typicality[at]
+        )
+    return found, confidence, typicality
 
 
-def _found(classifier: TextureClassifier, rows: np.ndarray, columns: np.ndarray, job: TextureJob) -> np.ndarray:
-    """Material found at texels, as an index into the model's names; -1 unknown."""
-    top, left = rows.min(), columns.min()
-    result = classifier.window(top, rows.max() + 1, left, columns.max() + 1)
-    return with_unknown(result, job)[rows - top, columns - left]
+def _groups(texels: np.ndarray, seeds: SeedTexels) -> list[np.ndarray]:
+    """Divide texel numbers by region and tile, in the order of their first rows: an image is read from the top."""
+    if not len(texels):
+        return []
+    keys = np.stack([seeds.region[texels], seeds.rows[texels] // TILE, seeds.columns[texels] // TILE])
+    # Texels of one region may be of several parts where materials share it, as blocks of a label image do.
+    number = np.unique(np.concatenate([keys, seeds.material[texels][np.newaxis]]), axis=1, return_inverse=True)[1].ravel()
+    order = np.argsort(number, kind="stable")
+    groups = np.split(texels[order], np.flatnonzero(np.diff(number[order])) + 1)
+    return sorted(groups, key=lambda group: (seeds.rows[group[0]], seeds.columns[group[0]]))
 
 
-def with_unknown(result, job: TextureJob) -> np.ndarray:
-    """Material index (H, W) of a classification, -1 where it is below the job's thresholds or has no data."""
-    settings = job.classifier
+def with_unknown(result: Classified, settings: Classifier) -> np.ndarray:
+    """Material index of a classification, -1 where it is below the job's thresholds or has no data."""
     unsure = result.confidence < settings.confidence_threshold
     unsure |= result.typicality < settings.typicality_threshold
-    return np.where(unsure, -1, result.material)
+    return np.where(unsure, result.material.dtype.type(-1), result.material)

@@ -6,12 +6,18 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
+from skyshine.schemas.commands import quantity
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
-from skyshine.tmm.build import TextureResult, build_texture
-from skyshine.tmm.database import write_texture
-from skyshine.tmm.job import TmmJob
+from skyshine.tmm.assign import find_clusters
+from skyshine.tmm.build import TextureMap, map_texture
+from skyshine.tmm.classify import GaussianModel
+from skyshine.tmm.database import Written, write_texture
+from skyshine.tmm.job import Clusters, TextureJob, TmmJob
+from skyshine.tmm.load import load_texture
 
 
 def load_job(path: str | os.PathLike, library) -> tuple[TmmJob, Path]:
@@ -26,7 +32,49 @@ def load_job(path: str | os.PathLike, library) -> tuple[TmmJob, Path]:
     return load_model(path, TmmJob, context={"materials": library.names}), path.parent
 
 
-def classify(job: TmmJob, folder: Path, out: str | os.PathLike | None, library) -> Iterator[tuple[TextureResult, Path]]:
+def check(job: TextureJob, folder: Path, library) -> dict:
+    """What `tmm check` says of a texture: it is read and its seeds or clusters are found, nothing is classified.
+
+    Raises
+    ------
+    InputError
+        An image or its seeds are wrong.
+    """
+    texture, colours, _, seeds = load_texture(job, folder, library)
+    counts = {name: int((seeds.material == k).sum()) for k, name in enumerate(seeds.names)} if seeds else {}
+    return {
+        "name": job.name,
+        "image": job.image,
+        "way": job.way,
+        "width": texture.width,
+        "height": texture.height,
+        "pixel_type": texture.dtype.name,
+        "encoding": texture.encoding,
+        "texels_with_data": colours.valid_texels,
+        "distinct_colours": colours.number,
+        "seed_texels": counts,
+        "conflicting_seed_texels": seeds.conflicting if seeds else 0,
+        "clusters": [] if job.clusters is None else _clusters(job.clusters, find_clusters(texture, job.clusters)),
+    }
+
+
+def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict]:
+    """Number, mean colour, share and name of each cluster."""
+    from skimage.color import lab2rgb
+
+    colours = np.rint(255 * lab2rgb(model.means[:, :3])).astype(int)
+    return [
+        {
+            "number": number,
+            "colour": "#{:02X}{:02X}{:02X}".format(*colour),
+            "share": quantity(float(np.exp(share)), "1"),
+            "name": clusters.names.get(number),
+        }
+        for number, colour, share in zip(range(1, len(colours) + 1), colours, model.log_prior)
+    ]
+
+
+def classify(job: TmmJob, folder: Path, out: str | os.PathLike | None, library) -> Iterator[tuple[TextureMap, Written, Path]]:
     """Build and write the databases of a job one by one.
 
     Parameters
@@ -38,7 +86,8 @@ def classify(job: TmmJob, folder: Path, out: str | os.PathLike | None, library) 
 
     Yields
     ------
-    result : TextureResult
+    mapped : TextureMap
+    written : Written
     path : Path
         Of its database.
 
@@ -49,10 +98,9 @@ def classify(job: TmmJob, folder: Path, out: str | os.PathLike | None, library) 
     """
     target = _inside(folder, job.output) if out is None else Path(out)
     for texture in job.textures:
-        result = build_texture(texture, folder, library)
         path = target / f"{texture.name}.tmm.h5"
-        write_texture(result, path)
-        yield result, path
+        mapped = map_texture(texture, folder, library)
+        yield mapped, write_texture(mapped, path), path
 
 
 def _inside(folder: Path, name: str) -> Path:

@@ -11,11 +11,15 @@ import pydantic
 from pydantic import Field
 
 from skyshine.schemas.documents import parse_model, read_yaml
-from skyshine.schemas.errors import InputError, nearest
-from skyshine.tmm.job import LabelImage, TextureJob
-from skyshine.tmm.texture import Texture, read_channels
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.job import Seeds, TextureJob
+from skyshine.tmm.labels import NONE, Labels
+from skyshine.tmm.texture import Windowed
 
-BLOCK = 32  # texels; a label image, or a material's only polygon, is divided into regions of this size at most
+BLOCK = 32  # texels; a label image is divided into regions of this size
+BLOCKS = 4096  # of one material in a label image that are seeds: four million texels tell its colours well enough
+POLYGON_TEXELS = 1 << 22  # of one polygon that are seeds; a larger one is thinned to a regular grid
+BAND = 256  # rows read at a time
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,8 @@ class SeedTexels:
         Index into `names`.
     region : (N,) int
         Texels of one region (a polygon, or a block of a label image) are alike and are held out together.
+    colours : (N, C)
+        As the texture holds them.
     conflicting : int
         Texels that more than one material claimed; they are left out.
     """
@@ -40,6 +46,7 @@ class SeedTexels:
     columns: np.ndarray
     material: np.ndarray
     region: np.ndarray
+    colours: np.ndarray
     conflicting: int
 
 
@@ -81,18 +88,18 @@ class _FeatureCollection(_Open):
     features: tuple[_Feature, ...] = Field(min_length=1)
 
 
-def seed_polygons(job: TextureJob, base_folder: Path) -> list[tuple[str, tuple[Ring, ...]]]:
-    """All polygons of a job, inline and GeoJSON: material name and rings (the outer one first, then holes).
+def seed_polygons(seeds: Seeds, base_folder: Path) -> list[tuple[str, tuple[Ring, ...]]]:
+    """All polygons of seeds, those of the GeoJSON file last: material and rings (the outer one first, then holes).
 
     Raises
     ------
     InputError
         The GeoJSON file cannot be read or is not a FeatureCollection of polygons and points with a material.
     """
-    found = [(name, (ring,)) for name, rings in job.seeds.polygons.items() for ring in rings]
-    if job.seeds.file is None:
+    found = [(name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings]
+    if seeds.file is None:
         return found
-    collection = parse_model(read_yaml(base_folder / job.seeds.file), _FeatureCollection)
+    collection = parse_model(read_yaml(base_folder / seeds.file), _FeatureCollection)
     for feature in collection.features:
         name, geometry = feature.properties.material, feature.geometry
         if isinstance(geometry, _Point):
@@ -103,48 +110,40 @@ def seed_polygons(job: TextureJob, base_folder: Path) -> list[tuple[str, tuple[R
     return found
 
 
-def seed_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
-    """Names of all materials that the seeds of a job name, its GeoJSON file included.
-
-    Raises
-    ------
-    InputError
-        The GeoJSON file cannot be read.
-    """
-    return tuple(sorted({*job.materials, *(name for name, _ in seed_polygons(job, base_folder))}))
-
-
-def seed_files(job: TextureJob) -> tuple[str, ...]:
-    """Files that the seeds of a job come from, relative to its folder."""
-    found = (job.seeds.file, job.seeds.labels.image if job.seeds.labels else None)
+def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
+    """Files that seeds come from, relative to the job's folder."""
+    found = (seeds.file, seeds.labels.image if seeds.labels else None) if seeds else ()
     return tuple(name for name in found if name is not None)
 
 
-def seed_texels(job: TextureJob, texture: Texture, base_folder: Path, library) -> SeedTexels:
+def seed_texels(job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Path, base_folder: Path) -> SeedTexels:
     """Find the seed texels of a texture.
 
     Parameters
     ----------
-    library : MaterialLibrary
+    names : tuple of str
+        Materials that the seeds name, in the order of their codes.
+    path : Path
+        Of the texture, for messages.
 
     Raises
     ------
     InputError
-        A material is unknown, a polygon reaches beyond the image, the label image does not fit, or a material has no
-        texel left once texels without data and texels claimed by several materials are taken away.
+        A polygon reaches beyond the image, the label image does not fit, or a material has no texel left once texels
+        without data and texels claimed by several materials are taken away.
     """
-    names = seed_materials(job, base_folder)
-    for name in names:
-        if name not in library:
-            raise InputError(f"unknown material '{name}' in the seeds of '{job.name}'; {nearest(name, library.names)}")
-    names = tuple(sorted(names, key=lambda name: library[name].code))
-    claims = [_polygon_claims(job, names, texture, base_folder)]
+    claims = [np.empty((3, 0), np.int64)]
+    for region, (name, rings) in enumerate(seed_polygons(job.seeds, base_folder)):
+        check_vertices(name, rings, texture, path)
+        texels = _inside(rings, texture)
+        claims.append(np.stack([texels, np.full_like(texels, names.index(name)), np.full_like(texels, region)]))
     if job.seeds.labels is not None:
-        claims.append(_label_claims(job.seeds.labels, names, texture, base_folder))
-    return _settle(job, names, texture, np.concatenate(claims, axis=1))
+        labels = Labels(job.seeds.labels, base_folder, names).fits(texture.height, texture.width)
+        claims += _label_claims(labels, len(names), job.held_out.random_seed)
+    return _settle(job, names, texture, path, np.concatenate(claims, axis=1))
 
 
-def _settle(job: TextureJob, names: tuple[str, ...], texture: Texture, claims: np.ndarray) -> SeedTexels:
+def _settle(job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Path, claims: np.ndarray) -> SeedTexels:
     """Keep each claimed texel once; `claims` is (3, N): texel number, material, region."""
     texel, material, region = claims
     order = np.argsort(texel, kind="stable")
@@ -152,18 +151,33 @@ def _settle(job: TextureJob, names: tuple[str, ...], texture: Texture, claims: n
     unique, first, counts = np.unique(texel, return_index=True, return_counts=True)
     lowest, highest = (reduce.reduceat(material, first) for reduce in (np.minimum, np.maximum))
     agreed = lowest == highest
-    keep = agreed & texture.valid.ravel()[unique]
+    rows, columns = np.divmod(unique, texture.width)
+    colours, valid = gather(texture, rows, columns)
+    keep = agreed & valid
     kept = first[keep]
     number = np.bincount(material[kept], minlength=len(names))
     for index in np.flatnonzero(number == 0):
         raise InputError(
             f"material '{names[index]}' of '{job.name}' has no seed texel left (outside the data, or claimed by other "
             "materials too); draw a polygon that it has alone",
-            file=texture.path,
+            file=path,
         )
-    rows, columns = np.divmod(unique[keep], texture.width)
+    rows, columns = rows[keep], columns[keep]
     region = _divide(material[kept], region[kept], rows, columns)
-    return SeedTexels(names, rows, columns, material[kept], region, int(np.sum(~agreed)))
+    return SeedTexels(names, rows, columns, material[kept], region, colours[keep], int(np.sum(~agreed)))
+
+
+def gather(texture: Windowed, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Colours (N, C) and validity (N,) of texels in the order of their rows, read from the top to the bottom."""
+    colours, valid = np.empty((len(rows), texture.channels), texture.dtype), np.empty(len(rows), bool)
+    for start in range(0, texture.height, BAND):
+        part = slice(*np.searchsorted(rows, (start, start + BAND)))
+        if part.start < part.stop:
+            band = slice(start, min(start + BAND, texture.height))
+            pixels, known = texture.window(band, slice(0, texture.width))
+            at = rows[part] - start, columns[part]
+            colours[part], valid[part] = pixels[at], known[at]
+    return colours, valid
 
 
 def _divide(material, region, rows, columns) -> np.ndarray:
@@ -177,71 +191,80 @@ def _divide(material, region, rows, columns) -> np.ndarray:
     return np.unique(np.stack([region, block]), axis=1, return_inverse=True)[1].ravel()
 
 
-def _polygon_claims(job: TextureJob, names: tuple[str, ...], texture: Texture, base_folder: Path) -> np.ndarray:
-    claims = [np.empty((3, 0), np.int64)]
-    for region, (name, rings) in enumerate(seed_polygons(job, base_folder)):
-        texels = _inside(rings, texture, name)
-        claims.append(np.stack([texels, np.full_like(texels, names.index(name)), np.full_like(texels, region)]))
-    return np.concatenate(claims, axis=1)
+def check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: Path) -> None:
+    """Refuse a polygon that reaches beyond the texture."""
+    for x, y, *_ in (position for ring in rings for position in ring):
+        if not (0 <= x <= texture.width and 0 <= y <= texture.height):
+            raise InputError(
+                f"a polygon of '{name}' has the vertex [{x:g}, {y:g}]; allowed: pixel coordinates within the image of "
+                f"{texture.width} x {texture.height} texels",
+                file=path,
+            )
 
 
-def _inside(rings: tuple[Ring, ...], texture: Texture, name: str) -> np.ndarray:
-    """Numbers of the texels whose centre a polygon holds, and of those that its outer vertices stand in."""
+def _inside(rings: tuple[Ring, ...], texture: Windowed) -> np.ndarray:
+    """Numbers of the texels in a polygon; of a very large one, those of a regular grid."""
+    outline = np.array([position[:2] for position in rings[0]])
+    # A vertex on the far edge of the image stands in its last texel.
+    low, high = (np.minimum(edge.astype(int), (texture.width - 1, texture.height - 1)) for edge in (outline.min(0), outline.max(0)))
+    width, height = high - low + 1
+    step = int(np.ceil(np.sqrt(width * height / POLYGON_TEXELS)))
+    rows, columns = np.nonzero(polygon_mask(rings, texture, low[1], low[0], (height, width), step))
+    return (rows * step + low[1]) * texture.width + columns * step + low[0]
+
+
+def polygon_mask(rings: tuple[Ring, ...], texture: Windowed, top: int, left: int, shape: tuple[int, int], step: int = 1) -> np.ndarray:
+    """Where a window of the texture has texels whose centre a polygon holds, or that its outer vertices stand in.
+
+    Parameters
+    ----------
+    top, left : int
+        First row and column of the window.
+    shape : (h, w)
+    step : int
+        Distance of the rows and columns looked at; others are left out of the answer.
+    """
     from skimage.draw import polygon
 
     outlines = [np.array([position[:2] for position in ring]) for ring in rings]
-    for x, y in np.concatenate(outlines):
-        if not (0 <= x <= texture.width and 0 <= y <= texture.height):
-            raise InputError(
-                f"a seed of '{name}' has the vertex [{x:g}, {y:g}]; allowed: pixel coordinates within the image of "
-                f"{texture.width} x {texture.height} texels",
-                file=texture.path,
-            )
-    low = outlines[0].min(axis=0).astype(int)
-    mask = np.zeros((outlines[0].max(axis=0).astype(int) - low + 1)[::-1], bool)
+    mask = np.zeros([-(-n // step) for n in shape], bool)
     for number, outline in enumerate(outlines):
         if len(outline) > 2:
             # Texel centres stand at half integers, those of skimage at integers.
-            columns, rows = (outline - low - 0.5).T
+            columns, rows = (outline - (left + 0.5, top + 0.5)).T / step
             mask[polygon(rows, columns, mask.shape)] = number == 0
-    columns, rows = (outlines[0].astype(int) - low).T
-    mask[rows, columns] = True
-    rows, columns = np.nonzero(mask)
     # A vertex on the far edge of the image stands in its last texel.
-    rows, columns = np.minimum(rows + low[1], texture.height - 1), np.minimum(columns + low[0], texture.width - 1)
-    return np.unique(rows * texture.width + columns)
+    last = (texture.width - 1, texture.height - 1)
+    columns, rows = (np.minimum(outlines[0].astype(int), last) - (left, top)).T
+    there = (columns >= 0) & (columns < shape[1]) & (rows >= 0) & (rows < shape[0])
+    there &= (columns % step == 0) & (rows % step == 0)
+    mask[rows[there] // step, columns[there] // step] = True
+    return mask
 
 
-def _label_claims(labels: LabelImage, names: tuple[str, ...], texture: Texture, base_folder: Path) -> np.ndarray:
-    path = base_folder / labels.image
-    channels, _ = read_channels(path)
-    if channels.shape[:2] != texture.pixels.shape[:2]:
-        raise InputError(
-            f"the label image is {channels.shape[1]} x {channels.shape[0]}; allowed: the texture's "
-            f"{texture.width} x {texture.height}",
-            file=path,
-        )
-    claims = [np.empty((3, 0), np.int64)]
-    for key, name in labels.palette.items():
-        rows, columns = np.nonzero(_matches(channels, key, path))
-        # Negative, so that no block shares its number with a polygon.
-        region = -1 - (rows // BLOCK * (texture.width // BLOCK + 1) + columns // BLOCK)
-        claims.append(np.stack([rows * texture.width + columns, np.full_like(rows, names.index(name)), region]))
-    return np.concatenate(claims, axis=1)
-
-
-def _matches(channels: np.ndarray, key: str, path: Path) -> np.ndarray:
-    """Where a label image has the palette colour `key`."""
-    grey = channels.shape[2] < 3
-    if channels.dtype.kind != "u" or (not grey and channels.dtype != np.uint8):
-        raise InputError(
-            "the label image holds floats or 16 bit colours; allowed: 8 bit colours or a grey level", file=path
-        )
-    if key.startswith("#"):
-        wanted = [int(key[i : i + 2], 16) for i in (1, 3, 5)]
-        if grey and len(set(wanted)) > 1:
-            raise InputError(
-                f"the label image is grey and cannot hold {key}; give grey levels in the palette", file=path
-            )
-        return (channels[..., :1] == wanted[0]).all(-1) if grey else (channels[..., :3] == wanted).all(-1)
-    return (channels[..., : 1 if grey else 3] == int(key)).all(-1)
+def _label_claims(labels: Labels, count: int, random_seed: int) -> list[np.ndarray]:
+    """Claims of a label image: of each material all blocks that hold it, or BLOCKS of them drawn at random."""
+    random, across = np.random.default_rng(random_seed), -(-labels.width // BLOCK)
+    bands = [slice(top, min(top + BLOCK, labels.height)) for top in range(0, labels.height, BLOCK)]
+    present = np.zeros((count, len(bands) * across), bool)
+    for number, band in enumerate(bands):
+        known = labels.rows(band.start, band.stop)
+        for k in range(count):
+            held = np.add.reduceat((known == k).any(axis=0), np.arange(0, labels.width, BLOCK))
+            present[k, number * across : (number + 1) * across] = held > 0
+    for mine in present:
+        blocks = np.flatnonzero(mine)
+        if len(blocks) > BLOCKS:
+            mine[np.setdiff1d(blocks, random.choice(blocks, BLOCKS, replace=False))] = False
+    claims = []
+    for number, band in enumerate(bands):
+        chosen = present[:, number * across : (number + 1) * across]
+        if chosen.any():
+            rows, columns = np.nonzero((known := labels.rows(band.start, band.stop)) != NONE)
+            material = known[rows, columns].astype(np.int64)
+            block = columns // BLOCK
+            keep = chosen[material, block]
+            # Negative, so that no block shares its number with a polygon.
+            region = -1 - (number * across + block[keep])
+            claims.append(np.stack([((rows + band.start) * labels.width + columns)[keep], material[keep], region]))
+    return claims

@@ -1,45 +1,52 @@
-"""Reading of textures through OpenImageIO: native values, encoding, and where there is no data."""
+"""Textures: colours as their file holds them, their encoding, and where there is no data."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
+from skyshine.tmm.raster import Raster, file_sha256
 
 ALPHA_LIMIT = 0.5  # the usual cut-off of alpha-tested textures
 _SRGB = {"srgb_rec709_scene", "srgb_rec709_display", "srgb", "srgb_texture"}
 _LINEAR = {"lin_rec709_scene", "linear", "lin_srgb", "lin_rec709", "scene_linear"}
 
 
+class Windowed(Protocol):
+    """What classifiers need of a texture: its size and encoding, and its texels window by window."""
+
+    height: int
+    width: int
+    channels: int
+    dtype: np.dtype
+    encoding: str
+
+    def window(self, rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+        """Colours (h, w, C) and where there is data (h, w) bool, of a window within the texture."""
+
+
 @dataclass(frozen=True)
 class Texture:
-    """An image in memory.
+    """A texture in memory.
 
     Attributes
     ----------
-    path : Path
-    pixels : (H, W, 3) uint8, uint16 or float32
+    pixels : (H, W, C) uint8, uint16 or float32
         Red, green, blue as the file holds them: integers over their full range, floats as they are. Grey is repeated.
+        A fourth channel is near infrared.
     valid : (H, W) bool
         False where the texel is transparent or a channel is not finite.
     encoding : str
         ``srgb``, ``linear``, or another colour space that OpenImageIO names and can convert.
-    sha256 : str
-        Of the bytes of the file.
     """
 
-    path: Path
     pixels: np.ndarray
     valid: np.ndarray
     encoding: str
-    sha256: str
 
     @property
     def height(self) -> int:
@@ -49,114 +56,86 @@ class Texture:
     def width(self) -> int:
         return self.pixels.shape[1]
 
+    @property
+    def channels(self) -> int:
+        return self.pixels.shape[2]
 
-def read_texture(path: Path, colour_space: str = "auto", alpha: str = "no-data") -> Texture:
-    """Read an image file as it is stored (an orientation tag turns nothing: a runtime's texture unit does not either).
+    @property
+    def dtype(self) -> np.dtype:
+        return self.pixels.dtype
 
-    Parameters
-    ----------
+    def window(self, rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+        """Colours and validity of a window; see `Windowed`."""
+        return self.pixels[rows, columns], self.valid[rows, columns]
+
+
+class TextureFile:
+    """A texture in an image file, read window by window; windows in the order of their rows are read once.
+
+    Attributes as of `Texture`, without its arrays, and:
+
     path : Path
-    colour_space : {"auto", "srgb", "linear"}
-        ``auto`` takes the file's own metadata; without any, integers are sRGB and floats linear.
-    alpha : {"no-data", "ignore"}
-        Whether texels with alpha below one half have no data.
-
-    Raises
-    ------
-    InputError
-        The file is missing, is no image, is damaged or cut short, or its colour space is unknown.
+    sha256 : str
+        Of the bytes of the file.
     """
-    channels, spec = read_channels(path)
-    colour, opacity = _split(path, channels, spec)
-    valid = np.isfinite(colour).all(axis=-1) if colour.dtype.kind == "f" else np.ones(colour.shape[:2], bool)
-    if alpha == "no-data" and opacity is not None:
-        full = np.iinfo(opacity.dtype).max if opacity.dtype.kind == "u" else 1.0
-        valid &= opacity >= ALPHA_LIMIT * full
-    encoding = _encoding(path, spec, colour.dtype) if colour_space == "auto" else colour_space
-    return Texture(path, colour, valid, encoding, file_sha256(path))
+
+    def __init__(
+        self, path: Path, colour_space: str = "auto", alpha: str = "no-data", near_infrared: str | None = None
+    ):
+        """Open an image as it is stored (an orientation tag turns nothing: a runtime's texture unit does not either).
+
+        Parameters
+        ----------
+        path : Path
+        colour_space : {"auto", "srgb", "linear"}
+            ``auto`` takes the file's own metadata; without any, integers are sRGB and floats linear.
+        alpha : {"no-data", "ignore"}
+            Whether texels with alpha below one half have no data.
+        near_infrared : str, optional
+            Name or number, from 1, of the channel of near infrared.
+
+        Raises
+        ------
+        InputError
+            The file is missing or is no image, its colour space is unknown, or it lacks a channel.
+        """
+        self.path, self._raster = path, Raster(path)
+        self._picked, self._alpha = _channels(path, self._raster.spec, near_infrared)
+        if alpha == "ignore":
+            self._alpha = None
+        self.height, self.width, self.channels = self._raster.height, self._raster.width, len(self._picked)
+        self.dtype = self._raster.dtype
+        self.encoding = _encoding(path, self._raster.spec, self.dtype) if colour_space == "auto" else colour_space
+        self.sha256 = file_sha256(path)
+
+    def window(self, rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+        """Colours and validity of a window; see `Windowed`.
+
+        Raises
+        ------
+        InputError
+            The file is damaged or cut short.
+        """
+        values = self._raster.rows(rows.start, rows.stop)[:, columns]
+        colours = np.ascontiguousarray(values[..., self._picked])
+        if colours.dtype.kind == "f":
+            valid = np.isfinite(colours).all(axis=-1)
+        else:
+            valid = np.ones(colours.shape[:2], bool)
+        if self._alpha is not None:
+            full = np.iinfo(self.dtype).max if self.dtype.kind == "u" else 1.0
+            valid &= values[..., self._alpha] >= ALPHA_LIMIT * full
+        return colours, valid
 
 
-def file_sha256(path: Path) -> str:
-    """SHA-256 of a file's bytes.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read.
-    """
-    try:
-        with open(path, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
-
-
-def read_channels(path: Path):
-    """All channels of an image.
-
-    Returns
-    -------
-    channels : (H, W, C) uint8, uint16 or float32
-        8 and 16 bit unsigned as stored; any other integer scaled to its full range, any other float as float32.
-    spec : OpenImageIO.ImageSpec
-
-    Raises
-    ------
-    InputError
-        The file is missing, is no image, or is damaged or cut short.
-    """
-    import OpenImageIO as oiio
-
-    if not path.is_file():
-        raise InputError("does not exist or is not a file; check the image's path", file=path)
-    config = oiio.ImageSpec()
-    config["oiio:UnassociatedAlpha"] = 1  # else colours come multiplied by alpha, and change with it
-    source = oiio.ImageInput.open(str(path), config)
-    if source is None:
-        raise InputError(_reason("is not an image that can be read", oiio.geterror()), file=path)
-    try:
-        spec = source.spec()
-        if spec.depth > 1 or spec.width < 1 or spec.height < 1:
-            raise InputError(f"has the size {spec.width} x {spec.height} x {spec.depth}; allowed: one plane", file=path)
-        kind = str(spec.format)
-        with _decoders_silent():
-            channels = source.read_image(kind if kind in ("uint8", "uint16") else "float")
-        # A JPEG that ends early still returns texels, with only the error text to tell.
-        problem = source.geterror()
-    finally:
-        source.close()
-    if channels is None or problem:
-        raise InputError(_reason("is damaged or cut short", problem), file=path)
-    return channels.reshape(spec.height, spec.width, spec.nchannels), spec
-
-
-@contextmanager
-def _decoders_silent() -> Iterator[None]:
-    """Keep what libpng and libtiff write to standard error by themselves: their reason stands in the error raised."""
-    try:
-        saved = os.dup(2)
-    except OSError:  # no standard error, as in a service
-        yield
-        return
-    try:
-        with open(os.devnull, "wb") as nowhere:
-            os.dup2(nowhere.fileno(), 2)
-        yield
-    finally:
-        os.dup2(saved, 2)
-        os.close(saved)
-
-
-def _reason(message: str, detail: str) -> str:
-    first = detail.strip().splitlines()[0] if detail.strip() else "no reason given"
-    return f"{message} ({first.rstrip('.')}); allowed: PNG, JPEG, TIFF and what else OpenImageIO reads; save it again"
-
-
-def _split(path: Path, channels: np.ndarray, spec) -> tuple[np.ndarray, np.ndarray | None]:
-    """Red, green, blue (H, W, 3) and alpha (H, W) or None."""
+def _channels(path: Path, spec, near_infrared: str | None) -> tuple[list[int], int | None]:
+    """Numbers of the channels red, green, blue and, where wanted, near infrared; and that of alpha or None."""
     names = list(spec.channelnames)
+    infrared = None if near_infrared is None else _named(path, names, near_infrared)
     alpha = spec.alpha_channel if 0 <= spec.alpha_channel < spec.nchannels else None
-    rest = [i for i in range(spec.nchannels) if i != alpha]
+    if alpha == infrared:
+        alpha = None
+    rest = [i for i in range(spec.nchannels) if i not in (alpha, infrared)]
     if {"R", "G", "B"} <= set(names):
         picked = [names.index(c) for c in "RGB"]
     elif len(rest) == 1:
@@ -165,7 +144,17 @@ def _split(path: Path, channels: np.ndarray, spec) -> tuple[np.ndarray, np.ndarr
         picked = rest[:3]
     else:
         raise InputError(f"has the channels {', '.join(names)}; allowed: grey or R, G, B, with or without A", file=path)
-    return np.ascontiguousarray(channels[..., picked]), None if alpha is None else channels[..., alpha]
+    return picked + ([] if infrared is None else [infrared]), alpha
+
+
+def _named(path: Path, names: list[str], wanted: str) -> int:
+    if wanted in names:
+        return names.index(wanted)
+    if wanted.isdecimal() and 1 <= int(wanted) <= len(names):
+        return int(wanted) - 1
+    raise InputError(
+        f"has no channel '{wanted}'; {nearest(wanted, names)}, or a number from 1 to {len(names)}", file=path
+    )
 
 
 def _encoding(path: Path, spec, dtype: np.dtype) -> str:

@@ -70,11 +70,34 @@ end program
 
 @dataclass(frozen=True)
 class Sight:
-    """A line of sight: observer's altitude [m], elevation [degree], range [m], infinite for space."""
+    """A line of sight: observer's altitude [m], elevation [degree], range [m], infinite for space.
+
+    With the Sun's elevation and its azimuth from that of the line of sight [degree], scattered sunlight is part of its radiance.
+    """
 
     altitude: float
     elevation: float
     distance: float
+    sun: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Haze:
+    """Its own particles, as card 2 names them: models of aerosol and of cloud, season, volcanoes; km, m/s, mm/h."""
+
+    aerosol: int = 0
+    season: int = 0
+    volcanoes: int = 0
+    cloud: int = 0
+    visibility: float = 0.0
+    wind: float = 0.0
+    rain: float = 0.0
+    air_mass: int = 3
+
+    @property
+    def card(self) -> str:
+        numbers = (self.visibility, self.wind, self.wind, self.rain, 0.0)
+        return _integers(self.aerosol, self.season, self.volcanoes, self.air_mass, self.cloud, 0) + "".join(f"{number:10.3f}" for number in numbers)
 
 
 @dataclass(frozen=True)
@@ -86,7 +109,8 @@ class PeerSpectra:
     wavenumber : (V,) array, cm^-1
     transmittance : (M, V) array
     path_thermal : (M, V) array
-        W m^-2 sr^-1 (cm^-1)^-1; zeros where transmittances by gas were asked for.
+        W m^-2 sr^-1 (cm^-1)^-1, with scattered sunlight where the line of sight names the Sun; zeros where transmittances by gas were
+        asked for.
     by_gas : dict of (M, V) arrays
         Transmittance by each gas, to four decimals; empty unless asked for.
     seconds : (R, M) array
@@ -183,8 +207,8 @@ def build(source: str) -> Path | None:
     return program
 
 
-def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, repeats=1) -> PeerSpectra:
-    """Transmittance and thermal path radiance of lines of sight through a state, without particles.
+def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, repeats=1, haze=Haze()) -> PeerSpectra:
+    """Transmittance and thermal path radiance of lines of sight through the air of a state.
 
     Parameters
     ----------
@@ -199,6 +223,8 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
         Run in its transmittance mode, which gives each gas, but no radiance.
     repeats : int
         How often each line of sight is run and timed.
+    haze : Haze
+        Particles of LOWTRAN7's own; the state's are not used.
 
     Raises
     ------
@@ -208,7 +234,7 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
     if state.altitude.size > MOST_LEVELS:
         raise InputError(f"LOWTRAN7 takes {MOST_LEVELS} levels, this state has {state.altitude.size}")
     wavenumber = np.arange(low, high + STEP / 2, STEP)
-    deck = "".join(_cards(state, sight, low, high, 0 if by_gas else 1) for sight in sights)
+    deck = "".join(_cards(state, sight, low, high, 0 if by_gas else 1, haze) for sight in sights)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / "out").mkdir()
@@ -226,12 +252,15 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
     return PeerSpectra(wavenumber, values[..., 1], radiance, gases, seconds)
 
 
-def _cards(state, sight, low, high, mode):
-    """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance."""
+def _cards(state, sight, low, high, mode, haze):
+    """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance; with sunlight scattered often if it has any."""
+    scattering = sight.sun is not None
+    mode = 2 if scattering else mode
+    ground = (state.surface_temperature, state.surface_albedo) if scattering else (0.0, 0.0)
     to_space = math.isinf(sight.distance)
     # Its level paths have one pressure. As a slant path of 90 degree they fail: in single precision they hardly rise.
     path_type = 3 if to_space else 1 if sight.elevation == 0 else 2
-    lines = [_integers(7, path_type, mode, *[0] * 8, 1, 1) + f"{0.0:8.3f}{0.0:7.2f}", _integers(*[0] * 6) + f"{0.0:10.3f}" * 5]
+    lines = [_integers(7, path_type, mode, int(scattering), *[0] * 7, 1, 1) + f"{ground[0]:8.3f}{ground[1]:7.2f}", haze.card]
     lines.append(_integers(state.altitude.size, 1, 0) + "profile")
     parts = [1e6 * state.mole_fraction.get(gas, np.zeros(state.altitude.size)) for gas in _MOLECULES]
     for level in range(state.altitude.size):
@@ -242,6 +271,10 @@ def _cards(state, sight, low, high, mode):
     distance = 0.0 if to_space else sight.distance / 1e3
     numbers = (sight.altitude / 1e3, 0.0, 90.0 - sight.elevation, distance, 0.0, EARTH_RADIUS / 1e3)
     lines.append("".join(f"{number:10.4f}" for number in numbers) + _integers(0))
+    if scattering:
+        elevation, azimuth = sight.sun
+        # Geometry by azimuth and zenith angle at the observer, its own Mie phase functions, the Sun on day 93 (mean distance).
+        lines += [_integers(2, 2, 93, 0), "".join(f"{number:10.3f}" for number in (azimuth, 90.0 - elevation, *[0.0] * 6))]
     lines += ["".join(f"{number:10.3f}" for number in (low, high, STEP)), _integers(0)]
     return "\n".join(lines) + "\n"
 
@@ -260,6 +293,8 @@ def _spectra(path, sights, repeats, wavenumber):
     numbers = [np.array(block.split(), dtype=float) for block in blocks]
     seconds = np.array([block[0] for block in numbers]).reshape(repeats, sights)
     values = np.array([block[1:].reshape(-1, 3) for block in numbers[:sights]])
+    if not np.all(np.isfinite(values)):
+        raise InputError("LOWTRAN7 gives radiances that are no numbers; with scattered sunlight it wants no levels above 60 km")
     if not np.allclose(values[..., 0], wavenumber):
         wrong = int(np.argmin(np.all(np.isclose(values[..., 0], wavenumber), axis=1)))
         raise InputError(f"LOWTRAN7 gives no spectrum of line of sight {wrong + 1}; see whether its geometry is possible")

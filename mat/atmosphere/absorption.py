@@ -9,16 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from skyshine import atmospheres
+from skyshine.mat.atmosphere.datafiles import read_csv
 from skyshine.mat.atmosphere.interpolation import lagrange_weights
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database
 
 FILETYPE, FORMAT_MAJOR = "absorption", 1
 CONTINUUM = "H2O_continuum"
+# Water vapour continua by name: the table's own, and an older one for comparison with codes of its time, at the wavenumbers of its file.
+WATER_CONTINUA = {"mt_ckd_4.3": None, "mt_ckd_2.4": "continuum/mt_ckd_2.4.csv"}
 # Codes of a gas in an interval, as the table keeps them; larger codes name the entries of its `sources`.
 NO_DATA, NEGLIGIBLE = 0, 1
 C2 = 1.438776877  # cm K, second radiation constant, CODATA 2018
@@ -47,6 +51,12 @@ def water_continuum(self_continuum, foreign, exponent, wavenumber, pressure, tem
     density = np.asarray(pressure, float)[:, None] / CONTINUUM_PRESSURE * CONTINUUM_TEMPERATURE / t
     by_water = q * self_continuum * (CONTINUUM_TEMPERATURE / t) ** exponent
     return density * (by_water + (1 - q) * foreign) * wavenumber * np.tanh(C2 * wavenumber / (2 * t))
+
+
+@lru_cache(maxsize=2)
+def _continuum_file(name):
+    """Wavenumbers (K,) cm^-1 and coefficients (3, K) as those of `water_continuum`."""
+    return np.split(np.array(list(read_csv(atmospheres.path(WATER_CONTINUA[name])).values())), [1])
 
 
 class CrossSectionNodes:
@@ -212,7 +222,12 @@ class SpectralPoints:
 
 
 class AbsorptionTable:
-    """The absorption table; `open` reads what describes it, `points` the intervals that are asked for."""
+    """The absorption table; `open` reads what describes it, `points` the intervals that are asked for.
+
+    `content` is the hash of what the points hold, the name of the water vapour continuum after it where that is not the table's own.
+    """
+
+    water_continuum = "mt_ckd_4.3"
 
     def __init__(self, path, version, name, content, edges, count, error, gases, sources, terms, errors):
         self.path, self.version, self.name, self.content = path, version, name, content
@@ -221,14 +236,22 @@ class AbsorptionTable:
         self._source_codes, self._source_texts, self._terms, self.gas_error = gases, sources, terms, errors
 
     @classmethod
-    def open(cls, path=None) -> AbsorptionTable:
+    def open(cls, path=None, water_continuum="mt_ckd_4.3") -> AbsorptionTable:
         """Open a table, by default the packaged one.
+
+        Parameters
+        ----------
+        path : path, optional
+        water_continuum : str
+            One of `WATER_CONTINUA`.
 
         Raises
         ------
         InputError
-            The file is missing, damaged, of another type or of another format version.
+            No continuum has that name, or the file is missing, damaged, of another type or of another format version.
         """
+        if water_continuum not in WATER_CONTINUA:
+            raise InputError(f"found water vapour continuum '{water_continuum}'; allowed: {', '.join(WATER_CONTINUA)}")
         path = atmospheres.path("absorption.h5") if path is None else path
         with open_database(path, FILETYPE, FORMAT_MAJOR) as file:
             about = file["intervals"]
@@ -240,7 +263,11 @@ class AbsorptionTable:
             error = about["error"][()].astype(float)
             version, label = str(file.attrs["data_version"]), str(file.attrs.get("data_name", ""))
             content = str(file.attrs["content_sha256"])
-            return cls(path, version, label, content, edges, about["count"][()], error, codes, texts, terms, errors)
+            table = cls(path, version, label, content, edges, about["count"][()], error, codes, texts, terms, errors)
+        if WATER_CONTINUA[water_continuum] is not None:
+            table.water_continuum = water_continuum
+            table.content += f" {water_continuum}"
+        return table
 
     @property
     def gases(self) -> list[str]:
@@ -305,16 +332,25 @@ class AbsorptionTable:
         nodes = CrossSectionNodes(any_group["pressure"][()], any_group["temperature"][()])
         water = file["gases/H2O"]
         fraction = np.concatenate([[0.0], water["h2o_fraction"][()]])
+        wavenumber = points["point"][begin:end]
         return SpectralPoints(
-            wavenumber=points["point"][begin:end],
+            wavenumber=wavenumber,
             weight=weight,
             interval=interval,
             interval_edges=self.interval_edges[first:last],
-            _continuum=np.array([points[name][begin:end] for name in coefficients], dtype=float),
+            _continuum=self._with_continuum(wavenumber, np.array([points[name][begin:end] for name in coefficients], dtype=float)),
             _gases=gases,
             _nodes=nodes,
             _humid_nodes=CrossSectionNodes(water["humid_pressure"][()], nodes.temperature, fraction),
         )
+
+    def _with_continuum(self, wavenumber, own):
+        """Coefficients (3, P) of the water vapour continuum: the table's own outside the range of another one."""
+        if WATER_CONTINUA[self.water_continuum] is None:
+            return own
+        (nodes,), values = _continuum_file(self.water_continuum)
+        inside = (wavenumber >= nodes[0]) & (wavenumber <= nodes[-1])
+        return np.where(inside, [np.interp(wavenumber, nodes, row) for row in values], own)
 
 
 def _read_gas(group, first_point, first, last):

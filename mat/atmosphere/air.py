@@ -11,14 +11,9 @@ from skyshine.mat.atmosphere.diffuse import ThermalSource, thermal_source
 from skyshine.mat.atmosphere.geometry import Shells
 from skyshine.mat.atmosphere.multiple import DiffuseLight, scaled_extinction
 from skyshine.mat.atmosphere.optics import SpectralOptics, spectral_optics
+from skyshine.mat.atmosphere.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer import (
-    SourcePaths,
-    emitted,
-    scattered_band,
-    scattered_spectral,
-    segment_attenuation,
-)
+from skyshine.mat.atmosphere.transfer import emitted, scattered_band, scattered_spectral, segment_attenuation
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +26,13 @@ class SpectralAir:
     shells : Shells
         Refracting as at the mean wavenumber of the points.
     optics : SpectralOptics
-    source_paths : SourcePaths
-    thermal : ThermalSource
+    source_rays : SourceRays
     """
 
     state: AtmosphericState
     shells: Shells
     optics: SpectralOptics
-    source_paths: SourcePaths
-    thermal: ThermalSource
+    source_rays: SourceRays
 
     @classmethod
     def of(cls, state, points, gases=None, weight=None):
@@ -57,8 +50,27 @@ class SpectralAir:
         optics = spectral_optics(state, points, gases)
         mean = float(np.average(optics.wavenumber, weights=points.weight if weight is None else weight))
         shells = Shells.of(state.altitude, state.number_density, mean)
-        paths = SourcePaths.of(shells, optics.extinction)
-        return cls(state, shells, optics, paths, thermal_source(state, shells, optics))
+        return cls(state, shells, optics, SourceRays.of(shells))
+
+    def parts(self, size):
+        """The same air at `size` points at a time, whose arrays stay in a processor's cache."""
+        for start in range(0, self.optics.wavenumber.size, size):
+            yield SpectralAir(self.state, self.shells, self.optics.at(slice(start, start + size)), self.source_rays)
+
+    def prepare(self):
+        """Compute what is kept, before several threads ask for it."""
+        for kept in ("source_paths", "thermal", "scaled_extinction", "scaled_source_paths", "diffuse_light"):
+            getattr(self, kept)
+
+    @cached_property
+    def source_paths(self) -> SourcePaths:
+        """Paths of a distant source's light."""
+        return SourcePaths.of(self.source_rays, self.optics.extinction)
+
+    @cached_property
+    def thermal(self) -> ThermalSource:
+        """The source function of thermal radiation."""
+        return thermal_source(self.state, self.shells, self.optics)
 
     def thermal_radiance(self, segments, optical_depth):
         """Thermal path radiance up to each end of a ray's segments, (K+1, P) W m^-2 sr^-1 (cm^-1)^-1.
@@ -82,7 +94,7 @@ class SpectralAir:
         """`source_paths` through the scaled extinction."""
         if not np.any(self.optics.aerosol_scattering):
             return self.source_paths
-        return SourcePaths.of(self.shells, self.scaled_extinction)
+        return SourcePaths.of(self.source_rays, self.scaled_extinction)
 
     @cached_property
     def diffuse_light(self):
@@ -113,6 +125,6 @@ class SpectralAir:
 
     def scattered_in_band(self, segments, optical_depth, to_source, deflection, weight):
         """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in `transfer.scattered_band`."""
-        attenuation = segment_attenuation(segments, optical_depth, self.scaled_source_paths, to_source)
-        once = scattered_band(segments, self.optics, attenuation, deflection, weight)
+        paths = self.scaled_source_paths
+        once = scattered_band(segments, self.optics, optical_depth, paths, to_source, deflection, weight)
         return once + self.diffuse_light.band(segments, optical_depth, to_source, weight)

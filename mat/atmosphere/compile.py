@@ -15,15 +15,16 @@ from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.geometry import Rays, scattering_cosine, source_cosine, trace
 from skyshine.mat.atmosphere.selection import select_points
 from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.threads import each
 from skyshine.schemas.errors import InputError
 
 # Samples of the response inside an interval.
 _RESPONSE_SAMPLES = 200
 # Candidates beyond these many are thinned, evenly in mean logarithm of optical depth: 4,000 are more than enough for a band.
 _MAX_CANDIDATES = 1600
-# Size of the samples of paths: lines of sight for the fit and for the test, ranges on each, surfaces, elevations of the
-# source for skylight and for direct light.
-_TRAINING_RAYS, _TEST_RAYS, _RANGES, _SURFACES, _SKY_SOURCES, _DIRECT_SOURCES = 100, 40, 8, 4, 3, 30
+# Size of the samples of paths: lines of sight for the fit and for the test, ranges on each; surfaces and elevations of the source for
+# skylight, and for direct light, which costs little and varies much.
+_TRAINING_RAYS, _TEST_RAYS, _RANGES, _SURFACES, _SKY_SOURCES, _DIRECT_SURFACES, _DIRECT_SOURCES = 160, 40, 12, 4, 3, 12, 30
 # Lines of sight on which the gases are weighed.
 _GAS_RAYS = 40
 _SURFACE_HEIGHTS = (0.0, 1e3, 3e3, 10e3)  # m above the ground
@@ -34,6 +35,8 @@ _FLOOR = 0.1
 _GAS_SHARE = 0.5
 _FIT_SHARE = 0.3
 _QUADRATURE = 4
+# Points whose targets are computed together: the arrays of a path then stay in a processor's cache.
+_CHUNK = 512
 KINDS = ("transmittance", "path_thermal", "path_radiance", "sky_irradiance", "direct_irradiance")
 
 
@@ -206,7 +209,7 @@ def negligible_gases(state, band, grid, *, tolerance=1e-3, seed=0):
 class _Sample:
     """Lines of sight drawn from a job's axes, each with ranges and a source; altitudes and sources for sky and direct light.
 
-    altitude, elevation (M,) m, rad; ranges (M, R) m; source_elevation, source_azimuth (M,) rad; surface_altitude (Z,) m;
+    altitude, elevation (M,) m, rad; ranges (M, R) m; source_elevation, source_azimuth (M,) rad; surface_altitude, direct_altitude (Z,), (Y,) m;
     sky_elevation, direct_elevation (S,), (D,) rad.
     """
 
@@ -216,6 +219,7 @@ class _Sample:
     source_elevation: np.ndarray
     source_azimuth: np.ndarray
     surface_altitude: np.ndarray
+    direct_altitude: np.ndarray
     sky_elevation: np.ndarray
     direct_elevation: np.ndarray
 
@@ -239,6 +243,7 @@ class _Sample:
             np.radians(draw(source, rays)),
             np.radians(draw(grid.source_azimuth_deg, rays)),
             ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _SURFACES - 1)),
+            ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _DIRECT_SURFACES - 1)),
             np.radians(draw(source, _SKY_SOURCES)),
             np.radians(draw(source, _DIRECT_SOURCES)),
         )
@@ -261,13 +266,25 @@ def _targets(air, sample, irradiance, brightness):
 
     irradiance (B, P) of the sources; direct light is over the brightness (B,).
     """
-    optics = air.optics
     rays, paths = _paths(air.shells, sample)
+    starts = range(0, air.optics.wavenumber.size, _CHUNK)
+
+    def targets(part, start):
+        return _part_of_targets(part, sample, rays, paths, irradiance[:, start : start + _CHUNK], brightness)
+
+    parts = each(targets, air.parts(_CHUNK), starts)
+    joined = {kind: np.concatenate([part[kind] for part in parts], axis=1) for kind in KINDS if parts[0][kind].size}
+    return {kind: values for kind, values in joined.items() if np.any(values > 0)}
+
+
+def _part_of_targets(air, sample, rays, paths, irradiance, brightness):
+    """`_targets` at some of the points."""
+    optics = air.optics
     per_micron = optics.wavenumber**2 * 1e-4
     sky = sky_irradiance(air, sample.surface_altitude, sample.sky_elevation, zeniths=_QUADRATURE, azimuths=_QUADRATURE)
     by_source = irradiance[:, None, None] * per_micron  # (B, 1, 1, P)
     irradiances = (sky.thermal[:, None] * per_micron + sky.scattered * by_source).reshape(-1, per_micron.size)
-    direct = direct_transmittance(air.source_paths, sample.surface_altitude, sample.direct_elevation)
+    direct = direct_transmittance(air.source_paths, sample.direct_altitude, sample.direct_elevation)
     direct = (direct * by_source / brightness[:, None, None, None]).reshape(-1, per_micron.size)
     result = {kind: [] for kind in KINDS}
     result["sky_irradiance"].append(irradiances)
@@ -288,10 +305,10 @@ def _targets(air, sample, irradiance, brightness):
         result["path_thermal"].append(thermal)
         result["path_radiance"].append(thermal[-1:] + unit * by_source[:, 0, 0])
         # The products of (20) and (36): sky and direct light on the ground through the path.
-        result["sky_irradiance"].append(irradiances[[row % len(irradiances)]] * through[:1])
-        result["direct_irradiance"].append(direct[[row % len(direct)]] * through[:1])
-    joined = {kind: np.concatenate(parts) for kind, parts in result.items() if parts}
-    return {kind: values for kind, values in joined.items() if np.any(values > 0)}
+        result["sky_irradiance"].append(irradiances[(row + np.arange(len(node))) % len(irradiances)] * through)
+        result["direct_irradiance"].append(direct[(row + np.arange(len(node))) % len(direct)] * through)
+    none = np.zeros((0, per_micron.size))
+    return {kind: np.concatenate([none, *values]) for kind, values in result.items()}
 
 
 def _size(kind, values):

@@ -75,6 +75,8 @@ class BroadbandPoints:
     def open(cls, path=None, table=None) -> BroadbandPoints:
         """Read a file of broadband points, by default the packaged one for the packaged absorption table.
 
+        The table may have another water vapour continuum than the one with which the points were chosen.
+
         Raises
         ------
         InputError
@@ -83,7 +85,7 @@ class BroadbandPoints:
         path = atmospheres.path("broadband.h5") if path is None else path
         table = AbsorptionTable.open() if table is None else table
         with open_database(path, FILETYPE, FORMAT_MAJOR) as file:
-            if str(file.attrs["absorption_sha256"]) != table.content:
+            if str(file.attrs["absorption_sha256"]) != table.content.split()[0]:
                 raise InputError(
                     f"was chosen from another absorption table than {table.path}; choose anew: mat lines broadband --out FILE",
                     file=path,

@@ -1,11 +1,11 @@
-"""Optical properties of air at the levels of a state: gases, continua, molecular scattering, aerosol, emission.
+"""Optical properties of air at the levels of a state: gases, continua, molecular scattering, particles, emission.
 
 Everything is per molecule of air [m^2], the measure in which `geometry` counts a path.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,20 @@ _PHASE_WAVELENGTH_RATIO = 1.25
 PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
 
 
+def _sphere_weights(angle):
+    """Weights of values at angles (A,) [rad] in the mean over the sphere of a function linear between them."""
+    point, weight = np.polynomial.legendre.leggauss(4)
+    part, width = 0.5 * (point + 1), np.diff(angle)[:, None]
+    share = 0.25 * weight * width * np.sin(angle[:-1, None] + part * width)
+    result = np.zeros(angle.size)
+    result[:-1] += np.sum(share * (1 - part), axis=1)
+    result[1:] += np.sum(share * part, axis=1)
+    return result
+
+
+_SPHERE = _sphere_weights(PHASE_ANGLES)
+
+
 @dataclass(frozen=True, eq=False)
 class SpectralOptics:
     """Optical properties at N levels and P spectral points; cross sections in m^2 per molecule of air.
@@ -36,10 +50,11 @@ class SpectralOptics:
     rayleigh_anisotropy : (P,) array
         Depolarisation term gamma of the molecular phase function.
     aerosol_extinction, aerosol_scattering : (N, P) arrays
+        Of all particles: aerosol, cloud and rain.
     asymmetry : (N, P) array
         Of the particles: mean cosine of their scattering angle.
     phase : (A, N, C) array
-        Aerosol phase function at `PHASE_ANGLES`, levels and C wavelengths; mean over the sphere 1.
+        Phase function of the particles at `PHASE_ANGLES`, levels and C wavelengths; mean over the sphere 1.
     phase_share : (C, P) array
         Weight of each of those wavelengths at each point.
     emission : (N, P) array
@@ -59,6 +74,17 @@ class SpectralOptics:
     phase_share: np.ndarray
     emission: np.ndarray
     extinction: np.ndarray
+
+    def at(self, points) -> SpectralOptics:
+        """Those of a slice of the points."""
+        names = ("rayleigh", "aerosol_extinction", "aerosol_scattering", "asymmetry", "phase_share", "emission", "extinction")
+        return replace(
+            self,
+            wavenumber=self.wavenumber[points],
+            absorption={gas: np.ascontiguousarray(values[:, points]) for gas, values in self.absorption.items()},
+            rayleigh_anisotropy=self.rayleigh_anisotropy[points],
+            **{name: np.ascontiguousarray(getattr(self, name)[:, points]) for name in names},
+        )
 
 
 def spectral_optics(state, points, gases=None):
@@ -155,7 +181,7 @@ def _aerosol(state, wavenumber):
     nodes, share = _phase_wavelengths(wavenumber)
     phase = np.zeros((PHASE_ANGLES.size, state.altitude.size, nodes.size))
     total = np.zeros((state.altitude.size, nodes.size))
-    for component in state.aerosols:
+    for component in state.particles:
         amount = (component.extinction_550 / state.number_density)[:, None]
         optics = component.model.optics(wavenumber, state.relative_humidity)
         extinction += amount * optics.extinction
@@ -167,9 +193,21 @@ def _aerosol(state, wavenumber):
         phase += part * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
         total += part
     # Where nothing scatters the phase function is never used; 1 keeps it a phase function.
-    phase = np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0)
+    phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
     asymmetry = np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
     return extinction, scattering, asymmetry, phase, share
+
+
+def normalised(phase):
+    """Phase functions (A, ...) at `PHASE_ANGLES` with mean 1 over the sphere as they are used, linear between the angles.
+
+    Forward peaks narrower than the angles are the cause where it is not 1: the value at 0 carries the correction as far as it stays
+    the largest, so that all others keep theirs.
+    """
+    phase = np.array(phase, dtype=float)
+    missing = 1 - np.tensordot(_SPHERE, phase, axes=1)
+    phase[0] = np.maximum(phase[0] + missing / _SPHERE[0], np.minimum(phase[0], phase[1]))
+    return phase / np.tensordot(_SPHERE, phase, axes=1)
 
 
 def _phase_wavelengths(wavenumber):

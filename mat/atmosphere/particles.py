@@ -45,6 +45,12 @@ class HenyeyGreensteinModel:
     absorption: np.ndarray
     asymmetry: np.ndarray
 
+    @classmethod
+    def of_table(cls, name, wavelength, extinction, absorption, asymmetry):
+        """The model of a table (W,) in any measure, and its extinction at 0.55 um in that measure."""
+        at_550 = float(np.interp(0.55, wavelength, extinction))
+        return cls(name, wavelength, extinction / at_550, absorption / at_550, asymmetry), at_550
+
     def optics(self, wavenumber, relative_humidity):
         """Extinction, single-scattering albedo and asymmetry; arguments, result and errors as `aerosol.AerosolModel.optics`.
 
@@ -77,3 +83,31 @@ class HenyeyGreensteinModel:
         if not np.all((wavelength >= self.wavelength[0] * (1 - 1e-9)) & np.isfinite(wavelength)):
             raise InputError(f"'{self.name}' is tabulated from {self.wavelength[0]:g} um on; ask for longer waves")
         return wavelength
+
+
+def interpolated_table(table, value):
+    """Rows of a table at one value of its first column.
+
+    Parameters
+    ----------
+    table : dict of arrays
+        As `datafiles.read_csv`: a first column of nodes above 0, wavelength, extinction, absorption, asymmetry.
+    value : float
+        Held at the first and last node.
+
+    Returns
+    -------
+    wavelength, extinction, absorption, asymmetry : (W,) arrays
+        Logarithms of extinction and absorption, and asymmetry, linear in the logarithm of the first column.
+    """
+    nodes, *columns = table.values()
+    nodes = np.unique(nodes)
+    wavelength, extinction, absorption, asymmetry = (column.reshape(nodes.size, -1) for column in columns)
+    place = np.interp(np.log(value), np.log(nodes), np.arange(nodes.size))
+    lower = min(int(place), nodes.size - 2)
+    share = place - lower
+
+    def between(values):
+        return (1 - share) * values[lower] + share * values[lower + 1]
+
+    return wavelength[0], np.exp(between(np.log(extinction))), np.exp(between(np.log(absorption))), between(asymmetry)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 SHORT_LIST = 12  # candidates whose non-negative fit is tried in full at each step
 
@@ -96,9 +97,9 @@ def _short_list(gram, moment, chosen, rng):
     if chosen:
         block = gram[np.ix_(chosen, chosen)]
         cross = gram[chosen]
-        solved = np.linalg.lstsq(block, np.column_stack([cross, moment[chosen]]), rcond=1e-13)[0]
-        spread = diagonal - np.sum(cross * solved[:, :-1], axis=0)
-        gain = (moment - cross.T @ solved[:, -1]) ** 2 / np.maximum(spread, 1e-10 * diagonal)
+        half = solve_triangular(_factor(block), np.column_stack([cross, moment[chosen]]), lower=True, check_finite=False)
+        spread = diagonal - np.sum(half[:, :-1] ** 2, axis=0)
+        gain = (moment - half[:, :-1].T @ half[:, -1]) ** 2 / np.maximum(spread, 1e-10 * diagonal)
         gain[chosen] = -1.0
     else:
         gain = moment**2 / np.maximum(diagonal, 1e-300)
@@ -111,18 +112,24 @@ def _short_list(gram, moment, chosen, rng):
 def _fit(gram, moment, chosen):
     """Non-negative least squares from the normal equations."""
     block, right = gram[np.ix_(chosen, chosen)], moment[chosen]
-    try:
-        factor = np.linalg.cholesky(block + 1e-13 * np.trace(block) * np.eye(len(chosen)))
-    except np.linalg.LinAlgError:
-        factor = np.linalg.cholesky(block + 1e-10 * np.trace(block) * np.eye(len(chosen)))
-    half = np.linalg.solve(factor, right)
-    weight = np.linalg.solve(factor.T, half)
+    factor = _factor(block)
+    half = solve_triangular(factor, right, lower=True, check_finite=False)
+    weight = solve_triangular(factor, half, lower=True, trans="T", check_finite=False)
     if weight.min() >= 0:
         return weight
     from scipy.optimize import nnls
 
     # The default limit of 3 n steps stops it on sets of nearly equal points.
     return nnls(factor.T, half, maxiter=100 * len(chosen))[0]
+
+
+def _factor(block):
+    """Cholesky factor, of nearly equal points too."""
+    unit = np.trace(block) * np.eye(len(block))
+    try:
+        return np.linalg.cholesky(block + 1e-13 * unit)
+    except np.linalg.LinAlgError:
+        return np.linalg.cholesky(block + 1e-10 * unit)
 
 
 def _residual(a, y, chosen, weight):

@@ -12,11 +12,15 @@ from functools import cached_property
 import numpy as np
 from scipy import constants
 
-from skyshine.mat.atmosphere.aerosol import DEFAULT_WIND, AerosolModel, aerosol_layers, default_visibility
+from skyshine.mat.atmosphere.aerosol import AerosolModel
+from skyshine.mat.atmosphere.aerosol_column import aerosol_layers, default_visibility
 from skyshine.mat.atmosphere.amounts import DOBSON_UNIT, gas_factors, layer_columns, mean_exponential, ozone_factor, water_factor
+from skyshine.mat.atmosphere.cloud import check_phase
 from skyshine.mat.atmosphere.humidity import WATER_MOLAR_MASS, saturation_pressure
 from skyshine.mat.atmosphere.levels import exponential, level_altitudes, linear
+from skyshine.mat.atmosphere.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.profiles import load_profile
+from skyshine.mat.atmosphere.windblown import DEFAULT_AIR_MASS, DEFAULT_WIND
 from skyshine.schemas.errors import InputError
 
 SURFACE_RANGE = (-500.0, 5900.0)  # m; below the Dead Sea, and below the 6 km where aerosol profiles meet the ground
@@ -27,16 +31,16 @@ LARGEST_GAP = 500.0
 
 @dataclass(frozen=True, eq=False)
 class AerosolComponent:
-    """One aerosol and how much of it there is.
+    """One kind of particle in the air and how much of it there is.
 
     Attributes
     ----------
-    model : AerosolModel
+    model : AerosolModel or HenyeyGreensteinModel
     extinction_550 : (N,) array
         At 0.55 um, m^-1, at the levels of the state.
     """
 
-    model: AerosolModel
+    model: AerosolModel | HenyeyGreensteinModel
     extinction_550: np.ndarray
 
 
@@ -57,6 +61,8 @@ class AtmosphericState:
         K, of the ground below the paths.
     surface_albedo : float
         0 to 1, of the ground below the paths.
+    hydrometeors : tuple of AerosolComponent
+        Cloud and rain.
     """
 
     name: str
@@ -67,6 +73,7 @@ class AtmosphericState:
     aerosols: tuple[AerosolComponent, ...]
     surface_temperature: float
     surface_albedo: float
+    hydrometeors: tuple[AerosolComponent, ...] = ()
 
     def __post_init__(self):
         for label, values in (
@@ -102,7 +109,10 @@ class AtmosphericState:
         aerosol="rural",
         visibility_km=None,
         wind_speed=DEFAULT_WIND,
+        air_mass=DEFAULT_AIR_MASS,
         stratosphere="background",
+        clouds=(),
+        rain=None,
         season=None,
         surface_temperature=None,
         surface_albedo=0.1,
@@ -124,15 +134,20 @@ class AtmosphericState:
         water_column, ozone_column : float, optional
             Above the ground, kg m^-2 (mm of water) and Dobson units, the profile scaled; water vapour stops at saturation.
         aerosol : str
-            Boundary-layer model of `aerosol.BOUNDARY_MODELS`, or "none" for air without particles at any height.
+            Boundary-layer model of `aerosol_column.BOUNDARY_MODELS`, or "none" for air without particles at any height.
         visibility_km : float, optional
-            0.1 to 300; by default that of the aerosol model (`aerosol.default_visibility`).
+            0.1 to 300; by default that of the aerosol model (`aerosol_column.default_visibility`).
         wind_speed : float
-            At 10 m, m s^-1, which raises the desert aerosol.
+            At 10 m, m s^-1, which raises the desert and Navy maritime aerosols.
+        air_mass : int
+            1 (open ocean) to 10 (continental): of the Navy maritime aerosol.
         stratosphere : str
-            One of `aerosol.STRATOSPHERES`.
+            One of `aerosol_column.STRATOSPHERES`.
+        clouds : sequence of CloudLayer
+            Air in water cloud is saturated, as in LOWTRAN7 (SUBROUTINE AERNSM), unless a water column asks for less.
+        rain : RainLayer, optional
         season : str, optional
-            One of `aerosol.SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
+            One of `aerosol_column.SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
         surface_temperature : float, optional
             K; that of the lowest air by default.
         surface_albedo : float
@@ -154,7 +169,8 @@ class AtmosphericState:
             )
         if not (np.isfinite(humidity_scale) and humidity_scale >= 0):
             raise InputError(f"humidity scale {humidity_scale} is not allowed; give a finite number of at least 0")
-        altitude = level_altitudes(surface_altitude, profile)
+        falling = [*clouds, *([] if rain is None else [rain])]
+        altitude = level_altitudes(surface_altitude, profile, [surface_altitude + z for layer in falling for z in layer.edges])
         temperature = linear(altitude, profile.altitude, profile.temperature)
         pressure = np.exp(linear(altitude, profile.altitude, np.log(profile.pressure)))
         gases = {gas: exponential(altitude, profile.altitude, x) for gas, x in profile.mole_fraction.items()}
@@ -163,19 +179,28 @@ class AtmosphericState:
             {**(gas_ppm or {}), **({} if co2_ppm is None else {"CO2": co2_ppm})},
         )  # fmt: skip
         gases = {gas: fraction * factors.get(gas, 1.0) for gas, fraction in gases.items()}
+        for layer in clouds:
+            inside = np.linspace(layer.base, layer.top, 20) + surface_altitude
+            check_phase(layer, np.interp(inside, altitude, temperature))
         density = pressure / (constants.k * temperature)
         if ozone_column is not None:
             gases["O3"] = gases["O3"] * ozone_factor(altitude, density * gases["O3"], ozone_column)
+        saturated = saturation_pressure(temperature) / pressure
+        for layer in clouds:
+            if layer.phase == "water":
+                inside = layer.extinction_550(altitude - surface_altitude) > 0
+                gases["H2O"] = np.where(inside, np.maximum(gases["H2O"], saturated), gases["H2O"])
         if water_column is not None or factors["H2O"] > 1:
-            saturated = saturation_pressure(temperature) / pressure
             scale = 1.0 if water_column is None else water_factor(altitude, density, gases["H2O"], saturated, water_column)
             gases["H2O"] = np.minimum(gases["H2O"] * scale, saturated)
         if season is None:
             season = "fall_winter" if profile.name.endswith("winter") else "spring_summer"
+        if visibility_km is None:
+            humidity = float(100 * gases["H2O"][0] * pressure[0] / saturation_pressure(temperature[0]))
+            visibility_km = default_visibility(aerosol, wind_speed, humidity, air_mass)
         layers = aerosol_layers(
-            altitude, default_visibility(aerosol, wind_speed) if visibility_km is None else visibility_km, season, aerosol,
-            surface_altitude, stratosphere=stratosphere, wind_speed=wind_speed,
-        )  # fmt: skip
+            altitude, visibility_km, season, aerosol, surface_altitude, stratosphere=stratosphere, wind_speed=wind_speed, air_mass=air_mass
+        )
         return cls(
             name=profile.name,
             altitude=altitude,
@@ -187,7 +212,15 @@ class AtmosphericState:
             ),
             surface_temperature=float(temperature[0] if surface_temperature is None else surface_temperature),
             surface_albedo=float(surface_albedo),
+            hydrometeors=tuple(
+                AerosolComponent(layer.model, layer.extinction_550(altitude - surface_altitude)) for layer in falling
+            ),
         )
+
+    @property
+    def particles(self):
+        """All kinds of particle: aerosols and hydrometeors."""
+        return self.aerosols + self.hydrometeors
 
     @property
     def surface_altitude(self):

@@ -14,19 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.diffuse import lean
-from skyshine.mat.atmosphere.geometry import EARTH_RADIUS, Rays, bending_to_space, trace
+from skyshine.mat.atmosphere.geometry import Rays
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES, rayleigh_phase
-
-# Optical depth at which a source is as good as hidden: exp of its negative is 0 in single precision.
-HIDDEN = 1e4
-_SMALLEST_DEPTH = 1e-30
-# Nodes of the source table. Down: the lowest point of the ray, as (i / n)^2 of the height above the ground. Up: degrees.
-_GRAZING_NODES = 20
-_UP_NODES = (0.2, 0.5, 1, 1.5, 2, 3, 4, 5.5, 7.5, 10, 14, 20, 28, 40, 55, 75, 90)
-# A ray that passes this far above the ground (m) is the lowest that reaches space.
-_CLEARANCE = 1e-3
-# Scale height of the shell whose air mass divides the slant optical depths of the table; 8 km is the air's (any would do).
-_SCALE_HEIGHT = 8e3
+from skyshine.mat.atmosphere.source_paths import HIDDEN, SourcePaths
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,126 +164,6 @@ def mean_attenuation(first, last):
     return np.negative(mean, out=mean)
 
 
-@dataclass(frozen=True, eq=False)
-class SourcePaths:
-    """Optical depth from a distant source to any point, by altitude and geometric elevation.
-
-    The refracted rays from each of N levels to space at U apparent elevations, from the one that grazes the ground to the
-    vertical. A source below the grazing ray is hidden by the Earth.
-
-    Attributes
-    ----------
-    levels : (N,) array
-        Altitude, m.
-    elevation : (N, U) array
-        Geometric elevation, rad, increasing along U.
-    log_depth : (N, U, P) array
-        Logarithm of optical depth over the air mass of a shell, single precision.
-    """
-
-    levels: np.ndarray
-    elevation: np.ndarray
-    log_depth: np.ndarray
-
-    @classmethod
-    def of(cls, shells, extinction):
-        """Tabulate the rays of `geometry.Shells` for an extinction (N, P) [m^2 per molecule]."""
-        apparent = _apparent_elevations(shells)
-        count, nodes = apparent.shape
-        rays = trace(shells, np.repeat(shells.altitude, nodes), apparent.ravel())
-        elevation = (np.pi / 2 - bending_to_space(rays)).reshape(count, nodes)
-        elevation = np.maximum.accumulate(elevation, axis=1)
-        # Each ray's segments run down through all layers, then up through all: fold both onto the levels.
-        down, up = np.split(np.arange(rays.layer.shape[1]), 2)
-        air = np.zeros((count * nodes, count))
-        air[:, :-1] += rays.lower[:, down[::-1]] + rays.lower[:, up]
-        air[:, 1:] += rays.upper[:, down[::-1]] + rays.upper[:, up]
-        depth = (air @ extinction).reshape(count, nodes, -1)
-        air_mass = _shell_air_mass(shells.altitude[:, None], elevation)
-        log_depth = np.log(np.maximum(depth, _SMALLEST_DEPTH)) - np.log(air_mass)[..., None]
-        return cls(shells.altitude, elevation, log_depth.astype(np.float32))
-
-    def optical_depth(self, altitude, cosine):
-        """Optical depth to the source.
-
-        Parameters
-        ----------
-        altitude : (K,) array
-            Of the points, m.
-        cosine : (K, S) array
-            Of the source's geometric zenith angle at each point.
-
-        Returns
-        -------
-        (K, S, P) array
-            Single precision; `HIDDEN` or more where the Earth hides the source.
-        """
-        altitude, elevation, clear = self._entering(
-            np.asarray(altitude, dtype=float), np.arcsin(np.clip(cosine, -1.0, 1.0))
-        )
-        lower = np.clip(np.searchsorted(self.levels, altitude, side="right") - 1, 0, self.levels.size - 2)
-        share = np.clip((altitude - self.levels[lower]) / np.diff(self.levels)[lower], 0.0, 1.0)
-        nodes = self.elevation[lower] * (1 - share)[:, None] + self.elevation[lower + 1] * share[:, None]
-        place = _fractional_index(nodes, elevation)
-        hidden = (elevation < nodes[:, :1]) & ~clear
-        first = np.minimum(place.astype(int), nodes.shape[1] - 2)
-        fraction, share = (place - first), share[:, None]
-        row = lower[:, None] * nodes.shape[1] + first
-        table = self.log_depth.reshape(-1, self.log_depth.shape[2])
-        corners = (
-            (row, (1 - share) * (1 - fraction)),
-            (row + 1, (1 - share) * fraction),
-            (row + nodes.shape[1], share * (1 - fraction)),
-            (row + nodes.shape[1] + 1, share * fraction),
-        )
-        depth = np.zeros((*row.shape, table.shape[1]), dtype=np.float32)
-        for corner, weight in corners:
-            if np.any(weight):
-                depth += table[corner] * weight.astype(np.float32)[..., None]
-        depth += np.log(_shell_air_mass(altitude[:, None], elevation)).astype(np.float32)[..., None]
-        np.exp(depth, out=depth)
-        depth[clear] = 0.0
-        depth[hidden] += HIDDEN
-        return depth
-
-    def _entering(self, altitude, elevation):
-        """Points in space move along the ray to where it enters the atmosphere; `clear` (K, S) where it never does."""
-        top = self.levels[-1]
-        outside = (altitude > top)[:, None]
-        ratio = ((EARTH_RADIUS + altitude) / (EARTH_RADIUS + np.minimum(altitude, top)))[:, None] * np.cos(elevation)
-        clear = outside & ((elevation >= 0) | (ratio >= 1))
-        entering = -np.arccos(np.clip(ratio, 0.0, 1.0))
-        return np.minimum(altitude, top), np.where(outside & ~clear, entering, elevation), clear
-
-
-def _apparent_elevations(shells):
-    """Apparent elevations (N, U) [rad] of rays to space from each level, increasing."""
-    invariant = shells.index * shells.radius
-    step = (np.arange(_GRAZING_NODES + 1) / _GRAZING_NODES) ** 2
-    lowest = shells.altitude[0] + (shells.altitude - shells.altitude[0])[:, None] * step
-    at_lowest = np.interp(lowest, shells.altitude, invariant)
-    at_lowest = np.maximum(at_lowest, invariant[0] * (1 + _CLEARANCE / shells.radius[0]))
-    down = -np.arccos(np.minimum(at_lowest / invariant[:, None], 1.0))
-    down[0] = 0.0
-    up = np.broadcast_to(np.radians(_UP_NODES), (shells.altitude.size, len(_UP_NODES)))
-    return np.concatenate([down, up], axis=1)
-
-
-def _shell_air_mass(altitude, elevation):
-    """Air mass of a homogeneous shell above a point: smooth in elevation at any altitude, above and below the horizon."""
-    height = (EARTH_RADIUS + altitude) / _SCALE_HEIGHT
-    across = height * np.sin(elevation)
-    root = np.sqrt(across**2 + 2 * height + 1)
-    # Of the two equal forms, the one without cancellation.
-    return np.where(across > 0, (2 * height + 1) / (root + np.abs(across)), root + np.abs(across))
-
-
-def _fractional_index(nodes, points):
-    """Place of points (K, S) among increasing nodes (K, U), as an index with a fraction, held at both ends."""
-    index = np.arange(nodes.shape[1], dtype=float)
-    return np.stack([np.interp(point, node, index) for node, point in zip(nodes, points, strict=True)])
-
-
 def segment_attenuation(segments, optical_depth, source_paths, cosine):
     """Mean attenuation of a source's light, down to each segment and on to the observer.
 
@@ -314,7 +184,7 @@ def segment_attenuation(segments, optical_depth, source_paths, cosine):
     before = np.zeros((optical_depth.shape[0] + 1, 1, optical_depth.shape[1]), dtype=np.float32)
     np.cumsum(optical_depth, axis=0, out=before[1:, 0])
     depth += np.minimum(before, HIDDEN)
-    return mean_attenuation(depth[:-1], depth[1:])
+    return _segment_means(depth)
 
 
 def aerosol_phase(segments, optics, cosine):
@@ -364,13 +234,18 @@ def scattered_spectral(segments, optics, attenuation, cosine, phase=None):
     return np.einsum("ksp,ksp->sp", attenuation, light) / (4 * np.pi)
 
 
-def scattered_band(segments, optics, attenuation, cosine, weight):
+def scattered_band(segments, optics, optical_depth, source_paths, to_source, deflection, weight):
     """Scattered radiance of a band from all segments up to each end.
 
     Parameters
     ----------
-    segments, optics, attenuation, cosine
-        As `scattered_spectral`.
+    segments : Segments
+    optics : SpectralOptics
+    optical_depth : (K, P) array
+        Of each segment.
+    source_paths : SourcePaths
+    to_source, deflection : (K+1, S) arrays
+        Cosines of the source's zenith angle and of the scattering angle at the segment ends.
     weight : (P,) array
         Of the spectral points, times the source's irradiance there.
 
@@ -379,19 +254,57 @@ def scattered_band(segments, optics, attenuation, cosine, weight):
     (K+1, S) array
         In the units of `weight`, sr^-1.
     """
-    middle = 0.5 * (cosine[:-1] + cosine[1:])
+    middle = 0.5 * (deflection[:-1] + deflection[1:])
     molecules = segments.column(optics.rayleigh) * weight
     parts = [molecules[..., None]]
     phases = [rayleigh_phase(middle, optics.rayleigh_anisotropy.mean())[..., None]]
     if np.any(optics.aerosol_scattering):
         particles = segments.column(optics.aerosol_scattering) * weight
         parts.append(particles[..., None] * optics.phase_share.T)
-        phases.append(aerosol_phase(segments, optics, cosine))
+        phases.append(aerosol_phase(segments, optics, deflection))
     scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
     column = (np.concatenate(parts, axis=-1) / scale).astype(np.float32)  # (K, P, 1 + C)
-    by_kind = np.matmul(attenuation, column)
+    by_kind = _light_in_band(segments, optical_depth, source_paths, to_source, column)
     radiance = np.zeros((middle.shape[0] + 1, middle.shape[1]))
     np.cumsum(
         np.sum(by_kind * np.concatenate(phases, axis=-1), axis=-1) * scale / (4 * np.pi), axis=0, out=radiance[1:]
     )
     return radiance
+
+
+def _light_in_band(segments, optical_depth, source_paths, cosine, column):
+    """Sum over points of a column (K, P, C) times the mean attenuation from source to observer, (K, S, C).
+
+    It is computed at the elevations of the table of source paths and goes between them with a power of the air mass, many sources
+    at once.
+    """
+    depth, first, share, hidden = source_paths.along(segments.altitude, cosine)
+    before = np.zeros((optical_depth.shape[0] + 1, 1, optical_depth.shape[1]), dtype=np.float32)
+    np.cumsum(optical_depth, axis=0, out=before[1:, 0])
+    unlit = np.matmul(_segment_means(before), column).astype(float)  # (K, 1, C)
+    depth += before
+    lit = np.matmul(_segment_means(depth), column).astype(float)
+    tiny = np.finfo(np.float32).tiny
+    # Depth of the band between source and segment.
+    band = -np.log(np.clip(lit / np.where(unlit > 0, unlit, 1.0), tiny, 1.0))
+    log_band = np.log(np.maximum(band, tiny))
+    near, far = (np.take_along_axis(log_band, (first + step)[..., None], axis=1) for step in (0, 1))
+    light = unlit * np.exp(-np.exp(near + (far - near) * share[..., None]))
+    light[hidden] = 0.0
+    return light
+
+
+def _segment_means(depth):
+    """`mean_attenuation` between neighbours along the first axis, (K, ...) of (K+1, ...); 0 where light is below 1e-19."""
+    through = np.exp(-depth)
+    difference = np.diff(depth, axis=0)
+    square = np.square(difference)
+    series = square / 80
+    series += 1
+    series *= square
+    series /= 24
+    series += 1
+    series *= np.sqrt(through[1:] * through[:-1])
+    wide = square > 1
+    np.subtract(through[:-1], through[1:], out=square)
+    return np.divide(square, difference, out=series, where=wide)

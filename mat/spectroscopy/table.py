@@ -26,7 +26,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
 FORMAT_VERSION = "1.1"
-DATA_VERSION, DATA_NAME = "1.1.0", "hitran2012-mtckd4.3"  # a gas or a range added: minor; other lines or continua: major
+DATA_VERSION, DATA_NAME = "1.1.1", "hitran2012-mtckd4.3"  # a gas or a range added: minor; other lines or continua: major
 PART_VERSION = 1  # raised when the way from lines to points changes, so that finished parts are made again
 # Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at most.
 LOG_STEP, LOG_OFFSET = 6.4e-4, -64.5

@@ -38,12 +38,19 @@ _PLATE_WIND = np.log(2.0 / 0.03) / np.log(10.0 / 0.03)
 _ROUGH_PLATE = 3e-5
 _VON_KARMAN = 0.40  # Hogstrom (1988)
 WIND_HEIGHT = 10.0  # m, WMO-No. 8 standard height of wind measurement
+AIR_HEIGHT = 2.0  # m, WMO-No. 8: air temperature and humidity are measured at 1.25 to 2 m
 # ln of momentum over heat roughness length, kB^-1: Garratt and Hicks (1973), Q. J. R. Meteorol. Soc. 99, 680-687:
 # about 2 for vegetation, from canopies to bare fields.
 _ROUGHNESS_RATIO = np.exp(2.0)
 # Width [K] over which the sign of the temperature difference turns, so that convection is smooth at zero.
 _TURNOVER = 0.1
 _KELVIN_ZERO = 273.15
+# Water on a surface is ice below this many degrees under the melting point and liquid above it, part of each between:
+# chosen wide enough that the jump of the latent heat leaves the loss increasing with temperature at any pressure.
+_FREEZING_RANGE = 2.0
+# Latent heat of sublimation over that of vaporisation at 0 C: 2.834 and 2.501 MJ/kg, Rogers and Yau (1989), A Short
+# Course in Cloud Physics, 3rd ed., table 2.1.
+_SUBLIMATION_RATIO = 2.834 / 2.501
 # Below 150 K water vapour over the surface is below 1e-5 Pa; the clip keeps Magnus' formula away from its pole.
 _COLDEST_VAPOUR = 150.0
 
@@ -59,10 +66,36 @@ def saturation_pressure(temperature) -> np.ndarray:
     return 611.2 * np.exp(17.62 * celsius / (243.12 + celsius))
 
 
-def _saturation_slope(temperature, pressure) -> np.ndarray:
-    """Derivative of `saturation_pressure` [Pa/K], given its value."""
-    celsius = temperature - _KELVIN_ZERO
-    return np.where(temperature > _COLDEST_VAPOUR, pressure * 17.62 * 243.12 / (243.12 + celsius) ** 2, 0.0)
+def surface_vapour(temperature) -> tuple[np.ndarray, np.ndarray]:
+    """Vapour pressure of water or frost on a surface [Pa], and its latent heat over that of liquid water.
+
+    References
+    ----------
+    Magnus forms over water and ice with the constants of Sonntag (1990); WMO-No. 8, Annex 4.B.
+    """
+    temperature = np.asarray(temperature, float)
+    if temperature.min() >= MELTING_POINT:
+        return saturation_pressure(temperature), np.ones_like(temperature)
+    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - _KELVIN_ZERO
+    frozen = _frozen(celsius)[0]
+    exponent = celsius * ((1 - frozen) * 17.62 / (243.12 + celsius) + frozen * 22.46 / (272.62 + celsius))
+    return 611.2 * np.exp(exponent), 1 + (_SUBLIMATION_RATIO - 1) * frozen
+
+
+def _frozen(celsius) -> tuple[np.ndarray, np.ndarray]:
+    """Share of ice in the water on a surface and its derivative by temperature, both continuous."""
+    depth = np.clip(-celsius / _FREEZING_RANGE, 0.0, 1.0)
+    return depth**2 * (3 - 2 * depth), -6 * depth * (1 - depth) / _FREEZING_RANGE
+
+
+def _surface_vapour_slopes(temperature, pressure) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of `surface_vapour` by temperature, given its pressure [Pa]."""
+    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - _KELVIN_ZERO
+    frozen, freezing = _frozen(celsius)
+    water, ice = 17.62 / (243.12 + celsius), 22.46 / (272.62 + celsius)
+    slope = (1 - frozen) * 243.12 * water / (243.12 + celsius) + frozen * 272.62 * ice / (272.62 + celsius)
+    slope = pressure * (slope + celsius * freezing * (ice - water))
+    return np.where(temperature > _COLDEST_VAPOUR, slope, 0.0), (_SUBLIMATION_RATIO - 1) * freezing
 
 
 def forced_coefficient(wind_speed, pressure, air_temperature, surface: SurfaceProperties) -> np.ndarray:
@@ -80,7 +113,8 @@ def forced_coefficient(wind_speed, pressure, air_temperature, surface: SurfacePr
 
     Notes
     -----
-    Open ground rough on the scale of the wind profile obeys the logarithmic law; a plate shorter than that profile
+    Open ground rough on the scale of the wind profile obeys the logarithmic law between the surface and the heights at
+    which wind and air temperature are measured; a plate shorter than that profile
     has its own thinner boundary layer. The larger of the two holds; a canopy always has the logarithmic law. The
     plate law, given for standard pressure, scales with density to the power 0.8 of turbulent plates.
 
@@ -90,7 +124,7 @@ def forced_coefficient(wind_speed, pressure, air_temperature, surface: SurfacePr
     """
     wind_speed = np.asarray(wind_speed, float)
     momentum = np.log1p(WIND_HEIGHT / surface.roughness_length)
-    heat = np.log1p(WIND_HEIGHT * _ROUGHNESS_RATIO / surface.roughness_length)
+    heat = np.log1p(AIR_HEIGHT * _ROUGHNESS_RATIO / surface.roughness_length)
     density = pressure / (AIR_GAS_CONSTANT * air_temperature)
     field = density * AIR_HEAT_CAPACITY * _VON_KARMAN**2 * wind_speed / (momentum * heat)
     if surface.canopy:
@@ -219,7 +253,8 @@ class Balance:
     turn of c between the unstable and stable side is smoothed over 0.1 K, so that h has all derivatives and is never
     below 2 W m^-2 K^-1 where there is air. Evaporation is the bulk latent flux
     wetness rho cp / gamma (e_sat(T) - e) / (r_a + r_s), r_a = rho cp / h, r_s the surface resistance (Penman 1948,
-    Monteith 1965); the same path carries condensation when e > e_sat(T).
+    Monteith 1965); the same path carries condensation when e > e_sat(T). Below freezing e_sat is that over ice and the
+    flux carries the heat of sublimation: the water is frost.
     """
 
     def __init__(self, forcing: Forcing, material: SurfaceMaterial):
@@ -302,15 +337,23 @@ class Balance:
         return np.cbrt(cube, out=cube)
 
     def _latent(self, temperature, coefficient) -> np.ndarray:
-        deficit = saturation_pressure(temperature) - self.forcing.vapour_pressure
-        return self.wetness * deficit / (self.psychrometer * (1 / coefficient + self.resistance))
+        vapour, latent_heat = surface_vapour(temperature)
+        vapour -= self.forcing.vapour_pressure
+        vapour *= latent_heat
+        vapour *= self.wetness
+        transfer = 1 / coefficient
+        transfer += self.resistance
+        transfer *= self.psychrometer
+        vapour /= transfer
+        return vapour
 
     def _latent_slope(self, temperature, coefficient, bend) -> np.ndarray:
-        saturation = saturation_pressure(temperature)
+        vapour, latent_heat = surface_vapour(temperature)
+        vapour_slope, heat_slope = _surface_vapour_slopes(temperature, vapour)
+        deficit = vapour - self.forcing.vapour_pressure
         transfer = 1 / (1 / coefficient + self.resistance)
         transfer_slope = transfer**2 * bend / coefficient**2
-        rise = transfer * _saturation_slope(temperature, saturation)
-        rise = rise + transfer_slope * (saturation - self.forcing.vapour_pressure)
+        rise = transfer * (latent_heat * vapour_slope + heat_slope * deficit) + transfer_slope * latent_heat * deficit
         return self.wetness * rise / self.psychrometer
 
     def fluxes(self, temperature: np.ndarray) -> dict[str, np.ndarray]:

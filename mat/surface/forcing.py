@@ -18,14 +18,12 @@ from skyshine.mat.surface.weather import Weather
 from skyshine.schemas.errors import InputError
 
 SOLAR_CONSTANT = 1361.1  # W m^-2, Gueymard (2018), Solar Energy 168, 2-9
-_HORIZON = 0.0  # degree; the Sun counts as up above it
-_BIRD_ELEVATION = 5.2  # degree: air mass 10
 _LEAST_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
 
 
 @dataclass(frozen=True, eq=False)
 class Sky:
-    """The atmosphere above the surfaces, by altitude.
+    """What the clear atmosphere sends down, by altitude and elevation of the Sun.
 
     Attributes
     ----------
@@ -33,26 +31,26 @@ class Sky:
         Increasing [m].
     pressure : ndarray, shape (L,)
         [Pa]
-    precipitable_water : ndarray, shape (L,)
-        Above the altitude [kg m^-2].
-    aerosol_optical_depth_380, aerosol_optical_depth_500 : ndarray, shape (L,)
-        Above the altitude, at 380 and 500 nm.
-    ozone : float
-        [Dobson units]
+    solar_elevation : ndarray, shape (E,)
+        Increasing, geometric [degree].
+    direct, diffuse : ndarray, shape (L, E)
+        Direct normal and diffuse horizontal irradiance [W m^-2] at the day's distance of the Sun.
+    emissivity : ndarray, shape (L,)
+        Longwave irradiance over that of a black body at the temperature of the air there.
     ground_albedo : float
         Of the surroundings, for sunlight.
     """
 
     altitude: np.ndarray
     pressure: np.ndarray
-    precipitable_water: np.ndarray
-    aerosol_optical_depth_380: np.ndarray
-    aerosol_optical_depth_500: np.ndarray
-    ozone: float
+    solar_elevation: np.ndarray
+    direct: np.ndarray
+    diffuse: np.ndarray
+    emissivity: np.ndarray
     ground_albedo: float
 
     def at(self, name: str, altitude: np.ndarray) -> np.ndarray:
-        """A quantity at altitudes [m], linear between the levels.
+        """A quantity at altitudes (A,) [m], linear between the levels: (A, ...).
 
         Raises
         ------
@@ -65,7 +63,11 @@ class Sky:
                 f"found surface altitudes {np.min(altitude):g} to {np.max(altitude):g} m; "
                 f"allowed: {low:g} to {high:g} m, the levels of the sky; change the altitude axis"
             )
-        return np.interp(altitude, self.altitude, np.asarray(getattr(self, name), float))
+        values = np.asarray(getattr(self, name), float)
+        place = np.clip(np.searchsorted(self.altitude, altitude, side="right") - 1, 0, len(self.altitude) - 2)
+        share = (altitude - self.altitude[place]) / np.diff(self.altitude)[place]
+        share = share.reshape(-1, *[1] * (values.ndim - 1))
+        return values[place] * (1 - share) + values[place + 1] * share
 
     def pressure_at(self, altitude: np.ndarray) -> np.ndarray:
         """Pressure [Pa] at any altitudes [m]: its logarithm is linear between the levels and beyond them."""
@@ -74,70 +76,43 @@ class Sky:
         slope = np.diff(logarithm) / np.diff(self.altitude)
         return np.exp(logarithm[step] + slope[step] * (altitude - self.altitude[step]))
 
+    def irradiance(self, site: Site, cloud_fraction, altitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Direct normal and diffuse horizontal irradiance [W m^-2] under cloud, each (altitudes, SUN_STEPS).
 
-def sky_irradiance(site: Site, sky: Sky, cloud_fraction: np.ndarray, altitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Direct normal and diffuse horizontal irradiance [W m^-2] with the sky's cloud, each (altitudes, SUN_STEPS).
+        Notes
+        -----
+        Monotone cubic between the elevations; no overshoot at sunrise.
 
-    Notes
-    -----
-    Bird's Rayleigh transmittance rises again and passes 1 at large air masses, so that his formulae are used to air
-    mass 10 (elevation 5.2 degrees). Beyond, the direct beam follows Beer's law with the mean optical depth per air mass
-    reached there, and diffuse irradiance goes with the sine of the elevation. Refraction is neglected.
+        References
+        ----------
+        Cloud: global irradiance times 1 - 0.75 n^3.4 (Kasten and Czeplak 1980, Solar Energy 24, 177-189); the direct
+        part is what the gaps of the cloud let through.
+        """
+        from scipy.interpolate import PchipInterpolator
 
-    References
-    ----------
-    Clear sky: Bird and Hulstrom (1981), SERI/TR-642-761, as in pvlib; air mass: Kasten and Young (1989), Appl. Opt. 28,
-    4735-4738. Cloud: global irradiance times 1 - 0.75 n^3.4 (Kasten and Czeplak 1980, Solar Energy 24, 177-189); the
-    direct part is what the gaps of the cloud let through.
-    """
-    import pvlib
+        low, high = self.solar_elevation[[0, -1]]
+        elevation = np.clip(site.solar_elevation, low, high)
+        direct, diffuse = (
+            PchipInterpolator(self.solar_elevation, self.at(name, altitude), axis=1)(elevation)
+            for name in ("direct", "diffuse")
+        )
+        sine = np.maximum(np.sin(np.radians(site.solar_elevation)), 0.0)
+        total = (direct * sine + diffuse) * (1 - 0.75 * cloud_fraction**3.4)
+        direct = direct * (1 - cloud_fraction)
+        return direct, np.maximum(total - direct * sine, 0.0)
 
-    elevation = np.asarray(site.solar_elevation, float)[None, :]
-    up = elevation > _HORIZON
-    zenith = 90.0 - np.where(up, elevation, 30.0)
-    high = np.minimum(zenith, 90.0 - _BIRD_ELEVATION)
-    airmass = pvlib.atmosphere.get_relative_airmass(zenith, model="kastenyoung1989")
-    airmass_high = pvlib.atmosphere.get_relative_airmass(high, model="kastenyoung1989")
-    normal = SOLAR_CONSTANT / site.sun_distance**2
-    aerosol = [sky.at(f"aerosol_optical_depth_{nm}", altitude)[:, None] for nm in (380, 500)]
-    bird = pvlib.clearsky.bird(
-        high,
-        airmass_high,
-        *aerosol,
-        sky.at("precipitable_water", altitude)[:, None] / 10.0,  # kg m^-2 to cm
-        ozone=sky.ozone / 1000.0,  # Dobson units to cm
-        pressure=sky.pressure_at(altitude)[:, None],
-        dni_extra=normal,
-        albedo=sky.ground_albedo,
-    )
-    sine = np.where(up, np.cos(np.radians(zenith)), 0.0)
-    direct = np.where(up, normal * (bird["dni"] / normal) ** (airmass / airmass_high), 0.0)
-    diffuse = bird["dhi"] * sine / np.cos(np.radians(high))
-    total = (direct * sine + diffuse) * (1 - 0.75 * cloud_fraction**3.4)
-    direct = direct * (1 - cloud_fraction)
-    return direct, np.maximum(total - direct * sine, 0.0)
+    def longwave(self, air_temperature: np.ndarray, cloud_fraction, altitude: np.ndarray) -> np.ndarray:
+        """Longwave irradiance of the whole sky on a level surface [W m^-2], (altitudes, SUN_STEPS).
 
+        The emissivity of the clear sky meets the air temperature (altitudes, SUN_STEPS) [K] of the time.
 
-def sky_longwave(temperature, precipitable_water, cloud_fraction) -> np.ndarray:
-    """Longwave irradiance of the sky on a level surface [W m^-2].
-
-    Parameters
-    ----------
-    temperature : array_like
-        Of the air near the ground [K].
-    precipitable_water : array_like
-        [kg m^-2]
-    cloud_fraction : float
-
-    References
-    ----------
-    Clear sky: Prata (1996), Q. J. R. Meteorol. Soc. 122, 1127-1151. Cloud: emissivity (1 - 0.84 n) e + 0.84 n,
-    Unsworth and Monteith (1975), Q. J. R. Meteorol. Soc. 101, 13-24.
-    """
-    centimetres = np.asarray(precipitable_water) / 10.0
-    emissivity = 1 - (1 + centimetres) * np.exp(-np.sqrt(1.2 + 3.0 * centimetres))
-    emissivity = (1 - 0.84 * cloud_fraction) * emissivity + 0.84 * cloud_fraction
-    return emissivity * Stefan_Boltzmann * np.asarray(temperature) ** 4
+        References
+        ----------
+        Cloud: emissivity (1 - 0.84 n) e + 0.84 n, Unsworth and Monteith (1975), Q. J. R. Meteorol. Soc. 101, 13-24.
+        """
+        emissivity = self.at("emissivity", altitude)[:, None]
+        emissivity = (1 - 0.84 * cloud_fraction) * emissivity + 0.84 * cloud_fraction
+        return emissivity * Stefan_Boltzmann * air_temperature**4
 
 
 def plane_irradiance(
@@ -164,10 +139,9 @@ def plane_irradiance(
     """
     import pvlib
 
-    up = np.asarray(solar_elevation) > _HORIZON
     zenith = 90.0 - np.asarray(solar_elevation)
     cosine = np.maximum(pvlib.irradiance.aoi_projection(slope, azimuth, zenith, solar_azimuth), 0.0)
-    sine = np.sin(np.radians(solar_elevation))
+    sine = np.maximum(np.sin(np.radians(solar_elevation)), 0.0)
     on_plane = pvlib.irradiance.haydavies(
         slope,
         azimuth,
@@ -178,11 +152,11 @@ def plane_irradiance(
     )
     level = direct * sine + diffuse
     reflected = pvlib.irradiance.get_ground_diffuse(slope, level, albedo=ground_albedo)
-    return np.where(up, direct * cosine, 0.0), np.where(up, on_plane, 0.0), np.where(up, reflected, 0.0)
+    return direct * cosine, on_plane, reflected
 
 
 def step_means(values: np.ndarray, steps: int) -> np.ndarray:
-    """Means (..., steps) of periodic samples (..., n) over the steps centred on each solver time: trapezium rule.
+    """Means (..., steps) of periodic samples (..., n), or of one constant (..., 1), over the steps centred on each solver time: trapezium rule.
 
     Raises
     ------
@@ -190,6 +164,8 @@ def step_means(values: np.ndarray, steps: int) -> np.ndarray:
         The number of samples is not a multiple of the number of steps.
     """
     samples = values.shape[-1]
+    if samples == 1:
+        return values
     if samples % steps:
         raise InputError(f"found {steps} solver steps; allowed: divisors of {samples}")
     ratio = samples // steps
@@ -241,16 +217,15 @@ class Scene:
 
     @cached_property
     def _air(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS)."""
+        """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS), pressure (A, 1) where it does not change."""
         altitude = np.asarray(self.altitude, float)
         return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 
     @cached_property
     def _shortwave(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Direct, diffuse and reflected on the planes, each (A, P, SUN_STEPS)."""
-        direct, diffuse = sky_irradiance(
-            self.site, self.sky, self.weather.cloud_fraction, np.asarray(self.altitude, float)
-        )
+        altitude = np.asarray(self.altitude, float)
+        direct, diffuse = self.sky.irradiance(self.site, self.weather.cloud_fraction, altitude)
         return plane_irradiance(
             np.asarray(self.slope, float)[None, :, None],
             np.asarray(self.azimuth, float)[None, :, None],
@@ -265,8 +240,7 @@ class Scene:
     @cached_property
     def _longwave(self) -> np.ndarray:
         """Of the whole sky on a level surface, (A, SUN_STEPS)."""
-        water = self.sky.at("precipitable_water", np.asarray(self.altitude, float))[:, None]
-        return sky_longwave(self._air[0], water, self.weather.cloud_fraction)
+        return self.sky.longwave(self._air[0], self.weather.cloud_fraction, np.asarray(self.altitude, float))
 
     def forcing(self, steps: int) -> Forcing:
         """Forcing of all columns, (A * P, steps)."""

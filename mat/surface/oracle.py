@@ -38,8 +38,9 @@ def solve_oracle(
     intervals: int = 144,
     degree: int = 3,
     cells: int = 40,
+    start: float | None = None,
 ) -> OracleSolution:
-    """Periodic temperatures of one column.
+    """Temperatures of one column, periodic or from a start.
 
     Parameters
     ----------
@@ -52,6 +53,8 @@ def solve_oracle(
         Of the Radau collocation.
     cells : int
         In each layer.
+    start : float, optional
+        Uniform temperature at the beginning [K], in place of periodicity.
 
     Returns
     -------
@@ -74,8 +77,9 @@ def solve_oracle(
     forcing = forcing_at(times.ravel())
     rate, size = _rate(ca, material, cells, period)
     parameters = np.vstack([_parameters(forcing, times.size), back_drive(material, forcing, times.ravel() / 3600) + 0 * times.ravel()])
-    residual, unknowns = _collocation(ca, rate, size, parameters, intervals, degree, period)
-    values = _newton(ca, residual, unknowns, np.full(size * times.size, float(np.mean(forcing.air_temperature))))
+    residual, unknowns = _collocation(ca, rate, size, parameters, intervals, degree, period, start)
+    guess = float(np.mean(forcing.air_temperature)) if start is None else start
+    values = _newton(ca, residual, unknowns, np.full(size * times.size, guess))
     states = values.reshape(intervals, degree, size)[:, -1]
     ends = (np.arange(intervals) + 1) * (period / intervals)
     return OracleSolution(ends, states[:, 0], states[:, 1:])
@@ -152,7 +156,7 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     net = emissivity * (laws.Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
     properties = material.surface
     roughness = properties.roughness_length
-    logs = np.log1p(10.0 / roughness) * np.log1p(10.0 * np.exp(2.0) / roughness)
+    logs = np.log1p(10.0 / roughness) * np.log1p(2.0 * np.exp(2.0) / roughness)
     volumetric = pressure / (laws.AIR_GAS_CONSTANT * air) * laws.AIR_HEAT_CAPACITY
     forced = volumetric * 0.16 * wind / logs
     if not properties.canopy:
@@ -165,20 +169,24 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     net += coefficient * difference
     if properties.wetness:
         celsius = surface - 273.15
-        deficit = 611.2 * ca.exp(17.62 * celsius / (243.12 + celsius)) - vapour
+        frozen = ca.fmin(ca.fmax(-celsius / 2.0, 0.0), 1.0)
+        ice = frozen * frozen * (3.0 - 2.0 * frozen)
+        exponent = ca.if_else(ice > 0, ice * 22.46 * celsius / (272.62 + celsius), 0.0)
+        exponent += (1.0 - ice) * 17.62 * celsius / (243.12 + celsius)
+        deficit = (611.2 * ca.exp(exponent) - vapour) * (1.0 + ice * 0.333 / 2.501)
         resistance = volumetric / coefficient + properties.surface_resistance
         net += properties.wetness * volumetric / (0.665e-3 * pressure) * deficit / resistance
     return net
 
 
-def _collocation(ca, rate, size: int, parameters: np.ndarray, intervals: int, degree: int, period: float):
-    """Equations of periodic Radau collocation and their unknowns, ordered interval, point, state."""
+def _collocation(ca, rate, size: int, parameters: np.ndarray, intervals: int, degree: int, period: float, start):
+    """Equations of Radau collocation, periodic or from a start, and their unknowns, ordered interval, point, state."""
     nodes = np.concatenate([[0.0], ca.collocation_points(degree, "radau")])
     weights = _derivative_weights(nodes)
     unknowns = ca.MX.sym("x", size, intervals * degree)
     slopes = rate.map(intervals * degree)(unknowns, ca.DM(parameters)) * (period / intervals)
     ends = unknowns[:, degree - 1 :: degree]
-    starts = ca.horzcat(ends[:, -1], ends[:, :-1])
+    starts = ca.horzcat(ends[:, -1] if start is None else start * ca.DM.ones(size), ends[:, :-1])
     equations = []
     for point in range(degree):
         total = weights[0, point + 1] * starts

@@ -27,10 +27,11 @@ FINE_STEPS = 288
 TOLERANCE = 1e-3
 # Excess over the maximum principle [K] at which a column goes to backward Euler, which cannot exceed it.
 BOUND_TOLERANCE = 0.1
-# Columns iterated together: some 300 kB an array at N = 96, so that a handful stays in a core's second-level cache.
-_CHUNK = 384
+# Temperatures iterated together: some 300 kB an array, so that a handful stays in a core's second-level cache.
+_CHUNK = 384 * 96
 _ITERATIONS = 16
-_SAMPLE, _RENEWALS = 32, 4  # columns and matrices from which a material's relaxation is found
+_MELTING_ITERATIONS = 60
+_SAMPLE, _RENEWALS = 32, 3  # columns and matrices from which a material's relaxation is found
 
 
 class Method(IntEnum):
@@ -152,8 +153,9 @@ def _solve(material, forcing: Forcing, conduction: Conduction, method: Method, s
     back = BackFlux.of(material, forcing, conduction, hours)
     relaxation = None if conduction.steps > DENSE_STEPS else _Relaxation.of(material, forcing, conduction, back.source)
     parts = []
-    for start in range(0, columns, _CHUNK):
-        chosen = slice(start, min(start + _CHUNK, columns))
+    size = max(1, _CHUNK // conduction.steps)
+    for start in range(0, columns, size):
+        chosen = slice(start, min(start + size, columns))
         parts.append(
             _solve_chunk(
                 material, forcing.columns(chosen), back.columns(chosen), conduction, relaxation, method, names[chosen]
@@ -170,17 +172,17 @@ def _solve_chunk(
     material, forcing: Forcing, back: BackFlux, conduction: Conduction, relaxation, method: Method, names
 ) -> Solution:
     balance, source = Balance(forcing, material), back.source
-    cap = MELTING_POINT if material.surface.snow else None
+    cap = _cap(material)
     if relaxation is None:
         temperature, iterations = _first_guess(balance), np.zeros(len(names), np.int32)
     else:
         temperature, iterations = relaxation.iterate(balance, source)
-    loss, imbalance = _imbalance(balance, conduction, source, temperature)
-    unsettled = ~(np.abs(imbalance).max(axis=1) <= TOLERANCE)
     if cap is not None:
-        unsettled |= temperature.max(axis=1) > cap
+        temperature = np.minimum(temperature, cap)
+    loss, imbalance = _imbalance(balance, conduction, source, temperature)
+    melt = np.zeros_like(temperature) if cap is None else np.where(temperature >= cap, np.maximum(-imbalance, 0.0), 0.0)
+    unsettled = ~(np.abs(imbalance + melt).max(axis=1) <= TOLERANCE)
     methods = np.full(len(names), method, np.uint8)
-    melt = np.zeros_like(temperature)
     rest = np.flatnonzero(unsettled)
     if rest.size:
         some = balance.columns(rest)
@@ -247,12 +249,19 @@ class _Relaxation:
         A change [K] after which the residual is within the tolerance: the next change is at least twice smaller.
     start : ndarray, shape (1, N), or None
         Mean temperature of the sample [K].
+    cap : float or None
+        Temperature T_m that the surface cannot exceed [K]. The unknown is then u, of which T = min(u, T_m) is the
+        temperature and `melting` (u - T_m) the heat spent on melting where u exceeds T_m.
+    melting : float
+        [W m^-2 K^-1]
     """
 
     slope: np.ndarray
     inverse: np.ndarray
     change_tolerance: float
     start: np.ndarray | None
+    cap: float | None
+    melting: float
 
     @classmethod
     def of(cls, material, forcing: Forcing, conduction: Conduction, source: np.ndarray) -> _Relaxation:
@@ -262,12 +271,16 @@ class _Relaxation:
         balance = Balance(forcing.columns(sample), material)
         source = source[sample]
         temperature, start = _first_guess(balance), None
+        cap = _cap(material)
         for _ in range(_RENEWALS):
-            _, slope = balance.loss_and_slope(temperature)
+            _, slope = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
             slope = np.maximum(slope.mean(axis=0), 1e-3)
             inverse = np.linalg.inv(conduction.matrix + np.diag(slope)).T
             stiffness = slope.max() + conduction.matrix[0, 0]
-            relaxation = cls(slope, inverse, 2.0 * TOLERANCE / stiffness, start)
+            # Between the least and the largest stiffness of a wave: both of them converge then.
+            ends = slope.mean() + conduction.admittance.real[[0, -1]]
+            melting = 2 * ends.prod() / ends.sum()
+            relaxation = cls(slope, inverse, 2.0 * TOLERANCE / stiffness, start, cap, float(melting))
             found, _ = relaxation.iterate(balance, source, temperature, iterations=2)
             if not np.all((found > 1.0) & (found < 3000.0)):
                 break
@@ -279,11 +292,8 @@ class _Relaxation:
         if temperature is None:
             temperature = _first_guess(balance) if self.start is None else np.repeat(self.start, len(source), axis=0)
         memory = _Anderson()
-        for count in range(1, (iterations or _ITERATIONS) + 1):
-            target = temperature * self.slope
-            target -= balance.loss(temperature)
-            target += source
-            target = target @ self.inverse
+        for count in range(1, (iterations or (_ITERATIONS if self.cap is None else _MELTING_ITERATIONS)) + 1):
+            target = self._relaxed(balance, source, temperature)
             change = target - temperature
             largest = max(change.max(), -change.min())
             if largest < self.change_tolerance:
@@ -293,6 +303,27 @@ class _Relaxation:
                 break
             temperature = memory.next(target, change)
         return temperature, np.full(len(temperature), count, np.int32)
+
+    def _relaxed(self, balance: Balance, source, temperature: np.ndarray) -> np.ndarray:
+        """The unknown less the relaxed imbalance."""
+        excess = 0.0
+        if self.cap is not None:
+            excess = np.maximum(temperature - self.cap, 0.0)
+            temperature = np.minimum(temperature, self.cap)
+        target = temperature * self.slope
+        target -= balance.loss(temperature)
+        target += source
+        if self.cap is not None:
+            target -= self.melting * excess
+        target = target @ self.inverse
+        if self.cap is not None:
+            target += excess
+        return target
+
+
+def _cap(material: SurfaceMaterial) -> float | None:
+    """Temperature that the surface cannot exceed [K]."""
+    return MELTING_POINT if material.surface.snow else None
 
 
 class _Anderson:

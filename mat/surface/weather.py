@@ -56,14 +56,14 @@ class Weather:
         Returns
         -------
         tuple of ndarray
-            Each (A, SUN_STEPS). The air cools by 6.5 K/km upwards and keeps its mixing ratio to saturation; measured
-            pressure shifts the state's by one factor.
+            Each (A, SUN_STEPS); pressure (A, 1) where it does not change. The air cools by 6.5 K/km upwards and keeps
+            its mixing ratio to saturation; measured pressure shifts the state's by one factor.
         """
         temperature = self.air_temperature - LAPSE_RATE * (np.asarray(altitude, float)[:, None] - self.altitude)
         ratio = (pressure[:-1] / pressure[-1])[:, None]
         own = pressure[-1] if self.pressure is None else self.pressure
         vapour = np.minimum(self.vapour_pressure * ratio, saturation_pressure(temperature))
-        return temperature, vapour, own * ratio + np.zeros_like(temperature)
+        return temperature, vapour, own * ratio
 
 
 def from_extremes(

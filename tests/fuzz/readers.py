@@ -18,7 +18,7 @@ from skyshine.mat.tables.verify import problems
 from skyshine.materials.files import SpecularFile, ThermalFile
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.documents import load_model
-from skyshine.tmm.texture import read_texture
+from skyshine.tmm.texture import TextureFile
 
 ROOT = Path(__file__).parents[2]
 JOB = """\
@@ -59,6 +59,11 @@ def _table(path: Path) -> None:
         table.error(name)
 
 
+def _texture(path: Path) -> None:
+    image = TextureFile(path)
+    image.window(slice(0, min(4, image.height)), slice(0, image.width))
+
+
 def _flat(path: Path) -> None:
     table = open_table(path)
     for name in table.quantities:
@@ -74,7 +79,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "response": (".csv", lambda path: parse_response(read_text(path), path)),
     "weather": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5)),
     "series": (".csv", _series),
-    "texture": (".png", read_texture),
+    "texture": (".png", _texture),
     "table": (".h5", _table),
     "flat": (".raw.json", _flat),
 }

@@ -46,8 +46,8 @@ def job(tmp_path):
 def test_a_year_has_365_days_each_with_its_own_date_and_three_digits(job):
     loaded = job("{first: 2026-01-01, last: 2026-12-31}")
     assert len(loaded.job.states) == 366
-    assert loaded.at_state(1).job.site.date == date(2026, 6, 28) and loaded.at_state(366).job.site.date == date(2026, 12, 31)
-    assert loaded.at_state(3).job.states[2].visibility_km == 23
+    assert loaded.of_state(1).job.site.date == date(2026, 6, 28) and loaded.of_state(366).job.site.date == date(2026, 12, 31)
+    assert loaded.of_state(3).job.states[2].visibility_km == 23
     files = [name for task in make_plan(loaded, load_library()).tasks for name in task.files]
     assert "s001b01.atmq.h5" in files and "s366.htt.h5" in files and len(set(files)) == len(files) == 366 * 3 + 1
 

@@ -17,17 +17,21 @@ import skyshine.mat, skyshine.tmm
 from skyshine import atmospheres, materials, schemas
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.aerosol import AerosolModel
+from skyshine.mat.atmosphere.cloud import cloud_type
 from skyshine.mat.atmosphere.profiles import load_profile
-from skyshine.mat.starter import starter_files
+from skyshine.mat.jobs.presets import presets
+from skyshine.mat.starter import example_names, starter_files
 from skyshine.materials.library import load_library
 for module in (skyshine.mat, skyshine.tmm, atmospheres, materials, schemas):
     assert module.__file__.startswith(PLACE), module.__file__
 assert len(AbsorptionTable.open().gases) >= 3
 assert load_profile("tropical").temperature[0] > 299
 AerosolModel.load("rural")
+assert cloud_type("stratus").model and "rain" in presets()
 assert len(load_library()) >= 12
 assert schemas.path("mat-job.schema.json").is_file()
-assert all(file.is_file() for file in starter_files())
+assert all(file.is_file() for name in example_names() for file in starter_files(name))
+assert materials.path("exchange/cdb.yaml").is_file()
 """
 
 

@@ -7,7 +7,9 @@ import OpenImageIO as oiio
 import pytest
 
 from skyshine.materials.library import load_library
+from skyshine.tmm import map_texture, open_tmm, write_texture
 from skyshine.tmm.job import TextureJob
+from skyshine.tmm.texture import Texture, TextureFile
 
 
 @pytest.fixture(scope="session")
@@ -53,6 +55,35 @@ def job():
         return TextureJob.model_validate({"image": image, "seeds": seeds, **settings})
 
     return make
+
+
+class Built:
+    """A texture mapped and written: what `map_texture` found, what was written, and the arrays of the file."""
+
+    def __init__(self, job, folder, library, path):
+        self.path, self.map = path, map_texture(job, folder, library)
+        self.written = write_texture(self.map, path)
+        with open_tmm(path) as file:
+            self.code, self.confidence, self.typicality = (
+                file.array(f"levels/0/{name}") for name in ("code", "confidence", "typicality")
+            )
+
+
+@pytest.fixture
+def build(tmp_path, library):
+    """Maps and writes the texture of a job whose files stand in `tmp_path`."""
+    return lambda job, name="built.tmm.h5": Built(job, tmp_path, library, tmp_path / name)
+
+
+@pytest.fixture
+def read():
+    """Reads a texture file as a whole into memory."""
+
+    def whole(path, *arguments, **settings) -> Texture:
+        file = TextureFile(path, *arguments, **settings)
+        return Texture(*file.window(slice(0, file.height), slice(0, file.width)), file.encoding)
+
+    return whole
 
 
 @pytest.fixture(scope="session")

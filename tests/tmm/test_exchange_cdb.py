@@ -1,5 +1,6 @@
 """OGC CDB: tables and rasters both ways, the real ones of the reference data, and broken ones."""
 
+import datetime
 import json
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ from skyshine.tmm.exchange.cdb import from_image, model_texture, parse_tile, rea
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_table import Composite, Substrate, largest_remainders, read_table, write_table
 from skyshine.tmm.exchange.image import MaterialImage
+from skyshine.tmm.exchange.rasters import read_plane, write_tiff
 from skyshine.tmm.levels import WEIGHT_TOTAL, Level
 
 YEMEN = "cdb/yemen/Tiles/N12/E044"
@@ -55,9 +57,22 @@ def test_same_bytes_and_no_layer_left_behind(image, materials, tmp_path):
     write_cdb(tmp_path, from_image(image, TILE, materials))
     first = {path: path.read_bytes() for path in write_cdb(tmp_path, from_image(image, TILE, materials))}
     assert len(first) == 7 and all(path.read_bytes() == content for path, content in first.items())
+    this_year = str(datetime.date.today().year).encode()
+    assert not any(this_year in content for content in first.values())  # no clock in any of them
     pure = replace(image, level=Level(image.level.code, image.level.mix_code * [1, 0, 0], (image.level.mix_weight > 0) * [WEIGHT_TOTAL, 0, 0]))
     written = write_cdb(tmp_path, from_image(pure, TILE, materials))
     assert len(written) == 2 and read_cdb(written[0]).index.shape == (1, 32, 32)
+
+
+@pytest.mark.parametrize("kind, tags", [(np.uint8, (5, 8)), (np.uint16, (5, 16)), (np.float32, (1, 32))])
+def test_tiff_is_compressed_where_it_holds_integers(kind, tags, tmp_path):
+    from PIL import Image
+
+    values = (np.arange(48).reshape(6, 8) / 48 * (1 if kind is np.float32 else 200)).astype(kind)
+    write_tiff(tmp_path / "a.tif", values)
+    assert np.array_equal(read_plane(tmp_path / "a.tif"), values)
+    with Image.open(tmp_path / "a.tif") as picture:
+        assert (picture.tag_v2[259], *picture.tag_v2[258]) == tags  # TIFF 6.0: Compression (5 is LZW), BitsPerSample
 
 
 def test_model_textures(image, materials, tmp_path):

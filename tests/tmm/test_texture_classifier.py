@@ -5,8 +5,7 @@ import pytest
 from scipy import stats
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.build import build_texture
-from skyshine.tmm.classify import GaussianModel, TextureClassifier, fit
+from skyshine.tmm.classify import ColourMapper, GaussianModel, fit
 from skyshine.tmm.features.colour import DistinctColours, to_lab
 from skyshine.tmm.texture import Texture
 
@@ -51,11 +50,11 @@ def test_priors(prior, expected):
 
 
 def _classifier(pixels, valid, radius, encoding="srgb", model=None):
-    texture = Texture(None, pixels, valid, encoding, "")
+    texture = Texture(pixels, valid, encoding)
     if model is None:
         means = to_lab(np.array([[40, 40, 40], [120, 130, 100], [220, 200, 210]], np.uint8), "srgb")
         model = GaussianModel(tuple("abc"), means, np.stack([np.diag([400.0, 50, 50])] * 3), np.log(np.ones(3) / 3))
-    return TextureClassifier(texture, DistinctColours(texture), model, radius)
+    return ColourMapper(texture, DistinctColours(texture), model, radius)
 
 
 @pytest.mark.parametrize("radius", [0, 1, 3, 40])
@@ -64,7 +63,7 @@ def test_against_texel_by_texel(radius):
     pixels = random.integers(0, 256, (23, 31, 3), dtype=np.uint8)
     valid = random.random((23, 31)) > 0.2
     classifier = _classifier(pixels, valid, radius)
-    result = classifier.whole()
+    result = classifier.window(0, 23, 0, 31)
     distance = classifier.model.squared_distance(to_lab(pixels.reshape(-1, 3), "srgb"))
     posterior = np.exp(classifier.model.log_posterior(distance)).reshape(3, 23, 31)
     for row, column in zip(*np.nonzero(valid)):
@@ -86,39 +85,41 @@ def test_distinct_colours_equal_each_texel_for_itself(kind):
         kind
     ]
     valid = np.ones((50, 40), bool)
-    expected, result = _classifier(pixels, valid, 2).whole(), _classifier(other, valid, 2).whole()
+    expected, result = (_classifier(values, valid, 2).window(0, 50, 0, 40) for values in (pixels, other))
     np.testing.assert_array_equal(result.material, expected.material)
     np.testing.assert_allclose(result.confidence, expected.confidence, atol=1e-4)
 
 
-def test_blocks_do_not_show(monkeypatch):
+def test_windows_do_not_show():
     pixels = np.random.default_rng(10).integers(0, 256, (90, 33, 3), dtype=np.uint8)
-    valid = np.ones((90, 33), bool)
-    whole = _classifier(pixels, valid, 4).whole()
-    monkeypatch.setattr("skyshine.tmm.classify.BLOCK_TEXELS", 300)
-    parts = _classifier(pixels, valid, 4).whole()
-    for name in ("material", "confidence", "typicality"):
-        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))
+    classifier = _classifier(pixels, np.ones((90, 33), bool), 4)
+    whole = classifier.window(0, 90, 0, 33)
+    for top in range(0, 90, 20):
+        for left in range(0, 33, 7):
+            at = np.s_[top : min(top + 20, 90), left : min(left + 7, 33)]
+            part = classifier.window(at[0].start, at[0].stop, at[1].start, at[1].stop)
+            for name in ("material", "confidence", "typicality"):
+                np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[at])
 
 
-def test_two_halves(job, two_halves, tmp_path, library):
-    result = build_texture(job(two_halves), tmp_path, library)
-    code = result.levels[0].code
+def test_two_halves(job, two_halves, build, library):
+    result = build(job(two_halves))
+    code = result.code
     assert (code[:, :17] == library[GREEN].code).all() and (code[:, 23:] == library[GREY].code).all()
-    assert dict(zip(result.names, result.usage))[GREEN] == pytest.approx(0.5, abs=0.05)
-    assert result.quality.overall_accuracy == 1 and result.quality.tested > 0
+    assert dict(zip(result.map.names, result.written.usage))[GREEN] == pytest.approx(0.5, abs=0.05)
+    assert result.map.quality.whole.overall_accuracy == 1 and result.map.quality.whole.tested > 0
 
 
-def test_sixteen_bits(job, write_image, tmp_path, library):
+def test_sixteen_bits(job, write_image, build, library):
     values = np.random.default_rng(12).normal(0, 1500, (20, 40, 3))
     values[:, :20] += (15000, 36000, 13000)
     values[:, 20:] += (31000, 31000, 32000)
     image = write_image("deep.tif", values.astype(np.uint16), "uint16")
-    code = build_texture(job(image), tmp_path, library).levels[0].code
+    code = build(job(image)).code
     assert (code[:, :12] == library[GREEN].code).all() and (code[:, 28:] == library[GREY].code).all()
 
 
-def test_known_truth_is_found_again(job, write_image, tmp_path, library):
+def test_known_truth_is_found_again(job, write_image, build, library):
     random = np.random.default_rng(11)
     truth = np.kron(random.integers(0, 3, (6, 8)), np.ones((16, 16), int))
     colours = np.array([[70, 110, 60], [130, 125, 120], [170, 150, 110]])
@@ -132,65 +133,65 @@ def test_known_truth_is_found_again(job, write_image, tmp_path, library):
             for r, c in list(zip(rows, columns))[:4]
         ]
     image = write_image("patches.png", pixels)
-    result = build_texture(job(image, polygons, classifier={"radius": 2}), tmp_path, library)
+    result = build(job(image, polygons, classifier={"radius": 2}))
     codes = np.array([library[name].code for name in names])
-    assert np.mean(result.levels[0].code == codes[truth]) > 0.93
-    assert result.quality.overall_accuracy > 0.97 and result.quality.mean_iou > 0.95
+    assert np.mean(result.code == codes[truth]) > 0.93
+    assert result.map.quality.whole.overall_accuracy > 0.97 and result.map.quality.whole.mean_iou > 0.95
 
 
-def test_one_seed_texel_each(job, two_halves, tmp_path, library):
-    result = build_texture(job(two_halves, {GREEN: [[[3.5, 4.5]]], GREY: [[[30, 10]]]}), tmp_path, library)
-    assert len(result.seeds.rows) == 2 and result.quality.tested == 0
-    code = result.levels[0].code
+def test_one_seed_texel_each(job, two_halves, build, library):
+    result = build(job(two_halves, {GREEN: [[[3.5, 4.5]]], GREY: [[[30, 10]]]}))
+    assert len(result.map.seeds.rows) == 2 and result.map.quality.whole.tested == 0
+    code = result.code
     assert np.mean(code[:, :20] == library[GREEN].code) > 0.9 and np.mean(code[:, 20:] == library[GREY].code) > 0.9
     assert np.isfinite(result.confidence).all()
 
 
-def test_flat_texture(job, write_image, tmp_path, library):
+def test_flat_texture(job, write_image, build, library):
     image = write_image("flat.png", np.full((20, 40, 3), 100, np.uint8))
-    result = build_texture(job(image), tmp_path, library)
-    assert np.isin(result.levels[0].code, result.codes).all()
+    result = build(job(image))
+    assert np.isin(result.code, result.map.codes).all()
     np.testing.assert_allclose(result.confidence, 0.5, atol=0.01)
 
 
-def test_grey_texture(job, write_image, tmp_path, library):
+def test_grey_texture(job, write_image, build, library):
     values = np.where(np.arange(40) < 20, 60, 180).astype(np.uint8)
     image = write_image("grey.png", np.broadcast_to(values[:, np.newaxis], (20, 40, 1)).copy())
-    code = build_texture(job(image), tmp_path, library).levels[0].code
+    code = build(job(image)).code
     assert (code[:, :19] == library[GREEN].code).all() and (code[:, 21:] == library[GREY].code).all()
 
 
-def test_high_dynamic_range_with_holes(job, write_image, tmp_path, library):
+def test_high_dynamic_range_with_holes(job, write_image, build, library):
     values = np.full((20, 40, 3), 0.05, np.float32)
     values[:, 20:] = 3e4
     values[:, 30:] = 3e38
     values[5, 5], values[6, 30] = np.nan, np.inf
-    result = build_texture(job(write_image("sky.tif", values, "float")), tmp_path, library)
-    code = result.levels[0].code
+    result = build(job(write_image("sky.tif", values, "float")))
+    code = result.code
     assert code[5, 5] == 0 and code[6, 30] == 0 and np.count_nonzero(code == 0) == 2
     assert np.isfinite(result.confidence).all() and np.isfinite(result.typicality).all()
     assert (code[:, :11][code[:, :11] > 0] == library[GREEN].code).all()
 
 
-def test_one_texel(job, write_image, tmp_path, library):
+def test_one_texel(job, write_image, build, library):
     image = write_image("dot.png", np.full((1, 1, 3), 100, np.uint8))
-    result = build_texture(job(image, {GREEN: [[[0, 0]]]}), tmp_path, library)
-    assert result.levels[0].code.tolist() == [[library[GREEN].code]] and len(result.levels) == 1
+    result = build(job(image, {GREEN: [[[0, 0]]]}))
+    assert result.code.tolist() == [[library[GREEN].code]]
     assert result.confidence[0, 0] == 1
 
 
-def test_fully_transparent(job, write_image, tmp_path, library):
+def test_fully_transparent(job, write_image, build, library):
     image = write_image("none.png", np.zeros((20, 40, 4), np.uint8))
     with pytest.raises(InputError, match="no texel with data"):
-        build_texture(job(image), tmp_path, library)
+        build(job(image))
 
 
-def test_thresholds_give_unknown(job, two_halves, tmp_path, library):
+def test_thresholds_give_unknown(job, two_halves, build, library):
     strict = job(two_halves, classifier={"typicality_threshold": 0.2, "radius": 0})
-    result = build_texture(strict, tmp_path, library)
-    unknown = result.levels[0].code == 0
+    result = build(strict)
+    unknown = result.code == 0
     assert unknown.any() and not unknown.all()
     assert (result.typicality[unknown] < 0.2).all() and (result.typicality[~unknown] >= 0.2).all()
-    assert result.usage.sum() == pytest.approx(1 - unknown.mean())
-    sure = build_texture(job(two_halves, classifier={"confidence_threshold": 1.0}), tmp_path, library)
-    assert (sure.levels[0].code[:, 18:22] == 0).any()
+    assert result.written.usage.sum() == pytest.approx(1 - unknown.mean())
+    sure = build(job(two_halves, classifier={"confidence_threshold": 1.0}))
+    assert (sure.code[:, 18:22] == 0).any()

@@ -8,7 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from skyshine.tmm.levels import WEIGHT_TOTAL, composites, integer_weights, level_sizes, mip_levels
+from skyshine.tmm.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, integer_weights, level_sizes, pure_level
+
+
+def mip_levels(code: np.ndarray, step: int | None = None) -> list[Level]:
+    """All levels of an image that comes `step` rows at a time."""
+    step, stream = step or len(code), LevelStream(*code.shape, np.unique(np.append(code[code > 0], 9)))
+    parts = [[pure_level(code)], *([] for _ in level_sizes(*code.shape)[1:])]
+    for top in range(0, len(code), step):
+        for level, row, part in stream.add(code[top : top + step]):
+            assert row == sum(len(earlier.code) for earlier in parts[level])
+            parts[level].append(part)
+    names = ("code", "mix_code", "mix_weight")
+    return [Level(*(np.concatenate([getattr(part, name) for part in level]) for name in names)) for level in parts]
 
 
 def _overlaps(cell: int, parts: int, length: int):
@@ -31,10 +43,10 @@ def _shares(code, row, column, size):
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (8, 8), (5, 7), (1, 13), (12, 20), (17, 3), (24, 6)])
-@pytest.mark.parametrize("materials", [2, 6])
-def test_shares_are_exact(shape, materials):
+@pytest.mark.parametrize("materials, step", [(2, None), (6, None), (6, 1), (6, 3)])
+def test_shares_are_exact(shape, materials, step):
     code = np.random.default_rng(materials).integers(0, materials, shape).astype(np.uint16)
-    levels = mip_levels(code)
+    levels = mip_levels(code, step)
     assert [level.code.shape for level in levels] == level_sizes(*shape)
     np.testing.assert_array_equal(levels[0].code, code)
     for level in levels:
@@ -76,7 +88,25 @@ def test_integer_weights_sum_exactly(counts, total):
 
 def test_composites_list_every_mixture_once():
     code = np.array([[1, 1, 2, 2], [1, 3, 2, 2]], np.uint16)
-    components, weights = composites(mip_levels(code))
+    composites = Composites()
+    for level in mip_levels(code):
+        composites.add(level)
+    components, weights = composites.mixtures()
     found = {(*map(int, c), *map(int, w)) for c, w in zip(components, weights)}
     pure = {(k, 0, 0, 100, 0, 0) for k in (1, 2, 3)}
     assert found == pure | {(1, 3, 0, 75, 25, 0), (2, 1, 3, 50, 38, 12)} and len(components) == len(found)
+
+
+def test_radiance_of_mixtures():
+    """Band radiance from the fractions against the mean over the texels below, with three materials in the scene."""
+    code = np.kron(np.random.default_rng(7).integers(1, 4, (9, 11)), np.ones((7, 5), int)).astype(np.uint16)
+    # Spectral radiance of blackbodies at 10 um, W m-2 sr-1 um-1, of 260, 300 and 340 K, by Planck's law.
+    temperature = np.array([np.inf, 260.0, 300.0, 340.0])
+    radiance = 1.191042972e8 / 10.0**5 / np.expm1(14387.76877 / (10.0 * temperature[1:]))
+    radiance = np.concatenate([[0.0], radiance])
+    for level in mip_levels(code, 16):
+        mixed = (radiance[level.mix_code] * level.mix_weight).sum(axis=-1) / WEIGHT_TOTAL
+        for row, column in np.ndindex(level.code.shape):
+            shares = _shares(code, row, column, level.code.shape)
+            exact = float(sum(radiance[number] * float(share) for number, share in shares) / float(sum(s for _, s in shares)))
+            assert mixed[row, column] == pytest.approx(exact, rel=1e-4)

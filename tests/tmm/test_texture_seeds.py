@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.build import build_texture, load_texture
-from skyshine.tmm.seeds import seed_materials
+from skyshine.tmm.build import map_texture
+from skyshine.tmm.load import job_materials, load_texture
 
 GREEN, GREY = "grass_green", "asphalt_road"
 
 
 def _texels(job, folder, library, name):
-    _, seeds = load_texture(job, folder, library)
+    *_, seeds = load_texture(job, folder, library)
     mine = seeds.material == seeds.names.index(name)
     return set(zip(seeds.columns[mine].tolist(), seeds.rows[mine].tolist()))
 
@@ -43,7 +43,7 @@ def test_geojson_with_a_hole(job, two_halves, tmp_path, library):
     mapped = job(two_halves, seeds={"file": "seeds.geojson"})
     green = _texels(mapped, tmp_path, library, GREEN)
     assert (5, 5) not in green and (3, 3) in green and len(green - {(10, 2), (10, 10), (2, 10)}) == 64 - 16
-    assert seed_materials(mapped, tmp_path) == (GREY, GREEN)
+    assert job_materials(mapped, tmp_path) == (GREY, GREEN)
     assert len(_texels(mapped, tmp_path, library, GREY)) >= 7
 
 
@@ -58,7 +58,7 @@ def test_geojson_with_a_hole(job, two_halves, tmp_path, library):
 def test_bad_geojson(job, two_halves, tmp_path, library, content, message):
     (tmp_path / "seeds.geojson").write_text(content)
     with pytest.raises(InputError, match=message):
-        build_texture(job(two_halves, seeds={"file": "seeds.geojson"}), tmp_path, library)
+        map_texture(job(two_halves, seeds={"file": "seeds.geojson"}), tmp_path, library)
 
 
 def _labels(image, palette):
@@ -70,10 +70,10 @@ def test_colour_labels(job, two_halves, write_image, tmp_path, library):
     values[:, :10], values[:, 30:] = (0x32, 0xFF, 0xA7), (0x6D, 0x32, 0xFF)
     image = write_image("labels.png", values)
     mapped = job(two_halves, seeds=_labels(image, {"#32FFA7": GREEN, "#6d32ff": GREY}))
-    result = build_texture(mapped, tmp_path, library)
+    result = map_texture(mapped, tmp_path, library)
     assert (result.seeds.material == result.names.index(GREEN)).sum() == 200
-    assert result.quality.tested == 400 and result.quality.overall_accuracy == 1
-    assert result.seed_files.keys() == {"labels.png"}
+    assert result.quality.whole.tested == 400 and result.quality.whole.overall_accuracy == 1
+    assert result.files.keys() == {"labels.png"}
 
 
 def test_grey_labels(job, two_halves, write_image, tmp_path, library):
@@ -86,19 +86,19 @@ def test_grey_labels(job, two_halves, write_image, tmp_path, library):
 def test_labels_of_another_size(job, two_halves, write_image, tmp_path, library):
     image = write_image("labels.png", np.zeros((20, 41, 3), np.uint8))
     with pytest.raises(InputError, match="label image is 41 x 20; allowed: the texture's 40 x 20"):
-        build_texture(job(two_halves, seeds=_labels(image, {"#000000": GREEN})), tmp_path, library)
+        map_texture(job(two_halves, seeds=_labels(image, {"#000000": GREEN})), tmp_path, library)
 
 
 def test_a_material_without_texels(job, two_halves, write_image, tmp_path, library):
     image = write_image("labels.png", np.zeros((20, 40, 3), np.uint8))
     mapped = job(two_halves, seeds=_labels(image, {"#000000": GREEN, "#FFFFFF": GREY}))
     with pytest.raises(InputError, match="'asphalt_road' of 'halves' has no seed texel left"):
-        build_texture(mapped, tmp_path, library)
+        map_texture(mapped, tmp_path, library)
 
 
 def test_overlap_is_left_out_and_counted(job, two_halves, tmp_path, library):
     left, right = [[2, 2], [12, 2], [12, 8], [2, 8]], [[9, 2], [30, 2], [30, 8], [9, 8]]
-    _, seeds = load_texture(job(two_halves, {GREEN: [left], GREY: [right]}), tmp_path, library)
+    *_, seeds = load_texture(job(two_halves, {GREEN: [left], GREY: [right]}), tmp_path, library)
     assert seeds.conflicting >= 18
     both = np.isin(seeds.columns, (9, 10, 11)) & (seeds.rows >= 2) & (seeds.rows < 8)
     assert not both.any()
@@ -107,19 +107,19 @@ def test_overlap_is_left_out_and_counted(job, two_halves, tmp_path, library):
 def test_complete_overlap(job, two_halves, tmp_path, library):
     square = [[2, 2], [12, 2], [12, 8], [2, 8]]
     with pytest.raises(InputError, match="no seed texel left"):
-        build_texture(job(two_halves, {GREEN: [square], GREY: [square]}), tmp_path, library)
+        map_texture(job(two_halves, {GREEN: [square], GREY: [square]}), tmp_path, library)
 
 
 def test_beyond_the_image(job, two_halves, tmp_path, library):
     with pytest.raises(InputError, match=r"vertex \[41, 3\]; allowed: pixel coordinates within the image of 40 x 20"):
-        build_texture(job(two_halves, {GREEN: [[[1, 1], [41, 3], [5, 5]]]}), tmp_path, library)
+        map_texture(job(two_halves, {GREEN: [[[1, 1], [41, 3], [5, 5]]]}), tmp_path, library)
 
 
 def test_unknown_material(job, two_halves, tmp_path, library):
     with pytest.raises(InputError, match="unknown material 'gras_green' .* did you mean 'grass_green'"):
-        build_texture(job(two_halves, {"gras_green": [[[1, 1]]]}), tmp_path, library)
+        map_texture(job(two_halves, {"gras_green": [[[1, 1]]]}), tmp_path, library)
 
 
 def test_prior_of_a_material_without_seeds(job, two_halves, tmp_path, library):
     with pytest.raises(InputError, match="prior for 'concrete', which has no seeds"):
-        build_texture(job(two_halves, classifier={"prior": {"concrete": 2}}), tmp_path, library)
+        map_texture(job(two_halves, classifier={"prior": {"concrete": 2}}), tmp_path, library)

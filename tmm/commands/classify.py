@@ -18,8 +18,8 @@ def command(job: str, out: str | None, as_json: bool) -> None:
     loaded, folder = load_job(job, library)
     reports = []
     with progress(len(loaded.textures), "classifying") as advance:
-        for result, path in classify(loaded, folder, out, library):
-            reports.append(_report(result, path))
+        for mapped, written, path in classify(loaded, folder, out, library):
+            reports.append(_report(mapped, written, path))
             advance(1)
     if as_json:
         emit_json({"textures": reports})
@@ -28,20 +28,25 @@ def command(job: str, out: str | None, as_json: bool) -> None:
         _print(report)
 
 
-def _report(result, path) -> dict:
-    usage = dict(zip(result.names, result.usage.tolist()))
+def _report(mapped, written, path) -> dict:
+    usage = dict(zip(mapped.names, written.usage.tolist()))
+    held = mapped.quality
     return {
         "file": str(path),
-        "name": result.job.name,
-        "width": result.texture.width,
-        "height": result.texture.height,
-        "distinct_colours": result.distinct_colours,
+        "name": mapped.job.name,
+        "way": mapped.job.way,
+        "width": mapped.texture.width,
+        "height": mapped.texture.height,
+        "distinct_colours": mapped.colours.number,
         "usage": {name: quantity(share, "1") for name, share in usage.items()},
         "unknown": quantity(max(1 - sum(usage.values()), 0.0), "1"),
-        "mean_confidence": quantity(float(result.confidence[result.texture.valid].mean()), "1"),
-        "held_out_texels": result.quality.tested,
-        "overall_accuracy": quantity(result.quality.overall_accuracy, "1"),
-        "mean_iou": quantity(result.quality.mean_iou, "1"),
+        "mean_confidence": quantity(written.confidence, "1"),
+        "held_out_texels": held.whole.tested,
+        "overall_accuracy": quantity(held.whole.overall_accuracy, "1"),
+        "mean_iou": quantity(held.whole.mean_iou, "1"),
+        "calibration_error": quantity(held.whole.calibration_error, "1"),
+        "held_out_texels_in_shadow": held.inside.tested,
+        "overall_accuracy_in_shadow": quantity(held.inside.overall_accuracy, "1"),
     }
 
 
@@ -53,7 +58,13 @@ def _print(report: dict) -> None:
     if report["held_out_texels"]:
         click.echo(
             f"  held-out seeds: accuracy {report['overall_accuracy']['value']:.3f}, mean IoU "
-            f"{report['mean_iou']['value']:.3f} ({report['held_out_texels']} texels)"
+            f"{report['mean_iou']['value']:.3f}, calibration error {report['calibration_error']['value']:.3f} "
+            f"({report['held_out_texels']} texels)"
         )
-    else:
+        if report["held_out_texels_in_shadow"]:
+            click.echo(
+                f"  in shadow: accuracy {report['overall_accuracy_in_shadow']['value']:.3f} "
+                f"({report['held_out_texels_in_shadow']} texels)"
+            )
+    elif report["way"] == "seeds":
         click.echo("  held-out seeds: none (each material has a single region); draw a second polygon of each")

@@ -23,7 +23,7 @@ def command(file: str, as_json: bool) -> None:
             ],
             "texels": source.group_attributes("usage"),
             "quality": source.group_attributes("quality"),
-            "confusion": source.array("quality/confusion").tolist(),
+            "confusion": _confusion(source),
             "mixtures": int(source.array("composites/composite").size),
         }
     if as_json:
@@ -32,8 +32,15 @@ def command(file: str, as_json: bool) -> None:
         _print(result)
 
 
+def _confusion(source) -> dict[int, list[int]]:
+    """Held-out texels of each material that has seeds, found as unknown and as each of these materials."""
+    if not source.has("quality/confusion"):
+        return {}
+    return dict(zip(source.array("quality/material").tolist(), source.array("quality/confusion").tolist()))
+
+
 def _plain(value):
-    return value.item() if hasattr(value, "item") else value
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 def _print(result: dict) -> None:
@@ -51,12 +58,16 @@ def _print(result: dict) -> None:
         f"size: {result['width']} x {result['height']} {result['pixel_type']}, {result['encoding']}, "
         f"{result['levels']} levels, {result['mixtures']} mixtures"
     )
+    if "geo_affine" in result:
+        click.echo(f"ground: {result['geo_crs'] or 'no coordinate system named'}, affine {result['geo_affine']}")
     click.echo("materials (code, name, share; then held-out texels found as unknown and as each material):")
     width = max(len(material["name"]) for material in result["materials"])
-    for material, row in zip(result["materials"], result["confusion"]):
-        counts = " ".join(f"{count:6d}" for count in row)
+    for material in result["materials"]:
+        counts = " ".join(f"{count:6d}" for count in result["confusion"].get(material["code"], []))
         click.echo(f"  {material['code']:5d}  {material['name']:{width}}  {material['share']['value']:.4f}  {counts}")
     quality = result["quality"]
+    if not result["confusion"]:
+        return
     click.echo(
         f"held-out seeds: accuracy {quality['overall_accuracy']:.3f}, mean IoU {quality['mean_iou']:.3f}, "
         f"{quality['tested_texels']} of {quality['seed_texels']} texels in {quality['folds']} parts"

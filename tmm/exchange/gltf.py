@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.exchange.files import write_bytes
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.exchange.legend import write_bytes
 
 MAX_IDS = 65536  # of two 8 bit channels
 FLOAT, UNSIGNED_SHORT, ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 5126, 5123, 34962, 34963

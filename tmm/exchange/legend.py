@@ -17,33 +17,6 @@ def legend(image: MaterialImage, first: int = 1) -> dict[int, dict]:
     return {k: {"code": code, "name": name} for k, (code, name) in enumerate(image.materials.items(), first)}
 
 
-def write_json(path: str | os.PathLike, content: dict) -> None:
-    """Write JSON, indented, keys in the order given.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
-    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-    write_bytes(path, text.encode())
-
-
-def write_bytes(path: str | os.PathLike, content: bytes) -> None:
-    """Write a file whole, its folder with it.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
-    try:
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        Path(path).write_bytes(content)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; check space and rights", file=path) from None
-
-
 def read_legend(path: str | os.PathLike, library) -> dict[int, str]:
     """Material names by number, from a legend that `tmm export` or a user wrote.
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from skyshine.tmm.texture import Texture
+from skyshine.tmm.texture import Windowed
+
+BAND = 256  # rows read at a time
+TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would not fit the memory aimed at
 
 
 def to_lab(colours: np.ndarray, encoding: str) -> np.ndarray:
@@ -22,23 +25,30 @@ def to_lab(colours: np.ndarray, encoding: str) -> np.ndarray:
     (N, 3) float64
         L* is 0 to 100 for colours within white, and goes on beyond for high dynamic range.
     """
-    from skimage.color import colorconv, rgb2xyz, xyz2lab
+    from skimage.color import xyz2lab
 
-    if not len(colours):
-        return np.empty((0, 3))
-    scale = np.iinfo(colours.dtype).max if colours.dtype.kind == "u" else 1.0
-    values = colours / np.float64(scale)
-    if encoding == "srgb":
-        return xyz2lab(rgb2xyz(values))
-    if encoding != "linear":
-        values = _to_linear(values, encoding)
-    # rgb2xyz would undo an sRGB curve that linear values do not have, so its matrix is applied alone.
-    return xyz2lab(values @ colorconv.xyz_from_rgb.T)
+    return xyz2lab(to_xyz(colours, encoding)) if len(colours) else np.empty((0, 3))
 
 
-def _to_linear(values: np.ndarray, encoding: str) -> np.ndarray:
+def to_xyz(colours: np.ndarray, encoding: str) -> np.ndarray:
+    """CIE XYZ (N, 3) float64, with Y of white 1, of colours (N, 3); parameters as for `to_lab`."""
+    from skimage.color import colorconv
+
+    # skimage's rgb2xyz is the same, but for its sRGB curve, which linear values do not have.
+    return to_linear(colours, encoding) @ colorconv.xyz_from_rgb.T
+
+
+def to_linear(colours: np.ndarray, encoding: str) -> np.ndarray:
+    """Linear light of Rec. 709 primaries (N, 3) float64, with 1 as white, of colours (N, 3); parameters as for `to_lab`."""
     import OpenImageIO as oiio
 
+    scale = np.iinfo(colours.dtype).max if colours.dtype.kind == "u" else 1.0
+    values = colours / np.float64(scale)
+    if encoding == "linear":
+        return values
+    if encoding == "srgb":  # IEC 61966-2-1
+        with np.errstate(invalid="ignore"):
+            return np.where(values > 0.04045, ((values + 0.055) / 1.055) ** 2.4, values / 12.92)
     image = oiio.ImageBuf(values[np.newaxis].astype(np.float32))
     linear = oiio.ImageBufAlgo.colorconvert(image, encoding, "lin_rec709_scene")
     if linear.has_error:
@@ -46,55 +56,92 @@ def _to_linear(values: np.ndarray, encoding: str) -> np.ndarray:
     return linear.get_pixels(oiio.FLOAT)[0].astype(np.float64)
 
 
+def to_coordinates(colours: np.ndarray, encoding: str) -> np.ndarray:
+    """L*a*b* of colours (N, 3), or with near infrared (N, 4) also 100 times their normalised difference, NDVI."""
+    lab = to_lab(colours[:, :3], encoding)
+    return lab if colours.shape[1] == 3 else np.column_stack([lab, 100 * ndvi(colours)])
+
+
+def ndvi(colours: np.ndarray) -> np.ndarray:
+    """(near infrared - red) / (near infrared + red) of colours (N, 4) as stored (Rouse et al. 1974); 0 where both are."""
+    red, infrared = (colours[:, i].astype(np.float64) for i in (0, 3))
+    total = infrared + red
+    return np.divide(infrared - red, total, out=np.zeros_like(total), where=total != 0).clip(-1, 1)
+
+
 class DistinctColours:
     """Finds the distinct colours of blocks of a texture, so that each is classified once.
 
-    8 bit textures share one table of all their colours; in 16 bit ones a block's colours are sorted; float texels are
-    nearly all different and stand for themselves. Texels without data may point at any colour.
+    8 bit textures share one table of all their colours; in 16 bit ones, in those with near infrared and in those with
+    more than `TABLED` colours, a block's colours are sorted; float texels are nearly all different and stand for
+    themselves. Texels without data may point at any colour.
+
+    Attributes
+    ----------
+    valid_texels : int
+        Texels of the texture with data.
+    number : int
+        Number of distinct colours of an 8 bit texture without near infrared; 0 for others, where they are not counted.
+    colours : (U, 3) uint8 or None
+        Those of the shared table.
     """
 
-    def __init__(self, texture: Texture):
-        self._texture = texture
-        self._table, self.colours = None, None
-        if texture.pixels.dtype == np.uint8:
-            self._table, self.colours = _table_of(texture)
+    def __init__(self, texture: Windowed):
+        """Reads the whole texture once."""
+        self._texture, self._table, self.colours = texture, None, None
+        self.valid_texels, self.number = 0, 0
+        count = texture.dtype == np.uint8 and texture.channels == 3
+        present = np.zeros(1 << 24 if count else 0, bool)
+        for top in range(0, texture.height, BAND):
+            pixels, valid = texture.window(slice(top, min(top + BAND, texture.height)), slice(0, texture.width))
+            whole = valid.all()
+            self.valid_texels += valid.size if whole else int(valid.sum())
+            if count:
+                present[_packed(pixels) if whole else _packed(pixels)[valid]] = True
+        if count:
+            packed = np.flatnonzero(present)
+            self.number = len(packed)
+            if len(packed) <= TABLED:
+                self._table = np.zeros(1 << 24, np.int32)
+                self._table[packed] = np.arange(len(packed), dtype=np.int32)
+                self.colours = _unpacked(packed, np.dtype(np.uint8), 3)
 
-    def of(self, rows: slice, columns: slice) -> tuple[np.ndarray | None, np.ndarray]:
-        """Colours of a window and, for each of its texels, which of them it has.
+    def of(self, pixels: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
+        """Colours of a window of the texture and, for each of its texels, which of them it has.
+
+        Parameters
+        ----------
+        pixels, valid : (h, w, C), (h, w)
+            As the texture's `window` gives them.
 
         Returns
         -------
-        colours : (U, 3) or None
+        colours : (U, C) or None
             None: the texture's own `colours`, the same for every block.
-        index : (h, W) integer
+        index : (h, w) integer
         """
-        pixels = self._texture.pixels[rows, columns]
         if self._table is not None:
-            return None, self._table[_packed(pixels)]
-        if pixels.dtype == np.uint16:
+            return None, np.take(self._table, _packed(pixels))
+        if pixels.dtype.kind == "u":
             packed, index = np.unique(_packed(pixels), return_inverse=True)
-            bits = np.array([32, 16, 0], np.uint64)
-            colours = ((packed[:, np.newaxis] >> bits) & np.uint64(0xFFFF)).astype(np.uint16)
-            return colours, index.reshape(pixels.shape[:2])
-        valid = self._texture.valid[rows, columns]
-        return np.where(valid[..., np.newaxis], pixels, 0).reshape(-1, 3), np.arange(valid.size).reshape(valid.shape)
+            return _unpacked(packed, pixels.dtype, pixels.shape[2]), index.reshape(valid.shape)
+        colours = np.where(valid[..., np.newaxis], pixels, 0)
+        return colours.reshape(-1, pixels.shape[2]), np.arange(valid.size).reshape(valid.shape)
 
 
 def _packed(pixels: np.ndarray) -> np.ndarray:
-    """One integer for each colour: uint32 of 8 bit channels, uint64 of 16 bit channels."""
+    """One integer for each colour: uint32 of up to four 8 bit channels, uint64 of 16 bit channels."""
     bits = 8 * pixels.dtype.itemsize
-    red, green, blue = (pixels[..., i].astype(np.uint32 if bits == 8 else np.uint64) for i in range(3))
-    return red << red.dtype.type(2 * bits) | green << red.dtype.type(bits) | blue
+    kind = np.uint32 if bits == 8 else np.uint64
+    packed = pixels[..., 0].astype(kind)
+    for i in range(1, pixels.shape[2]):
+        packed <<= kind(bits)
+        packed |= pixels[..., i]
+    return packed
 
 
-def _table_of(texture: Texture) -> tuple[np.ndarray, np.ndarray]:
-    """Index of each possible 8 bit colour (2^24,) and the distinct colours (U, 3) that index them."""
-    present = np.zeros(1 << 24, bool)
-    for row in range(0, texture.height, 256):
-        block = slice(row, row + 256)
-        present[_packed(texture.pixels[block])[texture.valid[block]]] = True
-    packed = np.flatnonzero(present)
-    table = np.zeros(1 << 24, np.int32)
-    table[packed] = np.arange(len(packed), dtype=np.int32)
-    colours = (packed[:, np.newaxis] >> np.array([16, 8, 0])) & 0xFF
-    return table, colours.astype(np.uint8)
+def _unpacked(packed: np.ndarray, dtype: np.dtype, channels: int) -> np.ndarray:
+    """Colours (U, C) of the integers of `_packed`."""
+    bits = 8 * dtype.itemsize
+    shifts = np.arange(channels - 1, -1, -1, dtype=packed.dtype) * packed.dtype.type(bits)
+    return ((packed[:, np.newaxis] >> shifts) & packed.dtype.type(2**bits - 1)).astype(dtype)

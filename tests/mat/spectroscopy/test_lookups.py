@@ -7,7 +7,7 @@ pytest.importorskip("numba")
 pytest.importorskip("netCDF4")
 
 from skyshine.mat.spectroscopy import linebyline, nodes  # noqa: E402
-from skyshine.mat.spectroscopy.lookups import LookupSource, band_parameters  # noqa: E402
+from skyshine.mat.spectroscopy.lookups import SHAPE_EFFECT, WHOLE_COLUMN, LookupSource, band_parameters  # noqa: E402
 from skyshine.schemas.errors import InputError  # noqa: E402
 
 FORTRAN = """\
@@ -64,3 +64,29 @@ def test_ozone_near_nine_and_a_half_micrometres(shared_data, tmp_path):
     some, humid = source.points(grid[[5, 700, 4000]], 1050.0, 1055.0)
     assert humid is None
     np.testing.assert_array_equal(some, np.moveaxis(spectrum[..., [5, 700, 4000]], -1, 0))
+
+
+@pytest.mark.shared_data
+@pytest.mark.parametrize("slope", [0.0, 0.5])
+def test_a_steep_shape_is_flattened_until_it_keeps_the_transmittance_of_its_band(shared_data, tmp_path, slope):
+    """Ozone at 1060-1075 cm-1: REPTRAN's representatives as they are against the three intervals, through the whole atmosphere."""
+    values = ",".join(f"{slope * step:.2f}" for step in range(4))
+    path = tmp_path / "lowtran7.f"
+    path.write_text(
+        "      DATA IWLO3 /1060, -999/\n      DATA IWHO3 /1075, -999/\n      BLOCK DATA CPO3\n"
+        f"      DATA C11O3/{values}/\n      END\n"
+    )
+    source = LookupSource("O3", shared_data / "ozone_n2o", path)
+    column, pressure, temperature = WHOLE_COLUMN["O3"]
+    place = np.abs(np.log(nodes.PRESSURE / pressure)).argmin(), np.abs(nodes.TEMPERATURE - temperature).argmin()
+    means, strengths = [], []
+    for low in (1060.0, 1065.0, 1070.0):
+        spectrum = source.spectrum(linebyline.interval_grid(low, low + 5), low, low + 5)[place]
+        means.append(np.exp(-column * spectrum).mean())
+        strengths.append(spectrum.mean())
+    band = source._band(1060.0, 1065.0)
+    depth = column * np.array([source._at_nodes(int(k))[place] for k in source._members[: source._count[band], band]])
+    exact = np.average(np.exp(-depth), weights=source._weights[: source._count[band], band])
+    assert abs(np.mean(means) - exact) < SHAPE_EFFECT + 0.001
+    assert (strengths[2] / strengths[0] > 1.5) == (slope > 0)
+    assert np.mean(strengths) == pytest.approx(np.average(depth / column, weights=source._weights[: depth.size, band]), rel=0.02)

@@ -40,7 +40,8 @@ def weather(make_weather):
 
 @pytest.fixture(scope="session")
 def sky():
-    z = np.linspace(0.0, 4000.0, 9)
-    pressure = 101325 * np.exp(-z / 8000)
-    water, aerosol = 25 * np.exp(-z / 2000), np.exp(-z / 1500)
-    return Sky(z, pressure, water, 0.3 * aerosol, 0.2 * aerosol, 300.0, 0.2)
+    """One optical depth for direct light, a tenth of it in diffuse light, and drier air higher up."""
+    z, elevation = np.linspace(0.0, 4000.0, 9), np.arange(-5.0, 91.0)
+    sine = np.maximum(np.sin(np.radians(elevation)), 1e-3)
+    direct = np.where(elevation > 0, 1361.0 * np.exp(-0.35 * np.exp(-z / 8000)[:, None] / sine), 0.0)
+    return Sky(z, 101325 * np.exp(-z / 8000), elevation, direct, 0.2 * direct * sine, 0.8 - z / 4e4, 0.2)

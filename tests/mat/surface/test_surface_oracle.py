@@ -54,6 +54,23 @@ def test_solver_agrees_with_the_oracle(name):
         assert np.abs(np.roll(found.temperature[0], -1) - oracle.surface).max() < tolerance
 
 
+def test_steel_plate_cools_into_space():
+    """10 mm of steel at one temperature, 350 K at first, black on one side: 1/T^3 grows by 3 sigma t / (rho c d), and T is
+    293.4416 K after an hour."""
+    steel = (45.0, 7850.0, 480.0)
+    stack = ThermalStack(Layer(0.009998, *steel), (Layer(1e-6, *steel), Layer(1e-6, *steel)), Back("adiabatic"))
+    plate = SurfaceMaterial("plate", stack, SurfaceProperties(1e-4, 0.0, 0.0, False, False), 0.0, 1.0)
+
+    def space(seconds):
+        none = np.zeros((1, len(seconds)))
+        return Forcing(none, none, none, none, none, none + 300.0, none, np.zeros((1, 1)), none, np.array([[1.0]]))
+
+    found = solve_oracle(plate, space, period=3600.0, intervals=24, cells=2, start=350.0)
+    assert found.surface[-1] == pytest.approx(293.4416, abs=5e-5)
+    cubes = 350.0**-3 + 3 * 5.670374419e-8 * found.time / (0.01 * 7850 * 480)
+    assert found.surface == pytest.approx(cubes ** (-1 / 3), abs=1e-4)
+
+
 def test_oracle_does_not_melt():
     thermal, _ = COLUMNS["dry soil"]
     snow = SurfaceMaterial("snow", thermal, SurfaceProperties(1e-3, 1.0, 0.0, False, True), 0.3, 0.98)

@@ -1,0 +1,31 @@
+"""`mat presets`: ready atmospheric states."""
+
+from __future__ import annotations
+
+import click
+
+from skyshine.schemas.commands import echo_table, emit_json, json_option
+from skyshine.schemas.errors import InputError, nearest
+
+
+@click.command(epilog="Example: mat presets overcast_stratus")
+@click.argument("name", required=False)
+@json_option
+def command(name: str | None, as_json: bool) -> None:
+    """List the ready states, or show the keys of the one called NAME.
+
+    A job's state takes one with `preset: NAME`; keys written beside it take the place of the preset's own.
+    """
+    import yaml
+
+    from skyshine.mat.jobs.presets import presets
+
+    known = presets()
+    if name is not None and name not in known:
+        raise InputError(f"found the preset '{name}'; {nearest(name, known)}")
+    if as_json:
+        emit_json(known if name is None else known[name])
+    elif name is None:
+        echo_table(("preset", "what"), [(key, content["description"]) for key, content in known.items()])
+    else:
+        click.echo(yaml.safe_dump(known[name], sort_keys=False, allow_unicode=True, width=120), nl=False)

@@ -1,0 +1,51 @@
+"""``mat bench`` without a part: all of them."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import click
+
+from skyshine.schemas.commands import echo_table, emit_json, progress
+from skyshine.schemas.errors import InputError
+
+
+def run(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json: bool) -> None:
+    """Measure every part and print, or write, its ladder."""
+    from skyshine.mat.accuracy import whole_bench as bench
+
+    chosen = bench.parts(quick, textures)
+    ladders, seconds = [], {}
+    with progress(len(chosen), "measuring") as advance:
+        for name, measure in chosen.items():
+            begin = time.monotonic()
+            ladders += measure()
+            seconds[name] = time.monotonic() - begin
+            advance(1)
+    result = bench.describe(ladders, seconds)
+    if out:
+        _write(Path(out), result, lambda picture: bench.plot(ladders, picture))
+    if as_json:
+        emit_json(result)
+        return
+    for ladder in ladders:
+        best = ladder.pareto()
+        click.echo(f"{ladder.name}: error is {ladder.units}, time for {ladder.work}; default because {ladder.why}")
+        rows = [
+            (rung.name, f"{rung.seconds:.3g}", f"{rung.error:.3g}", "yes" if rung in best else "", "default" if rung.default else "")
+            for rung in ladder.rungs
+        ]
+        echo_table(("setting", "seconds", "error", "best of its time", ""), rows)
+    click.echo(", ".join(f"{name} {spent:.0f} s" for name, spent in seconds.items()))
+
+
+def _write(folder: Path, result: dict, draw) -> None:
+    import json
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "bench.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+        draw(folder / "bench.png")
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; name another folder", file=folder) from None

@@ -1,0 +1,40 @@
+"""Named states, ``atmospheres/presets/NAME.yaml``: what a job's state begins from, key by key."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from skyshine import atmospheres
+from skyshine.schemas.documents import read_yaml
+from skyshine.schemas.errors import nearest
+
+
+@lru_cache(maxsize=1)
+def presets() -> dict[str, dict]:
+    """Each preset's description and keys, by name."""
+    files = sorted(atmospheres.path("presets").glob("*.yaml"))
+    return {file.stem: read_yaml(file).data for file in files}
+
+
+def with_preset(state: dict) -> dict:
+    """A state with the keys of the preset it names where it does not write them; weather and gases are joined key by key.
+
+    Raises
+    ------
+    ValueError
+        There is no such preset.
+    """
+    name = state.get("preset")
+    if name is None:
+        return state
+    if name not in presets():
+        raise ValueError(f"found the preset '{name}'; {nearest(name, presets())}")
+    base = {key: value for key, value in presets()[name].items() if key != "description"}
+    for key in ("weather", "gases"):
+        own = state.get(key, {})
+        if key in base and isinstance(own, dict):
+            # Other kinds of weather take the place of the preset's temperatures.
+            dropped = {"air_temperature_c"} if {"hourly", "file"} & own.keys() else set()
+            base[key] = {k: v for k, v in base[key].items() if k not in dropped} | own
+    joined = {key: base[key] for key in ("weather", "gases") if key in base and isinstance(state.get(key, {}), dict)}
+    return base | state | joined

@@ -1,0 +1,58 @@
+"""The bench of atmospheric tables: its ladders fall, its states keep their air, its figures are those of the files it writes."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from skyshine.mat.accuracy import atmosphere_bench as bench
+from skyshine.mat.accuracy import lowtran
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.commands.bench import command
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bench, "QUICK_BANDS", {"narrow": (11.0, 11.2)})
+        patch.setattr(bench, "POINTS", (2, 16))
+        patch.setattr(bench, "DIRECTIONS", (2, 8))
+        patch.setattr(lowtran, "find_source", lambda path: (None, "no package"))
+        done = CliRunner().invoke(command, ["atmosphere", "--quick", "--json", "--out", str(folder)], catch_exceptions=False)
+    found = json.loads(done.stdout)
+    assert found == json.loads((folder / "atmosphere-bench.json").read_text(encoding="utf-8"))
+    assert (folder / "atmosphere-bench.png").read_bytes()[:4] == b"\x89PNG"
+    return found
+
+
+def test_what_is_finer_errs_less(result):
+    assert result["lowtran7"] == "left out: no package"
+    for rungs in result["bands"]["narrow"]["ladders"].values():
+        coarse, fine = rungs[0]["errors_rms"], rungs[-1]["errors_rms"]
+        assert all(0 < fine[kind]["value"] < coarse[kind]["value"] for kind in fine)
+
+
+def test_cells_per_second_are_those_of_the_stages(result):
+    band = result["bands"]["narrow"]
+    seconds = sum(time["value"] for time in band["time_processor"].values())
+    assert band["cells_per_second"]["value"] == pytest.approx(band["cells"] / seconds, rel=1e-6)
+    assert band["cells"] == 4 * 3 * 4 * 2 * 2 and band["times_lowtran7"] is None
+
+
+def test_more_and_fewer_levels_hold_the_same_air():
+    state = AtmosphericState.from_profile("us_standard", aerosol="none")
+    fine = bench.halved(state)
+    np.testing.assert_array_equal(bench.thinned(fine, np.arange(0, fine.altitude.size, 2)).altitude, state.altitude)
+    column = [one._column(one.number_density, 0.0) for one in (state, fine)]
+    assert column[1] == pytest.approx(column[0], rel=1e-3)
+
+
+def test_the_peer_reads_the_source_of_light_from_its_cards():
+    state = bench.thinned(AtmosphericState.from_profile("us_standard", aerosol="none"), [0, 5, 10])
+    dark, lit = (lowtran.Sight(0.0, 30.0, 5e3, sun=sun) for sun in (None, (40.0, 25.0)))
+    cards = [lowtran._cards(state, sight, 800.0, 900.0, 1, lowtran.Haze()).splitlines() for sight in (dark, lit)]
+    assert [int(lines[0][10:15]) for lines in cards] == [1, 2] and [int(lines[0][15:20]) for lines in cards] == [0, 1]
+    assert len(cards[1]) == len(cards[0]) + 2
+    assert [float(cards[1][-3][k : k + 10]) for k in (0, 10)] == [25.0, 50.0]  # azimuth, zenith angle

@@ -1,0 +1,72 @@
+"""The packaged jobs: each is whole, planned without complaint, and copied by `mat init`."""
+
+import pytest
+from click.testing import CliRunner
+
+from skyshine.mat.cli import main
+from skyshine.mat.job import load_job
+from skyshine.mat.plan import make_plan
+from skyshine.mat.scene import check_scene, source_hours
+from skyshine.mat.starter import example_names, starter_files
+from skyshine.materials.library import load_library
+
+SCENES = ["airfield", "desert_vehicle", "ship", "urban_canyon", "year"]
+
+
+def test_the_scenes_that_are_promised():
+    assert example_names() == ["starter", *SCENES]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_plan(name, tmp_path):
+    result = CliRunner().invoke(main, ["init", str(tmp_path / "job"), "--example", name])
+    assert result.exit_code == 0, result.output
+    loaded = load_job(tmp_path / "job" / "job.yaml")
+    check_scene(loaded)
+    plan = make_plan(loaded, load_library())
+    assert set(loaded.job.operated) <= set(plan.materials)
+    assert len(plan.tasks) == len(loaded.job.states) * (len(loaded.job.bands) + 1) + len(loaded.job.bands)
+
+
+def test_night_of_the_airfield_has_a_moon():
+    hours = source_hours(load_job(starter_files("airfield")[0]).job)
+    assert hours["sun"][0][1] < hours["moon"][-1][0]  # the Moon rises after sunset
+
+
+def test_states_of_the_year_have_the_sun_of_their_month():
+    job = load_job(starter_files("year")[0]).job
+    days = [source_hours(job.of_state(k))["sun"][0] for k in range(1, 13)]
+    lengths = [_clock(end) - _clock(start) for start, end in days]
+    assert max(lengths) == lengths[5] and min(lengths) == lengths[11]
+    # At 50 degrees north the day lasts 16.2 h in mid June and 8.1 h in mid December, without refraction (geometry of the solstices).
+    assert lengths[5] == pytest.approx(16.2, abs=0.2) and lengths[11] == pytest.approx(8.0, abs=0.2)
+
+
+def _clock(text: str) -> float:
+    hours, minutes = text.split(":")
+    return int(hours) + int(minutes) / 60
+
+
+def test_unknown_example(tmp_path):
+    result = CliRunner().invoke(main, ["init", str(tmp_path / "x"), "--example", "airfeld"])
+    assert result.exit_code == 2 and "did you mean 'airfield'" in result.output and not (tmp_path / "x").exists()
+
+
+def test_a_state_is_built_on_its_own_date(tmp_path):
+    from skyshine.mat.plan import Task
+    from skyshine.mat.products import run_task
+    from skyshine.mat.tables.loader import open_table
+
+    warm = "profile: midlatitude_summer, weather: {air_temperature_c: 15}"
+    (tmp_path / "job.yaml").write_text(
+        "skyshine: 1\nname: two days\nsite: {latitude_deg: 50, longitude_deg: 10, date: 2026-06-21, utc_offset_h: 1}\n"
+        f"states: [{{{warm}}}, {{date: 2026-12-21, {warm}}}]\nbands: [{{wavelength_um: [8, 12]}}]\nmaterials: [concrete]\n"
+        "surface_grid: {altitude_km: [0], azimuth_deg: [0], slope_deg: [0], time: ['00:00', '12:00']}\noutput: {pictures: false}\n"
+    )
+    loaded, noon = load_job(tmp_path / "job.yaml"), []
+    for state in (1, 2):
+        run_task(Task("temperature", state, 0, (f"s{state:02d}.htt.h5",), 0), loaded, tmp_path, ("concrete",), True)
+        table = open_table(tmp_path / f"s{state:02d}.htt.h5")
+        assert table.attributes["date"] == ("2026-06-21", "2026-12-21")[state - 1]
+        noon.append(float(table.temperature(material="concrete", time=12.0)))
+    assert noon[0] > noon[1] + 10  # the same air, and the Sun at 63 or at 17 degrees

@@ -1,0 +1,90 @@
+"""What files say of their own errors, measured again elsewhere, on the starter job."""
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from skyshine.mat import open_table
+from skyshine.mat.accuracy.atmospheric import Scale
+from skyshine.mat.accuracy.grids import errors_at
+from skyshine.mat.accuracy.interpolation import random_places
+from skyshine.mat.atmosphere.compile import band_points
+from skyshine.mat.atmosphere_product import MAX_POINTS, path_grid
+from skyshine.mat.band_cache import cached_compile_band
+from skyshine.mat.build import build
+from skyshine.mat.cli import main
+from skyshine.mat.job import load_job
+from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
+from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+
+pytestmark = pytest.mark.validation
+POINTS = 1000
+KEYS = {"beta_star": "beta_star", "path_radiance_ratio": "path_radiance_ratio", "ambient": "ambient_radiance", "direct": "direct_radiance"}
+
+
+def starter(folder, change=None):
+    """The starter job without its texture and pictures, changed, built."""
+    CliRunner().invoke(main, ["init", str(folder)], standalone_mode=False, catch_exceptions=False)
+    job = yaml.load((folder / "job.yaml").read_text(encoding="utf-8"), yaml.BaseLoader)
+    job.pop("textures")
+    job |= {"materials": ["asphalt_road", "grass_green", "conifer"], "sources": ["sun"], "output": {"folder": "built", "pictures": False}}
+    if change:
+        change(job)
+    file = folder / "job.yaml"
+    file.write_text(yaml.safe_dump(job), encoding="utf-8")
+    loaded = load_job(file)
+    build(loaded, jobs=2)
+    return loaded
+
+
+def measured_again(loaded, band, file):
+    """Errors of each quantity in kelvin at fresh random points of the job's own axes, and what the file states."""
+    job, table, base = loaded.job, open_table(file), path_grid(loaded)
+    state, response = atmospheric_state(job.site, job.states[0]), response_of(job.bands[band - 1])
+    points = band_points(absorption_table().points(*response.wavenumber_range), response)
+    light = np.stack([source_irradiance(job, "sun", points.wavenumber, points.width)])
+    compiled, _ = cached_compile_band(
+        absorption_table(), state, points, base, light, tolerance=job.accuracy.spectral_tolerance, max_points=MAX_POINTS,
+        seed=job.accuracy.seed,
+    )  # fmt: skip
+    air = BandAtmosphere.of(state, compiled.band)
+    generator = np.random.default_rng(987654)
+    places = [random_places(getattr(base, name), POINTS, generator) for name in PathGrid.__dataclass_fields__]
+    truth = air.at_points(*places, source_irradiance(job, "sun", compiled.band.wavenumber, compiled.band.width))
+    axes = (table.root.axes[name].values for name in ("range", "altitude", "elevation", "source_elevation", "source_azimuth"))
+    values = {key: table.root.variables[name].data.astype(float) for key, name in KEYS.items()}
+    held = AtmosphericQuantities(**values, valid=None, transmittance=None)
+    return errors_at(held, PathGrid(*axes), places, truth, Scale.kelvin(response)), table
+
+
+@pytest.mark.parametrize("tolerance", [0.5, 0.1])
+def test_tolerance_holds_at_fresh_points(tolerance, tmp_path):
+    """8-12 um: 99 % of 1000 points within it, the worst within twice; a uniform grid takes at least three times the nodes."""
+
+    def change(job):
+        job["bands"] = job["bands"][1:]
+        job["atmosphere_grid"]["tolerance"] = f"{tolerance} K"
+
+    loaded = starter(tmp_path / "demo", change)
+    errors, table = measured_again(loaded, 1, tmp_path / "demo" / "built" / "s01b01.atmq.h5")
+    worst = np.max(np.abs(list(errors.values())), axis=0)
+    ratio = float(table.root.groups["accuracy"].attributes["uniform_over_placed_nodes"])
+    nodes = table.root.variables["path_radiance_ratio"].data.size
+    print(f"\n{tolerance} K: {nodes:,} nodes, 99 % {np.percentile(worst, 99):.3f} K, worst {worst.max():.3f} K; uniform {ratio:.0f} times")
+    assert np.percentile(worst, 99) <= tolerance and worst.max() <= 2 * tolerance
+    assert ratio >= 3
+
+
+def test_stated_errors_agree_with_another_measurement(tmp_path):
+    """Root mean square of each quantity within a factor of 1.5, where the errors matter (over 0.02 K)."""
+    loaded = starter(tmp_path / "demo")
+    wrong = []
+    for band in (1, 2):
+        errors, table = measured_again(loaded, band, tmp_path / "demo" / "built" / f"s01b{band:02d}.atmq.h5")
+        for name, error in errors.items():
+            stated, again = table.error(name)["rms_kelvin"], float(np.sqrt(np.mean(error**2)))
+            print(f"\nband {band} {name}: stated {stated:.3f} K, measured again {again:.3f} K", end="")
+            if max(stated, again) > 0.02 and not 1 / 1.5 <= stated / again <= 1.5:
+                wrong.append((band, name, stated, again))
+    assert not wrong, wrong

@@ -1,0 +1,52 @@
+"""``tmm train``: a classifier for a library of textures."""
+
+import click
+
+from skyshine.schemas.commands import emit_json, json_option, quantity
+
+
+@click.command(epilog="Example: tmm train library.tmm.yaml --out library.tmm-model.h5")
+@click.argument("job", type=click.Path())
+@click.option("--out", type=click.Path(), required=True, help="Model file to write; a job names it as `model`.")
+@json_option
+def command(job: str, out: str, as_json: bool) -> None:
+    """Train one classifier on the seeds of all textures of JOB, with the classifier settings of its first texture.
+
+    Quality and calibration are measured on textures left out of the training.
+    """
+    import yaml
+
+    from skyshine.materials.library import load_library
+    from skyshine.tmm.model import write_model
+    from skyshine.tmm.run import load_job
+    from skyshine.tmm.train import train_library
+
+    library = load_library()
+    loaded, folder = load_job(job, library)
+    model, held = train_library(loaded, folder, library)
+    quality = {
+        "textures": len(loaded.textures),
+        "tested_texels": held.whole.tested,
+        "overall_accuracy": held.whole.overall_accuracy,
+        "mean_iou": held.whole.mean_iou,
+        "calibration_error": held.whole.calibration_error,
+        "overall_accuracy_inside_shadow": held.inside.overall_accuracy,
+        "overall_accuracy_outside_shadow": held.outside.overall_accuracy,
+    }
+    first = loaded.textures[0]
+    settings = {"classifier": first.classifier.model_dump(mode="json"), "held_out": first.held_out.model_dump(mode="json")}
+    text = yaml.safe_dump(settings | {"textures": [texture.image for texture in loaded.textures]}, sort_keys=False)
+    write_model(model, out, text, f"materials {library.version}", quality)
+    if as_json:
+        counts = {name: value for name, value in quality.items() if isinstance(value, int)}
+        shares = {name: quantity(value, "1") for name, value in quality.items() if isinstance(value, float)}
+        emit_json({"file": out, "materials": list(model.names), **counts, **shares})
+        return
+    click.echo(f"{out}: {len(model.names)} materials from {len(loaded.textures)} textures")
+    if held.whole.tested:
+        click.echo(
+            f"  textures held out: accuracy {held.whole.overall_accuracy:.3f}, mean IoU {held.whole.mean_iou:.3f}, "
+            f"calibration error {held.whole.calibration_error:.3f} ({held.whole.tested} texels)"
+        )
+    else:
+        click.echo("  no texture held out: the job has a single one")

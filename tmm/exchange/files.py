@@ -1,0 +1,35 @@
+"""Writing of exchange files: whole ones or none."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+from skyshine.schemas.errors import InputError
+
+
+def write_bytes(path: str | os.PathLike, content: bytes) -> None:
+    """Write a file whole, its folder with it: a part file first, renamed when it is complete.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    path = Path(path)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(content)
+        os.replace(part, path)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; check space and rights", file=path) from None
+    finally:
+        if part.is_file():
+            part.unlink()
+
+
+def write_json(path: str | os.PathLike, content: dict) -> None:
+    """Write JSON, indented, keys in the order given; raises as `write_bytes`."""
+    write_bytes(path, (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode())

@@ -1,0 +1,118 @@
+"""Colour and texture at several scales, for classifiers that see more than a texel's own colour.
+
+Chromaticities and energies of logarithms hold up in shadow, where light is weaker and bluer but its ratios between
+neighbours are kept; see Finlayson et al. 2006, "On the removal of shadows from images", IEEE TPAMI 28:59-68.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.tmm.features.colour import to_lab, to_linear
+
+RADII = (2, 6, 16)  # of the boxes, in texels, beside the texel itself
+GRADIENT_RADII = (4, 12)
+MARGIN = max(RADII) + 1  # texels about a window that its features depend on
+DARK = 0.004  # added to linear light before logarithms: about the first step of 8 bit sRGB that is above noise
+SHADOW_LIGHT = (0.22, 0.26, 0.36)  # skylight's share of clear-sky irradiance in red, green and blue
+SHADOW_SPREAD = 0.25  # of the logarithm of that share between shadows
+SHADOW_AREA = 0.5  # share of a training window that is put in shadow
+BLOB = 24  # texels: standard deviation of the noise whose level sets are the shadows' outlines
+PENUMBRA = 0.15  # of that noise's own standard deviation, over which the light fades
+
+
+def names() -> tuple[str, ...]:
+    """Names of the F features, in their order."""
+    lab = [f"{channel}_{radius}" for radius in (0, *RADII) for channel in ("L", "a", "b")]
+    chroma = [f"log_{ratio}_{radius}" for radius in RADII for ratio in ("R/G", "B/G")]
+    spread = [f"log_deviation_{radius}" for radius in RADII]
+    gradient = [f"{what}_{radius}" for radius in GRADIENT_RADII for what in ("log_gradient", "coherence")]
+    return (*lab, *chroma, *spread, *gradient)
+
+
+def light_planes(colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:
+    """L*a*b* and linear light, both (3, N) float32, of colours (N, C) as a texture holds them."""
+    flat = colours[:, :3]
+    return tuple(np.ascontiguousarray(part.T, np.float32) for part in (to_lab(flat, encoding), to_linear(flat, encoding)))
+
+
+def features(lab: np.ndarray, linear: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """Features of every texel of a window.
+
+    Parameters
+    ----------
+    lab, linear : (3, h, w) float32
+        L*a*b* and linear light; written to.
+    valid : (h, w) bool
+        Texels without data take the mean of those with data.
+
+    Returns
+    -------
+    (F, h, w) float32
+        The outer `MARGIN` of them depends on what lies beyond, taken as mirrored.
+    """
+    if not valid.all():
+        for part in (lab, linear):
+            part[:, ~valid] = part[:, valid].mean(axis=1, keepdims=True) if valid.any() else 0
+    return _stack(lab, np.maximum(linear, 0))
+
+
+def _stack(lab: np.ndarray, linear: np.ndarray) -> np.ndarray:
+    from scipy.ndimage import uniform_filter
+
+    def mean(plane: np.ndarray, radius: int) -> np.ndarray:
+        return uniform_filter(plane, 2 * radius + 1, mode="reflect")
+
+    stack = np.empty((len(names()), *lab.shape[1:]), np.float32)
+    stack[:3] = lab
+    at = 3
+    for radius in RADII:
+        for plane in lab:
+            stack[at] = mean(plane, radius)
+            at += 1
+    for radius in RADII:
+        red, green, blue = (np.log(mean(plane, radius) + np.float32(DARK)) for plane in linear)
+        stack[at], stack[at + 1] = red - green, blue - green
+        at += 2
+    light = np.log(linear[1] + np.float32(DARK))
+    squared = light * light
+    for radius in RADII:
+        variance = mean(squared, radius) - mean(light, radius) ** 2
+        stack[at] = 0.5 * np.log(np.maximum(variance, 0) + np.float32(1e-4))
+        at += 1
+    down, across = np.gradient(light)
+    products = down * down, across * across, down * across
+    for radius in GRADIENT_RADII:
+        dd, aa, da = (mean(product, radius) for product in products)
+        energy = dd + aa
+        stack[at] = 0.5 * np.log(np.maximum(energy, 0) + np.float32(1e-4))
+        # Of the structure tensor, (l1 - l2) / (l1 + l2) of its eigenvalues (Bigun and Granlund 1987).
+        stack[at + 1] = np.sqrt((dd - aa) ** 2 + 4 * da**2) / (energy + np.float32(1e-4))
+        at += 2
+    return stack
+
+
+def in_shadow(colours: np.ndarray, encoding: str, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """A window with smooth random shadows on it.
+
+    Parameters
+    ----------
+    colours : (h, w, C)
+    random : Generator
+
+    Returns
+    -------
+    colours : (h, w, 3) float32
+        Linear light.
+    shadow : (h, w) bool
+        Where less than half of the direct light is left.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    height, width = colours.shape[:2]
+    noise = gaussian_filter(random.standard_normal((height, width)), BLOB, mode="wrap")
+    noise /= noise.std() or 1.0
+    shade = 1 / (1 + np.exp(-(noise - np.quantile(noise, 1 - SHADOW_AREA)) / (PENUMBRA / 4)))
+    left = np.array(SHADOW_LIGHT) * np.exp(SHADOW_SPREAD * random.standard_normal())
+    linear = to_linear(colours.reshape(-1, colours.shape[2])[:, :3], encoding).reshape(height, width, 3)
+    return (linear * (1 - shade[..., np.newaxis] * (1 - left))).astype(np.float32), shade > 0.5

@@ -20,7 +20,7 @@ from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
 from skyshine.mat.tables.atmq import atmq_group
-from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
+from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 PROBES = 120  # random points at which the interpolation error is measured
@@ -60,16 +60,20 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
 
 
 def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
-    """Gases that no band of a state needs, with what each changes at most."""
-    job, grid, found = loaded.job, path_grid(loaded), []
-    for number, (state, band) in enumerate(itertools.product(job.states, job.bands)):
+    """Gases that no band of a state needs, with what each changes at most; of states of one air, the first stands for all."""
+    job, grid, found, seen = loaded.job, path_grid(loaded), [], set()
+    for (number, state), (band_number, band) in itertools.product(enumerate(job.states, 1), enumerate(job.bands, 1)):
+        key = band_number, state.model_dump_json(include={"profile", "sounding", "gases", "humidity_scale", "co2_ppm"})
+        if key in seen:
+            continue
+        seen.add(key)
         air, response = atmospheric_state(job.site, state), response_of(band)
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         gases = negligible_gases(
             air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
         )
         if gases:
-            place = "s{:02d}b{:02d}".format(*(1 + i for i in divmod(number, len(job.bands))))
+            place = f"{state_label(number, len(job.states))}b{band_number:02d}"
             largest = max(gases.values())
             found.append(
                 LeftOut(
@@ -98,7 +102,7 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
             f"absorption {absorption_table().version}",
             {
                 "site": job.site.model_dump(mode="json"),
-                "state": job.states[task.index - 1].model_dump(mode="json"),
+                "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
                 "band": job.bands[task.band - 1].model_dump(mode="json"),
                 "source": source,
                 "water_continuum": job.water_continuum,

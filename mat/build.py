@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
-import signal
 import time
-from collections.abc import Iterable
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager
 from pathlib import Path
 
+from filelock import FileLock, Timeout
+
 from skyshine.mat.atmosphere import threads
+from skyshine.mat.executors import open_executor
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Plan, Task, make_plan, texture_file
 from skyshine.mat.products import TaskReport, run_task
@@ -20,14 +21,20 @@ from skyshine.mat.scene import check_scene
 from skyshine.mat.tables.catalog import write_catalog
 from skyshine.materials.library import load_library
 from skyshine.schemas.commands import progress
-from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import write_whole
 
-# One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what cores are
-# left over.
-THREAD_LIMITS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+LOCK = "build.lock"
 
 
-def build(loaded: LoadedJob, *, out: str | os.PathLike | None = None, jobs: int | None = None, fresh: bool = False):
+def build(
+    loaded: LoadedJob,
+    *,
+    out: str | os.PathLike | None = None,
+    jobs: int | None = None,
+    fresh: bool = False,
+    executor: str | None = None,
+):
     """Build all files of a job.
 
     Parameters
@@ -38,6 +45,8 @@ def build(loaded: LoadedJob, *, out: str | os.PathLike | None = None, jobs: int 
         Processes; by default one a core.
     fresh : bool
         Build files again that the same job has built before.
+    executor : str, optional
+        ``dask:ADDRESS`` of a scheduler whose workers see the same folders; by default processes of this machine.
 
     Returns
     -------
@@ -47,55 +56,70 @@ def build(loaded: LoadedJob, *, out: str | os.PathLike | None = None, jobs: int 
     Raises
     ------
     InputError
-        The job does not fit, or a file cannot be written.
+        The job does not fit, a file cannot be written, or another build writes into the folder.
+    CheckFailed
+        A process of the build died.
     """
     begin = time.perf_counter()
     library = load_library()
-    folder = Path(out) if out is not None else loaded.folder / loaded.job.output.folder
+    folder = Path(out).resolve() if out is not None else loaded.output_folder
     plan = make_plan(loaded, library)
     check_scene(loaded)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot be made: {error.strerror}; name another output folder", file=folder) from None
-    reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh)
-    names = [name for report in reports for name in report.files]
-    write_catalog(folder, names)
-    result = _result(folder, reports, time.perf_counter() - begin)
-    (folder / "build.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    with _only_build_in(folder):
+        reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor)
+        names = [name for report in reports for name in report.files]
+        write_catalog(folder, names)
+        result = _result(folder, reports, time.perf_counter() - begin)
+        write_whole(folder / "build.json", json.dumps(result, indent=2) + "\n")
     return result
 
 
-def _run_all(loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool) -> list[TaskReport]:
+@contextmanager
+def _only_build_in(folder: Path) -> Iterator[None]:
+    """Keep other builds out of a folder; clear what a killed one left half-written. The system frees the lock of a killed process."""
+    lock = FileLock(folder / LOCK, timeout=0)
+    try:
+        with lock:
+            for place in (folder, folder / "pictures"):
+                for part in [*place.glob(".*.part"), *place.glob(".*.part.png")]:
+                    part.unlink(missing_ok=True)
+            yield
+    except Timeout:
+        raise InputError("another build writes into this folder; wait for it, or name another --out", file=folder) from None
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=folder) from None
+
+
+def _run_all(
+    loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool, where: str | None
+) -> list[TaskReport]:
     """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use."""
     first = [task for kind in ("texture", "atmosphere") for task in plan.tasks if task.kind == kind]
     later = [task for task in plan.tasks if task.kind in ("temperature", "band")]
     reports: dict[Task, TaskReport] = {}
     atmospheres = sum(task.kind == "atmosphere" for task in first)
-    limits = THREAD_LIMITS | {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
-    saved = {name: os.environ.get(name) for name in limits}
-    os.environ.update(limits)
-    try:
-        with (
-            progress(len(plan.tasks), f"building {loaded.job.name}") as advance,
-            _Pool(min(jobs, len(plan.tasks)), folder) as executor,
-        ):
-            waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
-            textures = sum(task.kind == "texture" for task in first)
-            if not textures:
-                waiting |= _submit_later(executor, loaded, later, folder, fresh)
-            while waiting:
-                done, _ = wait(waiting, return_when=FIRST_COMPLETED)
-                for future in done:
-                    task = waiting.pop(future)
-                    reports[task] = future.result()
-                    advance(1)
-                    textures -= task.kind == "texture"
-                    if task.kind == "texture" and not textures:
-                        waiting |= _submit_later(executor, loaded, later, folder, fresh)
-    finally:
-        for name, value in saved.items():
-            os.environ.pop(name, None) if value is None else os.environ.__setitem__(name, value)
+    spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
+    with (
+        progress(len(plan.tasks), f"building {loaded.job.name}") as advance,
+        open_executor(where, min(jobs, len(plan.tasks)), folder, spare) as executor,
+    ):
+        waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
+        textures = sum(task.kind == "texture" for task in first)
+        if not textures:
+            waiting |= _submit_later(executor, loaded, later, folder, fresh)
+        while waiting:
+            done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+            for future in done:
+                task = waiting.pop(future)
+                reports[task] = future.result()
+                advance(1)
+                textures -= task.kind == "texture"
+                if task.kind == "texture" and not textures:
+                    waiting |= _submit_later(executor, loaded, later, folder, fresh)
     return [reports[task] for task in plan.tasks]
 
 
@@ -103,34 +127,6 @@ def _submit_later(executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Pa
     usage = [folder / texture_file(loaded, i) for i in range(len(loaded.job.textures))]
     materials = make_plan(loaded, load_library(), usage or None).materials
     return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}
-
-
-class _Pool(ProcessPoolExecutor):
-    """Processes that stop with the build: what is running is dropped, with its part files, when it fails or is interrupted."""
-
-    def __init__(self, jobs: int, folder: Path):
-        super().__init__(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts_to_parent)
-        self.folder = folder
-
-    def __exit__(self, kind, value, traceback):
-        workers = list(multiprocessing.active_children())
-        if kind is not None:
-            for process in workers:
-                process.terminate()
-        self.shutdown(wait=True, cancel_futures=True)
-        for process in workers:
-            for part in self.folder.glob(f".*.{process.pid}.part"):
-                part.unlink(missing_ok=True)
-        if kind is BrokenProcessPool:
-            raise CheckFailed(
-                "a process of the build died, perhaps for want of memory; finished files are kept: run it again, "
-                "with fewer --jobs"
-            ) from value
-        return False
-
-
-def _leave_interrupts_to_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _result(folder: Path, reports: list[TaskReport], seconds: float) -> dict:

@@ -18,8 +18,11 @@ from pydantic import Field
 
 from skyshine.mat.jobs.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
 from skyshine.mat.jobs.surface import HOURLY_QUANTITIES, SURFACE_HEIGHTS_KM, OperatedCelsius, Operation, SurfaceGrid, by_hour
+from skyshine.mat.jobs.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.paths import job_path
 from skyshine.tmm.job import MaterialName, TextureJob, check_distinct_names
 
 JOB_FORMAT = 1
@@ -62,7 +65,7 @@ class Job(StrictModel):
     skyshine: Literal[1] = Field(description="Version of the job format.")
     name: str = Field(min_length=1, max_length=80)
     site: Site
-    states: list[State] = Field(min_length=1, max_length=999)
+    states: list[State] = Field(min_length=1, max_length=MEMBER_LIMIT)
     bands: list[Band] = Field(min_length=1, max_length=99)
     sources: list[Literal["sun", "moon"]] = Field(["sun", "moon"], min_length=1, max_length=2)
     textures: Annotated[tuple[TextureJob, ...], Field(max_length=10_000)] = ()
@@ -157,6 +160,20 @@ class LoadedJob:
         """The same with its site on the date of a state, counted from 1."""
         return replace(self, job=self.job.of_state(index))
 
+    @property
+    def output_folder(self) -> Path:
+        """Where the job's files go.
+
+        Raises
+        ------
+        InputError
+            It lies outside the job's folder, and the user has not allowed that.
+        """
+        try:
+            return job_path(self.folder, self.job.output.folder, written=True)
+        except ValueError as error:
+            raise self.document.error(("output", "folder"), f"output.folder: {error}") from None
+
 
 def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) -> LoadedJob:
     """Read, check and type a job.
@@ -173,8 +190,42 @@ def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) ->
     """
     document = read_yaml(file)
     names = (library or load_library()).names
-    job = parse_model(document, Job, {"materials": names, "folder": document.file.resolve().parent})
+    context = {"materials": names, "folder": document.file.resolve().parent}
+    job = _with_series(parse_model(document, Job, context), document, context)
     return LoadedJob(_with_weather_files(job, document), document)
+
+
+def _with_series(job: Job, document: Document, context: dict) -> Job:
+    """The job with a state for each member of its series."""
+    if all(state.series is None for state in job.states):
+        return job
+    states: list[State] = []
+    for i, state in enumerate(job.states):
+        if state.series is None:
+            states.append(state)
+            continue
+        written = document.data["states"][i]
+        for number, member in enumerate(members(_inside(state.series, document, i, context), context["folder"]), 1):
+            try:
+                states.append(State.model_validate(changed(written, member.changes), context=context))
+            except pydantic.ValidationError as error:
+                problem = error.errors(include_url=False)[0]
+                message = f"{'.'.join(map(str, problem['loc']))}: {problem['msg'].removeprefix('Value error, ')}"
+                if member.file is None:
+                    raise document.error(("states", i), f"states.{i}: in member {number} of its series, {message}") from None
+                raise InputError(message, file=member.file, line=member.line) from None
+    if len(states) > MEMBER_LIMIT:
+        raise document.error(("states",), f"states: found {len(states)} with all series; allowed: at most {MEMBER_LIMIT}")
+    return job.model_copy(update={"states": states})
+
+
+def _inside(series: Series, document: Document, state: int, context: dict) -> Series:
+    if series.table is not None:
+        try:
+            job_path(context["folder"], series.table)
+        except ValueError as error:
+            raise document.error(("states", state, "series", "table"), f"states.{state}.series.table: {error}") from None
+    return series
 
 
 def _with_weather_files(job: Job, document: Document) -> Job:
@@ -186,10 +237,13 @@ def _with_weather_files(job: Job, document: Document) -> Job:
     states = list(job.states)
     for i, state in enumerate(states):
         if state.weather.file is not None:
-            file = document.file.resolve().parent / state.weather.file
+            try:
+                file = job_path(document.file.resolve().parent, state.weather.file)
+            except ValueError as error:
+                raise document.error(_place(document, i), f"states.{i}.weather.file: {error}") from None
             if not file.is_file():
                 raise document.error(
-                    ("states", i, "weather", "file"),
+                    _place(document, i),
                     f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the job's folder",
                 )
             hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h)
@@ -197,6 +251,12 @@ def _with_weather_files(job: Job, document: Document) -> Job:
             weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
             states[i] = state.model_copy(update={"weather": weather})
     return job.model_copy(update={"states": states})
+
+
+def _place(document: Document, state: int) -> tuple:
+    """Where the weather of a state is written; series make more states than are written."""
+    place = ("states", state, "weather", "file")
+    return place if place in document.places else ("states",)
 
 
 def local_times_utc(site: Site, hours: np.ndarray) -> np.ndarray:

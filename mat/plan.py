@@ -126,12 +126,13 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | N
     job = loaded.job
     materials = used_materials(loaded, library, usage_files)
     tasks = [Task("texture", i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.textures))]
-    for state in range(1, len(job.states) + 1):
+    states = len(job.states)
+    for state in range(1, states + 1):
         for band in range(1, len(job.bands) + 1):
-            files = tuple(atmosphere_file(state, band, source) for source in job.sources)
+            files = tuple(atmosphere_file(state, band, source, states) for source in job.sources)
             tasks.append(Task("atmosphere", state, band, files, len(files) * _atmosphere_values(job)))
         size = len(materials) * _surface_values(job)
-        tasks.append(Task("temperature", state, 0, (state_file(state),), size))
+        tasks.append(Task("temperature", state, 0, (state_file(state, states),), size))
     tasks += [Task("band", band, band, (band_file(band),), 0) for band in range(1, len(job.bands) + 1)]
     return Plan(tuple(tasks), materials, tuple(_left_out(loaded, library, materials)))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import time
 from collections.abc import Callable, Iterator
@@ -14,7 +15,7 @@ from skyshine.mat.job import LoadedJob, resolved_text
 from skyshine.mat.plan import Task
 from skyshine.mat.tables.files import FileType
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Group, Header, content_hash, open_database, write_file
+from skyshine.schemas.hdf5 import Group, Header, content_hash, open_database, part_file, write_file
 
 
 @dataclass
@@ -120,11 +121,18 @@ def _draw(task: Task, loaded: LoadedJob, folder: Path, kept: bool) -> None:
         picture = folder / "pictures" / f"{name.removesuffix('.h5')}.png"
         if kept and picture.is_file():
             continue
-        picture.parent.mkdir(exist_ok=True)
-        if task.kind == "texture":
-            draw_texture(folder / name, picture, loaded.folder / loaded.job.textures[task.index].image)
-        else:
-            draw(folder / name, picture)
+        part = part_file(picture).with_suffix(".part.png")
+        try:
+            picture.parent.mkdir(exist_ok=True)
+            if task.kind == "texture":
+                draw_texture(folder / name, part, loaded.folder / loaded.job.textures[task.index].image)
+            else:
+                draw(folder / name, part)
+            os.replace(part, picture)
+        except OSError as error:
+            raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=picture) from None
+        finally:
+            part.unlink(missing_ok=True)
 
 
 def _runner(kind: str) -> Callable:

@@ -38,7 +38,7 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     }
     resolved = {
         "site": job.site.model_dump(mode="json"),
-        "state": job.states[task.index - 1].model_dump(mode="json"),
+        "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
         "surface_grid": {**job.surface_grid.model_dump(mode="json"), "altitude_km": job.surface_altitudes_km},
         "accuracy": job.accuracy.model_dump(mode="json", include={"solver_steps", "seed"}),
         "materials": list(materials),

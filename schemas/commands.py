@@ -14,10 +14,14 @@ import click
 import numpy as np
 
 from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.paths import allow_outside
 
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
 # Packages that only some commands need, with the extra that installs them.
-EXTRAS = {"numba": "spectroscopy", "hapi": "spectroscopy", "netCDF4": "spectroscopy", "casadi": "oracle", "lxml": "exchange", "sklearn": "train"}
+EXTRAS = {
+    "numba": "spectroscopy", "hapi": "spectroscopy", "netCDF4": "spectroscopy", "casadi": "oracle", "distributed": "dask",
+    "lxml": "exchange", "sklearn": "train",
+}  # fmt: skip
 PIPE_WIDTH = 200  # columns of a table that no terminal shows
 
 
@@ -90,6 +94,17 @@ class CommandGroup(click.Group):
 def json_option(function: Callable) -> Callable:
     """Adds ``--json`` to a command, as the parameter `as_json`."""
     return click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")(function)
+
+
+def allow_outside_option(function: Callable) -> Callable:
+    """Adds ``--allow-outside`` to a command: its jobs may name paths outside their folders."""
+
+    def allow(_context, _parameter, given: bool) -> None:
+        if given:
+            allow_outside()
+
+    text = "Let the job name paths that lead out of its folder."
+    return click.option("--allow-outside", is_flag=True, expose_value=False, callback=allow, help=text)(function)
 
 
 def quantity(values: Any, units: str) -> dict[str, Any]:

@@ -190,11 +190,32 @@ def read_yaml(file: str | os.PathLike) -> Document:
         if file.stat().st_size > BYTE_LIMIT:
             raise InputError(f"found {file.stat().st_size} bytes; allowed: at most {BYTE_LIMIT}", file=file)
         text = file.read_text(encoding="utf-8")
-        node = yaml.compose(text, Loader=_CoreLoader)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=file) from None
     except UnicodeDecodeError as error:
         raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
+    except ValueError:
+        raise InputError("is no path: it holds a null character", file=repr(str(file))) from None
+    return _document(text, file)
+
+
+def plain_value(text: str, file: str | os.PathLike, line: int) -> Any:
+    """The plain value that a text is in YAML, for a cell of a table.
+
+    Raises
+    ------
+    InputError
+        It is not a plain YAML value.
+    """
+    try:
+        return _document(text, Path(file)).data if text else None
+    except InputError as error:
+        raise InputError(error.message, file=file, line=line) from None
+
+
+def _document(text: str, file: Path) -> Document:
+    try:
+        node = yaml.compose(text, Loader=_CoreLoader)
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         problem = getattr(error, "problem", None) or str(error) or "too deeply nested"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -139,21 +140,51 @@ def write_file(
     path = Path(path)
     if len(header.job.encode()) > JOB_LIMIT:
         raise InputError(f"the resolved job is longer than {JOB_LIMIT} bytes; split it into smaller jobs", file=path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part = part_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with h5py.File(part, "w", track_order=True) as file:
+        # Made in memory, packed, unless it is streamed: HDF5 cannot close a file on a full disk without writing to standard error.
+        memory = {"driver": "core", "backing_store": False} if fill is None else {}
+        with h5py.File(part, "w", track_order=True, **memory) as file:
             _write_group(file, root)
             if fill is not None:
                 _write_group(file, fill(file))
             digest = content_hash(file)
             file.attrs.update(_root_attributes(header, digest))
+            file.flush()
+            image = file.id.get_file_image() if fill is None else None
+        if image is not None:
+            part.write_bytes(image)
+        os.replace(part, path)
+    except (OSError, RuntimeError) as error:
+        words = getattr(error, "strerror", None) or " ".join(str(error).split())[:160]
+        raise InputError(f"cannot be written: {words}; check space and rights", file=path) from None
+    finally:
+        part.unlink(missing_ok=True)
+    return digest
+
+
+def part_file(path: Path) -> Path:
+    """Name under which this process writes a file until it is complete; unlike that of any other process or machine."""
+    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.part")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    part = part_file(path)
+    try:
+        part.write_text(text, encoding="utf-8")
         os.replace(part, path)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=path) from None
     finally:
         part.unlink(missing_ok=True)
-    return digest
 
 
 def _root_attributes(header: Header, digest: str) -> dict[str, str]:
@@ -343,8 +374,10 @@ def _bounded(file: h5py.File, dataset: h5py.Dataset) -> np.ndarray:
 
 def _refuse_forged(file: h5py.File, dataset: h5py.Dataset) -> None:
     """Raise InputError where a dataset claims more bytes than its file can hold."""
+    if file.mode != "r":  # about to be written: there may be no file yet
+        return
     claimed, held = dataset.size * dataset.dtype.itemsize, os.path.getsize(file.filename)
-    if file.mode == "r" and claimed > PACKING_LIMIT * held + SMALL:
+    if claimed > PACKING_LIMIT * held + SMALL:
         raise InputError(
             f"'{dataset.name}' claims {claimed} bytes, and the file has {held}; allowed: at most {PACKING_LIMIT} times that; "
             "build it again", file=file.filename,

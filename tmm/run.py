@@ -10,6 +10,8 @@ import numpy as np
 
 from skyshine.schemas.commands import quantity
 from skyshine.schemas.documents import load_model
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.paths import job_path
 from skyshine.tmm.assign import find_clusters
 from skyshine.tmm.build import TextureMap, map_texture
 from skyshine.tmm.classify import GaussianModel
@@ -94,8 +96,15 @@ def classify(job: TmmJob, folder: Path, out: str | os.PathLike | None, library) 
     InputError
         An image or its seeds are wrong, or a file cannot be written.
     """
-    target = folder / job.output if out is None else Path(out)
+    target = _inside(folder, job.output) if out is None else Path(out)
     for texture in job.textures:
         path = target / f"{texture.name}.tmm.h5"
         mapped = map_texture(texture, folder, library)
         yield mapped, write_texture(mapped, path), path
+
+
+def _inside(folder: Path, name: str) -> Path:
+    try:
+        return job_path(folder, name, written=True)
+    except ValueError as error:
+        raise InputError(f"output: {error}") from None

@@ -57,7 +57,7 @@ class Tables:
         InputError
             One is missing, damaged, or of other materials than the rest.
         """
-        names = state_file(state), band_file(band), atmosphere_file(state, band, source)
+        names = state_file(state, len(job.states)), band_file(band), atmosphere_file(state, band, source, len(job.states))
         for name in names:
             if not (folder / name).is_file():
                 raise InputError(f"holds no {name}; build the job first: mat build", file=folder)

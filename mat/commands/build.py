@@ -2,7 +2,7 @@
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
 
 
 @click.command(epilog="Example: mat build demo/job.yaml --jobs 2")
@@ -10,13 +10,15 @@ from skyshine.schemas.commands import emit_json, json_option
 @click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
 @click.option("--jobs", type=click.IntRange(1, 256), default=None, help="Processes; by default one a core.")
 @click.option("--fresh", is_flag=True, help="Build everything again; without it, finished files are kept.")
+@click.option("--executor", metavar="dask:ADDRESS", help="Send the tasks to a Dask cluster whose workers see the same folders.")
+@allow_outside_option
 @json_option
-def command(job: str, out: str | None, jobs: int | None, fresh: bool, as_json: bool) -> None:
+def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: str | None, as_json: bool) -> None:
     """Build the databases of JOB. Files that the same job has built before are kept."""
     from skyshine.mat.build import build
     from skyshine.mat.job import load_job
 
-    report = build(load_job(job), out=out, jobs=jobs, fresh=fresh)
+    report = build(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor)
     if as_json:
         emit_json(report)
         return

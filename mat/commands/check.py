@@ -2,11 +2,12 @@
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, quantity
 
 
 @click.command(epilog="Example: mat check demo/job.yaml")
 @click.argument("job", type=click.Path())
+@allow_outside_option
 @json_option
 def command(job: str, as_json: bool) -> None:
     """Check JOB; print what will be built, what is left out and why, which source is up when, and the size."""

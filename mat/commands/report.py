@@ -32,7 +32,7 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
     from skyshine.materials.library import load_library
 
     loaded, library = load_job(_job_file(job)), load_library()
-    folder = Path(built) if built else loaded.folder / loaded.job.output.folder
+    folder = Path(built) if built else loaded.output_folder
     bands = range(1, len(loaded.job.bands) + 1)
     if band is not None and band not in bands:
         raise InputError(f"found --band {band}; allowed: 1 to {len(loaded.job.bands)}, the bands of the job")

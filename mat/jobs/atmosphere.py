@@ -17,6 +17,7 @@ from skyshine.mat.atmosphere.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.jobs.fields import Fraction, Tolerance, axis
 from skyshine.mat.jobs.files import JobFile
 from skyshine.mat.jobs.presets import presets, with_preset
+from skyshine.mat.jobs.series import Series
 from skyshine.mat.jobs.surface import Weather
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError, nearest
@@ -126,6 +127,7 @@ class State(StrictModel):
 
     preset: str | None = Field(None, description="A ready state (mat presets); keys beside it take the place of its own.")
 
+    series: Series | None = Field(None, description="Makes a state for each day of a span or row of a table.")
     profile: ProfileName = Field(description="Standard profile; above a sounding, it continues that to space.")
     sounding: JobFile | None = Field(None, description="CSV of altitude, pressure, temperature, humidity and other gases.")
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
 import pydantic
 
 from skyshine.schemas.csv_table import read_text
+from skyshine.schemas.paths import job_path
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def _read(value: object, info: pydantic.ValidationInfo) -> TextFile:
         return value
     if not isinstance(value, str) or not value:
         raise ValueError(f"found {value!r}; allowed: the path of a file, relative to the job")
-    path = Path((info.context or {}).get("folder", "."), value)
+    path = job_path((info.context or {}).get("folder", "."), value)
     if not path.is_file():
         raise ValueError(f"found '{value}', which is no file at {path}; allowed: a path relative to the job; mend it")
     return TextFile(value, str(path), read_text(path))

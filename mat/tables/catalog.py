@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from skyshine.schemas.hdf5 import open_database
+from skyshine.schemas.hdf5 import open_database, write_whole
 
 CATALOG_FORMAT = "1.0.0"
 _NAME = re.compile(r"^(?:s(?P<state>\d+))?(?:b(?P<band>\d+))?\.")
@@ -17,10 +16,8 @@ _NAME = re.compile(r"^(?:s(?P<state>\d+))?(?:b(?P<band>\d+))?\.")
 def write_catalog(folder: Path, names: Sequence[str]) -> Path:
     """Write the catalogue of the databases `names` in `folder`."""
     path = folder / "catalog.json"
-    part = folder / f".catalog.{os.getpid()}.part"
     content = {"format_version": CATALOG_FORMAT, "files": [_entry(folder, name) for name in sorted(names)]}
-    part.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    os.replace(part, path)
+    write_whole(path, json.dumps(content, indent=2) + "\n")
     return path
 
 

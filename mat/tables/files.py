@@ -34,14 +34,19 @@ BAND = FileType("band", "1.0.0", "Blackbody radiance and material properties of 
 FILE_TYPES = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, BAND)}
 
 
-def state_file(state: int) -> str:
-    """Name of the temperature table of a state, counted from 1."""
-    return f"s{state:02d}.htt.h5"
+def state_label(state: int, states: int = 1) -> str:
+    """Label of a state, counted from 1: two digits, more where the job has more than 99 `states`."""
+    return f"s{state:0{max(2, len(str(states)))}d}"
 
 
-def atmosphere_file(state: int, band: int, source: str) -> str:
+def state_file(state: int, states: int = 1) -> str:
+    """Name of the temperature table of a state of a job with so many `states`."""
+    return f"{state_label(state, states)}.htt.h5"
+
+
+def atmosphere_file(state: int, band: int, source: str, states: int = 1) -> str:
     """Name of the atmospheric table of a state, band and source ('sun' or 'moon')."""
-    return f"s{state:02d}b{band:02d}.{'atmq' if source == 'sun' else 'lunar_atmq'}.h5"
+    return f"{state_label(state, states)}b{band:02d}.{'atmq' if source == 'sun' else 'lunar_atmq'}.h5"
 
 
 def band_file(band: int) -> str:

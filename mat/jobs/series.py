@@ -1,0 +1,123 @@
+"""States in series: one description of a job becomes a state for each day of a span, or for each row of a table."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import date, timedelta
+from pathlib import Path
+
+import pydantic
+from pydantic import Field
+
+from skyshine.schemas.csv_table import read_text
+from skyshine.schemas.documents import StrictModel, plain_value
+from skyshine.schemas.errors import InputError
+
+MEMBER_LIMIT = 9999  # states of a job
+
+
+class Series(StrictModel):
+    """What differs between the states of a series: the day, or the values of a table."""
+
+    first: date | None = Field(None, description="First day of a span.")
+    last: date | None = Field(None, description="Last day of a span.")
+    step_days: int = Field(1, ge=1, le=366)
+    table: str | None = Field(
+        None,
+        min_length=1,
+        description="CSV, relative to the job: a column for each key that differs (date, visibility_km, weather.wind_speed_m_s), "
+        "a row for each state.",
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _one_kind(self):
+        days = self.first is not None and self.last is not None
+        if days == (self.table is not None) or (self.first is None) != (self.last is None):
+            raise ValueError("found neither or both; allowed: 'first' and 'last', or 'table'; give one of the two")
+        if days and self.last < self.first:
+            raise ValueError(f"found last {self.last} before first {self.first}; allowed: first to last; swap them")
+        if days and (self.last - self.first).days // self.step_days >= MEMBER_LIMIT:
+            raise ValueError(f"found more than {MEMBER_LIMIT} days; allowed: at most that many; take a larger step_days")
+        return self
+
+
+@dataclass(frozen=True)
+class Member:
+    """One state of a series.
+
+    Attributes
+    ----------
+    changes : dict of str to value
+        By key of the state, dots between keys and keys inside.
+    file, line : where it is written, for messages; None for a day of a span.
+    """
+
+    changes: dict
+    file: Path | None = None
+    line: int | None = None
+
+
+def members(series: Series, folder: Path) -> Iterator[Member]:
+    """The states of a series, in order.
+
+    Raises
+    ------
+    InputError
+        The table cannot be read, has a row of another length, or a cell that is no plain value.
+    """
+    if series.table is not None:
+        yield from _rows(folder / series.table)
+        return
+    day = series.first
+    while day <= series.last:
+        yield Member({"date": day.isoformat()})
+        day += timedelta(days=series.step_days)
+
+
+def _rows(file: Path) -> Iterator[Member]:
+    lines = csv.reader(read_text(file).splitlines(), skipinitialspace=True)
+    header: list[str] | None = None
+    count = 0
+    try:
+        for cells in lines:
+            if not cells or cells[0].lstrip().startswith("#"):
+                continue
+            cells = [cell.strip() for cell in cells]
+            if header is None:
+                header = _header(cells, file, lines.line_num)
+                continue
+            count += 1
+            if len(cells) != len(header) or count > MEMBER_LIMIT:
+                raise InputError(
+                    f"found {len(cells)} cells in row {count}; allowed: {len(header)} cells, {MEMBER_LIMIT} rows",
+                    file=file, line=lines.line_num,
+                )  # fmt: skip
+            values = {key: plain_value(cell, file, lines.line_num) for key, cell in zip(header, cells)}
+            yield Member(values, file, lines.line_num)
+    except csv.Error as error:
+        raise InputError(f"is not CSV: {error}", file=file, line=lines.line_num) from None
+    if not count:
+        raise InputError("has no rows; write the names of keys, then a row for each state", file=file)
+
+
+def _header(cells: list[str], file: Path, line: int) -> list[str]:
+    for cell in cells:
+        if cells.count(cell) > 1 or not all(cell.split(".")):
+            raise InputError(f"found the column '{cell}'; allowed: keys of a state, each once", file=file, line=line)
+    return cells
+
+
+def changed(state: dict, changes: dict) -> dict:
+    """A state as a job writes it, with other values for some of its keys."""
+    result = {key: value for key, value in state.items() if key != "series"}
+    for path, value in changes.items():
+        *parents, last = path.split(".")
+        inner = result
+        for key in parents:
+            held = inner.get(key)
+            inner[key] = dict(held) if isinstance(held, dict) else {}
+            inner = inner[key]
+        inner[last] = value
+    return result

@@ -1,0 +1,43 @@
+"""Paths that a job names: read against its folder, and kept inside it unless the user says otherwise."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+ALLOW_OUTSIDE = "SKYSHINE_ALLOW_OUTSIDE"  # environment variable, so that processes of a build inherit the permission
+
+
+def allow_outside() -> None:
+    """Let the jobs of this process and its children name paths outside their folders."""
+    os.environ[ALLOW_OUTSIDE] = "1"
+
+
+def job_path(folder: str | os.PathLike, name: str, *, written: bool = False) -> Path:
+    """Path of a file or folder that a job names.
+
+    Parameters
+    ----------
+    folder : path
+        Of the job.
+    name : str
+        As written in the job.
+    written : bool
+        Whether it will be written to; then an absolute path counts as outside too.
+
+    Raises
+    ------
+    ValueError
+        It leads out of the folder, and the user has not allowed that.
+    """
+    if "\0" in name:
+        raise ValueError(f"found {name!r}; allowed: a path without null characters")
+    path = Path(folder, name)
+    absolute = Path(name).is_absolute()
+    escapes = written if absolute else ".." in Path(os.path.normpath(name)).parts
+    if escapes and os.environ.get(ALLOW_OUTSIDE) != "1":
+        raise ValueError(
+            f"found '{name}', which leads out of the job's folder; allowed: a path inside it; move it there, or give --allow-outside "
+            f"(or set {ALLOW_OUTSIDE}=1)"
+        )
+    return path

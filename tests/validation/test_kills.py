@@ -1,0 +1,73 @@
+"""Builds killed at random moments: no unreadable file, what is finished is reused, the next build gives the same bytes.
+
+``SKYSHINE_KILLS`` sets how many builds are killed (default 100).
+"""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from skyshine.mat.tables.verify import problems
+
+pytestmark = pytest.mark.validation
+KILLS = int(os.environ.get("SKYSHINE_KILLS", "100"))
+JOB = """\
+skyshine: 1
+name: kills
+site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
+states:
+  - profile: midlatitude_summer
+    weather: {air_temperature_c: [22, 33]}
+    series: {first: 2026-06-01, last: 2026-06-02}
+bands:
+  - wavelength_um: [10.0, 10.2]
+materials: [asphalt_road]
+output: {folder: built, pictures: false}
+atmosphere_grid:
+  range_km: [0.001, 5]
+  altitude_km: [0.01, 1]
+  elevation_deg: [-90, 0, 90]
+  source_elevation_deg: [-20, 60]
+  source_azimuth_deg: [0, 180]
+surface_grid: {altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}
+"""
+COMMAND = [sys.executable, "-c", "from skyshine.mat.cli import main; main()", "build"]
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.glob("*.h5")}
+
+
+def test_builds_killed_at_random_moments_leave_no_unreadable_file_and_complete_to_the_same_bytes(tmp_path):
+    job, folder = tmp_path / "job.yaml", tmp_path / "built"
+    job.write_text(JOB, encoding="utf-8")
+    command = [*COMMAND, str(job), "--jobs", "2"]
+    begin = time.monotonic()
+    subprocess.run(command, check=True, capture_output=True)
+    whole, expected = time.monotonic() - begin, contents(folder)
+    draw = random.Random(3)
+    reused = killed = 0
+    for _ in range(KILLS):
+        shutil.rmtree(folder)
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        # Files appear in the second half of a build: most kills fall there.
+        time.sleep(draw.uniform(0.3, 1.1) * whole)
+        killed += process.poll() is None
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        for path in folder.glob("*.h5"):
+            assert problems(path) == [], path
+        kept = set(contents(folder))
+        again = subprocess.run([*command, "--json"], capture_output=True, text=True, timeout=300)
+        assert again.returncode == 0, again.stderr
+        reused += bool(kept)
+        assert contents(folder) == expected
+        assert not list(folder.glob(".*"))
+    print(f"{KILLS} builds, {killed} killed while they ran, {reused} with finished files to reuse: 0 unreadable, {KILLS} completed")
+    assert killed > KILLS / 2

@@ -7,19 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.accuracy.atmospheric import Scale
+from skyshine.mat.accuracy.grids import RefinedGrid, errors_at, refined_grid
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
-from skyshine.mat.accuracy.radiance import kelvin_per_radiance, reference_radiance
+from skyshine.mat.accuracy.radiance import SHORTEST
 from skyshine.mat.atmosphere.compile import CompiledBand, band_points, negligible_gases
 from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import LoadedJob
+from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
 from skyshine.mat.tables.atmq import atmq_group
-from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
-from skyshine.mat.tables.interpolation import interpolate
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 PROBES = 120  # random points at which the interpolation error is measured
@@ -109,16 +110,27 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
     }  # fmt: skip
 
 
-def _build_one(product, source, loaded, air, compiled: CompiledBand, grid, response, report) -> None:
+def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report) -> None:
     irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber, compiled.band.width)
+    with report.stage("grid"):
+        refined = _grid(loaded, air, base, irradiance, response)
+        grid = refined.grid if refined else base
     with report.stage("tables"):
         quantities = air.table(grid, irradiance)
     with report.stage("accuracy"):
-        measures = _interpolation_errors(air, quantities, grid, irradiance, response, loaded.job.accuracy.seed)
+        measures = _interpolation_errors(air, quantities, grid, base, irradiance, response, loaded.job.accuracy.seed)
     with report.stage("write"):
         low, high = response.lower, response.upper
         attributes = {"source": source, "state": air.air.state.name, "wavelength_um": [low, high]}
-        accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed)
+        placed = {}
+        if refined:
+            report.notes.append(f"{source}: {refined.cells:,} nodes hold {loaded.job.atmosphere_grid.tolerance}")
+            placed = {
+                "tolerance": loaded.job.atmosphere_grid.tolerance,
+                "uniform_nodes": ", ".join(str(n) for n in refined.uniform),
+                "uniform_over_placed_nodes": refined.ratio,
+            }
+        accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed, placed)
         product.write(atmq_group(quantities, grid, accuracy, attributes))
 
 
@@ -127,39 +139,37 @@ def _left_out(compiled: CompiledBand) -> str:
     return ", ".join(f"{gas} ({change:.1e})" for gas, change in compiled.dropped.items()) or "none"
 
 
+def _grid(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -> RefinedGrid | None:
+    """The grid that holds the job's tolerance, where it names one."""
+    axes, seed = loaded.job.atmosphere_grid, loaded.job.accuracy.seed
+    if axes.tolerance is None:
+        return None
+    tolerance, unit = tolerance_parts(axes.tolerance)
+    if unit == "K" and response.upper < SHORTEST:
+        raise loaded.document.error(
+            ("atmosphere_grid", "tolerance"),
+            f"found '{axes.tolerance}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for bands that end before "
+            f"{SHORTEST:g} um, where a scene at 300 K does not glow; write 0.01 W m^-2 sr^-1, say",
+        )
+    scale = Scale.kelvin(response) if unit == "K" else Scale.radiance(response)
+    return refined_grid(
+        lambda grid: air.table(grid, irradiance), lambda *places: air.at_points(*places, irradiance), base, scale, tolerance,
+        seed=seed, most=axes.most_nodes,
+    )  # fmt: skip
+
+
 def _interpolation_errors(
-    air: BandAtmosphere, table: AtmosphericQuantities, grid: PathGrid, irradiance, response, seed: int
+    air: BandAtmosphere, table: AtmosphericQuantities, grid: PathGrid, base: PathGrid, irradiance, response, seed: int
 ) -> list[ErrorMeasure]:
-    """Table against direct computation at random points; points whose path would pass through the ground are left out."""
+    """Table against direct computation at random places of the job's own axes above the ground."""
     generator = np.random.default_rng(seed)
-    names = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
-    nodes = (grid.range_km, grid.altitude_km, grid.elevation_deg, grid.source_elevation_deg, grid.source_azimuth_deg)
-    where = {name: random_places(axis, PROBES, generator) for name, axis in zip(names, nodes)}
-    truth = air.at_points(*where.values(), irradiance)
-    inside = truth.valid
-    rules = [AxisRule(name, axis) for name, axis in zip(names, nodes)]
-    per_kelvin, background = kelvin_per_radiance(response), reference_radiance(response)
-    found = []
-    for name, key in (
-        ("beta_star", "beta_star"), ("path_radiance_ratio", "path_radiance_ratio"),
-        ("ambient_radiance", "ambient"), ("direct_radiance", "direct"),
-    ):  # fmt: skip
-        values, exact = getattr(table, key), getattr(truth, key)
-        at = {rule.name: where[rule.name] for rule in rules[: values.ndim]}
-        read = interpolate(values, rules[: values.ndim], at)
-        error = (read - exact)[inside]
-        if name == "beta_star":
-            tau = np.exp(-5.5 * where["range"] / read) - truth.transmittance
-            kelvin = tau[inside] * background * per_kelvin
-        elif name == "path_radiance_ratio":
-            kelvin = error * (1 - truth.transmittance[inside]) * per_kelvin
-        else:
-            kelvin = error * truth.transmittance[inside] * per_kelvin
-        found.append(measure(name, error, kelvin))
-    return found
+    where = [random_places(getattr(base, name), PROBES, generator) for name in PathGrid.__dataclass_fields__]
+    truth = air.at_points(*where, irradiance)
+    own, warm = (errors_at(table, grid, where, truth, scale) for scale in (None, Scale.kelvin(response)))
+    return [measure(name, own[name], warm[name]) for name in own]
 
 
-def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int) -> Group:
+def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, placed: dict) -> Group:
     kinds = list(compiled.errors)
     words = {"max": "largest", "p95": "95th percentile of the", "rms": "root mean square"}
     spectral = {
@@ -178,6 +188,7 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int) -
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),
         "gases_left_out": _left_out(compiled),
+        **placed,
     }
     axes = {"spectral_quantity": Axis(np.array(kinds, object), "1", "in-band quantity whose spectral error is stated")}
     return accuracy_group(measures, spectral, axes, notes)

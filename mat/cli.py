@@ -12,6 +12,7 @@ COMMANDS = {
     "verify": "Check layout, units, values and hash of databases.",
     "query": "Interpolate one value, with its stated error.",
     "plot": "Draw a database.",
+    "export": "Write databases for engines without HDF5.",
     "spectrum": "Transmittance and radiance of one line of sight.",
     "temperature": "One surface through the day: temperature and every flux.",
     "specular": "Shininess and normalisation of a specular lobe.",

@@ -6,7 +6,7 @@ Units stand in the key names here, at the edge; everything behind this module is
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 from typing import Annotated, Literal
@@ -62,7 +62,7 @@ class Job(StrictModel):
     skyshine: Literal[1] = Field(description="Version of the job format.")
     name: str = Field(min_length=1, max_length=80)
     site: Site
-    states: list[State] = Field(min_length=1, max_length=99)
+    states: list[State] = Field(min_length=1, max_length=999)
     bands: list[Band] = Field(min_length=1, max_length=99)
     sources: list[Literal["sun", "moon"]] = Field(["sun", "moon"], min_length=1, max_length=2)
     textures: Annotated[tuple[TextureJob, ...], Field(max_length=10_000)] = ()
@@ -82,13 +82,23 @@ class Job(StrictModel):
 
     @property
     def observer_altitudes_km(self) -> list[float]:
-        """Altitudes of the atmospheric tables."""
-        return self.atmosphere_grid.altitude_km or [round(self.site.altitude_km + h, 9) for h in OBSERVER_HEIGHTS_KM]
+        """Altitudes of the atmospheric tables; by default with the base and the top of every cloud, where the view changes."""
+        if self.atmosphere_grid.altitude_km:
+            return self.atmosphere_grid.altitude_km
+        layers = [cloud.layer() for state in self.states for cloud in state.clouds]
+        edges = {z / 1e3 for layer in layers for z in (layer.base, layer.top)} - {0.0}
+        heights = sorted(set(OBSERVER_HEIGHTS_KM) | edges)
+        return [round(self.site.altitude_km + height, 9) for height in heights]
 
     @property
     def surface_altitudes_km(self) -> list[float]:
         """Altitudes of the temperature table."""
         return self.surface_grid.altitude_km or [round(self.site.altitude_km + h, 9) for h in SURFACE_HEIGHTS_KM]
+
+    def of_state(self, index: int) -> Job:
+        """The job with its site on the date of a state, counted from 1."""
+        day = self.states[index - 1].date or self.site.date
+        return self.model_copy(update={"site": self.site.model_copy(update={"date": day})})
 
     @pydantic.model_validator(mode="after")
     def _above_ground(self):
@@ -140,6 +150,10 @@ class LoadedJob:
         """Folder against which the job's paths are read."""
         return self.document.file.resolve().parent
 
+    def of_state(self, index: int) -> LoadedJob:
+        """The same with its site on the date of a state, counted from 1."""
+        return replace(self, job=self.job.of_state(index))
+
 
 def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) -> LoadedJob:
     """Read, check and type a job.
@@ -175,7 +189,7 @@ def _with_weather_files(job: Job, document: Document) -> Job:
                     ("states", i, "weather", "file"),
                     f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the job's folder",
                 )
-            hourly = read_weather(file, job.site.date, job.site.utc_offset_h)
+            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h)
             given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
             weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
             states[i] = state.model_copy(update={"weather": weather})

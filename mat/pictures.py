@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, open_table
+from skyshine.schemas.errors import InputError
 
+SHOWN_PARTS = 8  # absorbers drawn in a spectrum
 SHOWN = 12  # lines in one plot beyond which colours no longer tell them apart
 
 
@@ -24,13 +26,57 @@ def draw(file: str | os.PathLike, picture: str | os.PathLike) -> Path:
     from matplotlib.figure import Figure
 
     table = open_table(file)
-    figure = Figure(figsize=(12, 4.6), layout="constrained")
+    figure = Figure(figsize=(11.5, 9.2) if isinstance(table, AtmosphereTable) else (12, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
     drawers = {TemperatureTable: _temperatures, BandTable: _band, AtmosphereTable: _atmosphere}
     drawers[type(table)](figure, table)
     figure.suptitle(f"{table.path.name}  ({table.attributes['title']})", fontsize=10)
     figure.savefig(picture, dpi=110, metadata={"Software": None})
     return Path(picture)
+
+
+def draw_spectrum(spectrum, title: str, picture: str | os.PathLike) -> Path:
+    """Draw a spectrum of `line_spectrum` into a PNG: transmittance, whole and by what absorbs most, and path radiance.
+
+    Raises
+    ------
+    InputError
+        The picture cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(12, 7), layout="constrained")
+    FigureCanvasAgg(figure)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    parts = {**spectrum.transmittance_by_gas, "Rayleigh": spectrum.transmittance_rayleigh, "aerosol": spectrum.transmittance_aerosol}
+    strongest = sorted(parts, key=lambda name: np.mean(parts[name]))[:SHOWN_PARTS]
+    for name, colour in zip(strongest, _colours(len(strongest))):
+        upper.plot(spectrum.wavenumber, parts[name], color=colour, lw=0.8, alpha=0.8, label=name)
+    upper.plot(spectrum.wavenumber, spectrum.transmittance, color="black", lw=1.0, label="all")
+    upper.set(ylabel="transmittance", ylim=(-0.02, 1.02))
+    upper.legend(fontsize=7, ncols=2)
+    for values, label in ((spectrum.path_thermal, "thermal"), (spectrum.path_scattered, "scattered")):
+        if np.any(values > 0):
+            lower.semilogy(spectrum.wavenumber, np.where(values > 0, values, np.nan), lw=0.8, label=f"path, {label}")
+    lower.set(xlabel="wavenumber, cm$^{-1}$", ylabel="W m$^{-2}$ sr$^{-1}$ (cm$^{-1}$)$^{-1}$")
+    brightest = float(np.max(spectrum.path_thermal + spectrum.path_scattered))
+    if brightest > 0:
+        lower.set_ylim(1e-6 * brightest, 2 * brightest)
+    lower.legend(fontsize=7)
+    micrometres = upper.secondary_xaxis("top", functions=(_reciprocal, _reciprocal))
+    micrometres.set_xlabel("wavelength, um")
+    figure.suptitle(title, fontsize=10)
+    try:
+        figure.savefig(picture, dpi=110, metadata={"Software": None})
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; check the folder", file=picture) from None
+    return Path(picture)
+
+
+def _reciprocal(values):
+    """Wavelength in um of wavenumber in cm^-1, and back."""
+    return 1e4 / np.maximum(values, 1e-6)
 
 
 def _colours(count: int) -> np.ndarray:
@@ -81,42 +127,82 @@ def _band(figure, table: Table) -> None:
 def _atmosphere(figure, table: Table) -> None:
     axes = table.root.axes
     low = float(axes["altitude"].values[0])
-    elevations = axes["elevation"].values
-    chosen = elevations[np.unique(np.linspace(0, elevations.size - 1, 9).round().astype(int))]
-    ranges = axes["range"].values[axes["range"].values > 0]
     heights = axes["altitude"].values
     high = float(heights[np.argmin(np.abs(heights - low - 2.0))])
-    reach, glow, source = figure.subplots(1, 3)
-    for elevation, colour in zip(chosen, _colours(chosen.size)):
-        beta = table.value("beta_star", range=ranges, altitude=high, elevation=elevation)
-        tau = table.transmittance(range=ranges, beta_star=beta)
-        inside = table.value("valid", range=ranges, altitude=high, elevation=elevation) > 0.99
-        reach.semilogx(ranges[inside], tau[inside], color=colour, label=f"{elevation:g}°")
-    reach.set(xlabel="range, km", ylabel="transmittance", title=f"observer at {high:g} km", ylim=(-0.02, 1.02))
-    reach.legend(fontsize=7, title="elevation", title_fontsize=7)
-    _sky(figure, glow, table, low)
+    _reach(figure.add_subplot(2, 2, 1), table, high)
+    _section(figure, figure.add_subplot(2, 2, 2, projection="polar"), table, high)
+    _sky(figure, figure.add_subplot(2, 2, 3, projection="polar"), table, low)
+    source = figure.add_subplot(2, 2, 4)
     up = axes["source_elevation"].values
-    place = {"range": axes["range"].values[0], "altitude": low, "elevation": elevations[-1]}
+    place = {"range": axes["range"].values[0], "altitude": low, "elevation": axes["elevation"].values[-1]}
     source.semilogy(up, table.value("ambient_radiance", **place, source_elevation=up), label="ambient")
     direct = table.value("direct_radiance", **place, source_elevation=up)
     source.semilogy(up[direct > 0], direct[direct > 0], label="direct")
-    source.set(xlabel="source elevation, °", ylabel="W m$^{-2}$ sr$^{-1}$", title=f"at {low:g} km")
+    source.set(xlabel="source elevation, °", ylabel="W m$^{-2}$ sr$^{-1}$", title=f"light of sky and source at {low:g} km")
     source.legend(fontsize=7)
 
 
-def _sky(figure, glow, table: Table, low: float) -> None:
-    """Path radiance to the end of the range axis, by elevation and azimuth from the source."""
-    axes = table.root.axes
-    ups = np.array([e for e in axes["elevation"].values if e >= 0])
-    if ups.size < 2:
-        glow.set(title="no upward elevation in this table")
+def _ranges(table: Table) -> np.ndarray:
+    """Ranges beyond 0, also between the nodes, for smooth lines."""
+    nodes = table.root.axes["range"].values
+    nodes = nodes[nodes > 0]
+    return nodes if nodes.size < 2 else np.unique(np.concatenate([nodes, np.geomspace(nodes[0], nodes[-1], 120)[1:-1]]))
+
+
+def _transmittance(table: Table, ranges: np.ndarray, altitude: float, elevation) -> np.ndarray:
+    """Transmittance by range (and elevation), not a number behind the ground."""
+    where = {"range": ranges, "altitude": altitude, "elevation": elevation}
+    tau = table.transmittance(range=ranges, beta_star=table.value("beta_star", **where))
+    return np.where(table.value("valid", **where) > 0.99, tau, np.nan)
+
+
+def _reach(axis, table: Table, altitude: float) -> None:
+    elevations = table.root.axes["elevation"].values
+    chosen = elevations[np.unique(np.linspace(0, elevations.size - 1, 9).round().astype(int))]
+    ranges = _ranges(table)
+    for elevation, colour in zip(chosen, _colours(chosen.size)):
+        axis.semilogx(ranges, _transmittance(table, ranges, altitude, elevation), color=colour, label=f"{elevation:g}°")
+    axis.set(xlabel="range, km", ylabel="transmittance", title=f"observer at {altitude:g} km", ylim=(-0.02, 1.02))
+    axis.legend(fontsize=7, title="elevation", title_fontsize=7)
+
+
+def _section(figure, axis, table: Table, altitude: float) -> None:
+    """Transmittance in a vertical plane: outwards the range, around it the elevation of the line of sight."""
+    ranges, elevations = _ranges(table), table.root.axes["elevation"].values
+    axis.set(thetamin=float(elevations[0]), thetamax=float(max(elevations[-1], elevations[0] + 10)))
+    axis.set_title(f"transmittance by elevation and range, from {altitude:g} km", fontsize=10)
+    if ranges.size < 2 or elevations.size < 2:
         return
+    up = np.unique(np.concatenate([elevations, np.linspace(elevations[0], elevations[-1], 181)]))
+    tau = _transmittance(table, ranges[:, np.newaxis], altitude, up)
+    mesh = axis.pcolormesh(np.radians(up), np.log10(ranges), tau, shading="nearest", cmap="viridis", vmin=0, vmax=1)
+    ticks = np.arange(np.ceil(np.log10(ranges[0])), np.floor(np.log10(ranges[-1])) + 1)
+    axis.set_rticks(ticks, [f"{10.0**tick:g} km" for tick in ticks], fontsize=7)
+    axis.grid(alpha=0.3)
+    figure.colorbar(mesh, ax=axis, label="transmittance", shrink=0.8)
+
+
+def _sky(figure, axis, table: Table, low: float) -> None:
+    """Path radiance to the end of the range axis over the sky: the zenith in the middle, the source's azimuth at the top."""
+    axes = table.root.axes
+    axis.set_theta_zero_location("N")
+    axis.set_thetagrids(range(0, 360, 45), [f"{min(a, 360 - a)}°" for a in range(0, 360, 45)])
+    ups = np.array([e for e in axes["elevation"].values if e >= 0])
     turn = axes["source_azimuth"].values
+    if ups.size < 2 or turn.size < 2:
+        axis.set_title("no sky in this table: it needs two upward elevations and two azimuths", fontsize=8)
+        return
     sun = float(axes["source_elevation"].values[np.argmin(np.abs(axes["source_elevation"].values - 30.0))])
     far = float(axes["range"].values[-1])
-    where = {"range": far, "altitude": low, "elevation": ups[:, None]}
+    fine, around = np.linspace(ups[0], ups[-1], 91), np.linspace(turn[0], turn[-1], 91)
+    where = {"range": far, "altitude": low, "elevation": fine[:, np.newaxis]}
     tau = table.transmittance(range=far, beta_star=table.value("beta_star", **where))
-    radiance = (1 - tau) * table.value("path_radiance_ratio", **where, source_elevation=sun, source_azimuth=turn)
-    mesh = glow.pcolormesh(turn, ups, radiance, shading="gouraud", cmap="viridis")
-    glow.set(xlabel="azimuth from the source, °", ylabel="elevation, °", title=f"path radiance, source at {sun:g}°")
-    figure.colorbar(mesh, ax=glow, label="W m$^{-2}$ sr$^{-1}$")
+    radiance = (1 - tau) * table.value("path_radiance_ratio", **where, source_elevation=sun, source_azimuth=around)
+    whole = np.concatenate([-around[:0:-1], around])  # the two halves of the sky mirror each other
+    mirrored = np.concatenate([radiance[:, :0:-1], radiance], axis=1)
+    mesh = axis.pcolormesh(np.radians(whole), 90 - fine, mirrored, shading="gouraud", cmap="viridis")
+    axis.plot(0, 90 - sun, "o", markersize=7, markerfacecolor="none", markeredgecolor="white")
+    axis.set_rticks([30, 60, 90], ["60°", "30°", "0°"], fontsize=7)
+    axis.grid(alpha=0.3)
+    axis.set_title(f"path radiance over {far:g} km, source at {sun:g}°", fontsize=10)
+    figure.colorbar(mesh, ax=axis, label="W m$^{-2}$ sr$^{-1}$", shrink=0.8)

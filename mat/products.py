@@ -100,6 +100,8 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
     """
     begin = time.perf_counter()
     report = TaskReport(task.files)
+    if task.kind in ("atmosphere", "temperature"):
+        loaded = loaded.of_state(task.index)
     _runner(task.kind)(task, loaded, folder, materials, fresh, report)
     if loaded.job.output.pictures:
         with report.stage("pictures"):

@@ -79,7 +79,8 @@ class AtmosphericQuantities:
     ambient, direct : (R, A, E, SE) arrays
         W m^-2 sr^-1; direct is the irradiance normal to the beam over pi.
     valid : (R, A, E) bool array
-        False where the range would pass through the ground; the other quantities are held there at their values on the ground.
+        False where the range would pass through the ground: beta_star goes on there as through the air above the ground, the other
+        quantities are held at their values on the ground.
     transmittance : (R, A, E) array
     """
 
@@ -251,7 +252,7 @@ class BandAtmosphere:
         ln_tau, absorbed = _in_band(path.depth, band.weight)
         result["valid"][cell] = path.valid
         result["transmittance"][cell] = np.exp(ln_tau)
-        result["beta_star"][cell] = self._beta(path, ln_tau)
+        result["beta_star"][cell] = self._beta(path)
         elevations = np.repeat(source_elevation, source_azimuth.size)
         azimuths = np.tile(source_azimuth, source_elevation.size)
         ratio = self._path_radiance(path, elevations, azimuths, irradiance)
@@ -267,11 +268,19 @@ class BandAtmosphere:
         direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source_elevation)
         result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
 
-    def _beta(self, path, ln_tau):
-        """beta* [km] of each range; where the range is 0, its limit."""
-        here = path.local_extinction @ self.band.weight / self.band.weight.sum()  # m^-1
+    def _beta(self, path):
+        """beta* [km] of each range; where the range is 0, its limit.
+
+        Behind the ground the line goes on through the air above it: beta* of neighbours in the table then differ no more than
+        their lines do.
+        """
+        air, band = self.air, self.band
+        on = path.beyond[:, None] * (air.shells.number_density[0] * air.optics.extinction[0])
+        ln_tau = _in_band(path.depth + on, band.weight)[0]
+        length = path.length + path.beyond
+        here = path.local_extinction @ band.weight / band.weight.sum()  # m^-1
         with np.errstate(divide="ignore", invalid="ignore"):
-            beta = np.where(path.length > 0, BETA_FACTOR * path.length / np.abs(ln_tau), BETA_FACTOR / here) * 1e-3
+            beta = np.where(length > 0, BETA_FACTOR * length / np.abs(ln_tau), BETA_FACTOR / here) * 1e-3
         return np.minimum(beta, BETA_CAP_KM)
 
     def _path_radiance(self, path, elevations, azimuths, irradiance):
@@ -340,7 +349,8 @@ class SpectralLines:
 class _Path:
     """One line of sight with its R ranges.
 
-    depth (R, P) optical depth to each range; length (R,) its length, which ends at the ground; node (R,) the segment end at it;
+    depth (R, P) optical depth to each range; length (R,) its length, which ends at the ground; beyond (R,) what of the range is
+    behind it; node (R,) the segment end at it;
     surface_altitude (R,) m. The local values are those of the air at the observer, or of the highest air below him.
     """
 
@@ -350,6 +360,7 @@ class _Path:
     segment_depth: np.ndarray
     depth: np.ndarray
     length: np.ndarray
+    beyond: np.ndarray
     node: np.ndarray
     surface_altitude: np.ndarray
     valid: np.ndarray
@@ -376,7 +387,7 @@ class _Path:
             np.exp(np.interp(local, levels, np.log(air.shells.number_density))) if altitude <= air.shells.top else 0.0
         )
         return cls(
-            elevation, segments, _ends(rays, row, segments), depth, before[node], length, node,
+            elevation, segments, _ends(rays, row, segments), depth, before[node], length, ranges - length, node,
             _end_altitude(segments, node, length, altitude, elevation), valid,
             local, layer, share, density * section,
         )  # fmt: skip

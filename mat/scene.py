@@ -47,7 +47,8 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
         ozone_column=amounts["column_du"].get("O3"),
         aerosol=state.aerosol,
         visibility_km=state.visibility_km,
-        wind_speed=state.weather.wind_speed_m_s,
+        wind_speed=_mean_wind(state.weather),
+        air_mass=state.air_mass,
         stratosphere=state.stratosphere,
         clouds=[cloud.layer() for cloud in state.clouds],
         rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),
@@ -55,6 +56,14 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
         surface_temperature=mean,
         surface_albedo=state.surface_albedo,
     )
+
+
+def _mean_wind(weather) -> float:
+    """Mean of the day, m s^-1."""
+    hourly = weather.hourly
+    if hourly is None or hourly.wind_speed_m_s is None:
+        return weather.wind_speed_m_s
+    return float(np.mean(np.interp(np.arange(0, 24, 0.25), hourly.time, hourly.wind_speed_m_s, period=24)))
 
 
 def response_of(band) -> SpectralResponse:

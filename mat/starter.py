@@ -1,14 +1,35 @@
-"""The starter job: files that `mat init` copies."""
+"""The jobs that `mat init` copies: the starter with its photograph, and one a kind of scene."""
 
 from __future__ import annotations
 
 from importlib import resources
 from pathlib import Path
 
-FILES = ("starter/job.yaml", "starter/README.md", "textures/yellowstone_road.png")
+from skyshine.schemas.errors import InputError, nearest
+
+STARTER = "starter"
+PHOTOGRAPH = "textures/yellowstone_road.png"
 
 
-def starter_files() -> list[Path]:
-    """The packaged starter job, its description and its photograph."""
-    root = Path(str(resources.files("skyshine.examples")))
-    return [root / name for name in FILES]
+def _root() -> Path:
+    return Path(str(resources.files("skyshine.examples")))
+
+
+def example_names() -> list[str]:
+    """Names of the packaged jobs, the starter first."""
+    names = sorted(path.parent.name for path in _root().glob("*/job.yaml"))
+    return [STARTER, *(name for name in names if name != STARTER)]
+
+
+def starter_files(name: str = STARTER) -> list[Path]:
+    """The files of a packaged job: its YAML, its description, its photograph, where it has one.
+
+    Raises
+    ------
+    InputError
+        There is no job of this name.
+    """
+    if name not in example_names():
+        raise InputError(f"found the example '{name}'; {nearest(name, example_names())}")
+    files = sorted(path for path in (_root() / name).iterdir() if path.suffix in (".yaml", ".md"))
+    return [*files, _root() / PHOTOGRAPH] if name == STARTER else files

@@ -47,7 +47,7 @@ def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[J
 def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
     """Sun, weather and sky of a state, counted from 1."""
     state = job.states[state_index - 1]
-    place = job.site
+    place = job.of_state(state_index).site
     sun = position(
         "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
     )

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
+from skyshine.mat.accuracy.surface_grids import refined_axes
 from skyshine.mat.job import LoadedJob
+from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.jobs.surface import at_kelvin
 from skyshine.mat.plan import Task
 from skyshine.mat.products import Product, TaskReport
@@ -53,10 +55,19 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
     solver = _Solver(surface_materials(chosen, job.operated), scene_inputs(job, task.index), given)
     steps = job.accuracy.solver_steps
+    base, placed = axes, {}
+    if job.surface_grid.tolerance is not None:
+        with report.stage("grid"):
+            refined = refined_axes(
+                lambda at: solver.table(at, steps).temperature, axes, len(chosen), tolerance_parts(job.surface_grid.tolerance)[0],
+                seed=job.accuracy.seed, most=job.surface_grid.most_nodes,
+            )  # fmt: skip
+        axes, placed = refined.axes, {"tolerance": job.surface_grid.tolerance}
+        report.notes.append(f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}")
     with report.stage("tables"):
         table = solver.table(axes, steps)
     with report.stage("accuracy"):
-        error, solver_error = _errors(solver, table, codes, axes, steps, job.accuracy.seed)
+        error, solver_error = _errors(solver, table, codes, axes, base, steps, job.accuracy.seed)
     with report.stage("write"):
         notes = {
             "seed": job.accuracy.seed,
@@ -64,6 +75,7 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
             "solver_error_kelvin": solver_error.maximum,
             "solver_error_rms_kelvin": solver_error.rms,
             "solver_error_method": f"{steps} against {FINE_STEPS} steps a day at the same random places",
+            **placed,
         }
         attributes = {"state": job.states[task.index - 1].profile, "date": job.site.date.isoformat()}
         accuracy = accuracy_group([error], {}, {}, notes)
@@ -86,13 +98,13 @@ class _Solver:
 
 
 def _errors(
-    solver: _Solver, table: TemperatureTable, codes: np.ndarray, axes: dict, steps: int, seed: int
+    solver: _Solver, table: TemperatureTable, codes: np.ndarray, axes: dict, base: dict, steps: int, seed: int
 ) -> tuple[ErrorMeasure, ErrorMeasure]:
-    """Errors of interpolation and of the solver's step, at random places."""
+    """Errors of interpolation and of the solver's step, at random places of the job's own axes."""
     generator = np.random.default_rng(seed)
     closed = {"azimuth_deg": 360.0, "time_h": 24.0}
     places = {}
-    for name, nodes in axes.items():
+    for name, nodes in base.items():
         nodes = np.asarray(nodes, float)
         if name in closed and nodes.size > 1:
             nodes = np.append(nodes, nodes[0] + closed[name])

@@ -9,7 +9,9 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,9 @@ from skyshine.schemas.errors import InputError
 CONVENTIONS = "CF-1.11"
 JOB_LIMIT = 60_000  # an HDF5 attribute of the default library version holds less than 64 KiB
 PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
+DEPTH_LIMIT = 16  # of groups in groups
+# Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more holds a forged shape.
+PACKING_LIMIT, SMALL = 1100, 1 << 20
 _SCALE_ATTRIBUTES = {
     "CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates", "_FillValue",
 }  # fmt: skip
@@ -55,6 +60,38 @@ class Variable:
     long_name: str
     attributes: dict[str, Any] = field(default_factory=dict)
     chunks: tuple[int, ...] | None = None
+
+    @property
+    def kind(self) -> str:
+        """Kind of number in `data`, as numpy names it; O for text."""
+        return np.asarray(self.data).dtype.kind
+
+
+@dataclass(frozen=True)
+class StoredVariable:
+    """A `Variable` of floats whose array is read from its file when it is first asked for, and kept.
+
+    Raises
+    ------
+    InputError
+        From `data`: the file is gone, damaged, or has been built again since it was opened.
+    """
+
+    path: Path
+    name: str
+    digest: str
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+    attributes: dict[str, Any]
+    kind = "f"
+
+    @cached_property
+    def data(self) -> np.ndarray:
+        with open_database(self.path) as file, sound(self.path):
+            if _text(file.attrs.get("content_sha256", "")) != self.digest:
+                raise InputError("has been built again since it was opened; open it again", file=self.path)
+            return _bounded(file, file[self.name])
 
 
 @dataclass(frozen=True)
@@ -178,6 +215,7 @@ def content_hash(file: h5py.File) -> str:
     digest = hashlib.sha256()
     for name in sorted(names):
         dataset = file[name]
+        _refuse_forged(file, dataset)
         text = h5py.check_string_dtype(dataset.dtype) is not None
         kind = "text" if text else dataset.dtype.newbyteorder("<").str
         digest.update(f"{name}\0{kind}\0{dataset.shape}\0{dataset.attrs.get('units', '')}\0".encode())
@@ -220,46 +258,115 @@ def open_database(path: str | os.PathLike, filetype: str | None = None, major: i
         raise InputError("does not exist; check the path, or build it with 'mat build'", file=path) from None
     except OSError:
         raise InputError("is not a readable HDF5 file (damaged or of another kind); build it again", file=path) from None
-    found, version = file.attrs.get("filetype"), str(file.attrs.get("format_version", ""))
-    if found is None or (filetype is not None and found != filetype):
+    try:
+        with sound(path):
+            _check_kind(file, path, filetype, major)
+    except InputError:
         file.close()
-        wanted = f"'{filetype}'" if filetype else "a database of skyshine"
-        raise InputError(f"holds {found!r}; allowed: {wanted}; name another file", file=path)
-    if major is not None and version.split(".")[0] != str(major):
-        file.close()
-        raise InputError(
-            f"has format_version {version!r}; this reader reads {major}.x; build it again with 'mat build --fresh', "
-            f"or read it with a skyshine whose {found} format is {version.split('.')[0]}.x",
-            file=path,
-        )
+        raise
     return file
 
 
-def read_file(path: str | os.PathLike, filetype: str | None = None, major: int | None = None) -> tuple[Group, dict]:
-    """Read a whole database into memory; see `open_database` for what it raises.
+def _check_kind(file: h5py.File, path: str | os.PathLike, filetype: str | None, major: int | None) -> None:
+    found, version = (_text(file.attrs.get(name)) for name in ("filetype", "format_version"))
+    if found is None or (filetype is not None and found != filetype):
+        wanted = f"'{filetype}'" if filetype else "a database of skyshine"
+        raise InputError(f"holds {found!r}; allowed: {wanted}; name another file", file=path)
+    if major is not None:
+        check_version(path, str(found), str(version), major)
+
+
+def check_version(path: str | os.PathLike, filetype: str, version: str, major: int) -> None:
+    """Refuse a layout of another major version, and say how to convert it.
+
+    Raises
+    ------
+    InputError
+    """
+    held = version.split(".")[0]
+    if held == str(major):
+        return
+    remedy = f"build it again from its job with 'mat build --fresh' to convert it to {major}.x"
+    if held.isdecimal() and int(held) > major:
+        remedy = f"upgrade skyshine to one whose {filetype} format is {held}.x, or {remedy}"
+    raise InputError(f"has format_version {version!r}; this reader reads {major}.x; {remedy}", file=path)
+
+
+def read_file(
+    path: str | os.PathLike, filetype: str | None = None, major: int | None = None, *, lazy: bool = False
+) -> tuple[Group, dict]:
+    """Read a database; see `open_database` for what it raises.
+
+    Parameters
+    ----------
+    lazy : bool
+        Leave the arrays in the file until they are first asked for; the axes and the text are read.
 
     Returns
     -------
     root : Group
     attributes : dict
         The root attributes.
+
+    Raises
+    ------
+    InputError
+        A part of the file is damaged, or claims a size that its bytes cannot hold.
     """
-    with open_database(path, filetype, major) as file:
-        return _read_group(file), {key: _text(value) for key, value in file.attrs.items()}
+    with open_database(path, filetype, major) as file, sound(path):
+        attributes = {key: _text(value) for key, value in file.attrs.items()}
+        digest = str(attributes.get("content_sha256", ""))
+
+        def variable(item: h5py.Dataset, units: str, long_name: str, extra: dict) -> Variable | StoredVariable:
+            if lazy and item.dtype.kind == "f":
+                return StoredVariable(Path(path), item.name, digest, dims_of(item), units, long_name, extra)
+            return Variable(dims_of(item), _bounded(file, item), units, long_name, extra)
+
+        return _read_group(file, variable), attributes
 
 
-def _read_group(source: h5py.Group) -> Group:
+@contextmanager
+def sound(path: str | os.PathLike):
+    """Report what a damaged file makes the HDF5 library say as one clear line."""
+    try:
+        yield
+    except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError, IndexError) as error:
+        words = " ".join(str(error).split())[:120]
+        raise InputError(f"is damaged ({words}); build it again", file=path) from None
+
+
+def _bounded(file: h5py.File, dataset: h5py.Dataset) -> np.ndarray:
+    """The array of a dataset, unless its shape is forged."""
+    _refuse_forged(file, dataset)
+    return _decoded(dataset)
+
+
+def _refuse_forged(file: h5py.File, dataset: h5py.Dataset) -> None:
+    """Raise InputError where a dataset claims more bytes than its file can hold."""
+    claimed, held = dataset.size * dataset.dtype.itemsize, os.path.getsize(file.filename)
+    if file.mode == "r" and claimed > PACKING_LIMIT * held + SMALL:
+        raise InputError(
+            f"'{dataset.name}' claims {claimed} bytes, and the file has {held}; allowed: at most {PACKING_LIMIT} times that; "
+            "build it again", file=file.filename,
+        )  # fmt: skip
+
+
+def _read_group(source: h5py.Group, variable: Callable, depth: int = 0) -> Group:
+    if depth > DEPTH_LIMIT:
+        raise ValueError(f"groups are nested deeper than {DEPTH_LIMIT}")
     axes, variables, groups = {}, {}, {}
     for name, item in source.items():
         if isinstance(item, h5py.Group):
-            groups[name] = _read_group(item)
+            groups[name] = _read_group(item, variable, depth + 1)
             continue
+        if not isinstance(item, h5py.Dataset):
+            raise TypeError(f"'{name}' is neither a group nor an array")
         extra = {k: _text(v) for k, v in item.attrs.items() if k not in _SCALE_ATTRIBUTES | {"units", "long_name"}}
         units, long_name = _text(item.attrs.get("units", "")), _text(item.attrs.get("long_name", ""))
         if item.is_scale:
-            axes[name] = Axis(_decoded(item), units, long_name, extra)
+            axes[name] = Axis(_bounded(item.file, item), units, long_name, extra)
         else:
-            variables[name] = Variable(dims_of(item), _decoded(item), units, long_name, extra)
+            variables[name] = variable(item, units, long_name, extra)
     return Group(axes, variables, groups, {k: _text(v) for k, v in source.attrs.items()})
 
 

@@ -12,8 +12,9 @@ COMMANDS = {
     "score": "Compare a texture database with a label image.",
     "info": "Show what a texture database holds.",
     "usage": "Share of each material in one texture or several.",
-    "bench": "Error against run time of all classifiers on labelled textures.",
+    "import": "Take materials from an OGC CDB or an indexed PNG.",
     "export": "Write a texture's materials for others: OGC CDB, glTF, DIRSIG, indexed PNG.",
+    "bench": "Error against run time of all classifiers on labelled textures.",
     "preview": "Draw texture, materials, confidence and shadows side by side.",
 }
 

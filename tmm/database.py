@@ -70,10 +70,10 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike) -> Written:
     def fill(file: h5py.File) -> Group:
         written, mixtures = _fill_levels(mapped, file)
         counted.append(written)
-        return Group(groups={"usage": _usage(mapped, written), "composites": _composites(*mixtures)})
+        return Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
 
     height, width = mapped.texture.height, mapped.texture.width
-    levels = {str(k): _level(k, size, height, width) for k, size in enumerate(level_sizes(height, width))}
+    levels = {str(k): level_layout(k, size, height, width) for k, size in enumerate(level_sizes(height, width))}
     root = Group(
         groups={
             "materials": _materials(mapped),
@@ -82,7 +82,7 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike) -> Written:
             "levels": Group(groups=levels),
         }
     )
-    digest = write_file(path, root, _header(mapped.job, mapped.library_version), fill)
+    digest = write_file(path, root, texture_header(mapped.job, mapped.library_version), fill)
     return replace(counted[0], digest=digest)
 
 
@@ -136,7 +136,8 @@ class _RowWriter:
                 self._done, self._kept = to.stop, 0
 
 
-def _header(job: TextureJob, library_version: str) -> Header:
+def texture_header(job: TextureJob, library_version: str) -> Header:
+    """Root attributes of the database of a texture."""
     text = yaml.safe_dump(job.model_dump(mode="json"), sort_keys=False, allow_unicode=True, default_flow_style=None)
     return Header(
         FILETYPE, FORMAT_VERSION, f"materials {library_version}", text, f"Materials of the texture {job.name}"
@@ -151,7 +152,7 @@ def is_current(path: str | os.PathLike, job: TextureJob, base_folder: str | os.P
     base_folder : path
         Folder to which the paths of the job are relative.
     """
-    header = _header(job, library_version)
+    header = texture_header(job, library_version)
     expected = {
         "job": header.job,
         "format_version": header.format_version,
@@ -234,7 +235,8 @@ def _component_axis() -> Axis:
     return Axis(np.arange(3, dtype=np.uint8), "1", "rank of the component, largest share first")
 
 
-def _composites(components: np.ndarray, weights: np.ndarray) -> Group:
+def composite_layout(components: np.ndarray, weights: np.ndarray) -> Group:
+    """The layout of distinct mixtures: codes (N, 3) and weights (N, 3) in percent."""
     number = Axis(np.arange(len(components), dtype=np.int32), "1", "number of the mixture")
     dims = ("composite", "component")
     return Group(
@@ -246,7 +248,7 @@ def _composites(components: np.ndarray, weights: np.ndarray) -> Group:
     )
 
 
-def _level(k: int, size: tuple[int, int], height: int, width: int) -> Group:
+def level_layout(k: int, size: tuple[int, int], height: int, width: int) -> Group:
     """The layout of a level; its arrays are written as they come."""
     axes = {
         "y": Axis(_centres(height, size[0]), "1", "row of the texel's centre, in texels of level 0"),

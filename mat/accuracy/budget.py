@@ -18,9 +18,11 @@ from skyshine.mat.accuracy.runtime import (
     spectral_thermal,
 )  # fmt: skip
 from skyshine.mat.accuracy.viewing import Views, random_views
-from skyshine.mat.atmosphere.compile import band_points, compile_band
+from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere_product import MAX_POINTS, path_grid
+from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import LoadedJob
+from skyshine.mat.jobs.surface import at_kelvin
 from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
@@ -100,12 +102,13 @@ class Prepared:
     @classmethod
     def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
         """Prepare a state and band, counted from 1."""
+        loaded = loaded.of_state(state)
         job, response = loaded.job, response_of(loaded.job.bands[band - 1])
-        air = atmospheric_state(job.site, job.states[state - 1])
-        everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+        air, table = atmospheric_state(job.site, job.states[state - 1]), absorption_table()
+        everything = band_points(table.points(*response.wavenumber_range), response)
         light = [source_irradiance(job, source, everything.wavenumber, everything.width) for source in job.sources]
-        compiled = compile_band(
-            air, everything, path_grid(loaded), np.stack(light), tolerance=job.accuracy.spectral_tolerance,
+        compiled, _ = cached_compile_band(
+            table, air, everything, path_grid(loaded), np.stack(light), tolerance=job.accuracy.spectral_tolerance,
             max_points=MAX_POINTS, seed=job.accuracy.seed,
         )  # fmt: skip
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
@@ -156,7 +159,8 @@ class _Scene:
             source_irradiance(job, source, air.band.wavenumber, air.band.width) for air in (self.exact, self.few)
         )
         chosen = [library[name] for name in tables.materials]
-        self.materials, self.inputs = surface_materials(chosen), scene_inputs(job, prepared.state)
+        self.materials, self.inputs = surface_materials(chosen, job.operated), scene_inputs(job, prepared.state)
+        self.given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
         self.steps = job.accuracy.solver_steps
         micron = 1e4 / self.exact.band.wavenumber
         self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
@@ -196,7 +200,7 @@ class _Scene:
 
     def _temperature(self, views, normal, altitude, steps):
         slope, azimuth = self.tables.facing(normal)
-        return temperatures_at(self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps)
+        return temperatures_at(self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps, given=self.given)
 
     def _of_tables(self, budget, views, own, few, read, bounce):
         """Interpolation: of each quantity, then of all; against direct computation with the same points and solver."""

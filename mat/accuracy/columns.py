@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from skyshine.mat.surface.forcing import Scene, Site, Sky, Weather
+from skyshine.mat.surface.back import at_hours
+from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.site import Site
 from skyshine.mat.surface.solver import solve_columns
+from skyshine.mat.surface.weather import Weather
 
 _BATCH = 24  # places whose altitudes x planes are set up together; only the pairs asked for are solved
 
 
 def temperatures_at(
     materials: Sequence[SurfaceMaterial], inputs: tuple[Site, Weather, Sky], altitude_km, azimuth_deg, slope_deg, time_h,
-    *, steps: int,
+    *, steps: int, given: Mapping[str, float | tuple[float, ...]] | None = None,
 ) -> np.ndarray:  # fmt: skip
     """Temperature of every material at every place.
 
@@ -27,6 +30,8 @@ def temperatures_at(
     altitude_km, azimuth_deg, slope_deg, time_h : (n,) arrays
     steps : int
         Solver times of a day, a divisor of 576.
+    given : mapping, optional
+        As `surface.table.temperature_table`.
 
     Returns
     -------
@@ -49,6 +54,9 @@ def temperatures_at(
             return forcings[n]
 
         for number, material in enumerate(materials):
+            if given and material.name in given:
+                result[part, number] = at_hours(given[material.name], time)
+                continue
             for rows, solution in solve_columns(material, forcing_at, steps=steps):
                 result[start + rows, number] = _at_time(solution.temperature, time[rows])
     return result

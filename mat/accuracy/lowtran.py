@@ -78,6 +78,25 @@ class Sight:
 
 
 @dataclass(frozen=True)
+class Haze:
+    """Its own particles, as card 2 names them: models of aerosol and of cloud, season, volcanoes; km, m/s, mm/h."""
+
+    aerosol: int = 0
+    season: int = 0
+    volcanoes: int = 0
+    cloud: int = 0
+    visibility: float = 0.0
+    wind: float = 0.0
+    rain: float = 0.0
+    air_mass: int = 3
+
+    @property
+    def card(self) -> str:
+        numbers = (self.visibility, self.wind, self.wind, self.rain, 0.0)
+        return _integers(self.aerosol, self.season, self.volcanoes, self.air_mass, self.cloud, 0) + "".join(f"{number:10.3f}" for number in numbers)
+
+
+@dataclass(frozen=True)
 class PeerSpectra:
     """What LOWTRAN7 gave for M lines of sight at V wavenumbers.
 
@@ -183,8 +202,8 @@ def build(source: str) -> Path | None:
     return program
 
 
-def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, repeats=1) -> PeerSpectra:
-    """Transmittance and thermal path radiance of lines of sight through a state, without particles.
+def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, repeats=1, haze=Haze()) -> PeerSpectra:
+    """Transmittance and thermal path radiance of lines of sight through the air of a state.
 
     Parameters
     ----------
@@ -199,6 +218,8 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
         Run in its transmittance mode, which gives each gas, but no radiance.
     repeats : int
         How often each line of sight is run and timed.
+    haze : Haze
+        Particles of LOWTRAN7's own; the state's are not used.
 
     Raises
     ------
@@ -208,7 +229,7 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
     if state.altitude.size > MOST_LEVELS:
         raise InputError(f"LOWTRAN7 takes {MOST_LEVELS} levels, this state has {state.altitude.size}")
     wavenumber = np.arange(low, high + STEP / 2, STEP)
-    deck = "".join(_cards(state, sight, low, high, 0 if by_gas else 1) for sight in sights)
+    deck = "".join(_cards(state, sight, low, high, 0 if by_gas else 1, haze) for sight in sights)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / "out").mkdir()
@@ -226,12 +247,12 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
     return PeerSpectra(wavenumber, values[..., 1], radiance, gases, seconds)
 
 
-def _cards(state, sight, low, high, mode):
+def _cards(state, sight, low, high, mode, haze):
     """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance."""
     to_space = math.isinf(sight.distance)
     # Its level paths have one pressure. As a slant path of 90 degree they fail: in single precision they hardly rise.
     path_type = 3 if to_space else 1 if sight.elevation == 0 else 2
-    lines = [_integers(7, path_type, mode, *[0] * 8, 1, 1) + f"{0.0:8.3f}{0.0:7.2f}", _integers(*[0] * 6) + f"{0.0:10.3f}" * 5]
+    lines = [_integers(7, path_type, mode, *[0] * 8, 1, 1) + f"{0.0:8.3f}{0.0:7.2f}", haze.card]
     lines.append(_integers(state.altitude.size, 1, 0) + "profile")
     parts = [1e6 * state.mole_fraction.get(gas, np.zeros(state.altitude.size)) for gas in _MOLECULES]
     for level in range(state.altitude.size):

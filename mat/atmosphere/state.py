@@ -12,13 +12,15 @@ from functools import cached_property
 import numpy as np
 from scipy import constants
 
-from skyshine.mat.atmosphere.aerosol import DEFAULT_WIND, AerosolModel, aerosol_layers, default_visibility
+from skyshine.mat.atmosphere.aerosol import AerosolModel
+from skyshine.mat.atmosphere.aerosol_column import aerosol_layers, default_visibility
 from skyshine.mat.atmosphere.amounts import DOBSON_UNIT, gas_factors, layer_columns, mean_exponential, ozone_factor, water_factor
 from skyshine.mat.atmosphere.cloud import check_phase
 from skyshine.mat.atmosphere.humidity import WATER_MOLAR_MASS, saturation_pressure
 from skyshine.mat.atmosphere.levels import exponential, level_altitudes, linear
 from skyshine.mat.atmosphere.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.profiles import load_profile
+from skyshine.mat.atmosphere.windblown import DEFAULT_AIR_MASS, DEFAULT_WIND
 from skyshine.schemas.errors import InputError
 
 SURFACE_RANGE = (-500.0, 5900.0)  # m; below the Dead Sea, and below the 6 km where aerosol profiles meet the ground
@@ -107,6 +109,7 @@ class AtmosphericState:
         aerosol="rural",
         visibility_km=None,
         wind_speed=DEFAULT_WIND,
+        air_mass=DEFAULT_AIR_MASS,
         stratosphere="background",
         clouds=(),
         rain=None,
@@ -131,17 +134,19 @@ class AtmosphericState:
         water_column, ozone_column : float, optional
             Above the ground, kg m^-2 (mm of water) and Dobson units, the profile scaled; water vapour stops at saturation.
         aerosol : str
-            Boundary-layer model of `aerosol.BOUNDARY_MODELS`, or "none" for air without particles at any height.
+            Boundary-layer model of `aerosol_column.BOUNDARY_MODELS`, or "none" for air without particles at any height.
         visibility_km : float, optional
-            0.1 to 300; by default that of the aerosol model (`aerosol.default_visibility`).
+            0.1 to 300; by default that of the aerosol model (`aerosol_column.default_visibility`).
         wind_speed : float
-            At 10 m, m s^-1, which raises the desert aerosol.
+            At 10 m, m s^-1, which raises the desert and Navy maritime aerosols.
+        air_mass : int
+            1 (open ocean) to 10 (continental): of the Navy maritime aerosol.
         stratosphere : str
-            One of `aerosol.STRATOSPHERES`.
+            One of `aerosol_column.STRATOSPHERES`.
         clouds : sequence of CloudLayer
         rain : RainLayer, optional
         season : str, optional
-            One of `aerosol.SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
+            One of `aerosol_column.SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
         surface_temperature : float, optional
             K; that of the lowest air by default.
         surface_albedo : float
@@ -185,10 +190,12 @@ class AtmosphericState:
             gases["H2O"] = np.minimum(gases["H2O"] * scale, saturated)
         if season is None:
             season = "fall_winter" if profile.name.endswith("winter") else "spring_summer"
+        if visibility_km is None:
+            humidity = float(100 * gases["H2O"][0] * pressure[0] / saturation_pressure(temperature[0]))
+            visibility_km = default_visibility(aerosol, wind_speed, humidity, air_mass)
         layers = aerosol_layers(
-            altitude, default_visibility(aerosol, wind_speed) if visibility_km is None else visibility_km, season, aerosol,
-            surface_altitude, stratosphere=stratosphere, wind_speed=wind_speed,
-        )  # fmt: skip
+            altitude, visibility_km, season, aerosol, surface_altitude, stratosphere=stratosphere, wind_speed=wind_speed, air_mass=air_mass
+        )
         return cls(
             name=profile.name,
             altitude=altitude,

@@ -67,6 +67,76 @@ def absorption(lines, continua, lowtran_path, out, quick, as_json):
     click.echo(f"LOWTRAN7: {result['lowtran7']}")
 
 
+@command.command()
+@click.option("--job", type=click.Path(), help="Sun, sky and weather of a job's first state (default: the starter job).")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder for surface-bench.json and surface-bench.png.")
+@click.option("--quick", is_flag=True, help="Two materials instead of eight, and no EnergyPlus.")
+@json_option
+def surface(job, out, quick, as_json):
+    """Surface temperatures: the periodic solver by steps a day, marching schemes, casadi's oracle, EnergyPlus.
+
+    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor seconds of a
+    column and day. EnergyPlus runs where the package pyenergyplus-lbnl is installed, and is compared by run time alone.
+
+    \b
+    Example:
+      mat bench surface --out bench
+    """
+    from skyshine.mat.accuracy import energyplus
+    from skyshine.mat.accuracy import surface_bench as bench
+    from skyshine.mat.starter import starter_files
+    from skyshine.mat.surface_inputs import surface_inputs, surface_materials
+    from skyshine.materials.library import load_library
+
+    _, inputs = surface_inputs(job or starter_files()[0])
+    library = load_library()
+    names = bench.QUICK_MATERIALS if quick else bench.MATERIALS
+    methods = len(bench.STEPS) + len(bench.MARCHES) + 3
+    with progress(len(names) * methods, "surface temperatures") as advance:
+        cases = []
+        for material in surface_materials([library[name] for name in names]):
+            cases.append(bench.case_of(material, inputs))
+            advance(1)
+        rungs, left_out = bench.run(cases, advance)
+    peer = energyplus.Cost(None, None, "left out: --quick") if quick else energyplus.measure()
+    rungs += [
+        bench.Rung(f"EnergyPlus, {name}", "EnergyPlus", None, None, seconds, energyplus.COLUMNS)
+        for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day))
+        if seconds is not None
+    ]
+    result = {"materials": list(names), "explicit_left_out": left_out, "energyplus": peer.note, "rungs": _surface_rungs(rungs)}
+    if out:
+        folder = Path(out)
+        folder.mkdir(parents=True, exist_ok=True)
+        bench.plot(rungs, folder / "surface-bench.png")
+        _write_json(folder / "surface-bench.json", result)
+    if as_json:
+        emit_json(result)
+        return
+    base = next(rung.seconds for rung in rungs if rung.family == "default")
+    rows = [
+        [rung.name, *("-" if x is None else f"{x:.3f}" for x in (rung.rms, rung.largest)), f"{1e6 * rung.seconds:.4g}",
+         f"{1 / rung.seconds:.4g}", f"{rung.seconds / base:.3g}"]
+        for rung in rungs
+    ]  # fmt: skip
+    echo_table(["", "rms K", "max K", "us a column", "columns/s", "x default"], rows)
+    if left_out:
+        click.echo(f"explicit Euler is left out for {', '.join(left_out)}")
+    click.echo(f"EnergyPlus: {peer.note}")
+
+
+def _surface_rungs(rungs):
+    return [
+        {
+            "name": rung.name, "family": rung.family, "columns": rung.columns,
+            "rms_error": None if rung.rms is None else quantity(rung.rms, "K"),
+            "largest_error": None if rung.largest is None else quantity(rung.largest, "K"),
+            "time_per_column_day": quantity(rung.seconds, "s"),
+        }
+        for rung in rungs
+    ]  # fmt: skip
+
+
 def _line_lists(lines, continua):
     if lines is None:
         return None, None
@@ -125,3 +195,37 @@ def _write_json(path, result):
     import json
 
     path.write_text(json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+@command.command()
+@click.option("--points", type=click.IntRange(1000, 100_000_000), default=1_000_000, show_default=True, help="Query points.")
+@json_option
+def loader(points, as_json):
+    """Reading: interpolated values a second of one core on five-axis tables of the default size, beside scipy's interpolator.
+
+    \b
+    Example: mat bench loader --points 1000000
+    """
+    from skyshine.mat.accuracy.loader_bench import bench_loader
+
+    # Default nodes: range, altitude, elevation, source elevation, source azimuth; and 60 materials by the surface grid.
+    tables = {"atmq": (24, 12, 25, 13, 13), "htt": (60, 8, 24, 10, 48)}
+    measured = {name: bench_loader(shape, points) for name, shape in tables.items()}
+    if as_json:
+        emit_json(
+            {
+                name: {
+                    "nodes": list(each.shape),
+                    "rate": quantity(each.values_per_second, "s-1"),
+                    "rate_scipy": quantity(each.scipy_values_per_second, "s-1"),
+                    "difference": quantity(each.difference, "1"),
+                }
+                for name, each in measured.items()
+            }
+        )
+        return
+    rows = [
+        [name, " x ".join(map(str, each.shape)), f"{each.values_per_second:.3g}", f"{each.scipy_values_per_second:.3g}", f"{each.difference:.1g}"]
+        for name, each in measured.items()
+    ]
+    echo_table(["table", "nodes", "values/s", "scipy", "difference"], rows)

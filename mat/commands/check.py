@@ -21,7 +21,7 @@ def command(job: str, as_json: bool) -> None:
     plan = make_plan(loaded, load_library())
     check_scene(loaded)
     left_out = [*plan.left_out, *gases_left_out(loaded)]
-    hours = source_hours(loaded.job)
+    hours = source_hours(loaded.job.of_state(1))
     states = state_summaries(loaded.job)
     if as_json:
         emit_json(_as_json(plan, left_out, hours, states))
@@ -56,5 +56,5 @@ def _print(loaded, plan, left_out, hours, states) -> None:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")
     for source, spans in hours.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
-        click.echo(f"{source} up: {times}")
+        click.echo(f"{source} up on {loaded.job.of_state(1).site.date}: {times}")
     click.echo(f"size of the tables before compression: {plan.bytes / 1e6:.1f} MB")

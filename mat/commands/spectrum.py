@@ -23,7 +23,9 @@ FULL_MOON_PHASE = 4.0
 @click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile, or a sounding FILE.csv.")
 @click.option("--above", default="us_standard", show_default=True, help="Standard profile that continues a sounding to space.")
 @click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default the profile's own 330.")
-@click.option("--altitude", type=float, default=0.0, show_default=True, help="Observer above sea level, km.")
+@click.option(
+    "--altitude", type=float, help="Observer above sea level, km; by default the ground: 0, or where the sounding begins."
+)
 @click.option(
     "--elevation", type=float, default=0.0, show_default=True, help="Line of sight above the horizontal, degree."
 )
@@ -37,10 +39,10 @@ FULL_MOON_PHASE = 4.0
     "--aerosol",
     default="rural",
     show_default=True,
-    help="Near the ground: rural, urban, maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none at all.",
+    help="Near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none.",
 )
 @click.option("--visibility", type=float, help="km; by default that which belongs to the aerosol (rural: 23).")
-@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert aerosol.")
+@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert and navy_maritime aerosols.")
 @click.option(
     "--stratosphere",
     default="background",
@@ -58,14 +60,15 @@ FULL_MOON_PHASE = 4.0
 )
 @click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
+@click.option("--plot", "picture", type=click.Path(), help="PNG to draw transmittance and path radiance into, in place of printing.")
 @json_option
 def command(
     atmosphere, above, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, source_azimuth, as_json,
+    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, source_azimuth, picture, as_json,
 ):  # fmt: skip
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
-    Prints CSV, or JSON with --json. Sky and direct irradiance are those at the end of the line of sight, at the observer where it
+    Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of sight, at the observer where it
     leads into space.
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
@@ -78,11 +81,13 @@ def command(
     from skyshine.mat.atmosphere.spectrum import line_spectrum
     from skyshine.mat.atmosphere.state import AtmosphericState
 
+    profile, ground = _profile(atmosphere, above)
+    altitude = ground / 1e3 if altitude is None else altitude
     _finite(altitude=altitude, wind=wind, elevation=elevation, source_elevation=source_elevation, source_azimuth=source_azimuth)
     low, high = _limits(wavenumber, wavelength)
     distance = _range(range_text)
     state = AtmosphericState.from_profile(
-        _profile(atmosphere, above), co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility,
+        profile, surface_altitude=ground, co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility,
         wind_speed=wind, stratosphere=stratosphere, clouds=[cloud_type(name) for name in clouds],
         rain=None if rain is None else RainLayer(rain, RAIN_TOP),
     )  # fmt: skip
@@ -92,6 +97,14 @@ def command(
         altitude=altitude * 1e3, elevation=np.radians(elevation), distance=distance,
         source_elevation=np.radians(source_elevation), source_azimuth=np.radians(source_azimuth), resolution=resolution,
     )  # fmt: skip
+    if picture is not None:
+        from skyshine.mat.pictures import draw_spectrum
+
+        if not picture.lower().endswith(".png"):
+            raise InputError(f"found --plot '{picture}'; allowed: a name that ends in .png")
+        title = f"{atmosphere}, {aerosol} aerosol, from {altitude:g} km at {elevation:g}°, {result.range / 1e3:.4g} km"
+        click.echo(draw_spectrum(result, title, picture))
+        return
     columns = {
         "wavenumber": ("cm^-1", result.wavenumber),
         "transmittance": ("1", result.transmittance),
@@ -136,14 +149,15 @@ def _irradiance(source, points):
 
 
 def _profile(name, above):
-    """A standard profile by its name, or the sounding in a file."""
+    """A standard profile by its name, or the sounding in a file; and the altitude of its ground, m."""
     from skyshine.mat.atmosphere.profiles import load_profile
     from skyshine.mat.atmosphere.sounding import read_sounding
     from skyshine.schemas.csv_table import read_text
 
     if name.endswith(".csv"):
-        return read_sounding(read_text(name), name, load_profile(above))
-    return load_profile(name)
+        sounding = read_sounding(read_text(name), name, load_profile(above))
+        return sounding, float(sounding.altitude[1])  # the first level of the file
+    return load_profile(name), 0.0
 
 
 def _finite(**values):

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import datetime
 from typing import Annotated, Any, Literal
 
 import pydantic
 from pydantic import Field
 
-from skyshine.mat.atmosphere.aerosol import BOUNDARY_MODELS, SEASONS, STRATOSPHERES
+from skyshine.mat.atmosphere.aerosol_column import BOUNDARY_MODELS, SEASONS, STRATOSPHERES
 from skyshine.mat.atmosphere.cloud import DEFAULT_RADII, LARGEST_OPTICAL_DEPTH, PHASES, CloudLayer, cloud_type
 from skyshine.mat.atmosphere.cloud import TYPES as CLOUD_TYPES
 from skyshine.mat.atmosphere.profiles import GASES, PROFILES
 from skyshine.mat.atmosphere.rain import RATES
-from skyshine.mat.jobs.fields import Fraction, axis
+from skyshine.mat.atmosphere.windblown import DEFAULT_AIR_MASS
+from skyshine.mat.jobs.fields import Fraction, Tolerance, axis
 from skyshine.mat.jobs.files import JobFile
 from skyshine.mat.jobs.presets import presets, with_preset
 from skyshine.mat.jobs.surface import Weather
@@ -131,11 +133,15 @@ class State(StrictModel):
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Literal[(*BOUNDARY_MODELS, "none")] = Field("rural", description="Of the lowest 2 km.")
     visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default that which belongs to the aerosol.")
+    air_mass: int = Field(DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental.")
     stratosphere: Literal[tuple(STRATOSPHERES)] = Field("background", description="Volcanic loading, and age of its particles.")
     season: Literal[SEASONS] | None = Field(None, description="Of the aerosol profiles; by default that of the profile's name.")
-    clouds: list[Cloud] = Field([], max_length=8)
+    clouds: list[Cloud] = Field(
+        [], max_length=8, description="Over the whole sky, for paths and surfaces alike; weather.cloud_fraction adds broken cloud to surfaces only."
+    )
     rain: Rain | None = None
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
+    date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
 
     @pydantic.model_validator(mode="before")
@@ -189,5 +195,11 @@ class AtmosphereGrid(StrictModel):
     elevation_deg: axis(-90, 90) = [
         -90, -60, -40, -30, -20, -15, -10, -7, -5, -3, -2, -1, 0, 1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 90,
     ]  # fmt: skip
+    tolerance: Tolerance | None = Field(
+        None,
+        description="Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, in kelvin or "
+        "radiance of a scene at 300 K.",
+    )
+    most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
     source_elevation_deg: axis(-90, 90) = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
     source_azimuth_deg: axis(0, 180) = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]

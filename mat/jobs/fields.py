@@ -42,6 +42,25 @@ def axis(low: float, high: float) -> object:
     return Annotated[list[number], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)]
 
 
+_TOLERANCE = re.compile(r"^([0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]+)?) (K|W m\^-2 sr\^-1)$")
+SMALLEST_TOLERANCE = 1e-6
+
+
+def tolerance_parts(text: str) -> tuple[float, str]:
+    """Value and unit of a tolerance such as '0.1 K'."""
+    match = _TOLERANCE.match(text)
+    return float(match[1]), match[2]
+
+
+def _tolerance(value: str) -> str:
+    if not _TOLERANCE.match(value) or not SMALLEST_TOLERANCE <= tolerance_parts(value)[0] <= 1e3:
+        raise ValueError(f"found '{value}'; allowed: a number and its unit, 0.1 K or 0.01 W m^-2 sr^-1; write it so")
+    return value
+
+
+Tolerance = Annotated[
+    str, pydantic.AfterValidator(_tolerance), pydantic.WithJsonSchema({"type": "string", "pattern": _TOLERANCE.pattern})
+]
 TimeOfDay = Annotated[
     float,
     pydantic.BeforeValidator(hours_of),

@@ -17,7 +17,7 @@ def presets() -> dict[str, dict]:
 
 
 def with_preset(state: dict) -> dict:
-    """A state with the keys of the preset it names where it does not write them; mappings are joined key by key.
+    """A state with the keys of the preset it names where it does not write them; weather and gases are joined key by key.
 
     Raises
     ------
@@ -30,12 +30,11 @@ def with_preset(state: dict) -> dict:
     if name not in presets():
         raise ValueError(f"found the preset '{name}'; {nearest(name, presets())}")
     base = {key: value for key, value in presets()[name].items() if key != "description"}
-    return _joined(base, state)
-
-
-def _joined(base: dict, over: dict) -> dict:
-    both = {
-        key: _joined(value, over[key]) if isinstance(value, dict) and isinstance(over.get(key), dict) else over.get(key, value)
-        for key, value in base.items()
-    }
-    return both | {key: value for key, value in over.items() if key not in base}
+    for key in ("weather", "gases"):
+        own = state.get(key, {})
+        if key in base and isinstance(own, dict):
+            # Other kinds of weather take the place of the preset's temperatures.
+            dropped = {"air_temperature_c"} if {"hourly", "file"} & own.keys() else set()
+            base[key] = {k: v for k, v in base[key].items() if k not in dropped} | own
+    joined = {key: base[key] for key in ("weather", "gases") if key in base and isinstance(state.get(key, {}), dict)}
+    return base | state | joined

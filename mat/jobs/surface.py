@@ -8,7 +8,7 @@ import numpy as np
 import pydantic
 from pydantic import Field
 
-from skyshine.mat.jobs.fields import Celsius, Fraction, TimeOfDay, ascending, axis, clock_text
+from skyshine.mat.jobs.fields import Celsius, Fraction, TimeOfDay, Tolerance, ascending, axis, clock_text, tolerance_parts
 from skyshine.materials.files import refuse_incomplete_back
 from skyshine.materials.files import by_hour as values_by_hour
 from skyshine.materials.records import Back
@@ -167,3 +167,14 @@ class SurfaceGrid(StrictModel):
     time: Annotated[list[TimeOfDay], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)] = Field(
         [f"{i // 2:02d}:{i % 2 * 30:02d}" for i in range(48)], validate_default=True
     )
+    tolerance: Tolerance | None = Field(
+        None, description="In K: places the nodes, between the ends of the axes, where the error is; 99 % of all reads are within it."
+    )
+    most_nodes: int = Field(20_000_000, ge=16, le=200_000_000, description="Of a table whose nodes a tolerance places.")
+
+    @pydantic.field_validator("tolerance")
+    @classmethod
+    def _in_kelvin(cls, value):
+        if value is not None and tolerance_parts(value)[1] != "K":
+            raise ValueError(f"found '{value}'; allowed: kelvin, such as 0.1 K, for temperatures; write it so")
+        return value

@@ -9,7 +9,8 @@ import numpy as np
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis
 
-LINEAR, PERIODIC, FOLDED, EXACT = "linear", "linear_periodic", "linear_folded", "exact"
+RULES = LINEAR, PERIODIC, FOLDED, EXACT = "linear", "linear_periodic", "linear_folded", "exact"
+POLICIES = ("error", "clamp")
 
 
 @dataclass(frozen=True)
@@ -38,15 +39,32 @@ class AxisRule:
 
     @classmethod
     def of(cls, name: str, axis: Axis) -> AxisRule:
-        """The rule that a file states for one of its axes."""
-        read = axis.attributes
-        return cls(
+        """The rule that a file states for one of its axes.
+
+        Raises
+        ------
+        InputError
+            The nodes are not ascending numbers, or the rule is none that this reader knows.
+        """
+        read, nodes = axis.attributes, np.asarray(axis.values)
+        rule = cls(
             name,
-            np.asarray(axis.values),
+            nodes,
             str(read.get("interpolation", LINEAR)),
-            float(read.get("period", 0.0)),
+            _number(read.get("period", 0.0)),
             str(read.get("out_of_range", "error")),
         )
+        numbers = nodes.ndim == 1 and nodes.size > 0 and nodes.dtype.kind in "iuf" and np.all(np.isfinite(nodes))
+        if not numbers or np.any(np.diff(nodes) <= 0):
+            raise InputError(f"the axis '{name}' is not a list of ascending numbers; build the file again")
+        if rule.interpolation not in RULES or (rule.interpolation in (PERIODIC, FOLDED) and not 0 < rule.period < np.inf):
+            raise InputError(
+                f"the axis '{name}' is read by '{rule.interpolation}' with period {rule.period:g}; this reader knows "
+                f"{', '.join(RULES)}; upgrade skyshine, or build the file again"
+            )
+        if rule.out_of_range not in POLICIES:
+            raise InputError(f"the axis '{name}' has out_of_range '{rule.out_of_range}'; allowed: {', '.join(POLICIES)}")
+        return rule
 
     def locate(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Neighbouring nodes of `values`.
@@ -63,27 +81,34 @@ class AxisRule:
             A value is not finite, lies outside the axis, or is not a node of an exact axis.
         """
         values = np.asarray(values)
-        if values.dtype.kind == "f" and not np.all(np.isfinite(values)):
-            raise InputError(f"{self.name}: found a value that is not finite; allowed: finite numbers")
         if self.interpolation == EXACT:
             return self._exact(values)
         values, nodes = values.astype(float), self.nodes
+        lowest, highest = (values.min(), values.max()) if values.size else (nodes[0], nodes[0])
+        if not (np.isfinite(lowest) and np.isfinite(highest)):
+            raise InputError(f"{self.name}: found a value that is not finite; allowed: finite numbers")
         if self.interpolation == PERIODIC:
             nodes = np.append(nodes, nodes[0] + self.period)
             values = nodes[0] + np.mod(values - nodes[0], self.period)
         elif self.interpolation == FOLDED:
             values = np.abs(np.mod(values + self.period / 2, self.period) - self.period / 2)
-        values = self._bounded(values, nodes)
-        lower = np.clip(np.searchsorted(nodes, values, side="right") - 1, 0, max(nodes.size - 2, 0))
-        upper = np.minimum(lower + 1, nodes.size - 1)
-        span = np.where(upper > lower, nodes[upper] - nodes[lower], 1.0)
-        weight = (values - nodes[lower]) / span
-        return lower, upper % self.nodes.size, weight
+            values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]))
+        else:
+            values = self._bounded(values, nodes, lowest, highest)
+        if nodes.size == 1:
+            lower = np.zeros(values.shape, int)
+            return lower, lower, np.zeros(values.shape)
+        # Searching the nodes between the ends keeps the lower node inside the axis without clipping.
+        lower = np.searchsorted(nodes[1:-1], values, side="right")
+        weight = (values - nodes.take(lower)) / np.diff(nodes).take(lower)
+        upper = lower + 1
+        return lower, upper % self.nodes.size if self.interpolation == PERIODIC else upper, weight
 
-    def _bounded(self, values: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-        outside = (values < nodes[0]) | (values > nodes[-1])
-        if self.out_of_range == "error" and np.any(outside):
-            found = np.ravel(values[outside])[0] if values.ndim else values
+    def _bounded(self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float) -> np.ndarray:
+        if lowest >= nodes[0] and highest <= nodes[-1]:
+            return values
+        if self.out_of_range == "error":
+            found = np.ravel(values[(values < nodes[0]) | (values > nodes[-1])])[0]
             raise InputError(
                 f"{self.name}: found {found:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or ask for "
                 "out_of_range='clamp'"
@@ -91,6 +116,8 @@ class AxisRule:
         return np.clip(values, nodes[0], nodes[-1])
 
     def _exact(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if values.dtype.kind not in "iuf":
+            raise InputError(f"{self.name}: found {np.ravel(values)[:1].tolist()}; allowed: numbers")
         position = np.clip(np.searchsorted(self.nodes, values), 0, self.nodes.size - 1)
         wrong = self.nodes[position] != values
         if np.any(wrong):
@@ -98,6 +125,13 @@ class AxisRule:
             known = ", ".join(f"{node:g}" for node in self.nodes[:64])
             raise InputError(f"{self.name}: found {found}; allowed: {known}; name one of them")
         return position, position, np.zeros(values.shape)
+
+
+def _number(value) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return np.nan
 
 
 def table_axis(values, units: str, long_name: str, *, interpolation: str = LINEAR, period: float = 0.0) -> Axis:

@@ -1,23 +1,28 @@
-"""Loading a database and reading it as a runtime does: linear in every axis."""
+"""Loading a database and reading it as a runtime does: linear in every axis.
+
+Arrays are read from their file when they are first asked for (a flat export stays on disk, memory-mapped).
+"""
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.axes import POLICIES, AxisRule
 from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.schemas.hdf5 import Group, open_database, read_file
+from skyshine.schemas.hdf5 import Group, check_version, read_file
 
 
 @dataclass(frozen=True)
 class Table:
-    """A database in memory; safe to share between threads, for nothing in it changes.
+    """An open database; safe to share between threads, for nothing in it changes once it is read.
 
     Attributes
     ----------
@@ -36,27 +41,35 @@ class Table:
     @property
     def quantities(self) -> list[str]:
         """Names of the quantities that can be interpolated."""
-        return [name for name, variable in self.root.variables.items() if variable.data.dtype.kind == "f"]
+        return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
 
-    def rules(self, quantity: str, out_of_range: str | None = None) -> list[AxisRule]:
-        """Axes of a quantity; `out_of_range` ('error' or 'clamp') overrides what the file states."""
+    def rules(self, quantity: str, out_of_range: str | Mapping[str, str] | None = None) -> list[AxisRule]:
+        """Axes of a quantity; `out_of_range` ('error' or 'clamp', or one of them by axis name) overrides what the file states."""
         if quantity not in self.root.variables:
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
-        rules = [AxisRule.of(dim, self.root.axes[dim]) for dim in self.root.variables[quantity].dims]
+        dims = self.root.variables[quantity].dims
+        if not set(dims) <= set(self.root.axes):
+            raise InputError(f"'{quantity}' has an axis that the file lacks; build it again", file=self.path)
+        rules = [AxisRule.of(dim, self.root.axes[dim]) for dim in dims]
         if out_of_range is None:
             return rules
-        if out_of_range not in ("error", "clamp"):
-            raise InputError(f"found out_of_range {out_of_range!r}; allowed: 'error', 'clamp'")
-        return [AxisRule(r.name, r.nodes, r.interpolation, r.period, out_of_range) for r in rules]
+        names = [rule.name for rule in rules]
+        chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
+        for name, policy in chosen.items():
+            if policy not in POLICIES:
+                raise InputError(f"found out_of_range {policy!r}; allowed: 'error', 'clamp', or one of them by axis")
+            if name not in names:
+                raise InputError(f"found the axis '{name}' in out_of_range; {nearest(name, names)}")
+        return [replace(rule, out_of_range=chosen.get(rule.name, rule.out_of_range)) for rule in rules]
 
-    def value(self, quantity: str, *, out_of_range: str | None = None, **where) -> np.ndarray:
+    def value(self, quantity: str, *, out_of_range: str | Mapping[str, str] | None = None, **where) -> np.ndarray:
         """Interpolated values of a quantity.
 
         Parameters
         ----------
         quantity : str
             One of `quantities`.
-        out_of_range : {'error', 'clamp'}, optional
+        out_of_range : {'error', 'clamp'} or mapping of axis name to one of them, optional
             Overrides what the file states for its axes.
         **where
             A number or an array for each axis, broadcast against each other; a material may be named.
@@ -74,7 +87,10 @@ class Table:
         rules = self.rules(quantity, out_of_range)
         if "material" in where:
             where["material"] = self.material_codes(where["material"])
-        return interpolate(self.root.variables[quantity].data, rules, where)
+        data = self.root.variables[quantity].data
+        if data.shape != tuple(rule.nodes.size for rule in rules) or data.dtype.kind not in "iuf":
+            raise InputError(f"'{quantity}' does not fit its axes; build the file again", file=self.path)
+        return interpolate(data, rules, where)
 
     def error(self, quantity: str) -> dict[str, float]:
         """The interpolation error that the file states for a quantity.
@@ -150,17 +166,18 @@ class AtmosphereTable(Table):
 
 
 def open_table(path: str | os.PathLike) -> Table:
-    """Open any database of the table builder.
+    """Open any database of the table builder, or the header of its flat export.
 
     Raises
     ------
     InputError
         The file is missing, damaged, of another type, or its layout has another major version.
     """
-    with open_database(path) as file:
-        filetype = str(file.attrs["filetype"])
+    path = Path(path)
+    root, attributes = read_raw(path) if path.name.endswith(ENDING) else read_file(path, lazy=True)
+    filetype, version = (str(attributes.get(name)) for name in ("filetype", "format_version"))
     if filetype not in FILE_TYPES:
         raise InputError(f"holds '{filetype}'; {nearest(filetype, FILE_TYPES)}; name another file", file=path)
-    root, attributes = read_file(path, filetype, FILE_TYPES[filetype].major)
+    check_version(path, filetype, version, FILE_TYPES[filetype].major)
     kinds = {HTT.name: TemperatureTable, BAND.name: BandTable}
-    return kinds.get(filetype, AtmosphereTable)(Path(path), filetype, root, attributes)
+    return kinds.get(filetype, AtmosphereTable)(path, filetype, root, attributes)

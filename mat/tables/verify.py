@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from skyshine import schemas
-from skyshine.schemas.hdf5 import content_hash, dims_of, open_database
+from skyshine.schemas.hdf5 import content_hash, dims_of, open_database, sound
 
 
 def describe(group: h5py.Group) -> dict:
@@ -20,7 +20,7 @@ def describe(group: h5py.Group) -> dict:
         if isinstance(item, h5py.Group):
             described["groups"][name] = describe(item)
         elif item.is_scale:
-            described["axes"][name] = {"type": _kind(item), "units": _units(item)}
+            described["axes"][name] = {"type": _kind(item), "units": _units(item), **_reading(item)}
         else:
             described["variables"][name] = {"type": _kind(item), "units": _units(item), "dims": list(dims_of(item))}
     return described
@@ -34,6 +34,12 @@ def _units(dataset: h5py.Dataset) -> str:
     return str(dataset.attrs.get("units", ""))
 
 
+def _reading(dataset: h5py.Dataset) -> dict:
+    """How a runtime reads an axis, where the file says so."""
+    found = {key: dataset.attrs[key] for key in ("interpolation", "period") if key in dataset.attrs}
+    return {key: value if isinstance(value, str) else float(value) for key, value in found.items()}
+
+
 def problems(path: str | os.PathLike) -> list[str]:
     """All that is wrong with a database; an empty list where nothing is.
 
@@ -42,7 +48,7 @@ def problems(path: str | os.PathLike) -> list[str]:
     InputError
         The file is missing or is not a database at all.
     """
-    with open_database(path) as file:
+    with open_database(path) as file, sound(path):
         found = list(_layout_problems(file))
         found += _value_problems(file)
         if content_hash(file) != file.attrs.get("content_sha256"):

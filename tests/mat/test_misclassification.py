@@ -134,3 +134,48 @@ def test_tables_that_do_not_fit(settings, message):
         surface_radiance(temperatures([[300.0], [300.0]]), band([0.0, 0.0]), NAMES, **settings)
     with pytest.raises(InputError, match="found the material 'tar'"):
         surface_radiance(temperatures([[300.0], [300.0]]), band([0.0, 0.0]), ["tar"])
+
+
+def test_command(tmp_path):
+    import json
+
+    from click.testing import CliRunner
+
+    from skyshine.schemas.hdf5 import Header, write_file
+    from skyshine.tmm.cli import main
+    from skyshine.tmm.exchange.image import MaterialImage
+    from skyshine.tmm.exchange.indexed_png import write_png
+    from skyshine.tmm.levels import pure_level
+
+    for table, name in ((temperatures([[300.0], [310.0]]), "s01.htt.h5"), (band([0.0, 0.0]), "b01.band.h5"), (air(1.0), "s01b01.atmq.h5")):
+        write_file(tmp_path / name, table.root, Header(table.filetype, "1.0.0", "", JOB))
+    code = np.full((10, 10), 22, np.uint16)
+    code[5:] = 68
+    names = {22: "asphalt_road", 68: "grass_green"}
+    write_png(tmp_path, MaterialImage("found", names, pure_level(code)))
+    code[0] = 68  # ten texels are truly grass
+    _, legend = write_png(tmp_path, MaterialImage("truth", names, pure_level(code)))
+    palette = {entry["colour"]: entry["name"] for entry in json.loads(legend.read_text())["materials"].values()}
+    (tmp_path / "truth.yaml").write_text(json.dumps({"image": "truth.png", "palette": palette}))
+
+    def run(*arguments):
+        return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+    assert run("import", tmp_path / "found.png", "--out", tmp_path).exit_code == 0
+    score = ["score", tmp_path / "found.tmm.h5", tmp_path / "truth.yaml"]
+    htt, b01, atmq = (tmp_path / name for name in ("s01.htt.h5", "b01.band.h5", "s01b01.atmq.h5"))
+    result = run(*score, "--htt", htt, "--band", b01, "--json")
+    assert result.exit_code == 0, result.output
+    cost = json.loads(result.output)["radiance_cost"][0]
+    assert cost["texels"] == 100 and cost["equivalent_temperature"]["day"]["rms"]["value"] == pytest.approx(np.sqrt(0.1) * 10, rel=1e-3)
+    assert cost["radiance"]["day"]["maximum"]["value"] == pytest.approx(planck(310) - planck(300), rel=1e-3)
+    assert [(pair["true"], pair["found"], pair["texels"]) for pair in cost["pairs"]] == [("grass_green", "asphalt_road", 10)]
+    assert "cost of wrong texels in b01.band.h5" in run(*score, "--htt", htt, "--band", b01).output
+    for options, message in (
+        (["--htt", htt], "needs --htt and --band"),
+        (["--htt", htt, "--band", b01, "--atmq", atmq, "--atmq", atmq], "found 2 --atmq for 1 --band"),
+        (["--htt", b01, "--band", b01], "holds 'band'; allowed: 'htt'"),
+        (["--htt", htt, "--band", b01, "--slope", "200"], "slope"),
+    ):
+        result = run(*score, *options)
+        assert result.exit_code == 2 and message in result.output and result.output.count("\n") == 1, result.output

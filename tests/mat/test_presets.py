@@ -10,6 +10,7 @@ from skyshine.mat.commands.presets import command
 from skyshine.mat.job import load_job
 from skyshine.mat.jobs.presets import presets
 from skyshine.mat.scene import atmospheric_state
+from skyshine.mat.state_summary import state_summaries
 from skyshine.schemas.errors import InputError
 
 JOB = """\
@@ -42,6 +43,20 @@ def test_keys_beside_a_preset_win(tmp_path):
     assert state.weather.air_temperature_c == (20.0, 32.0)
 
 
+def test_weather_and_gases_are_joined_key_by_key(tmp_path):
+    hours = "{time: [00:00, 03:00, 06:00, 09:00, 12:00, 15:00, 18:00, 21:00], air_temperature_c: [20, 20, 20, 30, 40, 40, 30, 20]}"
+    more = f"    gases: {{H2O: {{scale: 0.5}}, O3: {{scale: 2}}}}\n    weather: {{hourly: {hours}}}\n"
+    state = job(tmp_path, "desert_noon", more).states[0]
+    assert (state.gases["H2O"].scale, state.gases["H2O"].column_mm, state.gases["O3"].scale) == (0.5, None, 2.0)
+    assert state.weather.hourly is not None and state.weather.air_temperature_c is None
+    assert state.weather.relative_humidity_percent == 15.0
+
+
+def test_observers_stand_at_the_edges_of_cloud(tmp_path):
+    clear, overcast = (job(tmp_path, name).observer_altitudes_km for name in ("hazy_urban", "overcast_stratus"))
+    assert set(overcast) - set(clear) == {0.83, 1.5} - set(clear) and sorted(overcast) == overcast
+
+
 def test_a_resolved_state_is_itself_again(tmp_path):
     first = job(tmp_path, "rain").states[0]
     assert type(first).model_validate(first.model_dump(mode="json")) == first
@@ -56,7 +71,7 @@ def test_the_commands_show_presets_and_states(tmp_path):
     job(tmp_path, "rain")
     text = run(check, [str(tmp_path / "job.yaml")], catch_exceptions=False).output
     assert "water cloud 0.6 to 3 km above ground, optical depth 46" in text and "rain 5 mm/h below 0.6 km" in text
-    shown = json.loads(run(check, [str(tmp_path / "job.yaml"), "--json"], catch_exceptions=False).output)["states"][0]
+    shown = state_summaries(load_job(tmp_path / "job.yaml").job)[0]
     assert shown["preset"] == "rain" and shown["clouds"][0]["optical_depth_550"]["value"] == pytest.approx(46.0, abs=0.1)
 
 

@@ -99,13 +99,12 @@ def test_ground_marks_and_holds(table):
     assert np.array_equal(table.valid[:, :, down][..., 0], lengths <= GRID.altitude_km)
     assert ground.shape == (6, 1)
     for altitude in (2, 3):  # held at the value on the ground: the longest ranges are all alike
-        last = (
-            table.beta_star[-3:, altitude, 0],
-            table.ambient[-3:, altitude, 0],
-            table.path_radiance_ratio[-3:, altitude, 0],
-        )
-        for values in last:
-            assert np.ptp(values, axis=0) == pytest.approx(0.0, abs=1e-12)
+        for values in (table.ambient, table.path_radiance_ratio):
+            assert np.ptp(values[-3:, altitude, 0], axis=0) == pytest.approx(0.0, abs=1e-12)
+        # beta* goes on through the air above the ground: transmittance falls on from what it is there.
+        beyond = ~table.valid[:, altitude, 0]
+        length, beta = lengths[beyond, 0], table.beta_star[beyond, altitude, 0]
+        assert np.all(np.diff(5.5 * length / beta) > 0) and np.all(np.exp(-5.5 * length / beta) < table.transmittance[beyond, altitude, 0])
 
 
 def test_no_direct_light_at_night(table):

@@ -119,3 +119,22 @@ def test_wrong_input_is_one_clear_line(arguments, message):
     with pytest.raises(InputError) as raised:
         CliRunner().invoke(command, [*LINE, *arguments], catch_exceptions=False)
     assert message in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_a_sounding_with_cloud_and_rain(tmp_path):
+    file = tmp_path / "high.csv"
+    file.write_text("altitude[m],pressure[hPa],temperature[C],dew_point[C]\n1600,835,20,10\n4000,625,4,-5\n")
+    arguments = ["--atmosphere", str(file), "--elevation", "90", "--wavenumber", "1100:1110", "--source", "none", "--json"]
+
+    def look(*more):
+        result = CliRunner().invoke(command, [*arguments, *more], catch_exceptions=False)
+        return json.loads(result.output)
+
+    clear, cloudy = look(), look("--cloud", "stratus", "--rain", "5")
+    black = 0.0712  # W m^-2 sr^-1 (cm^-1)^-1 at 1105 cm-1 and 293.15 K, from c1 and c2 of CODATA
+    assert np.all(values(cloudy["path_thermal"]) > 0.9 * black) and np.all(values(clear["path_thermal"]) < 0.35 * black)
+    assert np.all(values(cloudy["transmittance"]) < 1e-6)
+    with pytest.raises(InputError, match="did you mean 'stratus'"):
+        look("--cloud", "stratos")
+    with pytest.raises(InputError, match="no aerosol 'dust'"):
+        look("--aerosol", "dust")

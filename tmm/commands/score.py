@@ -9,16 +9,26 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, quanti
 @click.argument("file", type=click.Path())
 @click.argument("labels", type=click.Path())
 @click.option("--image", type=click.Path(), help="The texture's image; by default looked for near FILE by its name.")
+@click.option("--htt", type=click.Path(), help="Temperatures: show what wrong texels cost in radiance; needs --band.")
+@click.option("--band", "bands", type=click.Path(), multiple=True, help="Band properties of the same job; may be given several times.")
+@click.option("--atmq", "airs", type=click.Path(), multiple=True, help="Atmosphere of each --band, for the sky's light that surfaces reflect.")
+@click.option("--altitude", type=float, help="Of the surface, km; by default the lowest of the temperatures.")
+@click.option("--azimuth", type=float, default=0.0, help="Of the surface, degrees from north eastward.")
+@click.option("--slope", type=float, default=0.0, help="Of the surface, degrees; 0 is level.")
 @json_option
-def command(file: str, labels: str, image: str | None, as_json: bool) -> None:
+def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_json) -> None:
     """Compare FILE with the label image that the YAML file LABELS names.
 
     LABELS has the keys `image` and `palette`, as `labels` has in a job. Shadow is where a texel is far darker than
     the material it is labelled with is elsewhere; without the texture's image it is not told from sunlight.
+    With --htt and --band the wrong texels are turned into errors of band radiance and equivalent temperature by time of day.
     """
     from skyshine.materials.library import load_library
+    from skyshine.tmm import radiance_cost
     from skyshine.tmm.score import score
 
+    surface = {"altitude": altitude, "azimuth": azimuth, "slope": slope}
+    tables = radiance_cost.open_tables(htt, bands, airs)
     result = score(file, labels, load_library(), image)
     parts = {"whole": result.whole, "inside_shadow": result.inside, "outside_shadow": result.outside}
     report = {
@@ -29,10 +39,14 @@ def command(file: str, labels: str, image: str | None, as_json: bool) -> None:
             for name, iou, row in zip(result.names, result.whole.intersection_over_union, result.whole.confusion)
         ],
     }
+    if tables:
+        report["radiance_cost"] = [radiance_cost.report(result, htt, band, air, surface) for htt, band, air in tables]
     if as_json:
         emit_json(report)
-    else:
-        _print(report)
+        return
+    _print(report)
+    for cost in report.get("radiance_cost", []):
+        radiance_cost.show(cost)
 
 
 def _report(part) -> dict:

@@ -198,25 +198,34 @@ def _share(path: Path, layer: np.ndarray, layers: int) -> np.ndarray:
     return share
 
 
+def place_of(file_name: str) -> Tile | ModelTexture:
+    """What the name of a raster of indices stands for.
+
+    Raises
+    ------
+    InputError
+        It is no such name.
+    """
+    stem = Path(file_name).stem
+    tile, model = _TILE.fullmatch(stem), _MODEL.fullmatch(stem)
+    if tile and "_D005_" in stem:
+        return Tile(tile["cell"], _lod(tile["lod"]), int(tile["up"]), int(tile["right"]))
+    if model:
+        return ModelTexture(model["name"], _lod(model["lod"]))
+    raise InputError(
+        "is not named as a CDB raster; allowed: such as N12E044_D005_S001_T001_L00_U0_R0.tif or D504_S001_T001_L04_Wall.tif",
+        file=file_name,
+    )
+
+
 def _locate(path: Path) -> tuple[Tile | ModelTexture, Path]:
-    """What a file name says, and the folder of the CDB that the file is in."""
-    tile = re.fullmatch(_TILE.pattern, path.stem)
-    if tile and "_D005_" in path.stem:
-        place, depth = Tile(tile["cell"], _lod(tile["lod"]), int(tile["up"]), int(tile["right"])), 7
-    elif model := _MODEL.fullmatch(path.stem):
-        place, depth = ModelTexture(model["name"], _lod(model["lod"])), 6
-    else:
-        raise InputError(
-            "is not named as a CDB raster; allowed: such as N12E044_D005_S001_T001_L00_U0_R0.tif or D504_S001_T001_L04_Wall.tif",
-            file=path,
-        )
+    """What a path stands for, and the folder of the CDB that it is in."""
+    place = place_of(path.name)
+    inside = place.raster(Path(), INDEX, 1)
     full = Path(os.path.abspath(path))
-    parents = full.parents
-    root = parents[depth - 1] if len(parents) >= depth else None
-    if root is None or place.raster(root, INDEX, 1) != full:
-        example = place.raster(Path(), INDEX, 1)
-        raise InputError(f"is not in its place in a CDB; allowed: {example} below the CDB's folder", file=path)
-    return place, root
+    if full.parts[-len(inside.parts) :] != inside.parts:
+        raise InputError(f"is not in its place in a CDB; allowed: {inside} below the CDB's folder", file=path)
+    return place, Path(*full.parts[: -len(inside.parts)])
 
 
 def to_image(raster: CdbRaster, materials: CdbMaterials) -> MaterialImage:
@@ -238,10 +247,10 @@ def to_image(raster: CdbRaster, materials: CdbMaterials) -> MaterialImage:
             shares[row] += by_index[index] * share
     names = {code: materials.library.by_code(code).name for code in codes}
     name = raster.place.name
-    return MaterialImage(name, names, _ranked(np.array(codes, np.uint16), shares))
+    return MaterialImage(name, names, ranked_level(np.array(codes, np.uint16), shares))
 
 
-def _ranked(codes: np.ndarray, shares: np.ndarray) -> Level:
+def ranked_level(codes: np.ndarray, shares: np.ndarray) -> Level:
     """A level of the largest shares (K, H, W) of materials whose codes (K,) ascend."""
     size = shares.shape[1:]
     counts = np.zeros((COMPONENTS, int(np.prod(size))), np.int64)

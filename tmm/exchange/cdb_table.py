@@ -69,10 +69,16 @@ def read_table(path: str | os.PathLike) -> dict[int, Composite]:
     try:
         if path.stat().st_size > BYTE_LIMIT:
             raise InputError(f"found {path.stat().st_size} bytes; allowed: at most {BYTE_LIMIT}", file=path)
-        parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True)
-        root = etree.fromstring(path.read_bytes(), parser)
+        return parse_table(path.read_bytes(), path)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
+
+
+def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
+    """Read the text of a table as `read_table` does; `path` stands in its messages."""
+    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True)
+    try:
+        root = etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
         line, column = error.position
         raise InputError(f"is not XML: {error.msg}; mend it here", file=path, line=line, column=column) from None
@@ -152,6 +158,15 @@ def write_table(path: str | os.PathLike, composites: list[Composite], version: s
     InputError
         An index, a base material or a thickness is not what the schema allows, or the file cannot be written.
     """
+    text = table_text(composites, path, version)
+    try:
+        Path(path).write_bytes(text)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; check the folder", file=path) from None
+
+
+def table_text(composites: list[Composite], path: str | os.PathLike, version: str = "1.0") -> bytes:
+    """The text of a table that the schema accepts; `path` stands in the messages of what is raised."""
     root = etree.Element(f"{{{NAMESPACE}}}Composite_Material_Table", nsmap={None: NAMESPACE})
     root.set("version", version)
     root.set("{http://www.w3.org/2001/XMLSchema-instance}schemaLocation", f"{NAMESPACE} {SCHEMA}")
@@ -165,11 +180,7 @@ def write_table(path: str | os.PathLike, composites: list[Composite], version: s
         _write_substrate(element, "Primary_Substrate", composite.primary)
         for substrate in composite.secondary:
             _write_substrate(element, "Secondary_Substrate", substrate)
-    text = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-    try:
-        Path(path).write_bytes(text)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; check the folder", file=path) from None
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
 def _check(composite: Composite, path) -> None:

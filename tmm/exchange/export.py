@@ -17,7 +17,10 @@ FORMATS = ("png", "gltf", "dirsig", "cdb")
 
 @dataclass(frozen=True)
 class CdbTarget:
-    """Where materials go in a CDB: a tile, or a model texture whose finest level of detail is `lod`."""
+    """Where materials go in a CDB: a tile, or a model texture whose finest level of detail is `lod`.
+
+    Without either, what was imported from a CDB goes to where it came from, with its own indices and table.
+    """
 
     tile: str | None = None
     model: str | None = None
@@ -81,7 +84,10 @@ def export(
 def _export_cdb(path, root: Path, library, level: int | None, target: CdbTarget) -> list[Path]:
     from skyshine.tmm.exchange.cdb import from_image, parse_tile, write_cdb
     from skyshine.tmm.exchange.cdb_materials import load_map
+    from skyshine.tmm.exchange.imported import kept_raster
 
+    if target == CdbTarget() and level is None and (kept := kept_raster(path)) is not None:
+        return write_cdb(root, kept)
     if (target.tile is None) == (target.model is None):
         raise InputError("a CDB needs --tile, such as N12E044_L00_U0_R0, or --model with --lod; give one of them")
     materials = load_map(library, target.map_file)

@@ -10,7 +10,7 @@ import numpy as np
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.legend import legend, read_legend, write_bytes, write_json
-from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Level
+from skyshine.tmm.levels import pure_level
 
 MAX_MATERIALS = 255  # a palette has 256 entries, the first stands for no material
 _GOLDEN = 0.618033988749895  # 1 / golden ratio: hues a golden angle apart stay distinct however many there are
@@ -73,9 +73,20 @@ def read_png(path: str | os.PathLike, legend_path: str | os.PathLike, library) -
     if not code.any():
         raise InputError(f"has no number that {Path(legend_path).name} names; check that they belong together", file=path)
     used = {int(c): library.by_code(int(c)).name for c in np.unique(code[code > 0])}
-    mix_code, mix_weight = (np.zeros((*code.shape, COMPONENTS), np.uint16) for _ in range(2))
-    mix_code[..., 0], mix_weight[..., 0] = code, WEIGHT_TOTAL
-    return MaterialImage(Path(path).stem, used, Level(code, mix_code, mix_weight))
+    return MaterialImage(Path(path).stem, used, pure_level(code))
+
+
+def palette_keys(path: str | os.PathLike, numbers: list[int]) -> dict[int, str]:
+    """How a job names the numbers of an image: by colour ("#RRGGBB") where it has a palette, else as they are."""
+    from PIL import Image
+
+    with Image.open(path) as picture:
+        colours = picture.getpalette("RGB") if picture.mode == "P" else None
+    if colours is None:
+        return {number: str(number) for number in numbers}
+    table = np.zeros((max(*numbers, 255) + 1, 3), int)
+    table[: len(colours) // 3] = np.reshape(colours, (-1, 3))
+    return {number: "#{:02X}{:02X}{:02X}".format(*table[number]) for number in numbers}
 
 
 def read_indices(path: str | os.PathLike) -> np.ndarray:

@@ -2,8 +2,9 @@
 
     python -m skyshine.mat.atmosphere.derive.aerosol lowtran7.f --out atmospheres/aerosol
 
-The tables stand in BLOCK DATA EXTDTA, DSTDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the models are those of
-Shettle and Fenn 1979, AFGL-TR-79-0214, and Longtin et al. 1988, AFGL-TR-88-0112 (desert).
+The tables stand in BLOCK DATA EXTDTA, DSTDTA, MARDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the models are those of
+Shettle and Fenn 1979, AFGL-TR-79-0214, Longtin et al. 1988, AFGL-TR-88-0112 (desert), and
+Gathman 1983 (Navy maritime).
 """
 
 from pathlib import Path
@@ -53,6 +54,7 @@ PROVENANCE = (
 def main(source, out):
     write_optics(block_data(source, "EXTDTA"), out)
     write_desert(block_data(source, "DSTDTA"), block_data(source, "EXTDTA")["VX2"], out)
+    write_navy_maritime(block_data(source, "MARDTA"), out)
     write_phase_functions(block_data(source, "PHSDTA"), out)
     write_vertical(block_data(source, "PRFDTA"), out)
     write_stratosphere(block_data(source, "PRFDTA"), out)
@@ -88,6 +90,22 @@ def write_desert(data, wavelengths, out):
         "AFGL-TR-88-0112. Derived by skyshine.mat.atmosphere.derive.aerosol.",
     )
     write_csv(out / "desert.csv", header, columns, rows)
+
+
+def write_navy_maritime(data, out):
+    """The three parts of the Navy maritime aerosol: logarithms of extinction and absorption by humidity."""
+    columns = ("relative_humidity[percent]", "wavelength[um]")
+    columns += tuple(f"log_{kind}_{part}" for kind in ("extinction", "absorption") for part in (1, 2, 3))
+    rows = []
+    for number, humidity in enumerate(data["AREL"], start=1):
+        # A, B, C are extinction of the three parts, D, E, F their absorption (EQUIVALENCE in BLOCK DATA MARDTA).
+        rows += [(humidity, *row) for row in zip(data["ALAM"], *(data[f"{letter}{number}"] for letter in "ABCDEF"), strict=True)]
+    header = (
+        "Aerosol model: Navy maritime; decimal logarithms for unit amounts of continental particles and of two sizes of sea spray",
+        "LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government; model of Gathman 1983, Opt. Eng. 22, 57.",
+        "Derived by skyshine.mat.atmosphere.derive.aerosol.",
+    )
+    write_csv(out / "navy_maritime.csv", header, columns, rows)
 
 
 def write_phase_functions(data, out):

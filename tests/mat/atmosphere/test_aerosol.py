@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import aerosol
-from skyshine.mat.atmosphere.aerosol import MODELS, SEASONS, AerosolModel, aerosol_extinction_550, aerosol_layers
+from skyshine.mat.atmosphere import aerosol_column, windblown
+from skyshine.mat.atmosphere.aerosol import MODELS, AerosolModel
+from skyshine.mat.atmosphere.aerosol_column import SEASONS, aerosol_extinction_550, aerosol_layers
 from skyshine.mat.atmosphere.derive.aerosol import normalised, sphere_mean
 from skyshine.schemas.errors import InputError
 
@@ -191,21 +192,21 @@ def test_normalisation_mends_the_forward_peak_alone():
 # LOWTRAN7's own table (BLOCK DATA DSTDTA): extinction at 0.55 and 10.591 um for winds of 10 and 20 m/s, km^-1.
 def test_desert_aerosol_follows_the_wind():
     for wind, visible, infrared in ((10.0, 5.7144e-2, 2.1475e-2), (20.0, 2.2773e-1, 2.0910e-1)):
-        model = aerosol.desert_model(wind)
+        model = windblown.desert_model(wind)
         optics = model.optics(np.array([1e4 / 0.55, 1e4 / 10.591]), np.array([50.0]))
         assert optics.extinction[0] == pytest.approx([1.0, infrared / visible], rel=1e-3)
-        assert aerosol.default_visibility("desert", wind) == pytest.approx(3.912 / (visible + 0.01159))
-    between = aerosol.desert_model(15.0).optics(np.array([1e4 / 10.591]), np.array([50.0]))
+        assert aerosol_column.default_visibility("desert", wind) == pytest.approx(3.912 / (visible + 0.01159))
+    between = windblown.desert_model(15.0).optics(np.array([1e4 / 10.591]), np.array([50.0]))
     assert between.extinction[0, 0] == pytest.approx(np.sqrt(2.1475 * 20.910) / np.sqrt(5.7144 * 22.773), rel=1e-3)
     with pytest.raises(InputError, match="outside 0 to 30 m/s"):
-        aerosol.desert_model(31.0)
+        windblown.desert_model(31.0)
 
 
-@pytest.mark.parametrize("name", aerosol.STRATOSPHERES)
+@pytest.mark.parametrize("name", aerosol_column.STRATOSPHERES)
 def test_volcanoes_lade_the_stratosphere_alone(name):
     altitude = np.array([0.0, 5e3, 20e3, 40e3, 90e3])
-    layers = aerosol.aerosol_layers(altitude, 23.0, "spring_summer", "rural", stratosphere=name)
-    background = aerosol.aerosol_layers(altitude, 23.0, "spring_summer", "rural")
+    layers = aerosol_layers(altitude, 23.0, "spring_summer", "rural", stratosphere=name)
+    background = aerosol_layers(altitude, 23.0, "spring_summer", "rural")
     ours, plain = (sum(extinction for _, extinction in part) for part in (layers, background))
     assert ours[[0, 1, 3, 4]] == pytest.approx(plain[[0, 1, 3, 4]])
     # Extinction at 20 km, spring and summer, km^-1: BASTSS, VUMOSS, HIVUSS, EXVUSS of LOWTRAN7.
@@ -215,9 +216,23 @@ def test_volcanoes_lade_the_stratosphere_alone(name):
 
 def test_each_boundary_model_has_a_visibility_and_a_phase_function():
     cosine = np.cos(np.radians(np.linspace(0, 180, 3601)))
-    for name in aerosol.BOUNDARY_MODELS:
-        assert 0.1 <= aerosol.default_visibility(name) <= 300
-        model = aerosol.desert_model(10.0) if name == "desert" else aerosol.AerosolModel.load(name)
+    for name in aerosol_column.BOUNDARY_MODELS:
+        assert 0.1 <= aerosol_column.default_visibility(name) <= 300
+        special = {"desert": windblown.desert_model, "navy_maritime": windblown.navy_maritime_model}
+        model = special[name](10.0) if name in special else AerosolModel.load(name)
         phase = model.phase_function(cosine, np.array([1000.0, 18182.0]), np.array([0.0, 90.0]))
         assert np.all(phase > 0)
-        assert 0.5 * np.trapezoid(phase, -cosine, axis=0) == pytest.approx(1.0, abs=2e-3)
+        assert 0.5 * np.trapezoid(phase, -cosine, axis=0) == pytest.approx(1.0, abs=3e-3)
+
+
+def test_sea_spray_grows_with_wind_and_humidity():
+    """Gathman 1983: its amounts grow with air mass and wind, its particles with humidity."""
+    sight = [aerosol_column.default_visibility("navy_maritime", wind, 80.0) for wind in (2.0, 10.0, 20.0)]
+    assert sight[0] > sight[1] > sight[2] > 1.0
+    moist = [aerosol_column.default_visibility("navy_maritime", 10.0, humidity) for humidity in (50.0, 80.0, 98.0)]
+    assert moist[0] > moist[1] > moist[2]
+    coasts = [aerosol_column.default_visibility("navy_maritime", 10.0, 80.0, air_mass) for air_mass in (1, 5, 10)]
+    assert coasts[0] > coasts[1] > coasts[2]
+    for arguments, message in (((-1.0, 3), "wind speed -1"), ((5.0, 11), "air mass 11 is not allowed")):
+        with pytest.raises(InputError, match=message):
+            windblown.navy_maritime_model(*arguments)

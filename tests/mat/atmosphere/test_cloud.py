@@ -103,8 +103,7 @@ def test_rain_extinction_of_lowtran7(rate):
     assert optics.single_scattering_albedo[0, 1:] == pytest.approx(0.52, abs=0.04) and optics.single_scattering_albedo[0, 0] > 0.999
 
 
-@pytest.mark.parametrize("elevation", [90, 20, 5, -5, -90])
-@pytest.mark.parametrize("altitude", [300.0, 1000.0, 3000.0])
+@pytest.mark.parametrize(("altitude", "elevation"), [(300, 90), (300, 5), (1000, 20), (1000, 0), (1000, -90), (3000, -5), (3000, -90)])
 def test_isothermal_air_with_black_cloud_glows_as_one_minus_transmittance(isothermal_cloud, thin_air, altitude, elevation):
     state = isothermal_cloud(0.0)
     found = look(state, thin_air, altitude, elevation)
@@ -113,7 +112,7 @@ def test_isothermal_air_with_black_cloud_glows_as_one_minus_transmittance(isothe
     assert found.path_thermal == pytest.approx(expected, abs=1e-6 * planck_wavenumber(902.5, 280.0))
 
 
-@pytest.mark.parametrize("albedo", [0.5, 0.95, 1.0])
+@pytest.mark.parametrize("albedo", [0.5, 1.0])
 def test_nothing_changes_inside_an_isothermal_enclosure(isothermal_cloud, synthetic_points, albedo):
     """Above, a wall of opaque gas; below, ground of the same temperature: whatever scatters, radiance is that of a black body."""
     points = synthetic_points(EDGES, {"H2O": np.array([1e-23, 1e-23])})
@@ -129,8 +128,9 @@ def test_nothing_changes_inside_an_isothermal_enclosure(isothermal_cloud, synthe
     assert down.path_thermal + down.transmittance * ground == pytest.approx(blackbody, rel=1e-2)
 
 
-@pytest.mark.parametrize("albedo", [0.0, 1.0])
-@pytest.mark.parametrize("layer", [CloudLayer("water", 600.0, 1400.0, 8.0, 1e4), CloudLayer("ice", 8e3, 9e3, 30.0, 1e4)])
+@pytest.mark.parametrize(
+    ("layer", "albedo"), [(CloudLayer("water", 600.0, 1400.0, 8.0, 1e4), 1.0), (CloudLayer("ice", 8e3, 9e3, 30.0, 1e4), 0.0)]
+)
 def test_a_cloud_of_optical_depth_ten_thousand(thin_air, layer, albedo):
     state = AtmosphericState.from_profile(
         "midlatitude_summer", clouds=[layer], rain=RainLayer(100.0, 600.0), visibility_km=0.1, surface_albedo=albedo

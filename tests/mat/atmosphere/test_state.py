@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.aerosol import RAYLEIGH_550
+from skyshine.mat.atmosphere.aerosol_column import RAYLEIGH_550
 from skyshine.mat.atmosphere.humidity import saturation_pressure
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.schemas.errors import InputError

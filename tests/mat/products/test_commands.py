@@ -109,3 +109,17 @@ def test_build_reports_bad_jobs_with_status_2_and_leaves_nothing(mat, tmp_path):
 def test_build_prints_json(mat, small_job, small_build):
     status, shown, _ = mat("build", small_job, "--json", "--jobs", 1)
     assert status == 0 and all(entry["kept"] for entry in json.loads(shown)["files"].values())
+
+
+@pytest.mark.parametrize("file", ["s01.htt.h5", "b01.band.h5", "s01b01.atmq.h5"])
+def test_every_table_has_a_picture(mat, small_build, tmp_path, file):
+    status, _, message = mat("plot", small_build / file, "--out", tmp_path / "p.png")
+    assert status == 0, message
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_spectrum_is_drawn(mat, tmp_path):
+    arguments = ("spectrum", "--range", 2, "--wavenumber", "1000:1100", "--source", "none", "--plot")
+    assert mat(*arguments, tmp_path / "s.png")[0] == 0 and (tmp_path / "s.png").is_file()
+    assert mat(*arguments, tmp_path / "s.jpg")[0] == 2
+    assert mat(*arguments, tmp_path / "nowhere" / "s.png")[0] == 2

@@ -73,7 +73,7 @@ def test_planted_errors_show_under_their_names(honest, budget_of, small_build, t
     copy = shutil.copytree(small_build, tmp_path / "built")
     for name, quantity, change in (
         ("s01.htt.h5", "temperature", lambda kelvin: kelvin + 5),
-        ("s01b01.atmq.h5", "beta_star", lambda beta: np.roll(beta, 1, axis=2)),
+        ("s01b01.atmq.h5", "beta_star", lambda beta: np.roll(beta, 2, axis=2)),
         ("b01.band.h5", "reflectance", lambda rho: rho + 0.1),
     ):
         with h5py.File(copy / name, "r+") as file:

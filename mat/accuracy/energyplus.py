@@ -1,0 +1,110 @@
+"""What a column-day costs in EnergyPlus, where the package ``pyenergyplus-lbnl`` is installed.
+
+A prism of walls that face all around and a roof, by conduction transfer functions at four steps an hour, under the package's own
+weather: a year, whose start is spread over all its days, and one day, repeated until it is periodic, as a temperature table wants it.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import resource
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+WALLS = 36
+COLUMNS = WALLS + 1
+YEAR = 365
+_RUN = """
+import sys
+from pyenergyplus.api import EnergyPlusAPI
+api = EnergyPlusAPI()
+state = api.state_manager.new_state()
+api.runtime.set_console_output_status(state, False)
+sys.exit(api.runtime.run_energyplus(state, ["-d", sys.argv[1], "-w", sys.argv[2], sys.argv[3]]))
+"""
+_HEAD = """
+Version, 25.2;
+SimulationControl, No, No, No, No, Yes;
+Building, bench, 0, Country, 0.04, 0.4, MinimalShadowing, 25, 6;
+Timestep, 4;
+RunPeriod, days, {period}, Sunday, No, No, No, Yes, Yes;
+GlobalGeometryRules, UpperLeftCorner, Counterclockwise, World;
+Material, concrete, MediumRough, 0.1, 1.4, 2100, 880, 0.9, 0.7, 0.7;
+Material, insulation, Rough, 0.05, 0.035, 30, 1400, 0.9, 0.7, 0.7;
+Construction, wall, concrete, insulation;
+Zone, inside;
+"""
+
+
+def package() -> Path | None:
+    """Folder of the package, None where it is not installed."""
+    found = importlib.util.find_spec("pyenergyplus")
+    return Path(found.origin).parent if found and found.origin else None
+
+
+def _surface(name: str, kind: str, boundary: str, corners) -> str:
+    exposure = "SunExposed, WindExposed" if boundary == "Outdoors" else "NoSun, NoWind"
+    points = ", ".join(f"{value:.4f}" for corner in corners for value in corner)
+    return f"BuildingSurface:Detailed, {name}, {kind}, wall, inside, , {boundary}, , {exposure}, , {len(corners)}, {points};\n"
+
+
+def model(days: int, walls: int = WALLS) -> str:
+    """Input text of the prism, over a year or the one day of 21 June."""
+    turn = 2 * np.pi * np.arange(walls + 1) / walls
+    ring = [(20 * np.cos(a), 20 * np.sin(a)) for a in turn]
+    text = _HEAD.format(period="1, 1, 2017, 12, 31, 2017" if days == YEAR else "6, 21, 2017, 6, 21, 2017")
+    for number, (one, other) in enumerate(zip(ring, ring[1:])):
+        corners = [(*one, 3.0), (*one, 0.0), (*other, 0.0), (*other, 3.0)]
+        text += _surface(f"wall {number}", "Wall", "Outdoors", corners)
+    text += _surface("roof", "Roof", "Outdoors", [(x, y, 3.0) for x, y in ring[:-1]])
+    return text + _surface("floor", "Floor", "Adiabatic", [(x, y, 0.0) for x, y in reversed(ring[:-1])])
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Processor seconds of a column-day in a year and of a column of one periodic day, None where not measured; and about the run."""
+
+    year: float | None
+    one_day: float | None
+    note: str
+
+
+def measure() -> Cost:
+    """Run the prism over a year and over a day."""
+    folder = package()
+    if folder is None:
+        return Cost(None, None, "left out: pyenergyplus-lbnl is not installed")
+    weather = sorted((folder / "data" / "weather").glob("*.epw"))
+    if not weather:
+        return Cost(None, None, "left out: the package holds no weather")
+    seconds = {}
+    for days in (YEAR, 1):
+        seconds[days], report = _run(model(days), weather[0])
+        if "Completed Successfully" not in report:
+            faults = [line.strip() for line in report.splitlines() if "Severe" in line or "Fatal" in line]
+            return Cost(None, None, f"left out: EnergyPlus failed: {faults[0] if faults else 'no report'}")
+    version = report.split(",")[2].strip()
+    note = f"EnergyPlus {version}: {COLUMNS} outdoor surfaces, weather {weather[0].name}"
+    return Cost(seconds[YEAR] / (YEAR * COLUMNS), seconds[1] / COLUMNS, note)
+
+
+def _run(text: str, weather: Path) -> tuple[float, str]:
+    """Processor seconds of a run, and its report."""
+    with tempfile.TemporaryDirectory() as work:
+        file = Path(work) / "prism.idf"
+        file.write_text(text, encoding="utf-8")
+        before = _children_seconds()
+        subprocess.run([sys.executable, "-c", _RUN, work, str(weather), str(file)], capture_output=True, check=False)
+        spent = _children_seconds() - before
+        report = Path(work) / "eplusout.err"
+        return spent, report.read_text(encoding="utf-8", errors="replace") if report.is_file() else ""
+
+
+def _children_seconds() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime

@@ -1,0 +1,180 @@
+"""Flat export for engines without HDF5: a JSON header and the arrays as little-endian float32 in one file beside it.
+
+Axes and texts stand in the header in full; `schemas/formats/raw-1.md` describes both files.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Axis, Group, Variable, read_file
+
+FORMAT, FORMAT_VERSION = "skyshine-raw", "1.0.0"
+ALIGNMENT = 16  # bytes; arrays can be mapped as vectors of four
+HEADER_LIMIT = 64_000_000  # bytes
+INTEGER_LIMIT = 1 << 24  # float32 holds every integer up to this one
+ENDING = ".raw.json"
+
+
+def export_raw(path: str | os.PathLike, folder: str | os.PathLike) -> Path:
+    """Write a database as ``NAME.raw.json`` and ``NAME.raw.bin`` into a folder.
+
+    Returns
+    -------
+    Path
+        Of the header, which is written last: where it stands, both files are whole.
+
+    Raises
+    ------
+    InputError
+        The database cannot be read, the folder cannot be written, or an integer does not fit a float32.
+    """
+    root, attributes = read_file(path)
+    name = Path(path).name.removesuffix(".h5")
+    target = Path(folder) / f"{name}{ENDING}"
+    parts = [target.with_name(f".{target.name}.{os.getpid()}.{kind}.part") for kind in ("bin", "json")]
+    header = {"format": FORMAT, "format_version": FORMAT_VERSION, "data": f"{name}.raw.bin", "bytes": 0, "groups": {}}
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with parts[0].open("wb") as file:
+            for place, group in _walk(root, ""):
+                header["groups"][place] = _write_group(file, group, Path(path), place)
+            header["bytes"] = file.tell()
+        header["groups"][""]["attributes"] = _plain_all(attributes)
+        parts[1].write_text(json.dumps(header, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+        os.replace(parts[0], target.with_name(header["data"]))
+        os.replace(parts[1], target)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=target) from None
+    finally:
+        for part in parts:
+            part.unlink(missing_ok=True)
+    return target
+
+
+def _walk(group: Group, place: str):
+    yield place, group
+    for name, child in group.groups.items():
+        yield from _walk(child, f"{place}/{name}".lstrip("/"))
+
+
+def _write_group(file, group: Group, path: Path, place: str) -> dict:
+    axes = {
+        name: {**_described(axis), "type": _type(axis.values), "values": [_plain(v) for v in axis.values.tolist()]}
+        for name, axis in group.axes.items()
+    }
+    arrays = {}
+    for name, variable in group.variables.items():
+        entry = {**_described(variable), "type": _type(variable.data), "axes": list(variable.dims), "shape": list(variable.data.shape)}
+        if variable.data.dtype.kind == "O":
+            entry["values"] = variable.data.ravel().tolist()
+        else:
+            entry["offset"] = _append(file, variable.data, f"{place}/{name}".lstrip("/"), path)
+        arrays[name] = entry
+    return {"attributes": _plain_all(group.attributes), "axes": axes, "arrays": arrays}
+
+
+def _append(file, data: np.ndarray, name: str, path: Path) -> int:
+    if data.dtype.kind in "iu" and data.size and max(abs(int(data.min())), abs(int(data.max()))) > INTEGER_LIMIT:
+        raise InputError(f"'{name}' holds an integer beyond {INTEGER_LIMIT}, which float32 cannot hold", file=path)
+    file.write(b"\0" * (-file.tell() % ALIGNMENT))
+    offset = file.tell()
+    file.write(np.ascontiguousarray(data, "<f4").tobytes())
+    return offset
+
+
+def _type(values: np.ndarray) -> str:
+    return "text" if values.dtype.kind == "O" else values.dtype.str.lstrip("<>|=")
+
+
+def _described(item: Axis | Variable) -> dict:
+    return {"units": item.units, "long_name": item.long_name, "attributes": _plain_all(item.attributes)}
+
+
+def _plain_all(attributes: dict) -> dict:
+    return {name: _plain(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value) for name, value in attributes.items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def read_raw(path: str | os.PathLike) -> tuple[Group, dict]:
+    """Read a flat export; its float arrays stay on disk, memory-mapped.
+
+    Returns
+    -------
+    root : Group
+    attributes : dict
+        The root attributes.
+
+    Raises
+    ------
+    InputError
+        A file is missing, is not of this format or version, or the two do not fit each other.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > HEADER_LIMIT:
+            raise InputError(f"is larger than a header may be, {HEADER_LIMIT} bytes", file=path)
+        header = json.loads(path.read_text(encoding="utf-8"))
+        if header["format"] != FORMAT or header["format_version"].split(".")[0] != FORMAT_VERSION.split(".")[0]:
+            found = f"{header['format']} {header['format_version']}"
+            raise InputError(f"holds {found}; this reader reads {FORMAT} 1.x; export the database again", file=path)
+        data = path.with_name(Path(header["data"]).name)
+        if data.stat().st_size != header["bytes"]:
+            raise InputError(f"has {data.stat().st_size} bytes; its header says {header['bytes']}; export it again", file=data)
+        flat = np.memmap(data, np.uint8, "r") if header["bytes"] else np.zeros(0, np.uint8)
+        groups = {place: _read_group(entry, flat) for place, entry in header["groups"].items()}
+        for place in sorted(groups, key=lambda p: -p.count("/")):
+            if place:
+                parent, _, name = place.rpartition("/")
+                groups[parent].groups[name] = groups[place]
+        return groups[""], header["groups"][""]["attributes"]
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+        words = " ".join(f"{type(error).__name__} {error}".split())[:120]
+        raise InputError(f"is not a flat export ({words}); export the database again", file=path) from None
+
+
+def _read_group(entry: dict, flat: np.ndarray) -> Group:
+    axes = {
+        name: Axis(np.array(a["values"], _dtype(a["type"])), a["units"], a["long_name"], a["attributes"])
+        for name, a in entry["axes"].items()
+    }
+    variables = {
+        name: Variable(tuple(v["axes"]), _array(v, flat), v["units"], v["long_name"], v["attributes"])
+        for name, v in entry["arrays"].items()
+    }
+    return Group(axes, variables, {}, entry["attributes"])
+
+
+def _dtype(kind: str) -> np.dtype:
+    if kind not in ("text", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8"):
+        raise ValueError(f"unknown type {kind!r}")
+    return np.dtype(object if kind == "text" else kind)
+
+
+def _array(entry: dict, flat: np.ndarray) -> np.ndarray:
+    shape, kind = tuple(entry["shape"]), _dtype(entry["type"])
+    if "values" in entry:
+        return np.array(entry["values"], kind).reshape(shape)
+    if not all(isinstance(n, int) and n >= 0 for n in (*shape, entry["offset"])):
+        raise ValueError("shape and offset must be counts")
+    size = 1
+    for count in shape:
+        size *= count
+    found = flat[entry["offset"] : entry["offset"] + 4 * size]
+    if found.size != 4 * size:
+        raise ValueError("an array lies outside the data")
+    values = found.view("<f4").reshape(shape)
+    return values if kind == np.dtype("f4") else values.astype(kind)

@@ -1,0 +1,88 @@
+"""Nodes where the error is: the fewest on each axis that hold a tolerance of linear interpolation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+ALLOWED_SHARE = 0.01  # of the places in a cell may be worse than allowed, up to twice
+
+
+def fewest_nodes(places: np.ndarray, error: Callable[[int, int], np.ndarray], allowed: float) -> np.ndarray:
+    """The fewest of ordered places that serve as nodes: from each, the farthest next one whose cell holds.
+
+    Parameters
+    ----------
+    places : (n,) array
+        Candidates, increasing; the first and the last are always nodes.
+    error : callable
+        error(a, b) gives the errors (..., b - a - 1) at the places between the a-th and the b-th where those two are nodes; not a
+        number counts as none.
+    allowed : float
+        Error that `ALLOWED_SHARE` of the places of a cell may exceed, none more than twofold.
+
+    Returns
+    -------
+    (k,) int array
+        Indices of the nodes.
+
+    Notes
+    -----
+    A cell inside a cell that holds is taken to hold too. Between neighbouring candidates nothing is known, and nothing refused.
+    """
+    nodes, last = [0], len(places) - 1
+    while nodes[-1] < last:
+        start = nodes[-1]
+        reach, step = start + 1, 1
+        while reach < last and holds(error(start, min(reach + step, last)), allowed):
+            reach = min(reach + step, last)
+            step *= 2
+        while step > 1:
+            step //= 2
+            if reach + step <= last and holds(error(start, reach + step), allowed):
+                reach += step
+        nodes.append(reach)
+    return np.array(nodes)
+
+
+def uniform_nodes(places: np.ndarray, error_of: Callable[[np.ndarray], np.ndarray], allowed: float, most: int) -> int:
+    """Number of equally spaced nodes that hold the same: the smallest of a sequence that grows by a quarter.
+
+    Parameters
+    ----------
+    places : (n,) array
+        First and last are the ends.
+    error_of : callable
+        Errors at all places for the nodes given.
+    allowed : float
+        As in `fewest_nodes`, over all places.
+    most : int
+        Given up there.
+    """
+    count = 2
+    while count < most:
+        if holds(error_of(np.linspace(places[0], places[-1], count)), allowed):
+            return count
+        count += max(1, count // 4)
+    return most
+
+
+def holds(error: np.ndarray, allowed: float) -> bool:
+    """Whether errors keep to what is allowed: all but `ALLOWED_SHARE` within it, none beyond twice."""
+    size = np.abs(error[np.isfinite(error)])
+    if not size.size:
+        return True
+    return float(size.max()) <= 2 * allowed and float(np.mean(size > allowed)) <= ALLOWED_SHARE
+
+
+def subdivided(nodes: np.ndarray, parts: int, logarithmic: bool = False) -> np.ndarray:
+    """Each cell of an axis cut into equal parts, in the logarithm where both ends are above 0 and it is asked for."""
+    nodes = np.asarray(nodes, float)
+    share = np.arange(1, parts + 1) / parts
+    found = [nodes[:1]]
+    for low, high in zip(nodes, nodes[1:]):
+        inside = low * (high / low) ** share if logarithmic and low > 0 else low + (high - low) * share
+        inside[-1] = high
+        found.append(inside)
+    return np.concatenate(found)

@@ -1,0 +1,41 @@
+"""Our glTF before the Khronos validator, the npm package gltf-validator, wherever node finds it (NODE_PATH)."""
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from skyshine.tmm.exchange.gltf import write_gltf
+from skyshine.tmm.exchange.image import MaterialImage
+from skyshine.tmm.levels import pure_level
+
+pytestmark = pytest.mark.validation
+
+PROGRAM = """
+const validator = require('gltf-validator'), fs = require('fs'), path = require('path'), file = process.argv[1];
+const read = name => new Uint8Array(fs.readFileSync(name));
+validator.validateBytes(read(file), {externalResourceFunction: uri => Promise.resolve(read(path.join(path.dirname(file), uri)))})
+  .then(report => console.log(JSON.stringify(report)));
+"""
+
+
+@pytest.fixture(scope="module")
+def node() -> str:
+    program = shutil.which("node")
+    if program is None:
+        pytest.skip("node is not installed")
+    if subprocess.run([program, "-e", "require('gltf-validator')"], capture_output=True).returncode:
+        pytest.skip("node finds no gltf-validator: npm install gltf-validator, and set NODE_PATH")
+    return program
+
+
+@pytest.mark.parametrize("binary", [True, False])
+@pytest.mark.parametrize("count", [1, 3, 300])
+def test_no_error_and_no_warning(node, binary, count, tmp_path):
+    code = np.random.default_rng(count).integers(0, count + 1, (64, 128)).astype(np.uint16)
+    image = MaterialImage("texture", {k: f"material_{k}" for k in range(1, count + 1)}, pure_level(code))
+    found = subprocess.run([node, "-e", PROGRAM, str(write_gltf(tmp_path, image, binary)[0])], capture_output=True, text=True, check=True)
+    issues = json.loads(found.stdout)["issues"]
+    assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"]

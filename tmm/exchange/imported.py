@@ -1,0 +1,203 @@
+"""Materials from elsewhere as a texture database."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
+from skyshine.tmm.database import CHUNK, composite_layout, level_layout, open_tmm, texture_header
+from skyshine.tmm.exchange.cdb import INDEX, CdbRaster, place_of, ranked_level
+from skyshine.tmm.exchange.cdb_table import parse_table, table_text
+from skyshine.tmm.exchange.image import MaterialImage
+from skyshine.tmm.job import Palette, TextureJob
+from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Composites, Level, level_sizes
+from skyshine.tmm.raster import file_sha256
+
+
+def write_imported(
+    image: MaterialImage,
+    source: str | os.PathLike,
+    colours: dict[str, str],
+    path: str | os.PathLike,
+    library_version: str,
+    raster: CdbRaster | None = None,
+) -> str:
+    """Write an imported image as a database; returns the hash of its content.
+
+    Confidence is 1 where there is a material, for nothing was classified, and 0 elsewhere.
+
+    Parameters
+    ----------
+    source : path
+        The file it was read from, for the provenance.
+    colours : dict of str to str
+        Material by colour or grey level of that file: the palette of the job that stands in the database.
+    raster : CdbRaster, optional
+        Kept, so that indices and composite materials can be written again as they came.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    levels, mixtures = [image.level], Composites()
+    levels += coarser_levels(image)
+    for level in levels:
+        mixtures.add(level)
+    known = (image.level.code > 0).astype(np.float32)
+    groups = {
+        "materials": Group({"material": _codes(image)}, {"name": _names(image)}),
+        "quality": Group(attributes={"tested_texels": 0, "seed_texels": 0}),
+        "provenance": Group(attributes=_provenance(image, Path(source))),
+        "levels": Group(groups={str(k): _filled(k, level, image, known) for k, level in enumerate(levels)}),
+        "usage": _usage(image),
+        "composites": composite_layout(*mixtures.mixtures()),
+    }
+    if raster is not None:
+        groups["cdb"] = _cdb(raster, Path(path))
+    job = TextureJob(image=Path(source).name, palette=Palette(colours=colours))
+    return write_file(path, Group(groups=groups), texture_header(job, library_version))
+
+
+def coarser_levels(image: MaterialImage) -> list[Level]:
+    """The mip levels above a level of mixtures: in each texel, the mean share of every material over its part of the image."""
+    level = image.level
+    codes = np.array(list(image.materials), np.uint16)
+    weight = np.where(level.mix_code > 0, level.mix_weight, 0)
+    shares = [sum(np.where(level.mix_code[..., k] == code, weight[..., k], 0) for k in range(COMPONENTS)) / WEIGHT_TOTAL for code in codes]
+    found = []
+    for height, width in level_sizes(image.height, image.width)[1:]:
+        down, across = _parts(image.height, height), _parts(image.width, width)
+        found.append(ranked_level(codes, np.stack([down @ share @ across.T for share in shares])))
+    return found
+
+
+def _parts(length: int, parts: int) -> sparse.csr_matrix:
+    """Means over equal parts of an axis whose borders may cut texels (parts, length)."""
+    borders = np.arange(parts + 1) * (length / parts)
+    overlap = np.minimum(borders[1:, np.newaxis], np.arange(1, length + 1)) - np.maximum(borders[:-1, np.newaxis], np.arange(length))
+    return sparse.csr_matrix(np.maximum(overlap, 0) * (parts / length))
+
+
+def _codes(image: MaterialImage) -> Axis:
+    return Axis(np.array(list(image.materials), np.uint16), "1", "material code")
+
+
+def _names(image: MaterialImage) -> Variable:
+    return Variable(("material",), np.array(list(image.materials.values()), dtype=object), "1", "material name")
+
+
+def _usage(image: MaterialImage) -> Group:
+    level = image.level
+    counts = np.bincount(level.mix_code.ravel(), level.mix_weight.ravel(), minlength=1 << 16) / WEIGHT_TOTAL
+    known = int(np.count_nonzero(level.code))
+    share = counts[list(image.materials)] / max(known, 1)
+    attributes = {"texels": image.level.code.size, "texels_with_data": known, "texels_with_material": known}
+    name = "share of the texels with data that have the material"
+    return Group({"material": _codes(image)}, {"share": Variable(("material",), share, "1", name)}, attributes=attributes)
+
+
+def _filled(k: int, level: Level, image: MaterialImage, known: np.ndarray) -> Group:
+    layout = level_layout(k, level.code.shape, image.height, image.width)
+    data = {"code": level.code, "mix_code": level.mix_code, "mix_weight": level.mix_weight, "confidence": known, "typicality": known}
+    variables = {name: replace(variable, data=data[name]) for name, variable in layout.variables.items()}
+    return Group(layout.axes, variables)
+
+
+def _provenance(image: MaterialImage, source: Path) -> dict:
+    return {
+        "texture": source.name,
+        "texture_sha256": file_sha256(source),
+        "width": image.width,
+        "height": image.height,
+        "pixel_type": "uint16",
+        "encoding": "material codes",
+        "distinct_colours": 0,
+    }
+
+
+def _cdb(raster: CdbRaster, path: Path) -> Group:
+    layers, height, width = raster.index.shape
+    axes = {
+        "layer": Axis(np.arange(1, layers + 1, dtype=np.uint8), "1", "layer"),
+        "y": Axis(np.arange(height) + 0.5, "1", "row of the texel's centre"),
+        "x": Axis(np.arange(width) + 0.5, "1", "column of the texel's centre"),
+    }
+    dims, chunks = ("layer", "y", "x"), (1, CHUNK, CHUNK)
+    lines = table_text(list(raster.table.values()), path).decode().splitlines()
+    axes["line"] = Axis(np.arange(len(lines), dtype=np.int32), "1", "line of the table")
+    return Group(
+        axes,
+        {
+            "index": Variable(dims, raster.index.astype(np.uint32), "1", "index of the composite material", chunks=chunks),
+            "share": Variable(dims, raster.share, "1", "share of the composite material", chunks=chunks),
+            "table": Variable(("line",), np.array(lines, dtype=object), "1", "Composite Material Table, XML"),
+        },
+        attributes={"raster": raster.place.raster(Path(), INDEX, 1).name},
+    )
+
+
+def kept_raster(path: str | os.PathLike) -> CdbRaster | None:
+    """The raster materials that a database was imported with; None where it came from elsewhere.
+
+    Raises
+    ------
+    InputError
+        The database cannot be read.
+    """
+    with open_tmm(path) as file:
+        if not file.has("cdb/index"):
+            return None
+        text = b"\n".join(file.array("cdb/table"))
+        place = place_of(file.group_attributes("cdb")["raster"])
+        return CdbRaster(place, file.array("cdb/index"), file.array("cdb/share"), parse_table(text, Path(path)))
+
+
+def import_texture(
+    path: str | os.PathLike, out: str | os.PathLike, library, legend: str | os.PathLike | None = None, map_file: str | os.PathLike | None = None
+) -> Path:
+    """Read raster materials of a CDB (``.tif``) or an indexed PNG and write a database into a folder.
+
+    Parameters
+    ----------
+    legend : path, optional
+        Of a PNG; by default ``NAME.legend.json`` beside it.
+    map_file : path, optional
+        Of a CDB; by default the packaged map.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or a material has no counterpart.
+    """
+    from skyshine.tmm.exchange.cdb import read_cdb, to_image
+    from skyshine.tmm.exchange.cdb_materials import load_map
+    from skyshine.tmm.exchange.indexed_png import palette_keys, read_png
+    from skyshine.tmm.exchange.legend import read_legend
+
+    path, raster = Path(path), None
+    if path.suffix.lower() in (".tif", ".tiff"):
+        raster, materials = read_cdb(path), load_map(library, map_file)
+        image = to_image(raster, materials)
+        first = {index: next(iter(materials.mixture(raster.table[index]))) for index in _present(raster)}
+        colours = {str(index): library.by_code(code).name for index, code in first.items()}
+    elif path.suffix.lower() == ".png":
+        legend = legend or path.with_suffix(".legend.json")
+        image, names = read_png(path, legend, library), read_legend(legend, library)
+        keys = palette_keys(path, list(names))
+        colours = {keys[number]: name for number, name in names.items()}
+    else:
+        raise InputError(f"found the ending '{path.suffix}'; allowed: .tif of a CDB, .png with a legend", file=path)
+    target = Path(out) / f"{image.name}.tmm.h5"
+    write_imported(image, path, colours, target, library.version, raster)
+    return target
+
+
+def _present(raster: CdbRaster) -> list[int]:
+    return [index for index in np.unique(raster.index).tolist() if index in raster.table]

@@ -1,0 +1,116 @@
+"""The part of ``tmm score`` that turns wrong texels into errors of radiance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import click
+
+from skyshine.schemas.commands import echo_table, quantity
+from skyshine.schemas.errors import InputError
+
+RADIANCE = "W m^-2 sr^-1"
+SHOWN_PAIRS = 10
+SHOWN_HOURS = 12
+
+
+def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> list[tuple]:
+    """Tables of temperature, band and (or None) atmosphere, one set a band; empty where no cost is asked for.
+
+    Raises
+    ------
+    InputError
+        A file is missing or of another type, or the options do not go together.
+    """
+    from skyshine.mat.tables.loader import open_table
+
+    if htt is None and not bands and not airs:
+        return []
+    if htt is None or not bands:
+        raise InputError("the cost in radiance needs --htt and --band; give both")
+    if airs and len(airs) != len(bands):
+        raise InputError(f"found {len(airs)} --atmq for {len(bands)} --band; allowed: one for each, in the same order, or none")
+    opened = {}
+    for path, kind in ((htt, "htt"), *((band, "band") for band in bands), *((air, "atmq") for air in airs)):
+        opened[path] = open_table(path)
+        if opened[path].filetype != kind:
+            raise InputError(f"holds '{opened[path].filetype}'; allowed: '{kind}'; name another file", file=path)
+    paired = zip(bands, airs) if airs else ((band, None) for band in bands)
+    return [(opened[htt], opened[band], opened[air] if air else None) for band, air in paired]
+
+
+def report(score, htt, band, air, surface: dict) -> dict:
+    """What wrong texels of a score cost in one band, as ``--json`` prints it; `surface` as `surface_radiance` takes it.
+
+    Raises
+    ------
+    InputError
+        The tables lack a material that was scored, or do not go together.
+    """
+    from skyshine.mat.accuracy.misclassification import misclassification_cost, surface_radiance
+
+    rows = score.whole.confusion
+    used = [k for k in range(len(score.names)) if rows[k].any() or rows[:, k + 1].any()]
+    names = [score.names[k] for k in used]
+    sent = surface_radiance(htt, band, names, air=air, **surface)
+    cost = misclassification_cost(rows[used][:, [0, *(k + 1 for k in used)]], sent)
+    return {
+        "band": band.path.name,
+        "reflected_sky": air is not None,
+        "texels": cost.texels,
+        "unknown_texels": cost.unknown,
+        "time": quantity(cost.times, "h"),
+        "radiance": _errors(cost.radiance, RADIANCE),
+        "equivalent_temperature": _errors(cost.kelvin, "K"),
+        "pairs": [
+            {
+                "true": pair.true,
+                "found": pair.found,
+                "texels": pair.texels,
+                "radiance_rms": quantity(pair.radiance_rms, RADIANCE),
+                "temperature_rms": quantity(pair.kelvin_rms, "K"),
+                "temperature_maximum": quantity(pair.kelvin_maximum, "K"),
+                "time_of_maximum": quantity(pair.hour, "h"),
+                "contribution": quantity(pair.contribution, "1"),
+            }
+            for pair in cost.pairs
+        ],
+    }
+
+
+def _errors(error, units: str) -> dict:
+    day = {"rms": error.day_rms, "p95": error.day_p95, "maximum": error.day_maximum}
+    hourly = {"mean": error.mean, "rms": error.rms, "p95": error.p95, "maximum": error.maximum}
+    return {
+        "day": {name: quantity(value, units) for name, value in day.items()},
+        "by_time": {name: quantity(values, units) for name, values in hourly.items()},
+    }
+
+
+def show(cost: dict) -> None:
+    """Print a report as tables."""
+    sky = "with" if cost["reflected_sky"] else "without"
+    click.echo(f"cost of wrong texels in {cost['band']}, {sky} reflected light of the sky ({cost['texels']} texels)")
+    rows = []
+    for label, where in [("day", None), *_hours(cost)]:
+        row = [label]
+        for key in ("radiance", "equivalent_temperature"):
+            found = cost[key]["day"] if where is None else cost[key]["by_time"]
+            row += [f"{found[name]['value'] if where is None else found[name]['values'][where]:.3g}" for name in ("rms", "p95", "maximum")]
+        rows.append(row)
+    units = f"{RADIANCE}: rms", "p95", "max", "K: rms", "p95", "max"
+    echo_table(("time", *units), rows)
+    rows = [
+        [
+            pair["true"], pair["found"], str(pair["texels"]), f"{pair['temperature_rms']['value']:.2f}",
+            f"{pair['temperature_maximum']['value']:+.2f}", f"{pair['time_of_maximum']['value']:.1f}",
+            f"{100 * pair['contribution']['value']:.1f}",
+        ]
+        for pair in cost["pairs"][:SHOWN_PAIRS]
+    ]  # fmt: skip
+    echo_table(("true", "found", "texels", "K rms", "K worst", "at h", "% of squared error"), rows)
+
+
+def _hours(cost: dict) -> list[tuple[str, int]]:
+    times = cost["time"]["values"]
+    return [(f"{times[k]:g} h", k) for k in range(0, len(times), max(len(times) // SHOWN_HOURS, 1))]

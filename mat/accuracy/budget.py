@@ -35,7 +35,7 @@ SOURCES = {
     "reflectance": "reflectance averaged over the band, outside the integral",
     "transmittance": "transmittance of the thermal term outside the integral",
     "compiled_band": "few spectral points in place of all",
-    "solver_steps": "the heat balance at the job's times of day in place of 288",
+    "solver_steps": "the heat balance at the job's solver_steps in place of 288 a day",
     "temperature_table": "interpolation of T",
     "beta_star_table": "interpolation of beta*",
     "path_radiance_table": "interpolation of L_path/(1 - tau)",

@@ -126,12 +126,12 @@ class Targets:
     ----------
     mean : dict of (M,) arrays
         In band.
-    at_points : dict of (M, C) arrays
-        At the points that were asked for, in the measure of `BandPoints.weight` (per um).
+    at_points : (all M, C) array
+        At the points that were asked for, one quantity after another, in the measure of `BandPoints.weight` (per um).
     """
 
     mean: dict[str, np.ndarray]
-    at_points: dict[str, np.ndarray]
+    at_points: np.ndarray
 
 
 def targets(air, weight, samples, irradiance, brightness, points):
@@ -156,30 +156,30 @@ def targets(air, weight, samples, irradiance, brightness, points):
     list of Targets
     """
     count = weight.size
-    chunks = 2 * -(-count // (2 * _CHUNK)) if count > _CHUNK // 2 else 1  # even in number, for threads in pairs
-    edges = np.linspace(0, count, chunks + 1).astype(int)
+    pieces = 2 * -(-count // (2 * _CHUNK)) if count > _CHUNK // 2 else 1  # even in number, for threads in pairs
+    edges = np.linspace(0, count, pieces + 1).astype(int)
     mean = weight / weight.sum()
 
     def part(start, end):
         some = air.part(slice(start, end))
         found = []
-        for sample, kept in zip(samples, points, strict=True):
-            kept = kept[(kept >= start) & (kept < end)] - start
-            values = {kind: [] for kind in KINDS}
+        for sample, wanted in zip(samples, points, strict=True):
+            columns = wanted[(wanted >= start) & (wanted < end)] - start
+            means = {kind: [np.zeros(0)] for kind in KINDS}
+            kept = {kind: [np.zeros((0, columns.size))] for kind in KINDS}
             for kind, rows in _values(some, sample, irradiance[:, start:end], brightness):
-                values[kind].append((rows @ mean[start:end], rows[:, kept]))
-            found.append(values)
+                means[kind].append(rows @ mean[start:end])
+                kept[kind].append(rows[:, columns])
+            found.append((means, kept))
         return found
 
     parts = each(part, edges[:-1], edges[1:])
     result = []
-    for one in zip(*parts, strict=True):
-        means = {kind: sum(np.concatenate([rows for rows, _ in values[kind]]) for values in one) for kind in KINDS}
-        kinds = [kind for kind in KINDS if np.any(means[kind] > 0)]
-        at_points = {
-            kind: np.concatenate([np.concatenate([rows for _, rows in values[kind]]) for values in one], axis=1) for kind in kinds
-        }
-        result.append(Targets({kind: means[kind] for kind in kinds}, at_points))
+    for chunks in zip(*parts, strict=True):
+        means = {kind: sum(np.concatenate(found[kind]) for found, _ in chunks) for kind in KINDS}
+        means = {kind: values for kind, values in means.items() if np.any(values > 0)}
+        kept = [np.concatenate([rows for kind in means for rows in found[kind]]) for _, found in chunks]
+        result.append(Targets(means, np.concatenate(kept, axis=1)))
     return result
 
 

@@ -159,15 +159,15 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     fitted, exact = targets(air, band.weight, (training, test), irradiance, brightness, (candidates, candidates[:0]))
     # Each quantity counts the same, however many rows it has.
     scale = {kind: 1 / (_size(kind, values) * np.sqrt(values.size)) for kind, values in fitted.mean.items()}
-    rows = np.concatenate([fitted.at_points[kind] for kind in scale])
     chosen, weight, ladder = select_points(
-        rows.T,
-        np.concatenate([fitted.mean[kind] for kind in scale]),
+        fitted.at_points.T,
+        np.concatenate(list(fitted.mean.values())),
         tolerance=tolerance * _FIT_SHARE,
         max_points=max_points,
         total_weight=band.weight.sum(),
         exchanges=1,
-        row_scale=np.concatenate(list(scale.values())) * np.sqrt(len(rows) / len(scale)),
+        more_exchanges=2,
+        row_scale=np.concatenate(list(scale.values())) * np.sqrt(len(fitted.at_points) / len(scale)),
         seed=seed,
     )
     order = np.argsort(candidates[chosen])
@@ -233,7 +233,7 @@ def _errors(exact, approximate):
     """Errors by quantity, from in-band values."""
     result = {}
     for kind, values in exact.items():
-        error = (approximate[kind] - values) / _size(kind, values)
+        error = (approximate.get(kind, 0.0) - values) / _size(kind, values)  # a quantity that is 0 everywhere has no entry
         result[kind] = {
             "max": float(np.abs(error).max()),
             "p95": float(np.percentile(np.abs(error), 95)),

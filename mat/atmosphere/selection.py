@@ -9,7 +9,8 @@ SHORT_LIST = 12  # candidates whose non-negative fit is tried in full at each st
 
 
 def select_points(
-    candidates, reference, *, tolerance, max_points, total_weight, row_scale=None, sum_weight=30.0, exchanges=0, seed=0
+    candidates, reference, *, tolerance, max_points, total_weight, row_scale=None, sum_weight=30.0, exchanges=0, more_exchanges=0,
+    seed=0,
 ):
     """Greedy forward selection with non-negative least squares.
 
@@ -36,6 +37,8 @@ def select_points(
     exchanges : int
         Passes over the chosen points afterwards in which each is exchanged for a better one, if there is one. The sets are
         then no longer nested; the last entry of the ladder is the error after the exchanges.
+    more_exchanges : int
+        Further such passes, as long as the error is above the tolerance.
     seed : int
         Seed of the few candidates that are tried beside the best ranked.
 
@@ -70,7 +73,9 @@ def select_points(
         ladder.append(np.sqrt(error))
         if ladder[-1] <= tolerance:
             break
-    for _ in range(exchanges if len(chosen) > 1 else 0):
+    for number in range(exchanges + more_exchanges if len(chosen) > 1 else 0):
+        if number >= exchanges and ladder[-1] <= tolerance:
+            break
         before = ladder[-1]
         for old in list(chosen):
             others = [j for j in chosen if j != old]

@@ -291,13 +291,14 @@ class BandAtmosphere:
         segments, band = path.segments, self.band
         total = np.zeros((segments.distance.size, elevations.size))
         if segments.index.size:
-            total += (self.air.thermal_radiance(segments, path.segment_depth) @ band.radiance_weight)[:, None]
+            thermal = self.air.thermal_radiance(segments, path.segment_depths) @ band.radiance_weight
+            total[1:] += np.cumsum(thermal)[:, None]
             if np.any(irradiance > 0):
                 ends = path.ends
                 to_source = source_cosine(ends, elevations, azimuths)[0]
                 deflection = scattering_cosine(ends, elevations, azimuths)[0]
                 weight = band.radiance_weight * irradiance
-                total += self.air.scattered_in_band(segments, path.segment_depth, to_source, deflection, weight)
+                total += self.air.scattered_in_band(segments, path.segment_depths, to_source, deflection, weight)
         return total[path.node]
 
     def _local_source(self, path, elevations, azimuths, irradiance):
@@ -360,7 +361,7 @@ class _Path:
     elevation: float
     segments: transfer.Segments
     ends: Rays
-    segment_depth: np.ndarray
+    segment_depths: transfer.Depths
     depth: np.ndarray
     length: np.ndarray
     beyond: np.ndarray
@@ -375,8 +376,7 @@ class _Path:
     @classmethod
     def of(cls, air, rays, row, altitude, elevation, ranges):
         segments = transfer.Segments.of(rays, row)
-        depth = segments.column(air.optics.extinction)
-        before = np.concatenate([np.zeros((1, depth.shape[1])), np.cumsum(depth, axis=0)])
+        depths = transfer.Depths(segments.column(air.optics.extinction))
         end, ground = rays.end[row], bool(rays.ground[row])
         length = np.minimum(ranges, end) if ground else ranges
         valid = ranges <= end * (1 + _ROUNDING) if ground else np.ones(ranges.shape, dtype=bool)
@@ -390,7 +390,7 @@ class _Path:
             np.exp(np.interp(local, levels, np.log(air.shells.number_density))) if altitude <= air.shells.top else 0.0
         )
         return cls(
-            elevation, segments, _ends(rays, row, segments), depth, before[node], length, ranges - length, node,
+            elevation, segments, _ends(rays, row, segments), depths, depths.before[node], length, ranges - length, node,
             _end_altitude(segments, node, length, altitude, elevation), valid,
             local, layer, share, density * section,
         )  # fmt: skip

@@ -333,6 +333,10 @@ class TmmFile:
         self.levels = len(file["levels"])
         self.height, self.width = file["levels/0/code"].shape
 
+    def size(self, level: int) -> tuple[int, int]:
+        """Height and width of a level."""
+        return self._file[f"levels/{level}/code"].shape
+
     @property
     def attributes(self) -> dict:
         """Root attributes and provenance."""

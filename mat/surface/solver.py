@@ -9,8 +9,9 @@ the maximum principle is solved again by backward Euler.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -32,8 +33,8 @@ _CHUNK = 384 * 96
 _ITERATIONS = 16
 _MELTING_ITERATIONS = 60
 _SAMPLE, _RENEWALS = 32, 3  # columns and matrices from which a material's relaxation is found
-# Least spread of the slope of f over columns that is reckoned with [W m^-2 K^-1].
-_LEAST_SPREAD = 0.5
+# Change [K] at which single precision gives way to double: above its own rounding of temperatures and their sums.
+_NEAR = 5e-3
 
 
 class Method(IntEnum):
@@ -128,9 +129,13 @@ def solve_columns(
     forcing = forcing_at(steps)
     forcing.check()
     if fine > steps and scheme == "bdf2" and not _settles_slowly(material, forcing, coarse):
-        coarse = Conduction(material.thermal, fine, period, scheme)
-        forcing = forcing_at(fine)
-    first = _solve(material, forcing, coarse, Method.BDF2 if coarse.steps == steps else Method.BDF2_FINE, start_hour)
+        start = _approach(material, forcing, coarse, start_hour)
+        first = _solve(
+            material, forcing_at(fine), Conduction(material.thermal, fine, period, scheme), Method.BDF2_FINE, start_hour,
+            start=start,
+        )  # fmt: skip
+    else:
+        first = _solve(material, forcing, coarse, Method.BDF2, start_hour)
     broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
     if scheme != "bdf2" or not broken.size:
         return [(np.arange(len(first.residual)), first)]
@@ -152,23 +157,45 @@ def _sampled(columns: int) -> np.ndarray:
     return np.unique(np.linspace(0, columns - 1, min(columns, _SAMPLE)).astype(int))
 
 
-def _solve(material, forcing: Forcing, conduction: Conduction, method: Method, start_hour: float, names=None) -> Solution:
-    """Solve all columns by one scheme, chunk by chunk."""
+def _solve(
+    material, forcing: Forcing, conduction: Conduction, method: Method, start_hour: float, names=None, start=None
+) -> Solution:
+    """Solve all columns by one scheme, chunk by chunk, from temperatures (columns, fewer steps) if there are any."""
     columns = forcing.shape[0]
     names = np.arange(columns) if names is None else names
-    hours = start_hour + np.arange(conduction.steps) * (conduction.period / conduction.steps / 3600.0)
-    back = BackFlux.of(material, forcing, conduction, hours)
-    relaxation = None if conduction.steps > DENSE_STEPS else _Relaxation.of(material, forcing, conduction, back.source)
+    back = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour))
+    relaxation = None
+    if conduction.steps <= DENSE_STEPS:
+        relaxation = _Relaxation.of(material, forcing, conduction, back.source, start)
     parts = []
-    size = max(1, _CHUNK // conduction.steps)
-    for start in range(0, columns, size):
-        chosen = slice(start, min(start + size, columns))
+    for chosen in _chunks(columns, conduction.steps):
         parts.append(
             _solve_chunk(
-                material, forcing.columns(chosen), back.columns(chosen), conduction, relaxation, method, names[chosen]
-            )
+                material, forcing.columns(chosen), back.columns(chosen), conduction, relaxation, method, names[chosen],
+                None if start is None else start[chosen],
+            )  # fmt: skip
         )
     return Solution(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Solution)))
+
+
+def _chunks(columns: int, steps: int) -> list[slice]:
+    size = max(1, _CHUNK // steps)
+    return [slice(start, min(start + size, columns)) for start in range(0, columns, size)]
+
+
+def _clock(conduction: Conduction, start_hour: float) -> np.ndarray:
+    """Clock hours (N,) of the times of the period."""
+    return start_hour + np.arange(conduction.steps) * (conduction.period / conduction.steps / 3600.0)
+
+
+def _approach(material, forcing: Forcing, conduction: Conduction, start_hour: float) -> np.ndarray | None:
+    """Temperatures (columns, N) in single precision, to start finer steps from; None where they are not found."""
+    source = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour)).source
+    relaxation = _Relaxation.of(material, forcing, conduction, source)
+    found = np.empty(forcing.shape, np.float32)
+    for chosen in _chunks(*forcing.shape):
+        found[chosen], _ = relaxation.approach(Balance(forcing.columns(chosen), material), source[chosen])
+    return found if np.all((found > 1.0) & (found < 3000.0)) else None
 
 
 def _take(solution: Solution, rows) -> Solution:
@@ -176,36 +203,36 @@ def _take(solution: Solution, rows) -> Solution:
 
 
 def _solve_chunk(
-    material, forcing: Forcing, back: BackFlux, conduction: Conduction, relaxation, method: Method, names
+    material, forcing: Forcing, back: BackFlux, conduction: Conduction, relaxation, method: Method, names, start
 ) -> Solution:
     balance, source = Balance(forcing, material), back.source
     cap = _cap(material)
     if relaxation is None:
         temperature, iterations = _first_guess(balance), np.zeros(len(names), np.int32)
+        if cap is not None:
+            temperature = np.minimum(temperature, cap)
+        melt = np.zeros(temperature.shape)
+        loss, imbalance = _imbalance(balance, conduction, source, temperature)
     else:
-        temperature, iterations = relaxation.iterate(balance, source)
-    if cap is not None:
-        temperature = np.minimum(temperature, cap)
-    loss, imbalance = _imbalance(balance, conduction, source, temperature)
-    melt = np.zeros_like(temperature) if cap is None else np.where(temperature >= cap, np.maximum(-imbalance, 0.0), 0.0)
-    unsettled = ~(np.abs(imbalance + melt).max(axis=1) <= TOLERANCE)
+        temperature, melt, loss, imbalance, iterations = relaxation.solve(balance, conduction, source, start)
+    residual = np.abs(imbalance).max(axis=1)
     methods = np.full(len(names), method, np.uint8)
-    rest = np.flatnonzero(unsettled)
+    rest = np.flatnonzero(~(residual <= TOLERANCE))
     if rest.size:
         some = balance.columns(rest)
-        start = temperature[rest]
-        lost = ~np.all((start > 1.0) & (start < 3000.0), axis=1)
-        start[lost] = _first_guess(some)[lost]
-        result = solve_newton(some, conduction, source[rest], start, cap, TOLERANCE)
+        begin = temperature[rest]
+        lost = ~np.all((begin > 1.0) & (begin < 3000.0), axis=1)
+        begin[lost] = _first_guess(some)[lost]
+        result = solve_newton(some, conduction, source[rest], begin, cap, TOLERANCE)
         _refuse_unsettled(result.residual, material, conduction, names[rest])
-        temperature[rest], melt[rest] = result.temperature, result.melt
+        temperature[rest], melt[rest], residual[rest] = result.temperature, result.melt, result.residual
         iterations[rest] += result.iterations
         methods[rest] = Method(method + 1)
-        loss, imbalance = _imbalance(balance, conduction, source, temperature)
+        loss[rest] = some.loss(result.temperature)
     return Solution(
         temperature,
         melt,
-        np.abs(imbalance + melt).max(axis=1),
+        residual,
         (loss + melt).mean(axis=1) + conduction.steady_conductance * temperature.mean(axis=1) - source.mean(axis=1),
         bound_excess(balance, temperature, loss, back, cap),
         methods,
@@ -252,8 +279,6 @@ class _Relaxation:
         g, the mean slope of f over columns at about their solution [W m^-2 K^-1].
     inverse : ndarray, shape (N, N)
         Transposed, for temperatures in rows.
-    change_tolerance : float
-        A change [K] after which the residual is within the tolerance.
     start : ndarray, shape (1, N), or None
         Mean temperature of the sample [K].
     cap : float or None
@@ -265,52 +290,104 @@ class _Relaxation:
 
     slope: np.ndarray
     inverse: np.ndarray
-    change_tolerance: float
     start: np.ndarray | None
     cap: float | None
     melting: float
 
     @classmethod
-    def of(cls, material, forcing: Forcing, conduction: Conduction, source: np.ndarray) -> _Relaxation:
-        """The relaxation that suits a sample of the columns, found by solving it with a few renewed matrices."""
+    def of(cls, material, forcing: Forcing, conduction: Conduction, source: np.ndarray, found=None) -> _Relaxation:
+        """The relaxation that suits a sample of the columns: by temperatures found with fewer steps or by renewed matrices."""
         sample = _sampled(forcing.shape[0])
         balance = Balance(forcing.columns(sample), material)
         source = source[sample]
         temperature, start = _first_guess(balance), None
+        if found is not None:
+            temperature = _between(found[sample], conduction.steps).astype(float)
         cap = _cap(material)
-        for _ in range(_RENEWALS):
+        for _ in range(_RENEWALS if found is None else 1):
             _, slopes = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
             slope = np.maximum(slopes.mean(axis=0), 1e-3)
             inverse = np.linalg.inv(conduction.matrix + np.diag(slope)).T
             # Between the least and the largest stiffness of a wave: both of them converge then.
             ends = slope.mean() + conduction.admittance.real[[0, -1]]
             melting = 2 * ends.prod() / ends.sum()
-            # After a step the imbalance is the change times what the slope is wrong by; melting, the whole stiffness.
-            wrong = np.abs(slopes - slope).max() if cap is None else 0.25 * (slope.max() + conduction.matrix[0, 0])
-            settled = 0.5 * TOLERANCE / max(wrong, _LEAST_SPREAD)
-            relaxation = cls(slope, inverse, settled, start, cap, float(melting))
-            found, _ = relaxation.iterate(balance, source, temperature, iterations=2)
-            if not np.all((found > 1.0) & (found < 3000.0)):
+            relaxation = cls(slope, inverse, start, cap, float(melting))
+            if found is not None:
                 break
-            temperature, start = found, found.mean(axis=0, keepdims=True)
+            better, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
+            if not np.all((better > 1.0) & (better < 3000.0)):
+                break
+            temperature, start = better, better.mean(axis=0, keepdims=True)
         return relaxation
 
-    def iterate(self, balance: Balance, source, temperature=None, iterations: int | None = None):
-        """Accelerated fixed-point iteration; temperatures (columns, N), which may not have settled, and counts."""
-        if temperature is None:
-            temperature = _first_guess(balance) if self.start is None else np.repeat(self.start, len(source), axis=0)
+    @cached_property
+    def single(self) -> _Relaxation:
+        """The same in single precision."""
+        return replace(self, slope=self.slope.astype(np.float32), inverse=self.inverse.astype(np.float32))
+
+    def solve(self, balance: Balance, conduction: Conduction, source, start=None):
+        """Iterate in single precision, then in double until the imbalance is within the tolerance.
+
+        Parameters
+        ----------
+        balance : Balance
+        conduction : Conduction
+        source : (columns, N or 1) ndarray
+            [W m^-2]
+        start : (columns, fewer steps) ndarray, optional
+            Unknowns that `approach` has found.
+
+        Returns
+        -------
+        temperature, melt, loss, imbalance : (columns, N) ndarray
+            [K], [W m^-2]; columns whose imbalance is not within the tolerance have not settled.
+        iterations : (columns,) ndarray of int32
+        """
+        unknown, light = self.approach(balance, source, start)
+        unknown = unknown.astype(float) if np.all((unknown > 1.0) & (unknown < 1e5)) else self._begin(balance, source)
         memory = _Anderson()
-        for count in range(1, (iterations or (_ITERATIONS if self.cap is None else _MELTING_ITERATIONS)) + 1):
+        for count in range(self._most + 1):
+            temperature, melt = unknown, np.zeros(unknown.shape)
+            if self.cap is not None:
+                temperature = np.minimum(unknown, self.cap)
+                melt = self.melting * (unknown - temperature)
+            loss, imbalance = _imbalance(balance, conduction, source, temperature)
+            if self.cap is not None:
+                imbalance += melt
+            largest = max(imbalance.max(), -imbalance.min())
+            if largest <= TOLERANCE or not largest < 1e9 or count == self._most:
+                break
+            change = imbalance @ self.inverse
+            np.negative(change, out=change)
+            unknown = memory.next(unknown + change, change)
+        return temperature, melt, loss, imbalance, np.full(len(unknown), light + count, np.int32)
+
+    def approach(self, balance: Balance, source, start=None) -> tuple[np.ndarray, int]:
+        """Unknowns to about `_NEAR`, in single precision, and the count of iterations."""
+        begin = self._begin(balance, source) if start is None else _between(start, balance.shape[1])
+        single = np.float32
+        return self.single.iterate(balance.single(), source.astype(single), begin.astype(single), self._most, _NEAR)
+
+    def _begin(self, balance: Balance, source) -> np.ndarray:
+        return _first_guess(balance) if self.start is None else np.repeat(self.start, len(source), axis=0)
+
+    @property
+    def _most(self) -> int:
+        return _ITERATIONS if self.cap is None else _MELTING_ITERATIONS
+
+    def iterate(self, balance: Balance, source, temperature, most: int, tolerance: float) -> tuple[np.ndarray, int]:
+        """Accelerated fixed-point iteration until no unknown changes by more than a tolerance [K]; and its count."""
+        memory = _Anderson()
+        for count in range(1, most + 1):
             target = self._relaxed(balance, source, temperature)
             change = target - temperature
             largest = max(change.max(), -change.min())
-            if largest < self.change_tolerance:
-                temperature = target
-                break
+            if largest < tolerance:
+                return target, count
             if not largest < 1e6:
                 break
             temperature = memory.next(target, change)
-        return temperature, np.full(len(temperature), count, np.int32)
+        return temperature, count
 
     def _relaxed(self, balance: Balance, source, temperature: np.ndarray) -> np.ndarray:
         """The unknown less the relaxed imbalance."""
@@ -327,6 +404,15 @@ class _Relaxation:
         if self.cap is not None:
             target += excess
         return target
+def _between(temperature: np.ndarray, steps: int) -> np.ndarray:
+    """Periodic temperatures (columns, fewer steps) at a number of times, linear between their own."""
+    return temperature @ _weights_between(temperature.shape[1], steps).astype(temperature.dtype)
+
+
+@lru_cache(maxsize=8)
+def _weights_between(fewer: int, steps: int) -> np.ndarray:
+    at = np.arange(steps) / steps
+    return np.array([np.interp(at, np.arange(fewer) / fewer, row, period=1.0) for row in np.eye(fewer)])
 
 
 def _cap(material: SurfaceMaterial) -> float | None:
@@ -362,7 +448,7 @@ class _Anderson:
                 weights = self._two(first, bend, change)
         result = target.copy()
         for weight, (step, _) in zip(weights, self.steps, strict=True):
-            result -= np.where(np.isfinite(weight), weight, 0.0)[:, None] * step
+            result -= np.where(np.isfinite(weight), weight, 0.0).astype(step.dtype)[:, None] * step
         return result
 
     def _two(self, first, bend, change) -> list[np.ndarray]:
@@ -371,14 +457,14 @@ class _Anderson:
         right, right_older = _dot(bend, change), _dot(older, change)
         determinant = first * second - cross**2
         # Nearly parallel differences carry one direction only.
-        single = determinant < 1e-8 * first * second
+        single = determinant < np.sqrt(np.finfo(change.dtype).eps) * first * second
         one = np.where(single, right / first, (second * right - cross * right_older) / determinant)
         two = np.where(single, 0.0, (first * right_older - cross * right) / determinant)
         return [one, two]
 
 
 def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.einsum("ct,ct->c", one, other)
+    return np.einsum("ct,ct->c", one, other).astype(float)
 
 
 def bound_excess(balance: Balance, temperature, loss, back: BackFlux, cap: float | None) -> np.ndarray:
@@ -403,7 +489,7 @@ def bound_excess(balance: Balance, temperature, loss, back: BackFlux, cap: float
     """
     excess = np.zeros(len(temperature))
     for sign, behind, heat in ((1, back.highest, back.heat[1]), (-1, back.lowest, back.heat[0])):
-        time = np.argmax(sign * temperature, axis=1)[:, None]
+        time = (np.argmax if sign > 0 else np.argmin)(temperature, axis=1)[:, None]
         extreme = np.take_along_axis(temperature, time, axis=1)
         doubtful = (sign * (np.take_along_axis(loss, time, axis=1) - heat) > 0) & (sign * (extreme - behind) > 0)
         if cap is not None and sign < 0:

@@ -33,8 +33,8 @@ _CHUNK = 384 * 96
 _ITERATIONS = 16
 _MELTING_ITERATIONS = 60
 _SAMPLE, _RENEWALS = 32, 3  # columns and matrices from which a material's relaxation is found
-# Change [K] at which single precision gives way to double: above its own rounding of temperatures and their sums.
-_NEAR = 5e-3
+# Change [K] at which single precision gives way to double: several times the rounding of temperatures near 300 K.
+_NEAR = 5e-4
 
 
 class Method(IntEnum):
@@ -281,6 +281,8 @@ class _Relaxation:
         Transposed, for temperatures in rows.
     start : ndarray, shape (1, N), or None
         Mean temperature of the sample [K].
+    origin, pull : ndarray, shape (1, N)
+        Temperatures [K] from which single precision measures, near those of the sample, and C of them [W m^-2].
     cap : float or None
         Temperature T_m that the surface cannot exceed [K]. The unknown is then u, of which T = min(u, T_m) is the
         temperature and `melting` (u - T_m) the heat spent on melting where u exceeds T_m.
@@ -291,6 +293,8 @@ class _Relaxation:
     slope: np.ndarray
     inverse: np.ndarray
     start: np.ndarray | None
+    origin: np.ndarray
+    pull: np.ndarray
     cap: float | None
     melting: float
 
@@ -311,7 +315,8 @@ class _Relaxation:
             # Between the least and the largest stiffness of a wave: both of them converge then.
             ends = slope.mean() + conduction.admittance.real[[0, -1]]
             melting = 2 * ends.prod() / ends.sum()
-            relaxation = cls(slope, inverse, start, cap, float(melting))
+            origin = temperature.mean(axis=0, keepdims=True)
+            relaxation = cls(slope, inverse, start, origin, conduction.flux(origin), cap, float(melting))
             if found is not None:
                 break
             better, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
@@ -344,7 +349,8 @@ class _Relaxation:
         iterations : (columns,) ndarray of int32
         """
         unknown, light = self.approach(balance, source, start)
-        unknown = unknown.astype(float) if np.all((unknown > 1.0) & (unknown < 1e5)) else self._begin(balance, source)
+        if not np.all((unknown > 1.0) & (unknown < 1e5)):
+            unknown = self._begin(balance, source)
         memory = _Anderson()
         for count in range(self._most + 1):
             temperature, melt = unknown, np.zeros(unknown.shape)
@@ -363,10 +369,12 @@ class _Relaxation:
         return temperature, melt, loss, imbalance, np.full(len(unknown), light + count, np.int32)
 
     def approach(self, balance: Balance, source, start=None) -> tuple[np.ndarray, int]:
-        """Unknowns to about `_NEAR`, in single precision, and the count of iterations."""
+        """Unknowns to about `_NEAR`, iterated in single precision, and the count of iterations."""
         begin = self._begin(balance, source) if start is None else _between(start, balance.shape[1])
-        single = np.float32
-        return self.single.iterate(balance.single(), source.astype(single), begin.astype(single), self._most, _NEAR)
+        light, origin = self.single, self.origin.astype(np.float32)
+        given = [part.astype(np.float32) for part in (source - self.pull, begin - self.origin)]
+        found, count = light.iterate(balance.single(), *given, self._most, _NEAR, origin)
+        return found + self.origin, count
 
     def _begin(self, balance: Balance, source) -> np.ndarray:
         return _first_guess(balance) if self.start is None else np.repeat(self.start, len(source), axis=0)
@@ -375,27 +383,31 @@ class _Relaxation:
     def _most(self) -> int:
         return _ITERATIONS if self.cap is None else _MELTING_ITERATIONS
 
-    def iterate(self, balance: Balance, source, temperature, most: int, tolerance: float) -> tuple[np.ndarray, int]:
-        """Accelerated fixed-point iteration until no unknown changes by more than a tolerance [K]; and its count."""
+    def iterate(self, balance: Balance, source, unknown, most: int, tolerance: float, origin=0.0) -> tuple[np.ndarray, int]:
+        """Accelerated fixed-point iteration until no unknown changes by more than a tolerance [K]; and its count.
+
+        Unknowns are measured from `origin`, of which `source` has lost C of it.
+        """
         memory = _Anderson()
         for count in range(1, most + 1):
-            target = self._relaxed(balance, source, temperature)
-            change = target - temperature
+            target = self._relaxed(balance, source, unknown, origin)
+            change = target - unknown
             largest = max(change.max(), -change.min())
             if largest < tolerance:
                 return target, count
             if not largest < 1e6:
                 break
-            temperature = memory.next(target, change)
-        return temperature, count
+            unknown = memory.next(target, change)
+        return unknown, count
 
-    def _relaxed(self, balance: Balance, source, temperature: np.ndarray) -> np.ndarray:
+    def _relaxed(self, balance: Balance, source, unknown: np.ndarray, origin) -> np.ndarray:
         """The unknown less the relaxed imbalance."""
-        excess = 0.0
+        temperature = unknown + origin
         if self.cap is not None:
             excess = np.maximum(temperature - self.cap, 0.0)
-            temperature = np.minimum(temperature, self.cap)
-        target = temperature * self.slope
+            np.minimum(temperature, self.cap, out=temperature)
+            unknown = unknown - excess
+        target = unknown * self.slope
         target -= balance.loss(temperature)
         target += source
         if self.cap is not None:
@@ -404,6 +416,8 @@ class _Relaxation:
         if self.cap is not None:
             target += excess
         return target
+
+
 def _between(temperature: np.ndarray, steps: int) -> np.ndarray:
     """Periodic temperatures (columns, fewer steps) at a number of times, linear between their own."""
     return temperature @ _weights_between(temperature.shape[1], steps).astype(temperature.dtype)

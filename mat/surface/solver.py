@@ -1,40 +1,33 @@
 """Periodic surface temperatures of whole batches of columns, with the next sturdier method where one does not hold.
 
 The problem of a column is f(T) + C T = source for N temperatures of a period: f the nonlinear `Balance`, C the
-exact `Conduction`, source what the back brings (`BackFlux`). A batch is iterated with one matrix (diag(g) + C)^-1,
-g(t) the batch's mean slope of f, and Anderson acceleration; what does not settle goes to damped Newton; what breaks
-the maximum principle is solved again by backward Euler.
+exact `Conduction`, source what the back brings (`BackFlux`). A batch is iterated with one matrix (`Relaxation`), fine
+steps from what fewer have found; what does not settle goes to damped Newton; what breaks the maximum principle is
+solved again by backward Euler.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from enum import IntEnum
-from functools import cached_property, lru_cache
 
 import numpy as np
 
 from skyshine.mat.surface.back import BackFlux
-from skyshine.mat.surface.balance import MELTING_POINT, Balance, Forcing
+from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import DENSE_STEPS, solve_newton
+from skyshine.mat.surface.relaxation import TOLERANCE, Relaxation, first_guess, imbalance_of, melting_cap, sampled
 from skyshine.schemas.errors import CheckFailed
 
 DAY = 86400.0  # s, the mean solar day
 FINE_STEPS = 288
-# Largest residual of the balance at any time [W m^-2]: with at least 2 W m^-2 K^-1 of convection below 1 mK.
-TOLERANCE = 1e-3
 # Excess over the maximum principle [K] at which a column goes to backward Euler, which cannot exceed it.
 BOUND_TOLERANCE = 0.1
 # Temperatures iterated together: some 300 kB an array, so that a handful stays in a core's second-level cache.
 _CHUNK = 384 * 96
-_ITERATIONS = 16
-_MELTING_ITERATIONS = 60
-_SAMPLE, _RENEWALS = 32, 3  # columns and matrices from which a material's relaxation is found
-# Change [K] at which single precision gives way to double: several times the rounding of temperatures near 300 K.
-_NEAR = 5e-4
 
 
 class Method(IntEnum):
@@ -147,14 +140,9 @@ def solve_columns(
 
 def _settles_slowly(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> bool:
     """Whether the surface takes longer than a step to follow the weather, at air temperature in a sample of columns."""
-    balance = Balance(forcing.columns(_sampled(forcing.shape[0])), material)
-    _, slope = balance.loss_and_slope(_first_guess(balance))
+    balance = Balance(forcing.columns(sampled(forcing.shape[0])), material)
+    _, slope = balance.loss_and_slope(first_guess(balance))
     return conduction.response_time_exceeds(float(np.median(slope)))
-
-
-def _sampled(columns: int) -> np.ndarray:
-    """Indices of columns that stand for all."""
-    return np.unique(np.linspace(0, columns - 1, min(columns, _SAMPLE)).astype(int))
 
 
 def _solve(
@@ -166,7 +154,7 @@ def _solve(
     back = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour))
     relaxation = None
     if conduction.steps <= DENSE_STEPS:
-        relaxation = _Relaxation.of(material, forcing, conduction, back.source, start)
+        relaxation = Relaxation.of(material, forcing, conduction, back.source, start)
     parts = []
     for chosen in _chunks(columns, conduction.steps):
         parts.append(
@@ -191,7 +179,7 @@ def _clock(conduction: Conduction, start_hour: float) -> np.ndarray:
 def _approach(material, forcing: Forcing, conduction: Conduction, start_hour: float) -> np.ndarray | None:
     """Temperatures (columns, N) in single precision, to start finer steps from; None where they are not found."""
     source = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour)).source
-    relaxation = _Relaxation.of(material, forcing, conduction, source)
+    relaxation = Relaxation.of(material, forcing, conduction, source)
     found = np.empty(forcing.shape, np.float32)
     for chosen in _chunks(*forcing.shape):
         found[chosen], _ = relaxation.approach(Balance(forcing.columns(chosen), material), source[chosen])
@@ -206,13 +194,13 @@ def _solve_chunk(
     material, forcing: Forcing, back: BackFlux, conduction: Conduction, relaxation, method: Method, names, start
 ) -> Solution:
     balance, source = Balance(forcing, material), back.source
-    cap = _cap(material)
+    cap = melting_cap(material)
     if relaxation is None:
-        temperature, iterations = _first_guess(balance), np.zeros(len(names), np.int32)
+        temperature, iterations = first_guess(balance), np.zeros(len(names), np.int32)
         if cap is not None:
             temperature = np.minimum(temperature, cap)
         melt = np.zeros(temperature.shape)
-        loss, imbalance = _imbalance(balance, conduction, source, temperature)
+        loss, imbalance = imbalance_of(balance, conduction, source, temperature)
     else:
         temperature, melt, loss, imbalance, iterations = relaxation.solve(balance, conduction, source, start)
     residual = np.abs(imbalance).max(axis=1)
@@ -222,7 +210,7 @@ def _solve_chunk(
         some = balance.columns(rest)
         begin = temperature[rest]
         lost = ~np.all((begin > 1.0) & (begin < 3000.0), axis=1)
-        begin[lost] = _first_guess(some)[lost]
+        begin[lost] = first_guess(some)[lost]
         result = solve_newton(some, conduction, source[rest], begin, cap, TOLERANCE)
         _refuse_unsettled(result.residual, material, conduction, names[rest])
         temperature[rest], melt[rest], residual[rest] = result.temperature, result.melt, result.residual
@@ -240,15 +228,6 @@ def _solve_chunk(
     )
 
 
-def _imbalance(balance: Balance, conduction: Conduction, source, temperature) -> tuple[np.ndarray, np.ndarray]:
-    """f(T), and f(T) + C T - source [W m^-2], each (columns, N)."""
-    loss = balance.loss(temperature)
-    flux = conduction.flux(temperature)
-    flux += loss
-    flux -= source
-    return loss, flux
-
-
 def _refuse_unsettled(residual, material, conduction, names) -> None:
     wrong = ~(residual <= TOLERANCE)
     if np.any(wrong):
@@ -258,227 +237,6 @@ def _refuse_unsettled(residual, material, conduction, names) -> None:
             f"({conduction.scheme}) stopped at a residual of {residual[worst]:.3g} W/m2 (allowed: {TOLERANCE:g}); "
             f"check the material's numbers and the weather of this column"
         )
-
-
-def _first_guess(balance: Balance) -> np.ndarray:
-    """Air temperature; without air the temperature that radiates the mean of what is absorbed."""
-    if balance.airless:
-        mean = np.mean(balance.absorbed + np.zeros(balance.shape), axis=1, keepdims=True)
-        radiator = (np.maximum(mean, 1e-6) / max(balance.emission, 1e-12)) ** 0.25
-        return np.clip(radiator, 3.0, 2000.0) + np.zeros(balance.shape)
-    return balance.air_temperature + np.zeros(balance.shape)
-
-
-@dataclass(frozen=True, eq=False)
-class _Relaxation:
-    """One matrix (diag(g) + C)^-1 for all columns of a material, and where to start from.
-
-    Attributes
-    ----------
-    slope : ndarray, shape (N,)
-        g, the mean slope of f over columns at about their solution [W m^-2 K^-1].
-    inverse : ndarray, shape (N, N)
-        Transposed, for temperatures in rows.
-    start : ndarray, shape (1, N), or None
-        Mean temperature of the sample [K].
-    origin, pull : ndarray, shape (1, N)
-        Temperatures [K] from which single precision measures, near those of the sample, and C of them [W m^-2].
-    cap : float or None
-        Temperature T_m that the surface cannot exceed [K]. The unknown is then u, of which T = min(u, T_m) is the
-        temperature and `melting` (u - T_m) the heat spent on melting where u exceeds T_m.
-    melting : float
-        [W m^-2 K^-1]
-    """
-
-    slope: np.ndarray
-    inverse: np.ndarray
-    start: np.ndarray | None
-    origin: np.ndarray
-    pull: np.ndarray
-    cap: float | None
-    melting: float
-
-    @classmethod
-    def of(cls, material, forcing: Forcing, conduction: Conduction, source: np.ndarray, found=None) -> _Relaxation:
-        """The relaxation that suits a sample of the columns: by temperatures found with fewer steps or by renewed matrices."""
-        sample = _sampled(forcing.shape[0])
-        balance = Balance(forcing.columns(sample), material)
-        source = source[sample]
-        temperature, start = _first_guess(balance), None
-        if found is not None:
-            temperature = _between(found[sample], conduction.steps).astype(float)
-        cap = _cap(material)
-        for _ in range(_RENEWALS if found is None else 1):
-            _, slopes = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
-            slope = np.maximum(slopes.mean(axis=0), 1e-3)
-            inverse = np.linalg.inv(conduction.matrix + np.diag(slope)).T
-            # Between the least and the largest stiffness of a wave: both of them converge then.
-            ends = slope.mean() + conduction.admittance.real[[0, -1]]
-            melting = 2 * ends.prod() / ends.sum()
-            origin = temperature.mean(axis=0, keepdims=True)
-            relaxation = cls(slope, inverse, start, origin, conduction.flux(origin), cap, float(melting))
-            if found is not None:
-                break
-            better, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
-            if not np.all((better > 1.0) & (better < 3000.0)):
-                break
-            temperature, start = better, better.mean(axis=0, keepdims=True)
-        return relaxation
-
-    @cached_property
-    def single(self) -> _Relaxation:
-        """The same in single precision."""
-        return replace(self, slope=self.slope.astype(np.float32), inverse=self.inverse.astype(np.float32))
-
-    def solve(self, balance: Balance, conduction: Conduction, source, start=None):
-        """Iterate in single precision, then in double until the imbalance is within the tolerance.
-
-        Parameters
-        ----------
-        balance : Balance
-        conduction : Conduction
-        source : (columns, N or 1) ndarray
-            [W m^-2]
-        start : (columns, fewer steps) ndarray, optional
-            Unknowns that `approach` has found.
-
-        Returns
-        -------
-        temperature, melt, loss, imbalance : (columns, N) ndarray
-            [K], [W m^-2]; columns whose imbalance is not within the tolerance have not settled.
-        iterations : (columns,) ndarray of int32
-        """
-        unknown, light = self.approach(balance, source, start)
-        if not np.all((unknown > 1.0) & (unknown < 1e5)):
-            unknown = self._begin(balance, source)
-        memory = _Anderson()
-        for count in range(self._most + 1):
-            temperature, melt = unknown, np.zeros(unknown.shape)
-            if self.cap is not None:
-                temperature = np.minimum(unknown, self.cap)
-                melt = self.melting * (unknown - temperature)
-            loss, imbalance = _imbalance(balance, conduction, source, temperature)
-            if self.cap is not None:
-                imbalance += melt
-            largest = max(imbalance.max(), -imbalance.min())
-            if largest <= TOLERANCE or not largest < 1e9 or count == self._most:
-                break
-            change = imbalance @ self.inverse
-            np.negative(change, out=change)
-            unknown = memory.next(unknown + change, change)
-        return temperature, melt, loss, imbalance, np.full(len(unknown), light + count, np.int32)
-
-    def approach(self, balance: Balance, source, start=None) -> tuple[np.ndarray, int]:
-        """Unknowns to about `_NEAR`, iterated in single precision, and the count of iterations."""
-        begin = self._begin(balance, source) if start is None else _between(start, balance.shape[1])
-        light, origin = self.single, self.origin.astype(np.float32)
-        given = [part.astype(np.float32) for part in (source - self.pull, begin - self.origin)]
-        found, count = light.iterate(balance.single(), *given, self._most, _NEAR, origin)
-        return found + self.origin, count
-
-    def _begin(self, balance: Balance, source) -> np.ndarray:
-        return _first_guess(balance) if self.start is None else np.repeat(self.start, len(source), axis=0)
-
-    @property
-    def _most(self) -> int:
-        return _ITERATIONS if self.cap is None else _MELTING_ITERATIONS
-
-    def iterate(self, balance: Balance, source, unknown, most: int, tolerance: float, origin=0.0) -> tuple[np.ndarray, int]:
-        """Accelerated fixed-point iteration until no unknown changes by more than a tolerance [K]; and its count.
-
-        Unknowns are measured from `origin`, of which `source` has lost C of it.
-        """
-        memory = _Anderson()
-        for count in range(1, most + 1):
-            target = self._relaxed(balance, source, unknown, origin)
-            change = target - unknown
-            largest = max(change.max(), -change.min())
-            if largest < tolerance:
-                return target, count
-            if not largest < 1e6:
-                break
-            unknown = memory.next(target, change)
-        return unknown, count
-
-    def _relaxed(self, balance: Balance, source, unknown: np.ndarray, origin) -> np.ndarray:
-        """The unknown less the relaxed imbalance."""
-        temperature = unknown + origin
-        if self.cap is not None:
-            excess = np.maximum(temperature - self.cap, 0.0)
-            np.minimum(temperature, self.cap, out=temperature)
-            unknown = unknown - excess
-        target = unknown * self.slope
-        target -= balance.loss(temperature)
-        target += source
-        if self.cap is not None:
-            target -= self.melting * excess
-        target = target @ self.inverse
-        if self.cap is not None:
-            target += excess
-        return target
-
-
-def _between(temperature: np.ndarray, steps: int) -> np.ndarray:
-    """Periodic temperatures (columns, fewer steps) at a number of times, linear between their own."""
-    return temperature @ _weights_between(temperature.shape[1], steps).astype(temperature.dtype)
-
-
-@lru_cache(maxsize=8)
-def _weights_between(fewer: int, steps: int) -> np.ndarray:
-    at = np.arange(steps) / steps
-    return np.array([np.interp(at, np.arange(fewer) / fewer, row, period=1.0) for row in np.eye(fewer)])
-
-
-def _cap(material: SurfaceMaterial) -> float | None:
-    """Temperature that the surface cannot exceed [K]."""
-    return MELTING_POINT if material.surface.snow else None
-
-
-class _Anderson:
-    """Anderson acceleration of depth two, each column its own.
-
-    References
-    ----------
-    Walker and Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, 1715-1735.
-    """
-
-    def __init__(self):
-        self.target = self.change = None
-        self.steps: list[tuple[np.ndarray, np.ndarray]] = []
-
-    def next(self, target: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """The next iterate from G(x) and G(x) - x; `target` and `change` are kept, not copied."""
-        if self.target is not None:
-            self.steps = [(target - self.target, change - self.change), *self.steps[:1]]
-        self.target, self.change = target, change
-        if not self.steps:
-            return target
-        new, bend = self.steps[0]
-        first = _dot(bend, bend)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            if len(self.steps) == 1:
-                weights = [_dot(bend, change) / first]
-            else:
-                weights = self._two(first, bend, change)
-        result = target.copy()
-        for weight, (step, _) in zip(weights, self.steps, strict=True):
-            result -= np.where(np.isfinite(weight), weight, 0.0).astype(step.dtype)[:, None] * step
-        return result
-
-    def _two(self, first, bend, change) -> list[np.ndarray]:
-        older = self.steps[1][1]
-        second, cross = _dot(older, older), _dot(bend, older)
-        right, right_older = _dot(bend, change), _dot(older, change)
-        determinant = first * second - cross**2
-        # Nearly parallel differences carry one direction only.
-        single = determinant < np.sqrt(np.finfo(change.dtype).eps) * first * second
-        one = np.where(single, right / first, (second * right - cross * right_older) / determinant)
-        two = np.where(single, 0.0, (first * right_older - cross * right) / determinant)
-        return [one, two]
-
-
-def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.einsum("ct,ct->c", one, other).astype(float)
 
 
 def bound_excess(balance: Balance, temperature, loss, back: BackFlux, cap: float | None) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify import fit, fit_seeds, log_prior
 from skyshine.tmm.features.colour import to_coordinates
-from skyshine.tmm.features.textured import MARGIN, features, in_shadow, light_planes, names
+from skyshine.tmm.features.textured import MARGIN, features, in_other_light, in_shadow, light_planes, names
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.job import Classifier, TmmJob
 from skyshine.tmm.load import load_texture
@@ -19,11 +19,12 @@ from skyshine.tmm.quality import HeldOut, at_seeds, folds, held_out, untested
 from skyshine.tmm.seeds import SeedTexels
 from skyshine.tmm.texture import Windowed
 
-SAMPLE = 3000  # seed texels of a material that a network is trained on, of one texture; of many, it is shared out
+SAMPLE = 3000  # seed texels of a material in one texture that a network is trained on
+LIBRARY_SAMPLE = 500_000  # of all materials in all textures of a library, 200 bytes each
 LEAST_SAMPLE = 200  # of a material in one texture of many
 TILE = 256  # texels: features are computed about the seeds of one such tile at a time
-HIDDEN = 32  # units
-PENALTY = 1.0  # on the squares of the weights
+HIDDEN, LIBRARY_HIDDEN = 32, 64  # units
+PENALTY, LIBRARY_PENALTY = 1.0, 0.1  # on the squares of the weights; the many examples of a library need less
 ROUNDS = 60  # over all examples, at most
 VISITS = 1_000_000  # of examples, in all rounds: with many examples a few rounds do
 
@@ -37,6 +38,7 @@ class Examples:
     texel : (N,) int
         Which of the seeds each is.
     plain, shaded : (N, F) float32
+        As they are; with shadows drawn on them and, of a library, in the light of another photograph.
     material : (N,) int
         Index into the names of the seeds.
     """
@@ -47,7 +49,9 @@ class Examples:
     material: np.ndarray
 
 
-def examples(texture: Windowed, seeds: SeedTexels, random_seed: int, sample: int = SAMPLE) -> Examples:
+def examples(
+    texture: Windowed, seeds: SeedTexels, random_seed: int, sample: int = SAMPLE, other_light: bool = False
+) -> Examples:
     """Features at a random sample of the seeds, of `sample` texels a material at most."""
     random = np.random.default_rng(random_seed)
     chosen = []
@@ -66,7 +70,10 @@ def examples(texture: Windowed, seeds: SeedTexels, random_seed: int, sample: int
         pixels = np.where(valid[..., np.newaxis], pixels, pixels.dtype.type(0))
         at = (slice(None), rows - top, columns - left)
         plain[mine] = _features(pixels, valid, texture.encoding)[at].T
-        shaded[mine] = _features(in_shadow(pixels, texture.encoding, random)[0], valid, "linear")[at].T
+        dimmed = in_shadow(pixels, texture.encoding, random)[0]
+        if other_light:
+            dimmed = in_other_light(dimmed, random)
+        shaded[mine] = _features(dimmed, valid, "linear")[at].T
     return Examples(texel, plain, shaded, seeds.material[texel])
 
 
@@ -89,24 +96,27 @@ def train_textured(known: list[Examples], names_of: list[tuple[str, ...]], setti
     found = tuple(everything[k] for k in used)
     both = np.concatenate([part.plain for part in known] + [part.shaded for part in known])
     target = np.concatenate([target, target])
-    network = _network(both, target, found, settings, random_seed)
+    size = (HIDDEN, PENALTY) if len(known) == 1 else (LIBRARY_HIDDEN, LIBRARY_PENALTY)
+    network = _network(both, target, found, settings, random_seed, *size)
     colour = fit(both[:, TYPICAL].astype(np.float64), target, found)
     return TrainedModel(found, colour, network)
 
 
-def _network(both: np.ndarray, target: np.ndarray, found: tuple[str, ...], settings: Classifier, random_seed: int) -> Network:
+def _network(
+    both: np.ndarray, target: np.ndarray, found: tuple[str, ...], settings: Classifier, random_seed: int, hidden: int, penalty: float
+) -> Network:
     mean, scale = both.mean(axis=0), np.maximum(both.std(axis=0), 1e-3)
     if len(found) == 1:
         empty = np.zeros((len(mean), 1), np.float32)
         return Network(mean, scale, empty, np.zeros(1, np.float32), np.zeros((1, 1), np.float32), np.zeros(1, np.float32))
-    inner, outer, inner_offset, outer_offset = _perceptron((both - mean) / scale, target, random_seed)
+    inner, outer, inner_offset, outer_offset = _perceptron((both - mean) / scale, target, random_seed, hidden, penalty)
     counts = np.bincount(target).astype(float)
     # The seeds' own frequencies are the prior that a network learns.
     outer_offset = outer_offset + log_prior(found, counts, settings.prior) - np.log(counts / counts.sum())
     return Network(*(part.astype(np.float32) for part in (mean, scale, inner, inner_offset, outer, outer_offset)))
 
 
-def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int) -> tuple[np.ndarray, ...]:
+def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int, hidden: int, penalty: float) -> tuple[np.ndarray, ...]:
     """Weights and offsets of both layers; of two materials, scikit-learn keeps one output, the log-odds."""
     import warnings
 
@@ -114,7 +124,7 @@ def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int) -> tup
     from sklearn.neural_network import MLPClassifier
 
     rounds = int(np.clip(VISITS // len(scaled), 5, ROUNDS))
-    learner = MLPClassifier((HIDDEN,), alpha=PENALTY, max_iter=rounds, random_state=random_seed)
+    learner = MLPClassifier((hidden,), alpha=penalty, max_iter=rounds, random_state=random_seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # to stop early is part of the method
         learner.fit(scaled, target)
@@ -134,6 +144,15 @@ def train_on_seeds(
     keep = np.ones(len(known.texel), bool) if chosen is None else chosen[known.texel]
     part = Examples(known.texel[keep], known.plain[keep], known.shaded[keep], known.material[keep])
     return train_textured([part], [seeds.names], settings, random_seed)
+
+
+def library_examples(seeded: list[tuple[Windowed, SeedTexels]], random_seed: int) -> list[Examples]:
+    """Examples of each texture of a library, no more of them all than fit memory."""
+    found = []
+    for texture, seeds in seeded:
+        sample = int(np.clip(LIBRARY_SAMPLE // len(seeded) // len(seeds.names), LEAST_SAMPLE, SAMPLE))
+        found.append(examples(texture, seeds, random_seed, sample, other_light=len(seeded) > 1))
+    return found
 
 
 def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, HeldOut]:
@@ -156,8 +175,7 @@ def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, Hel
         loaded.append(load_texture(texture_job, folder, library))
     known = None
     if settings.method == "textured":
-        sample = max(SAMPLE // len(loaded), LEAST_SAMPLE)
-        known = [examples(texture, seeds, random_seed, sample) for texture, _, _, seeds in loaded]
+        known = library_examples([(texture, seeds) for texture, _, _, seeds in loaded], random_seed)
     order = np.random.default_rng(random_seed).permutation(len(loaded))
     part = np.empty(len(loaded), int)
     part[order] = np.arange(len(loaded)) % first.held_out.folds

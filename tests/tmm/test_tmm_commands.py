@@ -115,3 +115,24 @@ def test_two_textures_of_one_name(run, tmp_path):
     path.write_text(JOB + JOB.split("\n", 1)[1])
     result = run("check", path)
     assert result.exit_code == 2 and "two textures named 'photo'" in result.output
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ("image: photo.png", "image: ../photo.png"),
+        ("polygons:\n        grass_green: [[[1, 1]]]", "file: a/../../seeds.json"),
+        ("polygons:\n        grass_green: [[[1, 1]]]", "labels: {image: ../labels.png, palette: {'1': grass_green}}"),
+        ("seeds:\n      polygons:\n        grass_green: [[[1, 1]]]", "model: ../a.tmm-model.h5"),
+        ("seeds:\n      polygons:\n        grass_green: [[[1, 1]]]", "rules: {layers: {height: ../h.tif}, rules: [{material: grass_green}]}"),
+    ],
+)
+def test_paths_out_of_the_folder(run, tmp_path, monkeypatch, old, new):
+    monkeypatch.setenv("SKYSHINE_ALLOW_OUTSIDE", "0")
+    (tmp_path / "in").mkdir()
+    path = tmp_path / "in" / "job.yaml"
+    path.write_text(JOB.replace(old, new))
+    result = run("check", path)
+    assert result.exit_code == 2 and "leads out of the job's folder" in result.output and result.output.count("\n") == 1
+    allowed = run("check", path, "--allow-outside")
+    assert allowed.exit_code == 2 and "does not exist" in allowed.output

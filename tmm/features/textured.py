@@ -16,6 +16,9 @@ MARGIN = max(RADII) + 1  # texels about a window that its features depend on
 DARK = 0.004  # added to linear light before logarithms: about the first step of 8 bit sRGB that is above noise
 SHADOW_LIGHT = (0.22, 0.26, 0.36)  # skylight's share of clear-sky irradiance in red, green and blue
 SHADOW_SPREAD = 0.25  # of the logarithm of that share between shadows
+# Of the logarithm of light between photographs of a library, found by leaving sheets of orthophotos out: all channels
+# together (exposure, haze), and red and blue by themselves (season, hour, film).
+LIGHT_SPREAD, TINT_SPREAD = 0.14, (0.03, 0.0, 0.05)
 SHADOW_AREA = 0.5  # share of a training window that is put in shadow
 BLOB = 24  # texels: standard deviation of the noise whose level sets are the shadows' outlines
 PENUMBRA = 0.15  # of that noise's own standard deviation, over which the light fades
@@ -90,6 +93,12 @@ def _stack(lab: np.ndarray, linear: np.ndarray) -> np.ndarray:
         stack[at + 1] = np.sqrt((dd - aa) ** 2 + 4 * da**2) / (energy + np.float32(1e-4))
         at += 2
     return stack
+
+
+def in_other_light(linear: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Linear light (h, w, 3) as another photograph of a library might have it."""
+    gain = np.exp(LIGHT_SPREAD * random.standard_normal() + np.array(TINT_SPREAD) * random.standard_normal(3))
+    return (linear * gain).astype(np.float32)
 
 
 def in_shadow(colours: np.ndarray, encoding: str, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify import fit, fit_seeds, log_prior
-from skyshine.tmm.features.colour import to_coordinates
+from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.features.textured import MARGIN, features, in_other_light, in_shadow, light_planes, names
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.job import Classifier, TmmJob
-from skyshine.tmm.load import load_texture
+from skyshine.tmm.load import load_texture, open_texture
 from skyshine.tmm.model import TYPICAL, Network, TrainedModel
 from skyshine.tmm.quality import HeldOut, at_seeds, folds, held_out, untested
 from skyshine.tmm.seeds import SeedTexels
@@ -146,13 +146,10 @@ def train_on_seeds(
     return train_textured([part], [seeds.names], settings, random_seed)
 
 
-def library_examples(seeded: list[tuple[Windowed, SeedTexels]], random_seed: int) -> list[Examples]:
-    """Examples of each texture of a library, no more of them all than fit memory."""
-    found = []
-    for texture, seeds in seeded:
-        sample = int(np.clip(LIBRARY_SAMPLE // len(seeded) // len(seeds.names), LEAST_SAMPLE, SAMPLE))
-        found.append(examples(texture, seeds, random_seed, sample, other_light=len(seeded) > 1))
-    return found
+def library_examples(texture: Windowed, seeds: SeedTexels, count: int, random_seed: int) -> Examples:
+    """Examples of one of `count` textures of a library, no more than that those of all fit memory."""
+    sample = int(np.clip(LIBRARY_SAMPLE // count // len(seeds.names), LEAST_SAMPLE, SAMPLE))
+    return examples(texture, seeds, random_seed, sample, other_light=count > 1)
 
 
 def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, HeldOut]:
@@ -168,45 +165,51 @@ def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, Hel
     """
     first = job.textures[0]
     settings, random_seed = first.classifier, first.held_out.random_seed
-    loaded = []
     for texture_job in job.textures:
         if texture_job.seeds is None:
             raise InputError(f"'{texture_job.name}' has no seeds; allowed for training: textures with seeds")
-        loaded.append(load_texture(texture_job, folder, library))
-    known = None
-    if settings.method == "textured":
-        known = library_examples([(texture, seeds) for texture, _, _, seeds in loaded], random_seed)
-    order = np.random.default_rng(random_seed).permutation(len(loaded))
-    part = np.empty(len(loaded), int)
-    part[order] = np.arange(len(loaded)) % first.held_out.folds
+    count, textured = len(job.textures), settings.method == "textured"
+    # Images are read one by one and again for the test: those of a large library together would not fit memory.
+    seeds_of, encodings, known = [], [], []
+    for texture_job in job.textures:
+        texture, _, _, seeds = load_texture(texture_job, folder, library)
+        seeds_of.append(seeds)
+        encodings.append(texture.encoding)
+        if textured:
+            known.append(library_examples(texture, seeds, count, random_seed))
+    order = np.random.default_rng(random_seed).permutation(count)
+    part = np.empty(count, int)
+    part[order] = np.arange(count) % first.held_out.folds
 
     def train(chosen: np.ndarray) -> TrainedModel:
         used = np.flatnonzero(chosen)
-        own = [loaded[i][3] for i in used]
-        if known is not None:
+        own = [seeds_of[i] for i in used]
+        if textured:
             return train_textured([known[i] for i in used], [seeds.names for seeds in own], settings, random_seed)
         names = tuple(dict.fromkeys(name for seeds in own for name in seeds.names))
-        lab = [to_coordinates(loaded[i][3].colours, loaded[i][0].encoding) for i in used]
+        lab = [to_coordinates(seeds_of[i].colours, encodings[i]) for i in used]
         material = [np.array([names.index(name) for name in seeds.names])[seeds.material] for seeds in own]
         colour = fit(np.concatenate(lab), np.concatenate(material), names, settings.prior)
         return TrainedModel(names, colour, None)
 
-    model = train(np.ones(len(loaded), bool))
-    if len(loaded) == 1:
+    model = train(np.ones(count, bool))
+    if count == 1:
         return model, untested(len(model.names))
-    held = _held_out_textures(job, loaded, part, train, model.names)
+    held = _held_out_textures(job, folder, seeds_of, part, train, model.names)
     return replace(model, calibration=held.calibration), held
 
 
-def _held_out_textures(job: TmmJob, loaded: list, part: np.ndarray, train, names: tuple[str, ...]) -> HeldOut:
+def _held_out_textures(
+    job: TmmJob, folder: Path, seeds_of: list[SeedTexels], part: np.ndarray, train, names: tuple[str, ...]
+) -> HeldOut:
     """Quality at the seeds of textures that the classifier was not trained on."""
     rows = []
     for number in np.unique(part):
         model = train(part != number)
         for i in np.flatnonzero(part == number):
-            texture, colours, _, seeds = loaded[i]
+            texture, seeds = open_texture(job.textures[i], folder), seeds_of[i]
             fold = np.where(folds(job.textures[i], seeds, smallest=1) >= 0, 0, -1)
-            mapper = model.mapper(texture, colours, job.textures[0].classifier.radius, tabulate=False)
+            mapper = model.mapper(texture, DistinctColours(texture), job.textures[0].classifier.radius, tabulate=False)
             found, confidence, _ = at_seeds({0: mapper}, seeds, fold)
             light = luminance(seeds.colours, texture.encoding)
             dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]

@@ -11,7 +11,7 @@ from skyshine.tmm.build import map_texture
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.textured import in_shadow
 from skyshine.tmm.job import Classifier, TextureJob
-from skyshine.tmm.load import load_texture
+from skyshine.tmm.load import load_texture, open_texture
 from skyshine.tmm.quality import Tally
 from skyshine.tmm.raster import read_channels
 from skyshine.tmm.texture import Texture
@@ -121,23 +121,26 @@ def test_model_for_unseen_sheets(shared_data, tmp_path, record_property):
     pytest.importorskip("sklearn")
     library, names = load_library(None), list(PALETTES["orthophoto"].values())
     photographs = _photographs(shared_data, "orthophoto", tmp_path, LIBRARY_PATCHES, "textured", LIBRARY_HALF)
-    loaded = [load_texture(photograph.job, photograph.image.parent, library) for photograph in photographs]
-    known = library_examples([(texture, seeds) for texture, _, _, seeds in loaded], RANDOM_SEED)
+    known, names_of = [], []
+    for photograph in photographs:
+        texture, _, _, seeds = load_texture(photograph.job, photograph.image.parent, library)
+        known.append(library_examples(texture, seeds, len(photographs), RANDOM_SEED))
+        names_of.append(seeds.names)
     sheet = np.array([photograph.image.stem.rsplit("_", 1)[0] for photograph in photographs])
     whole, shaded, sunlit = (Tally(len(names)) for _ in range(3))
     for part in np.array_split(np.random.default_rng(RANDOM_SEED).permutation(np.unique(sheet)), PARTS):
         held = np.isin(sheet, part)
         others = np.flatnonzero(~held)
-        model = train_textured([known[i] for i in others], [loaded[i][3].names for i in others], Classifier(prior="seeds"), RANDOM_SEED)
+        model = train_textured([known[i] for i in others], [names_of[i] for i in others], Classifier(prior="seeds"), RANDOM_SEED)
         index = np.array([*(names.index(name) for name in model.names), -1])
         random = np.random.default_rng(RANDOM_SEED)
         for i in np.flatnonzero(held):
-            truth, (texture, colours, _, _) = photographs[i].truth, loaded[i]
+            truth, texture = photographs[i].truth, open_texture(photographs[i].job, photographs[i].image.parent)
             labelled = truth >= 0
             pixels, valid = texture.window(slice(0, texture.height), slice(0, texture.width))
             linear, shadow = in_shadow(pixels, texture.encoding, random)
             in_part_dark = Texture(linear, valid, "linear")
-            found = _all(model.mapper(texture, colours, LIBRARY_RADIUS), texture)
+            found = _all(model.mapper(texture, DistinctColours(texture), LIBRARY_RADIUS), texture)
             whole.add(truth[labelled], index[found.material[labelled]], found.confidence[labelled])
             found = _all(model.mapper(in_part_dark, DistinctColours(in_part_dark), LIBRARY_RADIUS), texture)
             for tally, where in ((shaded, labelled & shadow), (sunlit, labelled & ~shadow)):

@@ -55,16 +55,18 @@ def select_points(
         raise ValueError("candidates and reference must be finite")
     scale = np.ones(reference.size) if row_scale is None else np.asarray(row_scale, float)
     rows = reference.size
-    a = candidates * scale / np.sqrt(rows)
+    # Weights that sum to 1 make the error their sum over the candidates' own distances from the reference.
+    apart = (candidates - reference) * (scale / np.sqrt(rows))
     y = reference * scale / np.sqrt(rows)
-    emphasis = sum_weight * max(np.sqrt(y @ y), 1e-12)
-    gram = a @ a.T + emphasis**2
-    moment = a @ y + emphasis**2
+    products = apart @ apart.T
+    along, level = apart @ y, y @ y + sum_weight**2 * max(y @ y, 1e-24)
+    gram = products + along[:, None] + along + level
+    moment = along + level
     rng = np.random.default_rng(seed)
 
     chosen, weight, ladder = [], np.zeros(0), []
     for _ in range(min(max_points, len(candidates))):
-        chosen, weight, error = _with_one_more(a, y, gram, moment, chosen, rng)
+        chosen, weight, error = _with_one_more(products, gram, moment, chosen, rng)
         ladder.append(np.sqrt(error))
         if ladder[-1] <= tolerance:
             break
@@ -72,7 +74,7 @@ def select_points(
         before = ladder[-1]
         for old in list(chosen):
             others = [j for j in chosen if j != old]
-            trial, fit, error = _with_one_more(a, y, gram, moment, others, rng)
+            trial, fit, error = _with_one_more(products, gram, moment, others, rng)
             if np.sqrt(error) < ladder[-1]:
                 chosen, weight, ladder[-1] = trial, fit, np.sqrt(error)
         if ladder[-1] > 0.99 * before:
@@ -82,11 +84,11 @@ def select_points(
     return index, weight * (total_weight / weight.sum()), np.array(ladder)
 
 
-def _with_one_more(a, y, gram, moment, chosen, rng):
+def _with_one_more(products, gram, moment, chosen, rng):
     """The chosen candidates and the best further one, the weights of all, the squared scaled rms error."""
     trials = _short_list(gram, moment, chosen, rng)
     fits = [_fit(gram, moment, chosen + [int(j)]) for j in trials]
-    errors = [_residual(a, y, chosen + [int(j)], w) for j, w in zip(trials, fits, strict=True)]
+    errors = [_square_error(products, chosen + [int(j)], w) for j, w in zip(trials, fits, strict=True)]
     best = int(np.argmin(errors))
     return chosen + [int(trials[best])], fits[best], errors[best]
 
@@ -132,6 +134,6 @@ def _factor(block):
         return np.linalg.cholesky(block + 1e-10 * unit)
 
 
-def _residual(a, y, chosen, weight):
-    error = (weight / weight.sum()) @ a[chosen] - y
-    return error @ error
+def _square_error(products, chosen, weight):
+    share = weight / weight.sum()
+    return max(share @ products[np.ix_(chosen, chosen)] @ share, 0.0)

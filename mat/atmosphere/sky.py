@@ -70,14 +70,14 @@ def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths
         segments = transfer.Segments.of(rays, row)
         if not segments.index.size:
             continue
-        depth = segments.column(optics.extinction)
+        depths = transfer.Depths(segments.column(optics.extinction))
         share = weight[direction] * cosine[direction]
-        thermal[place] += 2 * np.pi * share * air.thermal_radiance(segments, depth)[-1]
+        thermal[place] += 2 * np.pi * share * air.thermal_radiance(segments, depths).sum(axis=0)
         if not elevations.size:
             continue
         ends = np.append(segments.index, segments.index[-1] + 1)
         radiance = air.scattered_radiance(
-            segments, depth, to_source[row, ends], deflection[row, ends], phases[direction]
+            segments, depths, to_source[row, ends], deflection[row, ends], phases[direction]
         )
         by_turn = radiance.reshape(source_elevation.size, azimuths, -1)
         scattered[place] += share * np.einsum("sap,a->sp", by_turn, turn_weight)

@@ -73,13 +73,21 @@ def surface_vapour(temperature) -> tuple[np.ndarray, np.ndarray]:
     ----------
     Magnus forms over water and ice with the constants of Sonntag (1990); WMO-No. 8, Annex 4.B.
     """
-    temperature = np.asarray(temperature, float)
-    if temperature.min() >= MELTING_POINT:
-        return saturation_pressure(temperature), np.ones_like(temperature)
-    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - _KELVIN_ZERO
-    frozen = _frozen(celsius)[0]
-    exponent = celsius * ((1 - frozen) * 17.62 / (243.12 + celsius) + frozen * 22.46 / (272.62 + celsius))
-    return 611.2 * np.exp(exponent), 1 + (_SUBLIMATION_RATIO - 1) * frozen
+    celsius = np.maximum(temperature, _COLDEST_VAPOUR)
+    celsius -= _KELVIN_ZERO
+    exponent = celsius + 243.12
+    np.divide(17.62, exponent, out=exponent)
+    latent_heat = np.ones_like(celsius)
+    cold = celsius < 0
+    if cold.any():
+        below, water = celsius[cold], exponent[cold]
+        frozen = _frozen(below)[0]
+        exponent[cold] = water + frozen * (22.46 / (272.62 + below) - water)
+        latent_heat[cold] = 1 + (_SUBLIMATION_RATIO - 1) * frozen
+    exponent *= celsius
+    np.exp(exponent, out=exponent)
+    exponent *= 611.2
+    return exponent, latent_heat
 
 
 def _frozen(celsius) -> tuple[np.ndarray, np.ndarray]:
@@ -260,10 +268,6 @@ class Balance:
     def __init__(self, forcing: Forcing, material: SurfaceMaterial):
         self.shape = forcing.shape
         self.forcing, self.material = forcing, material
-        self.shortwave = material.solar_absorptance * (
-            forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
-        )
-        self.longwave = material.thermal_emissivity * (forcing.longwave_sky + forcing.longwave_ground)
         self.absorbed = self.shortwave + self.longwave
         self.emission = material.thermal_emissivity * Stefan_Boltzmann
         self.air_temperature = forcing.air_temperature
@@ -274,6 +278,18 @@ class Balance:
         self.wetness = 0.0 if self.airless else surface.wetness
         if self.wetness:
             self._set_water(surface)
+
+    @property
+    def shortwave(self) -> np.ndarray:
+        """Absorbed from Sun and sky [W m^-2]."""
+        forcing = self.forcing
+        received = forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
+        return self.material.solar_absorptance * received
+
+    @property
+    def longwave(self) -> np.ndarray:
+        """Absorbed from sky and ground [W m^-2]."""
+        return self.material.thermal_emissivity * (self.forcing.longwave_sky + self.forcing.longwave_ground)
 
     def columns(self, chosen) -> Balance:
         """The balance of a slice or index array of columns."""
@@ -286,19 +302,19 @@ class Balance:
         forced = forced_coefficient(forcing.wind_speed, forcing.pressure, forcing.air_temperature, surface)
         warm, cold = natural_coefficients(forcing.cos_slope, forcing.pressure)
         self.even, self.odd = 0.5 * (warm**3 + cold**3), 0.5 * (warm**3 - cold**3)
-        self.steady = LEAST_CONVECTION**3 + forced**3
+        self.steady = LEAST_CONVECTION**3 + forced * forced * forced
 
     def _set_water(self, surface: SurfaceProperties) -> None:
         forcing = self.forcing
         density = forcing.pressure / (AIR_GAS_CONSTANT * forcing.air_temperature)
         self.resistance = surface.surface_resistance / (density * AIR_HEAT_CAPACITY)
-        self.psychrometer = PSYCHROMETER_RATIO * forcing.pressure
+        self.psychrometer = PSYCHROMETER_RATIO / surface.wetness * forcing.pressure
+        self.path = self.psychrometer * self.resistance
 
     def loss(self, temperature: np.ndarray) -> np.ndarray:
         """Net outward flux f(T) [W m^-2], shape (columns, N)."""
-        square = temperature * temperature
-        net = square * temperature
-        net *= np.abs(temperature)
+        net = temperature * temperature
+        net *= net if temperature.min() >= 0 else temperature * np.abs(temperature)
         net *= self.emission
         net -= self.absorbed
         if self.airless:
@@ -340,10 +356,8 @@ class Balance:
         vapour, latent_heat = surface_vapour(temperature)
         vapour -= self.forcing.vapour_pressure
         vapour *= latent_heat
-        vapour *= self.wetness
-        transfer = 1 / coefficient
-        transfer += self.resistance
-        transfer *= self.psychrometer
+        transfer = self.psychrometer / coefficient
+        transfer += self.path
         vapour /= transfer
         return vapour
 
@@ -354,7 +368,7 @@ class Balance:
         transfer = 1 / (1 / coefficient + self.resistance)
         transfer_slope = transfer**2 * bend / coefficient**2
         rise = transfer * (latent_heat * vapour_slope + heat_slope * deficit) + transfer_slope * latent_heat * deficit
-        return self.wetness * rise / self.psychrometer
+        return rise / self.psychrometer
 
     def fluxes(self, temperature: np.ndarray) -> dict[str, np.ndarray]:
         """Each flux by name [W m^-2], (columns, N): absorbed ones positive inwards, the others positive outwards."""

@@ -32,6 +32,8 @@ _CHUNK = 384 * 96
 _ITERATIONS = 16
 _MELTING_ITERATIONS = 60
 _SAMPLE, _RENEWALS = 32, 3  # columns and matrices from which a material's relaxation is found
+# Least spread of the slope of f over columns that is reckoned with [W m^-2 K^-1].
+_LEAST_SPREAD = 0.5
 
 
 class Method(IntEnum):
@@ -139,10 +141,15 @@ def solve_columns(
 
 
 def _settles_slowly(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> bool:
-    """Whether the surface takes longer than a step to follow the weather, at air temperature and mean forcing."""
-    balance = Balance(forcing, material)
+    """Whether the surface takes longer than a step to follow the weather, at air temperature in a sample of columns."""
+    balance = Balance(forcing.columns(_sampled(forcing.shape[0])), material)
     _, slope = balance.loss_and_slope(_first_guess(balance))
     return conduction.response_time_exceeds(float(np.median(slope)))
+
+
+def _sampled(columns: int) -> np.ndarray:
+    """Indices of columns that stand for all."""
+    return np.unique(np.linspace(0, columns - 1, min(columns, _SAMPLE)).astype(int))
 
 
 def _solve(material, forcing: Forcing, conduction: Conduction, method: Method, start_hour: float, names=None) -> Solution:
@@ -246,7 +253,7 @@ class _Relaxation:
     inverse : ndarray, shape (N, N)
         Transposed, for temperatures in rows.
     change_tolerance : float
-        A change [K] after which the residual is within the tolerance: the next change is at least twice smaller.
+        A change [K] after which the residual is within the tolerance.
     start : ndarray, shape (1, N), or None
         Mean temperature of the sample [K].
     cap : float or None
@@ -266,21 +273,22 @@ class _Relaxation:
     @classmethod
     def of(cls, material, forcing: Forcing, conduction: Conduction, source: np.ndarray) -> _Relaxation:
         """The relaxation that suits a sample of the columns, found by solving it with a few renewed matrices."""
-        columns = forcing.shape[0]
-        sample = np.unique(np.linspace(0, columns - 1, min(columns, _SAMPLE)).astype(int))
+        sample = _sampled(forcing.shape[0])
         balance = Balance(forcing.columns(sample), material)
         source = source[sample]
         temperature, start = _first_guess(balance), None
         cap = _cap(material)
         for _ in range(_RENEWALS):
-            _, slope = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
-            slope = np.maximum(slope.mean(axis=0), 1e-3)
+            _, slopes = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
+            slope = np.maximum(slopes.mean(axis=0), 1e-3)
             inverse = np.linalg.inv(conduction.matrix + np.diag(slope)).T
-            stiffness = slope.max() + conduction.matrix[0, 0]
             # Between the least and the largest stiffness of a wave: both of them converge then.
             ends = slope.mean() + conduction.admittance.real[[0, -1]]
             melting = 2 * ends.prod() / ends.sum()
-            relaxation = cls(slope, inverse, 2.0 * TOLERANCE / stiffness, start, cap, float(melting))
+            # After a step the imbalance is the change times what the slope is wrong by; melting, the whole stiffness.
+            wrong = np.abs(slopes - slope).max() if cap is None else 0.25 * (slope.max() + conduction.matrix[0, 0])
+            settled = 0.5 * TOLERANCE / max(wrong, _LEAST_SPREAD)
+            relaxation = cls(slope, inverse, settled, start, cap, float(melting))
             found, _ = relaxation.iterate(balance, source, temperature, iterations=2)
             if not np.all((found > 1.0) & (found < 3000.0)):
                 break

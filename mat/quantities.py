@@ -193,6 +193,52 @@ class BandAtmosphere:
             results.append(result)
         return AtmosphericQuantities(**{name: np.array([r[name].item() for r in results]) for name in results[0]})
 
+    def along_lines(self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, ambient_at, source_irradiance):
+        """The quantities on n lines of sight at R ranges and for S sources each, computed directly; ambient at one range of some.
+
+        Parameters
+        ----------
+        range_km : (n, R) array
+            Increasing along each line.
+        altitude_km, elevation_deg : (n,) arrays
+        source_elevation_deg, source_azimuth_deg : (n, S) arrays
+            Sky light is computed for the first source; lines that share its elevation cost less.
+        ambient_at : (m,) int array
+            Number of the range at which it is computed, for each of the first m lines.
+        source_irradiance : (P,) array
+
+        Returns
+        -------
+        AtmosphericQuantities
+            beta_star, valid, transmittance (n, R); path_radiance_ratio, direct (n, R, S); ambient (m,).
+        """
+        irradiance = self._irradiance(source_irradiance)
+        ranges, altitude = (np.asarray(a, float) * 1e3 for a in (range_km, altitude_km))
+        elevation, source, azimuth = (np.radians(a) for a in (elevation_deg, source_elevation_deg, source_azimuth_deg))
+        rays = trace(self.air.shells, altitude, elevation, ranges)
+        found = {name: [] for name in AtmosphericQuantities.__dataclass_fields__ if name != "ambient"}
+        end, seen = np.empty(len(ambient_at)), np.empty((len(ambient_at), irradiance.size))
+        for row in range(altitude.size):
+            path = _Path.of(self.air, rays, row, altitude[row], elevation[row], ranges[row])
+            weight = self._radiance_weight(path)
+            direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source[row])
+            ln_tau, absorbed = _in_band(path.depth, self.band.weight)
+            values = {
+                "beta_star": self._beta(path), "valid": path.valid, "transmittance": np.exp(ln_tau),
+                "path_radiance_ratio": self._path_radiance_ratio(path, absorbed, source[row], azimuth[row], irradiance),
+                "direct": np.einsum("rp,rsp->rs", weight * irradiance, direct),
+            }  # fmt: skip
+            for name, value in values.items():
+                found[name].append(value)
+            if row < end.size:
+                end[row], seen[row] = path.surface_altitude[ambient_at[row]], weight[ambient_at[row]]
+        ambient, first = np.empty(end.size), source[: end.size, 0]
+        for one in np.unique(first):
+            rows = first == one
+            sky = self._sky_at(end[rows], self._sky(end[rows], np.array([one]), irradiance))[:, 0]
+            ambient[rows] = np.sum(seen[rows] * sky, axis=1)
+        return AtmosphericQuantities(ambient=ambient, **{name: np.array(values) for name, values in found.items()})
+
     def spectral_at_points(
         self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, source_irradiance
     ):
@@ -263,18 +309,27 @@ class BandAtmosphere:
         result["beta_star"][cell] = self._beta(path)
         elevations = np.repeat(source_elevation, source_azimuth.size)
         azimuths = np.tile(source_azimuth, source_elevation.size)
+        ratio = self._path_radiance_ratio(path, absorbed, elevations, azimuths, irradiance)
+        result["path_radiance_ratio"][cell] = ratio.reshape(-1, source_elevation.size, source_azimuth.size)
+        weight = self._radiance_weight(path)
+        result["ambient"][cell] = np.einsum("rp,rsp->rs", weight, self._sky_at(path.surface_altitude, sky))
+        direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source_elevation)
+        result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
+
+    def _path_radiance_ratio(self, path, absorbed, elevations, azimuths, irradiance):
+        """Path radiance over what each range absorbs, (R, S), with its limit where that is nothing."""
         ratio = self._path_radiance(path, elevations, azimuths, irradiance)
         ratio /= np.where(absorbed > 0, absorbed, 1.0)[:, None]
         empty = absorbed <= 0
         if np.any(empty):
             ratio[empty] = self._local_source(path, elevations, azimuths, irradiance)
-        result["path_radiance_ratio"][cell] = ratio.reshape(-1, source_elevation.size, source_azimuth.size)
+        return ratio
 
+    def _radiance_weight(self, path):
+        """Weights (R, P) that turn irradiance at the end of each range into (20) and (36)."""
+        band = self.band
         through = np.exp(path.depth.min(axis=1, keepdims=True) - path.depth)  # transmittance over its largest
-        weight = through * band.radiance_weight / (np.pi * (through @ band.weight / band.weight.sum()))[:, None]
-        result["ambient"][cell] = np.einsum("rp,rsp->rs", weight, self._sky_at(path.surface_altitude, sky))
-        direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source_elevation)
-        result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
+        return through * band.radiance_weight / (np.pi * (through @ band.weight / band.weight.sum()))[:, None]
 
     def _beta(self, path):
         """beta* [km] of each range; where the range is 0, its limit.

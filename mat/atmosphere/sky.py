@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -143,6 +144,7 @@ def _cell_phase(phase, cell, source_elevation, azimuths):
     return np.einsum("sa,anc->nsc", weight.reshape(len(place), PHASE_ANGLES.size) / _SAMPLES**2, phase, optimize=True)
 
 
+@lru_cache
 def _half_range(count):
     """Gauss-Legendre nodes and weights on 0 to 1."""
     node, weight = np.polynomial.legendre.leggauss(count)

@@ -30,7 +30,8 @@ PROFILE, VISIBILITY = "midlatitude_summer", 23.0  # km
 POINTS = (4, 16, 64)
 DIRECTIONS = (2, 4, 8, 16)
 _PEER_CELLS = 24
-_PEER_TOP = 60e3  # m; with levels above, its multiple scattering gives no numbers
+_PEER_TOP = 60e3  # m; with levels above, or with as many as it takes otherwise, its multiple scattering gives no numbers
+_PEER_LEVELS = lowtran.MOST_LEVELS - 1
 # Cells on which the ladders of points and layers are judged.
 _SMALL = PathGrid(
     range_km=[0.3, 2.0, 9.0, 60.0],
@@ -147,7 +148,7 @@ def peer_seconds(program, state, grid, limits) -> float:
     generator = np.random.default_rng(0)
     low, high = (5.0 * round(1e4 / edge / 5.0) for edge in reversed(limits))
     highest = np.searchsorted(state.altitude, _PEER_TOP, side="right") - 1
-    levels = np.unique(np.linspace(0, highest, lowtran.MOST_LEVELS).astype(int))
+    levels = np.unique(np.linspace(0, highest, _PEER_LEVELS).astype(int))
     air = thinned(replace(state, aerosols=()), levels)
     up = grid.elevation_deg[(grid.elevation_deg > 0) & (grid.elevation_deg < 90)]
     sights = [

@@ -294,7 +294,10 @@ def _spectra(path, sights, repeats, wavenumber):
     seconds = np.array([block[0] for block in numbers]).reshape(repeats, sights)
     values = np.array([block[1:].reshape(-1, 3) for block in numbers[:sights]])
     if not np.all(np.isfinite(values)):
-        raise InputError("LOWTRAN7 gives radiances that are no numbers; with scattered sunlight it wants no levels above 60 km")
+        raise InputError(
+            "LOWTRAN7 gives radiances that are no numbers; with scattered sunlight it wants "
+            f"at most {MOST_LEVELS - 1} levels and none above 60 km"
+        )
     if not np.allclose(values[..., 0], wavenumber):
         wrong = int(np.argmin(np.all(np.isclose(values[..., 0], wavenumber), axis=1)))
         raise InputError(f"LOWTRAN7 gives no spectrum of line of sight {wrong + 1}; see whether its geometry is possible")

@@ -21,6 +21,7 @@ import h5py
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5_heaps import refuse_endless_heaps
 
 CONVENTIONS = "CF-1.11"
 JOB_LIMIT = 60_000  # an HDF5 attribute of the default library version holds less than 64 KiB
@@ -222,7 +223,7 @@ def _write_group(target: h5py.Group, group: Group) -> None:
 def _write_array(target, name, data, described, float_type, chunks) -> h5py.Dataset:
     kind = np.dtype(data.dtype)
     if kind.kind in "UO":
-        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype())
+        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True)
     else:
         kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
         content = {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
@@ -232,7 +233,7 @@ def _write_array(target, name, data, described, float_type, chunks) -> h5py.Data
             filters = {
                 "chunks": shape, "compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True,
             }  # fmt: skip
-        dataset = target.create_dataset(name, dtype=kind, **content, **filters)
+        dataset = target.create_dataset(name, dtype=kind, track_order=True, **content, **filters)
     dataset.attrs["units"] = described.units
     dataset.attrs["long_name"] = described.long_name
     for key, value in described.attributes.items():
@@ -291,6 +292,7 @@ def open_database(path: str | os.PathLike, filetype: str | None = None, major: i
         The file is missing or damaged, is of another type, or has a layout of another major version.
     """
     try:
+        refuse_endless_heaps(path)
         file = h5py.File(path, "r")
     except FileNotFoundError:
         raise InputError("does not exist; check the path, or build it with 'mat build'", file=path) from None

@@ -148,7 +148,9 @@ class DiffuseLight:
         """Elevations needed (V,), and the linear weight of each in the middle of the segments (K, S, V)."""
         middle = np.clip(0.5 * (cosine[:-1] + cosine[1:]), self.sine[0], self.sine[-1])
         place = np.interp(middle, self.sine, np.arange(self.sine.size))
-        nodes = np.unique(np.concatenate([np.floor(place).ravel(), np.ceil(place).ravel()])).astype(int)
+        used = np.zeros(self.sine.size, dtype=bool)
+        used[np.floor(place).astype(int)] = used[np.ceil(place).astype(int)] = True
+        nodes = np.flatnonzero(used)
         return nodes, np.maximum(1 - np.abs(place[..., None] - nodes), 0.0).astype(np.float32)
 
     def _shares(self, segments, depths):

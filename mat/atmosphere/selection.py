@@ -86,43 +86,52 @@ def select_points(
 
 def _with_one_more(products, gram, moment, chosen, rng):
     """The chosen candidates and the best further one, the weights of all, the squared scaled rms error."""
-    trials = _short_list(gram, moment, chosen, rng)
-    fits = [_fit(gram, moment, chosen + [int(j)]) for j in trials]
+    # Cholesky factor of the chosen, and the rows below it that each further candidate and the reference would have.
+    factor = _factor(gram[np.ix_(chosen, chosen)])
+    rows = np.column_stack([gram[chosen], moment[chosen]])
+    if chosen:
+        rows = solve_triangular(factor, rows, lower=True, check_finite=False)
+    rows, goal = rows[:, :-1], rows[:, -1]
+    diagonal = np.diagonal(gram)
+    pivot = np.maximum(diagonal - np.sum(rows**2, axis=0), 1e-10 * diagonal + 1e-300)
+    missing = moment - goal @ rows
+    gain = missing**2 / pivot
+    gain[chosen] = -1.0
+    trials = _short_list(gain, rng)
+    root = np.sqrt(pivot[trials])
+    fits = _fits(factor, rows[:, trials], root, goal, missing[trials] / root)
     errors = [_square_error(products, chosen + [int(j)], w) for j, w in zip(trials, fits, strict=True)]
     best = int(np.argmin(errors))
     return chosen + [int(trials[best])], fits[best], errors[best]
 
 
-def _short_list(gram, moment, chosen, rng):
-    """The candidates that promise most, and a few at random."""
-    diagonal = np.diagonal(gram)
-    if chosen:
-        block = gram[np.ix_(chosen, chosen)]
-        cross = gram[chosen]
-        half = solve_triangular(_factor(block), np.column_stack([cross, moment[chosen]]), lower=True, check_finite=False)
-        spread = diagonal - np.sum(half[:, :-1] ** 2, axis=0)
-        gain = (moment - half[:, :-1].T @ half[:, -1]) ** 2 / np.maximum(spread, 1e-10 * diagonal)
-        gain[chosen] = -1.0
-    else:
-        gain = moment**2 / np.maximum(diagonal, 1e-300)
+def _short_list(gain, rng):
+    """The candidates that promise most, and a few at random; not those whose gain is negative."""
     ranked = np.argsort(-gain, kind="stable")
     free = ranked[gain[ranked] >= 0]
     best, rest = free[:SHORT_LIST], free[SHORT_LIST:]
     return np.concatenate([best, rng.choice(rest, min(4, rest.size), replace=False)])
 
 
-def _fit(gram, moment, chosen):
-    """Non-negative least squares from the normal equations."""
-    block, right = gram[np.ix_(chosen, chosen)], moment[chosen]
-    factor = _factor(block)
-    half = solve_triangular(factor, right, lower=True, check_finite=False)
-    weight = solve_triangular(factor, half, lower=True, trans="T", check_finite=False)
-    if weight.min() >= 0:
-        return weight
+def _fits(factor, rows, root, goal, last):
+    """Non-negative weights (T, k+1) of k chosen candidates and each of T further ones.
+
+    factor (k, k), lower; rows (k, T), root (T,): what each adds below it; goal (k,), last (T,): the right-hand side in these terms.
+    """
     from scipy.optimize import nnls
 
-    # The default limit of 3 n steps stops it on sets of nearly equal points.
-    return nnls(factor.T, half, maxiter=100 * len(chosen))[0]
+    weights = np.empty((root.size, goal.size + 1))
+    weights[:, -1] = last / root
+    if goal.size:
+        others = goal[:, None] - rows * weights[:, -1]
+        weights[:, :-1] = solve_triangular(factor, others, lower=True, trans="T", check_finite=False).T
+    triangle = np.zeros((goal.size + 1, goal.size + 1))
+    triangle[:-1, :-1] = factor.T
+    for trial in np.flatnonzero(weights.min(axis=1) < 0):
+        triangle[:-1, -1], triangle[-1, -1] = rows[:, trial], root[trial]
+        # The default limit of 3 n steps stops it on sets of nearly equal points.
+        weights[trial] = nnls(triangle, np.append(goal, last[trial]), maxiter=100 * goal.size + 100)[0]
+    return weights
 
 
 def _factor(block):

@@ -109,6 +109,7 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
     from skyshine.mat.accuracy.grids import errors_at, refined_grid
     from skyshine.mat.accuracy.interpolation import random_places
     from skyshine.mat.accuracy.ladders import GRID, compiled
+    from skyshine.mat.accuracy.probes import Probes
     from skyshine.mat.atmosphere.solar import solar_irradiance
     from skyshine.mat.atmosphere.state import AtmosphericState
     from skyshine.mat.quantities import BandAtmosphere, PathGrid
@@ -143,7 +144,7 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
             rung(
                 f"tolerance {tolerance:g} K",
                 lambda: refined_grid(
-                    lambda grid: air.table(grid, sun), lambda *at: air.at_points(*at, sun), GRID, scale, tolerance,
+                    lambda grid: air.table(grid, sun), lambda drawn, sky: Probes.drawn(air, GRID, sun, drawn, sky), GRID, scale, tolerance,
                     seed=1, most=20_000_000,
                 ).grid,
             )  # fmt: skip

@@ -63,7 +63,7 @@ def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
     """Gases that no band of a state needs, with what each changes at most; of states of one air, the first stands for all."""
     job, grid, found, seen = loaded.job, path_grid(loaded.whole), [], set()
     for (number, state), (band_number, band) in itertools.product(enumerate(job.states, 1), enumerate(job.bands, 1)):
-        key = band_number, state.model_dump_json(include={"profile", "sounding", "gases", "humidity_scale", "co2_ppm"})
+        key = band_number, state.model_dump_json(exclude={"date", "weather", "series"})
         if key in seen:
             continue
         seen.add(key)

@@ -31,5 +31,5 @@ def starter_files(name: str = STARTER) -> list[Path]:
     """
     if name not in example_names():
         raise InputError(f"found the example '{name}'; {nearest(name, example_names())}")
-    files = sorted(path for path in (_root() / name).iterdir() if path.suffix in (".yaml", ".md"))
+    files = sorted(path for path in (_root() / name).iterdir() if path.suffix in (".yaml", ".md", ".csv"))
     return [*files, _root() / PHOTOGRAPH] if name == STARTER else files

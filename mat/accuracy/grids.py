@@ -30,9 +30,10 @@ _HORIZON_SHARE = 0.04  # of the reads in a cell of source elevation, times the a
 # Random values of the other axes at which each axis is looked at.
 _OTHERS = {0: (0, 10, 24, 4, 3), 1: (40, 0, 24, 3, 2), 2: (40, 12, 0, 4, 3), 3: (12, 5, 16, 0, 6), 4: (12, 5, 18, 10, 0)}
 _FIRST_SHARE = 0.5  # of the tolerance, for each axis: their largest errors rarely meet
-_PASSES = 4
+_PASSES = 6
 _SKY_LINES = 240  # on which sky light is measured too
 _MARGIN = 0.9  # of the tolerance, there: other points are a little worse
+_WORST_MARGIN = 0.45  # of twice the tolerance: the worst of other points may be twice the worst of these
 _MOST_UNIFORM = 1024
 
 
@@ -110,10 +111,10 @@ def refined_grid(
             break
         found = p99, maximum, *_ = _measured(table_of(grid), grid, probes, scale, tolerance)
         last = p99, maximum
-        if p99 <= _MARGIN * tolerance and maximum <= 2 * _MARGIN * tolerance:
+        if p99 <= _MARGIN * tolerance and maximum <= 2 * _WORST_MARGIN * tolerance:
             uniform = tuple(profile.uniform(share * tolerance) for profile in profiles)
             return RefinedGrid(grid, share, *found, uniform)
-        share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, 2 / maximum), 0.25, 0.8))
+        share *= float(np.clip(0.9 * tolerance * min(_MARGIN / p99, 2 * _WORST_MARGIN / maximum), 0.25, 0.8))
     reached = f"; {int(np.prod(grid.shape)):,} nodes" + (f" after an error of {last[0]:.2g} (99 %), {last[1]:.2g} (worst)" if last else "")
     raise CheckFailed(
         f"atmosphere_grid.tolerance {tolerance:g} cannot be held with {most:,} nodes{reached}; raise it, shorten the axes, "

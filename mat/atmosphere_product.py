@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.accuracy.atmospheric import Scale
-from skyshine.mat.accuracy.grids import RefinedGrid, errors_at, refined_grid
-from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
+from skyshine.mat.accuracy.grids import RefinedGrid, refined_grid
+from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure
+from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.accuracy.radiance import SHORTEST
 from skyshine.mat.atmosphere.compile import CompiledBand, band_points, negligible_gases
 from skyshine.mat.band_cache import cached_compile_band
@@ -23,7 +24,6 @@ from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
-PROBES = 120  # random points at which the interpolation error is measured
 MAX_POINTS = 64
 
 
@@ -167,11 +167,9 @@ def _grid(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -> 
 def _interpolation_errors(
     air: BandAtmosphere, table: AtmosphericQuantities, grid: PathGrid, base: PathGrid, irradiance, response, seed: int
 ) -> list[ErrorMeasure]:
-    """Table against direct computation at random places of the job's own axes above the ground."""
-    generator = np.random.default_rng(seed)
-    where = [random_places(getattr(base, name), PROBES, generator) for name in PathGrid.__dataclass_fields__]
-    truth = air.at_points(*where, irradiance)
-    own, warm = (errors_at(table, grid, where, truth, scale) for scale in (None, Scale.kelvin(response)))
+    """Table against direct computation on random lines of the job's own axes, above the ground."""
+    probes = Probes.drawn(air, base, irradiance, np.random.default_rng(seed))
+    own, warm = (probes.errors(table, grid, scale) for scale in (None, Scale.kelvin(response)))
     return [measure(name, own[name], warm[name]) for name in own]
 
 
@@ -189,7 +187,7 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, p
     }
     notes = {
         "seed": seed,
-        "method": "linear interpolation against direct computation at random places of random cells above the ground; "
+        "method": "linear interpolation against direct computation on random lines of sight, as many in every cell, above the ground; "
         "kelvin: change of a black body at 300 K seen through the path",
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),

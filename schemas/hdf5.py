@@ -145,8 +145,9 @@ def write_file(
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # Made in memory, packed, unless it is streamed: HDF5 cannot close a file on a full disk without writing to standard error.
-        memory = {"driver": "core", "backing_store": False} if fill is None else {}
-        with h5py.File(part, "w", track_order=True, **memory) as file:
+        # What is streamed comes in whole chunks, so that a cache of chunks for each array would only hold memory.
+        how = {"driver": "core", "backing_store": False} if fill is None else {"rdcc_nbytes": 0}
+        with h5py.File(part, "w", track_order=True, **how) as file:
             _write_group(file, root)
             if fill is not None:
                 _write_group(file, fill(file))
@@ -256,18 +257,24 @@ def content_hash(file: h5py.File) -> str:
         else:
             for part in _parts(dataset):
                 digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
+            del part  # before the next array's buffer
     return digest.hexdigest()
 
 
 def _parts(dataset: h5py.Dataset) -> Iterator[np.ndarray]:
-    """The values of a dataset in their order, whole rows of chunks at a time."""
+    """The values of a dataset in their order, whole rows of chunks at a time; each is valid until the next."""
     if not dataset.chunks:
         yield np.asarray(dataset[()])
         return
     row = dataset.dtype.itemsize * int(np.prod(dataset.shape[1:]))
     step = max(dataset.chunks[0], PART_BYTES // max(row, 1) // dataset.chunks[0] * dataset.chunks[0])
+    # One buffer for all parts: a row of chunks of a wide array is large itself.
+    kept = np.empty((min(step, dataset.shape[0]), *dataset.shape[1:]), dataset.dtype)
     for start in range(0, dataset.shape[0], step):
-        yield dataset[start : start + step]
+        part = kept[: min(step, dataset.shape[0] - start)]
+        if part.size:
+            dataset.read_direct(part, np.s_[start : start + len(part)])
+        yield part
 
 
 def _decoded(dataset: h5py.Dataset) -> np.ndarray:

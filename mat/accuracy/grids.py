@@ -14,14 +14,13 @@ import numpy as np
 
 from skyshine.mat.accuracy.atmospheric import QUANTITIES, Scale
 from skyshine.mat.accuracy.interpolation import random_places
+from skyshine.mat.accuracy.probes import AXES, FIELDS
 from skyshine.mat.quantities import AtmosphericQuantities, PathGrid
 from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.refinement import fewest_nodes, subdivided, uniform_nodes
 from skyshine.schemas.errors import CheckFailed
 
-AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
-_FIELDS = tuple(PathGrid.__dataclass_fields__)
 PARTS = (8, 8, 12, 8, 8)  # of each cell of the job's axes: the places that may become nodes
 # Random values of the other axes at which each axis is looked at.
 _OTHERS = {0: (0, 10, 24, 4, 3), 1: (40, 0, 24, 3, 2), 2: (40, 12, 0, 4, 3), 3: (12, 5, 16, 0, 6), 4: (12, 5, 18, 10, 0)}
@@ -93,7 +92,7 @@ def refined_grid(
     """
     generator = np.random.default_rng([seed, 3])
     profiles = [_Profile.of(axis, table_of, base, scale, generator) for axis in range(5)]
-    places = [random_places(getattr(base, name), _TESTS, generator) for name in _FIELDS]
+    places = [random_places(getattr(base, name), _TESTS, generator) for name in FIELDS]
     truth = at_points(*places)
     share, last = _FIRST_SHARE, None
     for _ in range(_PASSES):
@@ -127,7 +126,7 @@ class _Profile:
 
     @classmethod
     def of(cls, axis, table_of, base, scale, generator) -> _Profile:
-        nodes = [getattr(base, name) for name in _FIELDS]
+        nodes = [getattr(base, name) for name in FIELDS]
         places = subdivided(nodes[axis], PARTS[axis], logarithmic=axis == 0)
         others = [_strata(nodes[i], count, generator) if i != axis else places for i, count in enumerate(_OTHERS[axis])]
         grid = PathGrid(*others)
@@ -195,7 +194,7 @@ def errors_at(table, grid: PathGrid, places, truth, scale: Scale | None) -> dict
     places : five (n,) arrays
         In the order of the grid's axes.
     """
-    rules = [AxisRule(name, getattr(grid, axis)) for name, axis in zip(AXES, _FIELDS)]
+    rules = [AxisRule(name, getattr(grid, axis)) for name, axis in zip(AXES, FIELDS)]
     found = {}
     for name, key in QUANTITIES.items():
         values = getattr(table, key)

@@ -52,10 +52,9 @@ class SpectralAir:
         shells = Shells.of(state.altitude, state.number_density, mean)
         return cls(state, shells, optics, SourceRays.of(shells))
 
-    def parts(self, size):
-        """The same air at `size` points at a time, whose arrays stay in a processor's cache."""
-        for start in range(0, self.optics.wavenumber.size, size):
-            yield SpectralAir(self.state, self.shells, self.optics.at(slice(start, start + size)), self.source_rays)
+    def part(self, points):
+        """The same air at a slice of the points."""
+        return SpectralAir(self.state, self.shells, self.optics.at(points), self.source_rays)
 
     def prepare(self):
         """Compute what is kept, before several threads ask for it."""
@@ -72,17 +71,21 @@ class SpectralAir:
         """The source function of thermal radiation."""
         return thermal_source(self.state, self.shells, self.optics)
 
-    def thermal_radiance(self, segments, optical_depth):
-        """Thermal path radiance up to each end of a ray's segments, (K+1, P) W m^-2 sr^-1 (cm^-1)^-1.
+    def thermal_radiance(self, segments, depths):
+        """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths' precision.
 
         Parameters
         ----------
         segments : transfer.Segments
-        optical_depth : (K, P) array
-            Of each segment.
+        depths : transfer.Depths
         """
-        near, far = segments.source(self.thermal.mean, self.thermal.tilt, self.shells.altitude)
-        return emitted(optical_depth, near, far)
+        thermal = self._single_thermal if depths.each.dtype == np.float32 else self.thermal
+        near, far = segments.source(thermal.mean, thermal.tilt, self.shells.altitude)
+        return emitted(depths, near, far)
+
+    @cached_property
+    def _single_thermal(self):
+        return ThermalSource(self.thermal.mean.astype(np.float32), self.thermal.tilt.astype(np.float32))
 
     @cached_property
     def scaled_extinction(self):
@@ -101,14 +104,13 @@ class SpectralAir:
         """`multiple.DiffuseLight` of the source."""
         return DiffuseLight.of(self.state, self.shells, self.optics, self.scaled_extinction, self.scaled_source_paths)
 
-    def scattered_radiance(self, segments, optical_depth, to_source, deflection, phase=None):
+    def scattered_radiance(self, segments, depths, to_source, deflection, phase=None):
         """Scattered light of the source along a ray.
 
         Parameters
         ----------
         segments : transfer.Segments
-        optical_depth : (K, P) array
-            Of each segment.
+        depths : transfer.Depths
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
         phase : (N, S, C) array, optional
@@ -119,12 +121,12 @@ class SpectralAir:
         (S, P) array
             Per unit of the source's irradiance, sr^-1.
         """
-        attenuation = segment_attenuation(segments, optical_depth, self.scaled_source_paths, to_source)
+        attenuation = segment_attenuation(segments, depths, self.scaled_source_paths, to_source)
         once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
-        return once + self.diffuse_light.spectral(segments, optical_depth, to_source)
+        return once + self.diffuse_light.spectral(segments, depths, to_source)
 
-    def scattered_in_band(self, segments, optical_depth, to_source, deflection, weight):
+    def scattered_in_band(self, segments, depths, to_source, deflection, weight):
         """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in `transfer.scattered_band`."""
         paths = self.scaled_source_paths
-        once = scattered_band(segments, self.optics, optical_depth, paths, to_source, deflection, weight)
-        return once + self.diffuse_light.band(segments, optical_depth, to_source, weight)
+        once = scattered_band(segments, self.optics, depths, paths, to_source, deflection, weight)
+        return once + self.diffuse_light.band(segments, depths, to_source, weight)

@@ -29,7 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES
-from skyshine.mat.atmosphere.transfer import mean_attenuation, source_weights
+from skyshine.mat.atmosphere.transfer import mean_attenuation
 from skyshine.mat.atmosphere.twostream import Slabs, join, vertical_column
 
 # Elevations of the source at which the field is solved, degree; between them it is linear in the sine.
@@ -86,14 +86,13 @@ class DiffuseLight:
             tilt[:, :, part[1]] = (forward / over)[part][:, None] * (rising - falling)
         return cls(state.altitude, sine, mean, tilt)
 
-    def spectral(self, segments, optical_depth, cosine):
+    def spectral(self, segments, depths, cosine):
         """Radiance along a ray at each point.
 
         Parameters
         ----------
         segments : transfer.Segments
-        optical_depth : (K, P) array
-            Of each segment.
+        depths : transfer.Depths
         cosine : (K+1, S) array
             Of the source's zenith angle at the segment ends.
 
@@ -103,20 +102,20 @@ class DiffuseLight:
             sr^-1.
         """
         nodes, share = self._nodes(cosine)
-        below, above = self._shares(segments, optical_depth)
+        below, above = self._shares(segments, depths)
         light = below[:, None] * self._toward(segments, segments.layer, nodes)
         light += above[:, None] * self._toward(segments, segments.layer + 1, nodes)  # (K, V, P)
         count = cosine.shape[1]
         return share.transpose(1, 0, 2).reshape(count, -1) @ light.reshape(share.shape[0] * nodes.size, -1)
 
-    def band(self, segments, optical_depth, cosine, weight):
+    def band(self, segments, depths, cosine, weight):
         """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in `transfer.scattered_band`."""
         nodes, share = self._nodes(cosine)
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
         unit = (weight / scale).astype(np.float32)
         light = 0.0
         for layer, part in zip(
-            (segments.layer, segments.layer + 1), self._shares(segments, optical_depth), strict=True
+            (segments.layer, segments.layer + 1), self._shares(segments, depths), strict=True
         ):
             light = light + np.matmul(self._toward(segments, layer, nodes), (part * unit)[..., None])  # (K, V, 1)
         radiance = np.zeros((cosine.shape[0], cosine.shape[1]))
@@ -149,23 +148,24 @@ class DiffuseLight:
         """Elevations needed (V,), and the linear weight of each in the middle of the segments (K, S, V)."""
         middle = np.clip(0.5 * (cosine[:-1] + cosine[1:]), self.sine[0], self.sine[-1])
         place = np.interp(middle, self.sine, np.arange(self.sine.size))
-        nodes = np.arange(int(place.min()), int(np.ceil(place.max())) + 1)
+        used = np.zeros(self.sine.size, dtype=bool)
+        used[np.floor(place).astype(int)] = used[np.ceil(place).astype(int)] = True
+        nodes = np.flatnonzero(used)
         return nodes, np.maximum(1 - np.abs(place[..., None] - nodes), 0.0).astype(np.float32)
 
-    def _shares(self, segments, optical_depth):
+    def _shares(self, segments, depths):
         """Weights of the source function at the lower and the upper level of each segment's layer, (K, P) each, at the observer.
 
         For a source linear in optical depth between the segment's ends, with the mean of its air; never below 0.
         """
-        before = np.zeros_like(optical_depth)
-        np.cumsum(optical_depth[:-1], axis=0, out=before[1:])
-        near, far = source_weights(optical_depth)
+        near, far = depths.source_weights
         whole = near + far
-        climb = (np.diff(segments.altitude) / np.diff(self.levels)[segments.layer])[:, None]
-        upper = (segments.upper / (segments.lower + segments.upper))[:, None]
-        above = np.clip(whole * upper + 0.5 * (far - near) * climb, 0.0, whole)
-        through = np.exp(-before)
-        return (through * (whole - above)).astype(np.float32), (through * above).astype(np.float32)
+        climb = 0.5 * np.diff(segments.altitude) / np.diff(self.levels)[segments.layer]
+        upper = segments.upper / (segments.lower + segments.upper)
+        climb, upper = (share.astype(near.dtype)[:, None] for share in (climb, upper))
+        above = np.clip(whole * upper + (far - near) * climb, 0, whole)
+        whole -= above
+        return tuple((depths.through * part).astype(np.float32, copy=False) for part in (whole, above))
 
 
 def level_fluxes(altitude, shells, optics, scaled, source_paths, sine, albedo):

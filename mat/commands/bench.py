@@ -111,13 +111,22 @@ def surface(job, out, quick, as_json):
             cases.append(bench.case_of(material, inputs))
             advance(1)
         rungs, left_out = bench.run(cases, advance)
+    by_kind = surface_materials([library[name] for name in bench.SPEED_MATERIALS.values()])
+    speeds = bench.speeds(dict(zip(bench.SPEED_MATERIALS, by_kind)), inputs)
     peer = energyplus.Cost(None, None, "left out: --quick") if quick else energyplus.measure()
     rungs += [
         bench.Rung(f"EnergyPlus, {name}", "EnergyPlus", None, None, seconds, energyplus.COLUMNS)
         for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day))
         if seconds is not None
     ]
-    result = {"materials": list(names), "explicit_left_out": left_out, "energyplus": peer.note, "rungs": _surface_rungs(rungs)}
+    result = {
+        "materials": list(names), "explicit_left_out": left_out, "energyplus": peer.note, "rungs": _surface_rungs(rungs),
+        "speeds": [
+            {"kind": speed.kind, "material": speed.material, "default_steps": speed.default_steps,
+             "time_96": quantity(speed.seconds_96, "s"), "time_default": quantity(speed.seconds_default, "s")}
+            for speed in speeds
+        ],
+    }  # fmt: skip
     if out:
         folder = Path(out)
         folder.mkdir(parents=True, exist_ok=True)
@@ -133,9 +142,19 @@ def surface(job, out, quick, as_json):
         for rung in rungs
     ]  # fmt: skip
     echo_table(["", "rms K", "max K", "us a column", "columns/s", "x default"], rows)
+    click.echo()
+    echo_table(
+        ["columns/s of a core", "material", "N = 96", "default", "its N"],
+        [[speed.kind, speed.material, f"{1 / speed.seconds_96:.0f}", f"{1 / speed.seconds_default:.0f}", str(speed.default_steps)]
+         for speed in speeds],
+    )  # fmt: skip
     if left_out:
         click.echo(f"explicit Euler is left out for {', '.join(left_out)}")
     click.echo(f"EnergyPlus: {peer.note}")
+    dry = speeds[0].seconds_default
+    for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day)):
+        if seconds is not None:
+            click.echo(f"EnergyPlus, {name}: {seconds / dry:.0f} times as long per column-day as {speeds[0].material} by default")
 
 
 def _surface_rungs(rungs):

@@ -151,7 +151,7 @@ def test_points_against_modtran(spectra, state, name, continuum, limit_tau, limi
         for p, segments in enumerate(lines_of_sight(air.shells, paths)):
             depth = segments.column(air.optics.extinction)
             ours[0, p, b] = np.exp(-depth.sum(axis=0)) @ band.weight / band.weight.sum()
-            ours[1, p, b] = air.thermal_radiance(segments, depth)[-1] @ band.radiance_weight / band.weight.sum()
+            ours[1, p, b] = air.thermal_radiance(segments, transfer.Depths(depth)).sum(axis=0) @ band.radiance_weight / band.weight.sum()
     theirs = np.array([[bin_means(one[k], low, high) for one in spectra.values()] for k in (0, 1)])
     tau, radiance = ours[0] - theirs[0], (ours[1] - theirs[1]) / black
     judged = np.array([altitude > 0.5 for altitude, _ in paths])
@@ -174,11 +174,11 @@ def test_scattered_sunlight(spectra, state):
         air = SpectralAir.of(replace(state, surface_albedo=albedo), band.points)
         weight = band.radiance_weight * solar_irradiance(band.wavenumber, band.width) / SUN_DISTANCE**2 / band.weight.sum()
         for p, (rays, segments) in enumerate(traced(air.shells, paths)):
-            depth = segments.column(air.optics.extinction)
+            depths = transfer.Depths(segments.column(air.optics.extinction))
             ends = np.append(segments.index, segments.index[-1] + 1)
             angles = [f(rays, *SOURCE)[p, ends] for f in (geometry.source_cosine, geometry.scattering_cosine)]
-            ours[p, b] = (air.scattered_radiance(segments, depth, *angles) @ weight)[0]
-            again = (air.diffuse_light.spectral(segments, depth, angles[0]) @ weight)[0]
+            ours[p, b] = (air.scattered_radiance(segments, depths, *angles) @ weight)[0]
+            again = (air.diffuse_light.spectral(segments, depths, angles[0]) @ weight)[0]
             once[p, b] = ours[p, b] - again
     theirs = np.array([bin_means(spectra[path][2], *SOLAR) for path in paths])
     share = once / ours

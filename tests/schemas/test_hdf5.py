@@ -109,7 +109,6 @@ def test_a_heap_that_the_library_would_walk_for_ever_is_refused(tmp_path, group)
 def test_a_changed_header_of_an_array_is_refused(tmp_path, group):
     write_file(tmp_path / "a.h5", group, HEADER)
     whole = (tmp_path / "a.h5").read_bytes()
-    place = whole.find(b"long_name") + len("long_name") + 40  # inside the attribute's text reference
-    (tmp_path / "a.h5").write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+    (tmp_path / "a.h5").write_bytes(whole.replace(b"long_name", b"long_nome", 1))
     with pytest.raises(InputError, match="damaged"):
         read_file(tmp_path / "a.h5")

@@ -19,7 +19,7 @@ AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 FIELDS = tuple(PathGrid.__dataclass_fields__)
 LINES = 500
 _SOURCES = 2  # of each line
-_AMBIENT = 96  # lines on which sky light is computed too, which takes as long as all the rest: its errors have no such tail
+AMBIENT = 96  # lines on which sky light is computed too, which takes as long as all the rest: its errors have no such tail
 _SKIES = 12  # elevations of the source for which it is
 
 
@@ -42,8 +42,8 @@ class Probes:
     truth: AtmosphericQuantities
 
     @classmethod
-    def drawn(cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator) -> Probes:
-        """Draw lines on the job's own axes and compute the quantities on them."""
+    def drawn(cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator, sky: int = AMBIENT) -> Probes:
+        """Draw lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
         lines = np.arange(LINES)
         cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
         turn = generator.permutation(cells[0] * cells[1])[lines % (cells[0] * cells[1])]
@@ -56,8 +56,8 @@ class Probes:
             _spread(nodes, LINES * _SOURCES, generator).reshape(LINES, _SOURCES)
             for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
         )
-        source[:_AMBIENT, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:_AMBIENT] % _SKIES]
-        ambient_at = generator.permutation(_AMBIENT) % steps
+        source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
+        ambient_at = generator.permutation(sky) % steps
         truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance)
         places = (ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None])
         return cls(dict(zip(AXES, places)), ambient_at, truth)
@@ -65,6 +65,11 @@ class Probes:
     def errors(self, table: AtmosphericQuantities, grid: PathGrid, scale: Scale | None) -> dict[str, np.ndarray]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in its own."""
         return {name: self._error(name, key, table, grid, scale) for name, key in QUANTITIES.items()}
+
+    def lit(self, table: AtmosphericQuantities, grid: PathGrid) -> np.ndarray:
+        """Share (k,) of the corners around each point above the ground that direct light reaches, each with its weight."""
+        read = interpolate((table.direct > 0).astype(float), _rules(grid, 4), {axis: self.places[axis] for axis in AXES[:4]})
+        return read[np.broadcast_to(self.truth.valid[:, :, None], read.shape)]
 
     def _error(self, name, key, table, grid, scale):
         truth, values = self.truth, getattr(table, key)
@@ -78,11 +83,13 @@ class Probes:
             places["range"] = places["range"][row, self.ambient_at][:, None]
             valid, through = (a[row, self.ambient_at][:, None] for a in (valid, through))
             exact = exact[:, None, None]
-        axes = AXES[: values.ndim]
-        rules = [AxisRule(axis, getattr(grid, field)) for axis, field in zip(AXES, FIELDS)][: values.ndim]
-        read = interpolate(values, rules, {axis: places[axis] for axis in axes})
+        read = interpolate(values, _rules(grid, values.ndim), {axis: places[axis] for axis in AXES[: values.ndim]})
         error = read - exact if scale is None else scale.error(name, read, exact, through, places["range"])
         return error[np.broadcast_to(valid, error.shape)]
+
+
+def _rules(grid: PathGrid, count: int) -> list[AxisRule]:
+    return [AxisRule(axis, getattr(grid, field)) for axis, field in zip(AXES, FIELDS)][:count]
 
 
 def _in_cell(nodes: np.ndarray, cell: np.ndarray, generator) -> np.ndarray:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands.leaving_out import leaving_out
 from skyshine.mat.commands.stability import stability
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity
 from skyshine.schemas.errors import InputError
@@ -26,6 +27,7 @@ def command(context, out, quick, textures, as_json):
 
 
 command.add_command(stability)
+command.add_command(leaving_out)
 
 
 @command.command()

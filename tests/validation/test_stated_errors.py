@@ -41,7 +41,7 @@ def starter(folder, change=None):
 
 def rebuilt(loaded, band, file):
     """The physics that a file was computed with, its axes and values, and the scale of its errors."""
-    job, table, base = loaded.job, open_table(file), path_grid(loaded)
+    job, table, base = loaded.job, open_table(file), path_grid(loaded.job)
     state, response = atmospheric_state(job.site, job.states[0]), response_of(job.bands[band - 1])
     points = band_points(absorption_table().points(*response.wavenumber_range), response)
     light = np.stack([source_irradiance(job, "sun", points.wavenumber, points.width)])

@@ -17,7 +17,7 @@ QUANTITIES = {
 
 
 # Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in 8-12 um
-# (tests/validation/test_stated_errors.py).
+# (tests/mat/test_reflectance.py).
 REFLECTANCE = 0.3
 
 

@@ -150,3 +150,11 @@ def test_solar_range_belongs_to_the_irradiance():
 def test_what_is_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         band_reflectance(sample([0.3, 14.0], [0.1, 0.1]), LWIR, **arguments)
+
+
+@pytest.mark.parametrize("response", [MWIR, LWIR])
+def test_reflectance_that_errors_count_for_in_kelvin_is_that_of_nine_in_ten_materials(library, response):
+    from skyshine.mat.accuracy.atmospheric import REFLECTANCE
+
+    of_all = [band_reflectance(library[name], response) for name in library.names]
+    assert np.quantile(of_all, 0.9) <= REFLECTANCE

@@ -129,9 +129,9 @@ class BandAtmosphere:
     air: SpectralAir
 
     @classmethod
-    def of(cls, state: AtmosphericState, band: BandPoints) -> BandAtmosphere:
-        """Prepare a state for a band."""
-        return cls(band, SpectralAir.of(state, band.points, band.gases, band.weight))
+    def of(cls, state: AtmosphericState, band: BandPoints, *, streams: bool = True) -> BandAtmosphere:
+        """Prepare a state for a band; `streams` as `air.SpectralAir.of`."""
+        return cls(band, SpectralAir.of(state, band.points, band.gases, band.weight, streams=streams))
 
     def table(self, grid, source_irradiance, *, progress=None):
         """The quantities on a grid; arguments and result as `atmospheric_quantities`."""
@@ -316,9 +316,9 @@ class BandAtmosphere:
         light = direct_transmittance(self.air.scaled_source_paths, np.array([path.local_altitude]), elevations)
         unit = transfer.scattered_spectral(point, optics, light.astype(np.float32), np.stack([cosine, cosine]))
         extinction = point.column(optics.extinction)[0]
-        leaning = lean(-np.sin(path.elevation))
-        thermal = here(self.air.thermal.mean) + leaning * here(self.air.thermal.tilt)
-        again = self.air.diffuse_light.at(layer, share, leaning, np.sin(elevations))
+        rise = -np.sin(path.elevation)
+        thermal = here(self.air.thermal.mean) + lean(rise) * here(self.air.thermal.tilt)
+        again = self.air.diffuse_light.at(layer, share, rise, np.sin(elevations), cosine)
         unit = unit + extinction * again
         source = extinction * thermal + unit * irradiance
         return source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())

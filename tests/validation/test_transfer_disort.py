@@ -139,7 +139,7 @@ def particles(kind, depth, albedo):
             np.where(altitude <= 5000, np.exp(-altitude / 1200), 0.0) * 1e-9,
         )
     for _ in range(2):  # the first time to find the optical depth
-        air = SpectralAir.of(replace(state, aerosols=(AerosolComponent(model, shape),)), OnePoint())
+        air = SpectralAir.of(replace(state, aerosols=(AerosolComponent(model, shape),)), OnePoint(), streams=True)
         up = transfer.Segments.of(geometry.trace(air.shells, np.zeros(1), np.array([np.pi / 2])), 0)
         shape = shape * depth / up.column(air.optics.aerosol_extinction).sum()
     return air

@@ -16,13 +16,13 @@ import math
 import numpy as np
 from scipy.special import lpmv
 
-from skyshine.mat.atmosphere.transfer import mean_attenuation
+from skyshine.mat.atmosphere.transfer import mean_attenuation, source_weights
 
 # Nodes of each hemisphere; as many moments of the phase function as there are nodes in both.
 NODES = 4
 MOMENTS = 2 * NODES
 # Azimuthal moments of light scattered more than once.
-AZIMUTHAL = 4
+AZIMUTHAL = 6
 _NODE, _WEIGHT = (0.5 * np.polynomial.legendre.leggauss(NODES)[0] + 0.5, 0.5 * np.polynomial.legendre.leggauss(NODES)[1])
 _UNIT = np.sqrt(_WEIGHT * _NODE)
 # As in `multiple`: pure scattering has no decay, which the closed form of a layer divides by.
@@ -163,12 +163,42 @@ def scattered_into(scattering, rising, falling, cosine):
     return np.swapaxes(legendre(cosine), -1, -2) @ moments
 
 
-def at_directions(rising, falling, cosine):
-    """Radiances (..., X, U) at cosines (X,), positive up: linear between the nodes, held beyond them."""
-    nodes = np.concatenate([-_NODE[::-1], _NODE])
-    place = np.interp(cosine, nodes, np.arange(nodes.size))
-    weight = np.maximum(1 - np.abs(place[:, None] - np.arange(nodes.size)), 0.0)
-    return weight @ np.concatenate([falling[..., ::-1, :], rising], axis=-2)
+def along_directions(lower, upper, source, ground, cosine):
+    """Radiances at the levels in any direction, from the source function.
+
+    Parameters
+    ----------
+    lower, upper : (N-1, P) arrays
+        Optical depth of the layers from the ground up, the part by the properties of each one's lower and upper level.
+    source : (N, P, AZIMUTHAL, X, U) array
+        Source function at the levels.
+    ground : (P, U) array
+        Radiance that leaves the ground.
+    cosine : (X,) array
+        Of the directions, positive up; not 0.
+
+    Returns
+    -------
+    (N, P, AZIMUTHAL, X, U) array
+    """
+    result = np.zeros_like(source)
+    up, down = cosine > 0, cosine < 0
+    result[0, :, 0, up] = ground
+    depth = lower + upper
+    share = (upper / np.where(depth > 0, depth, 1.0))[:, :, None]
+    weights = source_weights(depth[..., None] / np.abs(cosine))
+    near, far = (part[:, :, None, :, None] for part in weights)
+    through = np.exp(-depth[..., None] / np.abs(cosine))[:, :, None, :, None]
+    # The source's mean counts each level by its extinction; its slope is limited so that no weight is negative.
+    above = np.clip((near + far) * share[..., None, None] + 0.5 * (far - near) * np.where(up, -1.0, 1.0)[:, None], 0.0, near + far)
+    below = near + far - above
+    for k in range(len(depth)):
+        into = below[k][:, :, up] * source[k][:, :, up] + above[k][:, :, up] * source[k + 1][:, :, up]
+        result[k + 1][:, :, up] = result[k][:, :, up] * through[k][:, :, up] + into
+    for k in range(len(depth) - 1, -1, -1):
+        into = below[k][:, :, down] * source[k][:, :, down] + above[k][:, :, down] * source[k + 1][:, :, down]
+        result[k][:, :, down] = result[k + 1][:, :, down] * through[k][:, :, down] + into
+    return result
 
 
 def flux(radiance):

@@ -1,6 +1,6 @@
 """Light of Sun or Moon scattered more than once, from four streams a hemisphere: for the few points of a compiled band.
 
-As `multiple`, with discrete ordinates and four azimuthal moments in place of two streams. The phase functions are cut after as many
+As `multiple`, with discrete ordinates and azimuthal moments in place of two streams. The phase functions are cut after as many
 moments as there are streams; the share of particles' scattering that goes straight on is the next moment (delta-M). `transfer` adds
 the last scattering of light that came straight from the source, with the true phase function and the scaled extinction on both legs.
 Here all extinction counts between scattering and observer, and what particles throw straight on into the line of sight is part of the
@@ -22,12 +22,13 @@ import numpy as np
 from skyshine.mat.atmosphere import ordinates
 from skyshine.mat.atmosphere.multiple import ELEVATIONS, layer_shares, source_nodes
 from skyshine.mat.atmosphere.optics import phase_moments
-from skyshine.mat.atmosphere.twostream import vertical_column
+from skyshine.mat.atmosphere.threads import each
+from skyshine.mat.atmosphere.twostream import vertical_column, vertical_parts
 
 # Angles from the vertical at which the source function stands; between them it is linear in the angle.
 _DIRECTIONS = np.linspace(0.0, np.pi, 16)
-# Points solved together: bounds memory to about 200 MB.
-_CHUNK = 64
+# Points solved together: bounds memory to about 200 MB a thread.
+_CHUNK = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,20 +75,27 @@ class StreamLight:
         source = np.empty((levels, _DIRECTIONS.size, sine.size * ordinates.AZIMUTHAL, points), np.float32)
         falling = np.empty((levels, sine.size, points))
         shape = phase_moments(optics.phase, ordinates.MOMENTS)
-        for start in range(0, points, _CHUNK):
+
+        def solve(start):
             part = slice(start, start + _CHUNK)
             some, ahead = optics.at(part), straight[:, part]
             scattering = _scattering(some, shape, ahead)
             paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
             beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, (levels, sine.size))).astype(float)
-            depth = vertical_column(shells, some.extinction - some.aerosol_scattering * ahead)
+            scaled = some.extinction - some.aerosol_scattering * ahead
+            lower, upper = vertical_parts(shells, scaled)
             columns = vertical_column(shells, scattering.reshape(levels, -1)).reshape(levels - 1, *scattering.shape[1:])
-            rising, down = ordinates.radiances(depth, columns, np.swapaxes(beam, 1, 2), sine, state.surface_albedo)
+            rising, down = ordinates.radiances(lower + upper, columns, np.swapaxes(beam, 1, 2), sine, state.surface_albedo)
             light = ordinates.scattered_into(scattering, rising, down, cosine)
-            light += (some.aerosol_scattering * ahead)[..., None, None, None] * ordinates.at_directions(rising, down, cosine)
-            light /= np.where(some.extinction > 0, some.extinction, 1.0)[..., None, None, None]
+            light /= _divisor(scaled)
+            radiance = ordinates.along_directions(lower, upper, light, rising[0, :, 0, 0], cosine)
+            light *= scaled[..., None, None, None]
+            light += (some.aerosol_scattering * ahead)[..., None, None, None] * radiance
+            light /= _divisor(some.extinction)
             source[..., part] = light.transpose(0, 3, 4, 2, 1).reshape(levels, _DIRECTIONS.size, -1, light.shape[1])
             falling[..., part] = np.swapaxes(ordinates.flux(down), 1, 2)
+
+        each(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
 
     def spectral(self, segments, optical_depth, cosine, deflection):
@@ -192,6 +200,10 @@ def _scattering(optics, shape, straight):
     result[..., 0] += optics.rayleigh
     result[..., 2] += optics.rayleigh * 0.1 * (1 - gamma) / (1 + 2 * gamma)  # of `optics.rayleigh_phase`
     return result
+
+
+def _divisor(extinction):
+    return np.where(extinction > 0, extinction, 1.0)[..., None, None, None]
 
 
 def _place(rise):

@@ -30,6 +30,8 @@ BETA_FACTOR = 5.5
 BETA_CAP_KM = 1e12
 # A range to the ground within this relative difference of the computed one ends on it, not below.
 _ROUNDING = 1e-9
+# Points whose field of scattered light is in memory at once where a spectrum is asked for.
+_SPECTRAL_CHUNK = 256
 # Heights above the ground [m] at which sky irradiance is computed; between them it is exponential. Aerosol ends steeply
 # above 2 km.
 SKY_HEIGHTS = (
@@ -202,6 +204,17 @@ class BandAtmosphere:
         SpectralLines
         """
         irradiance = self._irradiance(source_irradiance)
+        places = range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg
+        parts = []
+        for start, air in zip(range(0, irradiance.size, _SPECTRAL_CHUNK), self.air.parts(_SPECTRAL_CHUNK), strict=True):
+            index = np.arange(start, min(start + _SPECTRAL_CHUNK, irradiance.size))
+            band = BandPoints(self.band.points.subset(index), self.band.weight[index], self.band.gases)
+            parts.append(BandAtmosphere(band, air)._spectral_part(*places, irradiance[index]))
+        through, sky, direct = (np.concatenate(values, axis=1) for values in list(zip(*parts, strict=True))[:3])
+        return SpectralLines(through, sky, direct, sum(part[3] for part in parts), parts[0][4])
+
+    def _spectral_part(self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, irradiance):
+        """The fields of `SpectralLines` at the points of this band."""
         ranges, altitude = (np.asarray(a, float) * 1e3 for a in (range_km, altitude_km))
         elevation, source, azimuth = (np.radians(a) for a in (elevation_deg, source_elevation_deg, source_azimuth_deg))
         rays = trace(self.air.shells, altitude, elevation, ranges[:, None])
@@ -216,7 +229,7 @@ class BandAtmosphere:
             direct[row] = irradiance * direct_transmittance(self.air.source_paths, path.surface_altitude, source[one])[0, 0]
             radiance[row] = self._path_radiance(path, source[one], azimuth[one], irradiance)[0, 0]
             valid[row] = path.valid[0]
-        return SpectralLines(through, sky, direct, radiance, valid)
+        return through, sky, direct, radiance, valid
 
     def _irradiance(self, source_irradiance):
         irradiance = np.asarray(source_irradiance, dtype=float)

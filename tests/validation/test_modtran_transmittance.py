@@ -171,14 +171,14 @@ def test_scattered_sunlight(spectra, state):
         response = SpectralResponse.rectangular(first, last)
         band = band_points(table.points(*response.wavenumber_range), response)
         albedo = float(np.interp(0.5 * (first + last), *FOREST.T))
-        air = SpectralAir.of(replace(state, surface_albedo=albedo), band.points)
+        air = SpectralAir.of(replace(state, surface_albedo=albedo), band.points, streams=True)
         weight = band.radiance_weight * solar_irradiance(band.wavenumber, band.width) / SUN_DISTANCE**2 / band.weight.sum()
         for p, (rays, segments) in enumerate(traced(air.shells, paths)):
             depth = segments.column(air.optics.extinction)
             ends = np.append(segments.index, segments.index[-1] + 1)
             angles = [f(rays, *SOURCE)[p, ends] for f in (geometry.source_cosine, geometry.scattering_cosine)]
             ours[p, b] = (air.scattered_radiance(segments, depth, *angles) @ weight)[0]
-            again = (air.diffuse_light.spectral(segments, depth, angles[0]) @ weight)[0]
+            again = (air.diffuse_light.spectral(segments, depth, *angles) @ weight)[0]
             once[p, b] = ours[p, b] - again
     theirs = np.array([bin_means(spectra[path][2], *SOLAR) for path in paths])
     share = once / ours

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.accuracy.atmospheric import Scale
-from skyshine.mat.accuracy.grids import RefinedGrid, errors_at, refined_grid
-from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
+from skyshine.mat.accuracy.atmospheric import REFLECTANCE, Scale
+from skyshine.mat.accuracy.grids import RefinedGrid, refined_grid
+from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure
+from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.accuracy.radiance import SHORTEST
 from skyshine.mat.atmosphere.compile import CompiledBand, band_points, negligible_gases
 from skyshine.mat.band_cache import cached_compile_band
-from skyshine.mat.job import LoadedJob
+from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
@@ -23,7 +24,6 @@ from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
-PROBES = 120  # random points at which the interpolation error is measured
 MAX_POINTS = 64
 
 
@@ -35,7 +35,7 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         return
     job = loaded.job
     state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
-    grid = path_grid(loaded)
+    grid, whole = path_grid(loaded.job), loaded.whole
     table = absorption_table(job.water_continuum)
     with report.stage("compile"):
         everything = band_points(table.points(*response.wavenumber_range), response)
@@ -43,8 +43,8 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
             table,
             state,
             everything,
-            grid,
-            np.stack([source_irradiance(job, source, everything.wavenumber, everything.width) for source in products]),
+            path_grid(whole),
+            np.stack([source_irradiance(whole, source, everything.wavenumber, everything.width) for source in whole.sources]),
             tolerance=job.accuracy.spectral_tolerance,
             max_points=MAX_POINTS,
             seed=job.accuracy.seed,
@@ -61,9 +61,9 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
 
 def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
     """Gases that no band of a state needs, with what each changes at most; of states of one air, the first stands for all."""
-    job, grid, found, seen = loaded.job, path_grid(loaded), [], set()
+    job, grid, found, seen = loaded.job, path_grid(loaded.whole), [], set()
     for (number, state), (band_number, band) in itertools.product(enumerate(job.states, 1), enumerate(job.bands, 1)):
-        key = band_number, state.model_dump_json(include={"profile", "sounding", "gases", "humidity_scale", "co2_ppm"})
+        key = band_number, state.model_dump_json(exclude={"date", "weather", "series"})
         if key in seen:
             continue
         seen.add(key)
@@ -84,9 +84,9 @@ def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
     return found
 
 
-def path_grid(loaded: LoadedJob) -> PathGrid:
+def path_grid(job: Job) -> PathGrid:
     """Axes of the atmospheric tables of a job."""
-    job, axes = loaded.job, loaded.job.atmosphere_grid
+    axes = job.atmosphere_grid
     return PathGrid(
         axes.range_km, job.observer_altitudes_km, axes.elevation_deg, axes.source_elevation_deg, axes.source_azimuth_deg
     )
@@ -94,6 +94,8 @@ def path_grid(loaded: LoadedJob) -> PathGrid:
 
 def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]:
     job = loaded.job
+    # The band is compiled on the paths of the whole job, so that no answer depends on what is left out.
+    scope = {} if job.needs is None else {"compiled_for": _scope(loaded.whole)}
     kinds = {"sun": ATMQ, "moon": LUNAR_ATMQ}
     return {
         source: Product(
@@ -110,10 +112,15 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
                     **job.atmosphere_grid.model_dump(mode="json"), "altitude_km": job.observer_altitudes_km
                 },
                 "accuracy": job.accuracy.model_dump(mode="json", include={"spectral_tolerance", "seed"}),
+                **scope,
             },
         )
         for source, name in zip(job.sources, task.files)
     }  # fmt: skip
+
+
+def _scope(whole: Job) -> dict:
+    return {"sources": whole.sources, **whole.atmosphere_grid.model_dump(mode="json"), "altitude_km": whole.observer_altitudes_km}
 
 
 def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report) -> None:
@@ -135,6 +142,8 @@ def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathG
                 "tolerance": loaded.job.atmosphere_grid.tolerance,
                 "uniform_nodes": ", ".join(str(n) for n in refined.uniform),
                 "uniform_over_placed_nodes": refined.ratio,
+                "reads_on_the_horizon": refined.horizon_share,
+                "largest_error_on_the_horizon": refined.horizon_maximum,
             }
         accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed, placed)
         product.write(atmq_group(quantities, grid, accuracy, attributes))
@@ -159,19 +168,17 @@ def _grid(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -> 
         )
     scale = Scale.kelvin(response) if unit == "K" else Scale.radiance(response)
     return refined_grid(
-        lambda grid: air.table(grid, irradiance), lambda *places: air.at_points(*places, irradiance), base, scale, tolerance,
-        seed=seed, most=axes.most_nodes,
+        lambda grid: air.table(grid, irradiance), lambda generator, sky: Probes.drawn(air, base, irradiance, generator, sky),
+        base, scale, tolerance, seed=seed, most=axes.most_nodes,
     )  # fmt: skip
 
 
 def _interpolation_errors(
     air: BandAtmosphere, table: AtmosphericQuantities, grid: PathGrid, base: PathGrid, irradiance, response, seed: int
 ) -> list[ErrorMeasure]:
-    """Table against direct computation at random places of the job's own axes above the ground."""
-    generator = np.random.default_rng(seed)
-    where = [random_places(getattr(base, name), PROBES, generator) for name in PathGrid.__dataclass_fields__]
-    truth = air.at_points(*where, irradiance)
-    own, warm = (errors_at(table, grid, where, truth, scale) for scale in (None, Scale.kelvin(response)))
+    """Table against direct computation on random lines of the job's own axes, above the ground."""
+    probes = Probes.drawn(air, base, irradiance, np.random.default_rng(seed))
+    own, warm = (probes.errors(table, grid, scale) for scale in (None, Scale.kelvin(response)))
     return [measure(name, own[name], warm[name]) for name in own]
 
 
@@ -189,8 +196,8 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, p
     }
     notes = {
         "seed": seed,
-        "method": "linear interpolation against direct computation at random places of random cells above the ground; "
-        "kelvin: change of a black body at 300 K seen through the path",
+        "method": "linear interpolation against direct computation on random lines of sight, as many in every cell, above the ground; "
+        f"kelvin: change of a black body at 300 K seen through the path; a surface that reflects {REFLECTANCE:g} faces sky and source",
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),
         "gases_left_out": _left_out(compiled),

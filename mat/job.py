@@ -19,6 +19,7 @@ from pydantic import Field
 from skyshine.mat.jobs.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
 from skyshine.mat.jobs.surface import HOURLY_QUANTITIES, SURFACE_HEIGHTS_KM, OperatedCelsius, Operation, SurfaceGrid, by_hour
 from skyshine.mat.jobs.series import MEMBER_LIMIT, Series, changed, members
+from skyshine.mat.needs import Needs, needed
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
 from skyshine.schemas.errors import InputError
@@ -84,6 +85,7 @@ class Job(StrictModel):
     water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
         "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time."
     )
+    needs: Needs | None = Field(None, description="What scenes will ask for; nodes and sources that none of that reads are left out.")
     output: Output = Output()
 
     @property
@@ -142,10 +144,20 @@ class Job(StrictModel):
 
 @dataclass(frozen=True)
 class LoadedJob:
-    """A job with the file it came from."""
+    """A job with the file it came from.
+
+    Attributes
+    ----------
+    job : Job
+        With the nodes and sources that its needs leave.
+    document : Document
+    whole : Job
+        With all of them.
+    """
 
     job: Job
     document: Document
+    whole: Job
 
     @property
     def file(self) -> Path:
@@ -158,7 +170,7 @@ class LoadedJob:
 
     def of_state(self, index: int) -> LoadedJob:
         """The same with its site on the date of a state, counted from 1."""
-        return replace(self, job=self.job.of_state(index))
+        return replace(self, job=self.job.of_state(index), whole=self.whole.of_state(index))
 
     @property
     def output_folder(self) -> Path:
@@ -192,7 +204,8 @@ def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) ->
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_series(parse_model(document, Job, context), document, context)
-    return LoadedJob(_with_weather_files(job, document), document)
+    whole = _with_weather_files(job, document)
+    return LoadedJob(needed(whole), document, whole)
 
 
 def _with_series(job: Job, document: Document, context: dict) -> Job:

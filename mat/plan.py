@@ -14,6 +14,8 @@ from skyshine.tmm.load import job_materials
 from skyshine.tmm.usage import read_usage
 
 FLOAT_BYTES = 4
+# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it.
+STEP_BOUND = "0.1 % of a value"
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,33 @@ def _left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tuple[str,
                 "nothing to restore: the table holds them",
             )  # fmt: skip
         )
+    found += _not_needed(loaded)
     for source, kind in (("sun", "atmq"), ("moon", "lunar_atmq")):
-        if source not in job.sources:
+        if source not in loaded.whole.sources:
             found.append(LeftOut(f"{kind} tables", f"sources does not name the {source}", "none", f"sources: [{source}]"))
+    return found
+
+
+def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
+    """Nodes and sources that nothing within the job's needs reads."""
+    job, whole, needs = loaded.job, loaded.whole, loaded.job.needs
+    if needs is None:
+        return []
+    wide = "a wider needs.{0}, or none"
+    axes = (
+        ("ranges", "range_km", whole.atmosphere_grid.range_km, job.atmosphere_grid.range_km, STEP_BOUND),
+        ("observer altitudes", "observer_altitude_km", whole.observer_altitudes_km, job.observer_altitudes_km, "none"),
+        ("elevations", "elevation_deg", whole.atmosphere_grid.elevation_deg, job.atmosphere_grid.elevation_deg, "none"),
+        ("source elevations", "hours", whole.atmosphere_grid.source_elevation_deg, job.atmosphere_grid.source_elevation_deg, "none"),
+        ("surface altitudes", "surface_altitude_km", whole.surface_altitudes_km, job.surface_altitudes_km, "none"),
+        ("slopes", "slope_deg", whole.surface_grid.slope_deg, job.surface_grid.slope_deg, "none"),
+    )
+    found = [
+        LeftOut(f"{len(nodes) - len(kept)} of {len(nodes)} {name}", f"no read within needs.{key} touches them", bound, wide.format(key))
+        for name, key, nodes, kept, bound in axes if len(kept) < len(nodes)
+    ]  # fmt: skip
+    found += [
+        LeftOut(f"tables of the {source}", "it is below all their elevations in the hours needed", "none", wide.format("hours"))
+        for source in whole.sources if source not in job.sources
+    ]  # fmt: skip
     return found

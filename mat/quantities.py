@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
 
 from skyshine.mat.atmosphere import transfer
 from skyshine.mat.atmosphere.air import SpectralAir
@@ -32,6 +31,8 @@ BETA_CAP_KM = 1e12
 _ROUNDING = 1e-9
 # Points whose field of scattered light is in memory at once where a spectrum is asked for.
 _SPECTRAL_CHUNK = 256
+# Heights whose sky is computed together.
+_SKY_PART = 3
 # Heights above the ground [m] at which sky irradiance is computed; between them it is exponential. Aerosol ends steeply
 # above 2 km.
 SKY_HEIGHTS = (
@@ -141,11 +142,11 @@ class BandAtmosphere:
         ranges, elevation = grid.range_km * 1e3, np.radians(grid.elevation_deg)
         source = np.radians(grid.source_elevation_deg)
         azimuth = np.radians(grid.source_azimuth_deg)
+        self.air.prepare()
         sky = self._sky(np.add(self.air.state.surface_altitude, SKY_HEIGHTS), source, irradiance)
         result = _empty(grid.shape)
         altitudes = grid.altitude_km * 1e3
         reach = np.broadcast_to(ranges, (elevation.size, ranges.size))
-        self.air.prepare()
 
         def line_of_sight(rays, place, row):
             path = _Path.of(self.air, rays, row, altitudes[place], elevation[row], ranges)
@@ -194,6 +195,52 @@ class BandAtmosphere:
             results.append(result)
         return AtmosphericQuantities(**{name: np.array([r[name].item() for r in results]) for name in results[0]})
 
+    def along_lines(self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, ambient_at, source_irradiance):
+        """The quantities on n lines of sight at R ranges and for S sources each, computed directly; ambient at one range of some.
+
+        Parameters
+        ----------
+        range_km : (n, R) array
+            Increasing along each line.
+        altitude_km, elevation_deg : (n,) arrays
+        source_elevation_deg, source_azimuth_deg : (n, S) arrays
+            Sky light is computed for the first source; lines that share its elevation cost less.
+        ambient_at : (m,) int array
+            Number of the range at which it is computed, for each of the first m lines.
+        source_irradiance : (P,) array
+
+        Returns
+        -------
+        AtmosphericQuantities
+            beta_star, valid, transmittance (n, R); path_radiance_ratio, direct (n, R, S); ambient (m,).
+        """
+        irradiance = self._irradiance(source_irradiance)
+        ranges, altitude = (np.asarray(a, float) * 1e3 for a in (range_km, altitude_km))
+        elevation, source, azimuth = (np.radians(a) for a in (elevation_deg, source_elevation_deg, source_azimuth_deg))
+        rays = trace(self.air.shells, altitude, elevation, ranges)
+        found = {name: [] for name in AtmosphericQuantities.__dataclass_fields__ if name != "ambient"}
+        end, seen = np.empty(len(ambient_at)), np.empty((len(ambient_at), irradiance.size))
+        for row in range(altitude.size):
+            path = _Path.of(self.air, rays, row, altitude[row], elevation[row], ranges[row])
+            weight = self._radiance_weight(path)
+            direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source[row])
+            ln_tau, absorbed = _in_band(path.depth, self.band.weight)
+            values = {
+                "beta_star": self._beta(path), "valid": path.valid, "transmittance": np.exp(ln_tau),
+                "path_radiance_ratio": self._path_radiance_ratio(path, absorbed, source[row], azimuth[row], irradiance),
+                "direct": np.einsum("rp,rsp->rs", weight * irradiance, direct),
+            }  # fmt: skip
+            for name, value in values.items():
+                found[name].append(value)
+            if row < end.size:
+                end[row], seen[row] = path.surface_altitude[ambient_at[row]], weight[ambient_at[row]]
+        ambient, first = np.empty(end.size), source[: end.size, 0]
+        for one in np.unique(first):
+            rows = first == one
+            sky = self._sky_at(end[rows], self._sky(end[rows], np.array([one]), irradiance))[:, 0]
+            ambient[rows] = np.sum(seen[rows] * sky, axis=1)
+        return AtmosphericQuantities(ambient=ambient, **{name: np.array(values) for name, values in found.items()})
+
     def spectral_at_points(
         self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, source_irradiance
     ):
@@ -206,8 +253,9 @@ class BandAtmosphere:
         irradiance = self._irradiance(source_irradiance)
         places = range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg
         parts = []
-        for start, air in zip(range(0, irradiance.size, _SPECTRAL_CHUNK), self.air.parts(_SPECTRAL_CHUNK), strict=True):
+        for start in range(0, irradiance.size, _SPECTRAL_CHUNK):
             index = np.arange(start, min(start + _SPECTRAL_CHUNK, irradiance.size))
+            air = self.air.part(slice(start, start + _SPECTRAL_CHUNK))
             band = BandPoints(self.band.points.subset(index), self.band.weight[index], self.band.gases)
             parts.append(BandAtmosphere(band, air)._spectral_part(*places, irradiance[index]))
         through, sky, direct = (np.concatenate(values, axis=1) for values in list(zip(*parts, strict=True))[:3])
@@ -244,9 +292,13 @@ class BandAtmosphere:
     def _sky(self, altitude, source_elevation, irradiance):
         """Altitudes (Z,) [m], increasing, and the logarithm of sky irradiance (Z, SE, P) [W m^-2 (cm^-1)^-1] at them."""
         altitude = np.unique(np.minimum(altitude, self.air.shells.top))
-        sky = sky_irradiance(self.air, altitude, source_elevation)
-        total = sky.thermal[:, None] + sky.scattered * irradiance
-        return altitude, np.log(np.maximum(total, np.finfo(float).tiny))
+
+        def total(height):
+            sky = sky_irradiance(self.air, height, source_elevation)
+            return sky.thermal[:, None] + sky.scattered * irradiance
+
+        parts = np.array_split(altitude, -(-altitude.size // _SKY_PART))
+        return altitude, np.log(np.maximum(np.concatenate(each(total, parts)), np.finfo(float).tiny))
 
     def _sky_at(self, altitude, sky):
         """Sky irradiance (R, SE, P) at altitudes (R,): exponential between those of `_sky`, falling with the pressure above."""
@@ -271,18 +323,27 @@ class BandAtmosphere:
         result["beta_star"][cell] = self._beta(path)
         elevations = np.repeat(source_elevation, source_azimuth.size)
         azimuths = np.tile(source_azimuth, source_elevation.size)
+        ratio = self._path_radiance_ratio(path, absorbed, elevations, azimuths, irradiance)
+        result["path_radiance_ratio"][cell] = ratio.reshape(-1, source_elevation.size, source_azimuth.size)
+        weight = self._radiance_weight(path)
+        result["ambient"][cell] = np.einsum("rp,rsp->rs", weight, self._sky_at(path.surface_altitude, sky))
+        direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source_elevation)
+        result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
+
+    def _path_radiance_ratio(self, path, absorbed, elevations, azimuths, irradiance):
+        """Path radiance over what each range absorbs, (R, S), with its limit where that is nothing."""
         ratio = self._path_radiance(path, elevations, azimuths, irradiance)
         ratio /= np.where(absorbed > 0, absorbed, 1.0)[:, None]
         empty = absorbed <= 0
         if np.any(empty):
             ratio[empty] = self._local_source(path, elevations, azimuths, irradiance)
-        result["path_radiance_ratio"][cell] = ratio.reshape(-1, source_elevation.size, source_azimuth.size)
+        return ratio
 
+    def _radiance_weight(self, path):
+        """Weights (R, P) that turn irradiance at the end of each range into (20) and (36)."""
+        band = self.band
         through = np.exp(path.depth.min(axis=1, keepdims=True) - path.depth)  # transmittance over its largest
-        weight = through * band.radiance_weight / (np.pi * (through @ band.weight / band.weight.sum()))[:, None]
-        result["ambient"][cell] = np.einsum("rp,rsp->rs", weight, self._sky_at(path.surface_altitude, sky))
-        direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source_elevation)
-        result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
+        return through * band.radiance_weight / (np.pi * (through @ band.weight / band.weight.sum()))[:, None]
 
     def _beta(self, path):
         """beta* [km] of each range; where the range is 0, its limit.
@@ -304,13 +365,14 @@ class BandAtmosphere:
         segments, band = path.segments, self.band
         total = np.zeros((segments.distance.size, elevations.size))
         if segments.index.size:
-            total += (self.air.thermal_radiance(segments, path.segment_depth) @ band.radiance_weight)[:, None]
+            thermal = self.air.thermal_radiance(segments, path.segment_depths) @ band.radiance_weight
+            total[1:] += np.cumsum(thermal)[:, None]
             if np.any(irradiance > 0):
                 ends = path.ends
                 to_source = source_cosine(ends, elevations, azimuths)[0]
                 deflection = scattering_cosine(ends, elevations, azimuths)[0]
                 weight = band.radiance_weight * irradiance
-                total += self.air.scattered_in_band(segments, path.segment_depth, to_source, deflection, weight)
+                total += self.air.scattered_in_band(segments, path.segment_depths, to_source, deflection, weight)
         return total[path.node]
 
     def _local_source(self, path, elevations, azimuths, irradiance):
@@ -373,7 +435,7 @@ class _Path:
     elevation: float
     segments: transfer.Segments
     ends: Rays
-    segment_depth: np.ndarray
+    segment_depths: transfer.Depths
     depth: np.ndarray
     length: np.ndarray
     beyond: np.ndarray
@@ -388,8 +450,7 @@ class _Path:
     @classmethod
     def of(cls, air, rays, row, altitude, elevation, ranges):
         segments = transfer.Segments.of(rays, row)
-        depth = segments.column(air.optics.extinction)
-        before = np.concatenate([np.zeros((1, depth.shape[1])), np.cumsum(depth, axis=0)])
+        depths = transfer.Depths(segments.column(air.optics.extinction))
         end, ground = rays.end[row], bool(rays.ground[row])
         length = np.minimum(ranges, end) if ground else ranges
         valid = ranges <= end * (1 + _ROUNDING) if ground else np.ones(ranges.shape, dtype=bool)
@@ -403,7 +464,7 @@ class _Path:
             np.exp(np.interp(local, levels, np.log(air.shells.number_density))) if altitude <= air.shells.top else 0.0
         )
         return cls(
-            elevation, segments, _ends(rays, row, segments), depth, before[node], length, ranges - length, node,
+            elevation, segments, _ends(rays, row, segments), depths, depths.before[node], length, ranges - length, node,
             _end_altitude(segments, node, length, altitude, elevation), valid,
             local, layer, share, density * section,
         )  # fmt: skip
@@ -438,7 +499,8 @@ def _end_altitude(segments, node, length, altitude, elevation):
 def _in_band(depth, weight):
     """ln(transmittance) and 1 - transmittance of a band, both (R,), from optical depths (R, P): exact near 0 and near 1."""
     absorbed = -np.expm1(-depth) @ weight / weight.sum()
-    thick = logsumexp(-depth, axis=1, b=weight / weight.sum())
+    least = depth.min(axis=1)
+    thick = np.log(np.exp(least[:, None] - depth) @ weight / weight.sum()) - least
     return np.where(absorbed < 0.5, np.log1p(-np.minimum(absorbed, 0.5)), thick), absorbed
 
 

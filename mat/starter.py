@@ -22,7 +22,7 @@ def example_names() -> list[str]:
 
 
 def starter_files(name: str = STARTER) -> list[Path]:
-    """The files of a packaged job: its YAML, its description, its photograph, where it has one.
+    """The files of a packaged job, `job.yaml` first: its YAML, its tables and description, its photograph, where it has one.
 
     Raises
     ------
@@ -31,5 +31,6 @@ def starter_files(name: str = STARTER) -> list[Path]:
     """
     if name not in example_names():
         raise InputError(f"found the example '{name}'; {nearest(name, example_names())}")
-    files = sorted(path for path in (_root() / name).iterdir() if path.suffix in (".yaml", ".md"))
+    files = [path for path in (_root() / name).iterdir() if path.suffix in (".yaml", ".md", ".csv")]
+    files.sort(key=lambda path: (path.name != "job.yaml", path.name))
     return [*files, _root() / PHOTOGRAPH] if name == STARTER else files

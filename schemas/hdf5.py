@@ -21,6 +21,7 @@ import h5py
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5_heaps import refuse_endless_heaps
 
 CONVENTIONS = "CF-1.11"
 JOB_LIMIT = 60_000  # an HDF5 attribute of the default library version holds less than 64 KiB
@@ -144,8 +145,9 @@ def write_file(
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # Made in memory, packed, unless it is streamed: HDF5 cannot close a file on a full disk without writing to standard error.
-        memory = {"driver": "core", "backing_store": False} if fill is None else {}
-        with h5py.File(part, "w", track_order=True, **memory) as file:
+        # What is streamed comes in whole chunks, so that a cache of chunks for each array would only hold memory.
+        how = {"driver": "core", "backing_store": False} if fill is None else {"rdcc_nbytes": 0}
+        with h5py.File(part, "w", track_order=True, **how) as file:
             _write_group(file, root)
             if fill is not None:
                 _write_group(file, fill(file))
@@ -221,7 +223,7 @@ def _write_group(target: h5py.Group, group: Group) -> None:
 def _write_array(target, name, data, described, float_type, chunks) -> h5py.Dataset:
     kind = np.dtype(data.dtype)
     if kind.kind in "UO":
-        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype())
+        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True)
     else:
         kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
         content = {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
@@ -231,7 +233,7 @@ def _write_array(target, name, data, described, float_type, chunks) -> h5py.Data
             filters = {
                 "chunks": shape, "compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True,
             }  # fmt: skip
-        dataset = target.create_dataset(name, dtype=kind, **content, **filters)
+        dataset = target.create_dataset(name, dtype=kind, track_order=True, **content, **filters)
     dataset.attrs["units"] = described.units
     dataset.attrs["long_name"] = described.long_name
     for key, value in described.attributes.items():
@@ -255,18 +257,24 @@ def content_hash(file: h5py.File) -> str:
         else:
             for part in _parts(dataset):
                 digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
+            del part  # before the next array's buffer
     return digest.hexdigest()
 
 
 def _parts(dataset: h5py.Dataset) -> Iterator[np.ndarray]:
-    """The values of a dataset in their order, whole rows of chunks at a time."""
+    """The values of a dataset in their order, whole rows of chunks at a time; each is valid until the next."""
     if not dataset.chunks:
         yield np.asarray(dataset[()])
         return
     row = dataset.dtype.itemsize * int(np.prod(dataset.shape[1:]))
     step = max(dataset.chunks[0], PART_BYTES // max(row, 1) // dataset.chunks[0] * dataset.chunks[0])
+    # One buffer for all parts: a row of chunks of a wide array is large itself.
+    kept = np.empty((min(step, dataset.shape[0]), *dataset.shape[1:]), dataset.dtype)
     for start in range(0, dataset.shape[0], step):
-        yield dataset[start : start + step]
+        part = kept[: min(step, dataset.shape[0] - start)]
+        if part.size:
+            dataset.read_direct(part, np.s_[start : start + len(part)])
+        yield part
 
 
 def _decoded(dataset: h5py.Dataset) -> np.ndarray:
@@ -284,6 +292,7 @@ def open_database(path: str | os.PathLike, filetype: str | None = None, major: i
         The file is missing or damaged, is of another type, or has a layout of another major version.
     """
     try:
+        refuse_endless_heaps(path)
         file = h5py.File(path, "r")
     except FileNotFoundError:
         raise InputError("does not exist; check the path, or build it with 'mat build'", file=path) from None

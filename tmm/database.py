@@ -19,7 +19,7 @@ import yaml
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Streamed, Variable, content_hash, open_database, write_file
-from skyshine.tmm.build import TextureMap
+from skyshine.tmm.build import STRIP, TextureMap
 from skyshine.tmm.job import TextureJob
 from skyshine.tmm.levels import PERCENT, WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
 from skyshine.tmm.raster import file_sha256
@@ -90,7 +90,7 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
     """Write all levels; returns the counts, and the components and weights of the distinct mixtures."""
     stream = LevelStream(mapped.texture.height, mapped.texture.width, mapped.codes)
     mixtures = Composites()
-    writers = [_RowWriter(file[f"levels/{k}"]) for k in range(1, len(file["levels"]))]
+    writers = [_RowWriter(file[f"levels/{k}"], mapped.codes) for k in range(1, len(file["levels"]))]
     level0 = {name: file[f"levels/0/{name}"] for name in file["levels/0"]}
     texels, total = np.zeros(1 << 16, np.int64), 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
@@ -115,25 +115,40 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
 class _RowWriter:
     """Writes the rows of a level as whole chunks, so that each chunk is compressed once."""
 
-    def __init__(self, group: h5py.Group):
+    def __init__(self, group: h5py.Group, materials: np.ndarray):
+        """`materials` (K,) are the codes that occur, in ascending order."""
         self._arrays = [group[name] for name in ("code", "mix_code", "mix_weight")]
         self._height, width = self._arrays[0].shape
-        self._codes, self._weights = (np.empty((min(CHUNK, self._height), width, 3), np.uint16) for _ in range(2))
+        # Of the wide levels of a large texture these rows are the most that is held: materials are kept as their
+        # number, in one byte where that does, and the third weight follows from the others.
+        self._materials, kind = np.append(0, materials).astype(np.uint16), np.uint8 if len(materials) < 256 else np.uint16
+        rows = min(CHUNK, self._height)
+        self._numbers, self._weights = np.empty((rows, width, 3), kind), np.empty((rows, width, 2), np.uint16)
         self._kept, self._done = 0, 0
 
     def add(self, part: Level) -> None:
         """Take the next rows, which may be more than a chunk's."""
         start = 0
         while start < len(part.code):
-            number = min(len(self._codes) - self._kept, len(part.code) - start)
+            number = min(len(self._numbers) - self._kept, len(part.code) - start)
             to, of = slice(self._kept, self._kept + number), slice(start, start + number)
-            self._codes[to], self._weights[to] = part.mix_code[of], part.mix_weight[of]
+            self._numbers[to] = np.searchsorted(self._materials, part.mix_code[of])
+            self._weights[to] = part.mix_weight[of, :, :2]
             start, self._kept = start + number, self._kept + number
-            if self._kept == len(self._codes) or self._done + self._kept == self._height:
-                to, codes = slice(self._done, self._done + self._kept), self._codes[: self._kept]
-                for array, values in zip(self._arrays, (codes[..., 0], codes, self._weights[: self._kept])):
-                    array[to] = values
-                self._done, self._kept = to.stop, 0
+            if self._kept == len(self._numbers) or self._done + self._kept == self._height:
+                self._write()
+
+    def _write(self) -> None:
+        rows, width = slice(self._done, self._done + self._kept), self._arrays[0].shape[1]
+        for left in range(0, width, STRIP):
+            columns = slice(left, min(left + STRIP, width))
+            codes = self._materials[self._numbers[: self._kept, columns]]
+            two = self._weights[: self._kept, columns]
+            third = WEIGHT_TOTAL - two.sum(axis=-1, keepdims=True, dtype=np.int32)
+            weights = np.concatenate([two, third.astype(np.uint16)], axis=-1)
+            for array, values in zip(self._arrays, (codes[..., 0], codes, weights)):
+                array[rows, columns] = values
+        self._done, self._kept = rows.stop, 0
 
 
 def texture_header(job: TextureJob, library_version: str) -> Header:
@@ -317,6 +332,10 @@ class TmmFile:
         self.materials = dict(zip(group["material"][()].tolist(), group["name"].asstr()[()].tolist()))
         self.levels = len(file["levels"])
         self.height, self.width = file["levels/0/code"].shape
+
+    def size(self, level: int) -> tuple[int, int]:
+        """Height and width of a level."""
+        return self._file[f"levels/{level}/code"].shape
 
     @property
     def attributes(self) -> dict:

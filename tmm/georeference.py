@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +37,7 @@ def read_georeference(image: Path) -> GeoReference | None:
     Raises
     ------
     InputError
-        A world file does not hold six numbers, or maps everything to a line.
+        A world file does not hold six numbers, or maps everything to a line; or GeoTIFF tags are damaged.
     """
     with open(image, "rb") as file:
         magic = file.read(4)
@@ -49,8 +50,17 @@ def _geotiff(image: Path) -> GeoReference | None:
     try:
         with tifffile.TiffFile(image) as file:
             tags = file.pages[0].geotiff_tags or {}
-    except (tifffile.TiffFileError, ValueError, TypeError, IndexError, KeyError):
+    except (tifffile.TiffFileError, struct.error, ValueError, TypeError, IndexError, KeyError, OverflowError, ZeroDivisionError):
         return None  # OpenImageIO reads images whose tags tifffile does not
+    try:
+        affine = _affine(tags)
+        return None if affine is None else GeoReference(tuple(float(value) for value in affine), _crs(tags))
+    except (ValueError, TypeError):
+        raise InputError("has GeoTIFF tags that cannot be read; mend them or take them away", file=image) from None
+
+
+def _affine(tags: dict) -> list[float] | None:
+    """The map that GeoTIFF tags give; None where they give none."""
     matrix, scale, tie = (tags.get(key) for key in ("ModelTransformation", "ModelPixelScale", "ModelTiepoint"))
     if matrix is not None:
         m = np.asarray(matrix, float).reshape(4, 4)
@@ -60,9 +70,9 @@ def _geotiff(image: Path) -> GeoReference | None:
         affine = [across, 0.0, x - column * across, 0.0, -down, y + row * down]
     else:
         return None
-    if int(tags.get("GTRasterTypeGeoKey", 1)) == _PIXEL_IS_POINT:
-        affine = _from_centre(affine)
-    return GeoReference(tuple(float(value) for value in affine), _crs(tags))
+    if not np.isfinite(affine).all():
+        raise ValueError("not finite")
+    return _from_centre(affine) if int(tags.get("GTRasterTypeGeoKey", 1)) == _PIXEL_IS_POINT else affine
 
 
 def _crs(tags: dict) -> str:

@@ -17,6 +17,7 @@ from pydantic import Field
 
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
+from skyshine.schemas.paths import job_path
 
 MAX_RADIUS = 127
 
@@ -46,6 +47,15 @@ def _some_polygons(polygons: tuple) -> tuple:
     return polygons
 
 
+def _within_folder(name: str, info: pydantic.ValidationInfo) -> str:
+    """Refuse a path that leads out of the folder of the job that is read; a job from a database has none."""
+    folder = (info.context or {}).get("folder")
+    if folder is not None:
+        job_path(folder, name)
+    return name
+
+
+JobPath = Annotated[str, Field(min_length=1), pydantic.AfterValidator(_within_folder)]
 MaterialName = Annotated[str, pydantic.AfterValidator(_known_material)]
 PaletteKey = Annotated[str, pydantic.BeforeValidator(_palette_key)]
 Polygon = Annotated[tuple[tuple[float, float], ...], Field(min_length=1)]
@@ -56,7 +66,7 @@ Probability = Annotated[float, Field(ge=0, le=1)]
 class LabelImage(StrictModel):
     """An image of the texture's size whose colours name materials; colours outside the palette label nothing."""
 
-    image: str = Field(min_length=1, description="Label image, of the same width and height as the texture.")
+    image: JobPath = Field(description="Label image, of the same width and height as the texture.")
     palette: dict[PaletteKey, MaterialName] = Field(
         min_length=1, description='Material of each label colour ("#RRGGBB") or grey level (0 to 65535).'
     )
@@ -68,9 +78,8 @@ class Seeds(StrictModel):
     polygons: dict[MaterialName, Polygons] = Field(
         default={}, description="Polygons of [x, y] pixel coordinates by material; one vertex alone names one texel."
     )
-    file: str | None = Field(
+    file: JobPath | None = Field(
         default=None,
-        min_length=1,
         description="GeoJSON in pixel coordinates; `properties.material` names the material.",
     )
     labels: LabelImage | None = None
@@ -160,7 +169,7 @@ class Rules(StrictModel):
     """Rules, of which the first that holds gives the material; where none holds it is unknown."""
 
     rules: tuple[Rule, ...] = Field(min_length=1)
-    layers: dict[str, str] = Field(
+    layers: dict[str, JobPath] = Field(
         default={}, description="Further images of the texture's size, such as height, whose first channel rules name."
     )
 
@@ -202,7 +211,7 @@ class HeldOut(StrictModel):
 class TextureJob(StrictModel):
     """One texture and what is known of it."""
 
-    image: str = Field(min_length=1, description="Image file, relative to the job file.")
+    image: JobPath = Field(description="Image file, relative to the job file.")
     name: str = Field(
         default="",
         pattern=r"^([A-Za-z0-9_][A-Za-z0-9_.-]*)?$",
@@ -224,8 +233,8 @@ class TextureJob(StrictModel):
     palette: Palette | None = None
     rules: Rules | None = None
     seeds: Seeds | None = None
-    model: str | None = Field(
-        default=None, min_length=1, description="File of a classifier trained by 'tmm train', relative to the job file."
+    model: JobPath | None = Field(
+        default=None, description="File of a classifier trained by 'tmm train', relative to the job file."
     )
     clusters: Clusters | None = None
     overrides: Seeds | None = Field(

@@ -123,7 +123,8 @@ class TexturedMapper:
         posterior = self._model.network.posterior(stack.reshape(len(stack), -1))
         planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
         if self._radius:
-            material, confidence = strongest(pairs_of(planes), valid, self._radius, inner)
+            pairs = pairs_of(planes)
+            material, confidence = strongest(pairs, len(pairs), valid, self._radius, inner)
         else:
             material = planes[(slice(None), *inner)].argmax(axis=0).astype(np.int16)
             confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)

@@ -14,6 +14,7 @@ from skyshine.schemas.errors import InputError
 
 KEPT_BYTES = 1 << 27  # decoded size up to which an image is kept whole: 4096 x 4096 texels of RGB come below it
 PIECE_ROWS = 64  # decoded at a time of an image that is not kept whole
+PIECE_TEXELS = 1 << 21  # of a row of tiles decoded at a time
 
 
 class Raster:
@@ -51,8 +52,12 @@ class Raster:
             The file is damaged or cut short.
         """
         if not self._first <= start <= stop <= self._end:
-            first, last = (0, self.height) if self._whole else self._aligned(start, stop)
-            self._keep(first, last)
+            if self._whole:
+                self._first, self._end, self._kept = 0, self.height, self._read(0, self.height)
+            else:
+                first, last = self._aligned(start, stop)
+                # What is kept already serves from the row asked for: tiles are wanted whole only where they are decoded.
+                self._keep(start if self._first <= start < self._end else first, last)
         return self._kept[start - self._first : stop - self._first]
 
     def _keep(self, first: int, last: int) -> None:
@@ -65,8 +70,14 @@ class Raster:
         self._first, self._end = first, first + overlap
         while self._end < last:
             # In pieces, because what is read is an array of its own until it is copied.
-            stop = last if self._whole else min(self._aligned(self._end, self._end + PIECE_ROWS)[1], last)
-            self._kept[self._end - first : stop - first] = self._read(self._end, stop)
+            stop = min(self._aligned(self._end, self._end + PIECE_ROWS)[1], last)
+            target = self._kept[self._end - first : stop - first]
+            step = self.width
+            if side := self.spec.tile_width:
+                step = max(PIECE_TEXELS // (stop - self._end) // side, 1) * side
+            for left in range(0, self.width, step):
+                right = min(left + step, self.width)
+                target[:, left:right] = self._read(self._end, stop, left, right)
             self._end = stop
 
     def _aligned(self, start: int, stop: int) -> tuple[int, int]:
@@ -74,13 +85,15 @@ class Raster:
         side = self.spec.tile_height or 1
         return start // side * side, min(-(-stop // side) * side, self.height)
 
-    def _read(self, start: int, stop: int) -> np.ndarray:
+    def _read(self, start: int, stop: int, left: int = 0, right: int | None = None) -> np.ndarray:
+        """Decode rows; of tiled images, columns from `left` to `right` of them."""
         spec, source = self.spec, self._source
+        right = self.width if right is None else right
         with _decoders_silent():
-            if start == 0 and stop == self.height:
+            if (start, stop, left, right) == (0, self.height, 0, self.width):
                 values = source.read_image(self._kind)
             elif spec.tile_width:
-                columns = (spec.x, spec.x + spec.width)
+                columns = (spec.x + left, spec.x + right)
                 rows = (spec.y + start, spec.y + stop)
                 values = source.read_tiles(*columns, *rows, 0, 1, 0, spec.nchannels, self._kind)
             else:
@@ -89,7 +102,7 @@ class Raster:
         problem = source.geterror()
         if values is None or problem:
             raise InputError(_reason("is damaged or cut short", problem), file=self.path)
-        return values.reshape(stop - start, self.width, self.channels)
+        return values.reshape(stop - start, right - left, self.channels)
 
 
 def read_channels(path: Path) -> np.ndarray:

@@ -26,10 +26,10 @@ def load_job(path: str | os.PathLike, library) -> tuple[TmmJob, Path]:
     Raises
     ------
     InputError
-        At the line and column of what is wrong, unknown material names included.
+        At the line and column of what is wrong, unknown material names and paths out of the folder included.
     """
     path = Path(path)
-    return load_model(path, TmmJob, context={"materials": library.names}), path.parent
+    return load_model(path, TmmJob, context={"materials": library.names, "folder": path.parent}), path.parent
 
 
 def check(job: TextureJob, folder: Path, library) -> dict:

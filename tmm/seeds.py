@@ -19,7 +19,7 @@ from skyshine.tmm.texture import Windowed
 BLOCK = 32  # texels; a label image is divided into regions of this size
 BLOCKS = 4096  # of one material in a label image that are seeds: four million texels tell its colours well enough
 POLYGON_TEXELS = 1 << 22  # of one polygon that are seeds; a larger one is thinned to a regular grid
-BAND = 256  # rows read at a time
+PIECE_TEXELS = 1 << 21  # read at a time
 
 
 @dataclass(frozen=True)
@@ -170,10 +170,11 @@ def _settle(job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Pa
 def gather(texture: Windowed, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Colours (N, C) and validity (N,) of texels in the order of their rows, read from the top to the bottom."""
     colours, valid = np.empty((len(rows), texture.channels), texture.dtype), np.empty(len(rows), bool)
-    for start in range(0, texture.height, BAND):
-        part = slice(*np.searchsorted(rows, (start, start + BAND)))
+    step = max(PIECE_TEXELS // texture.width, 1)
+    for start in range(0, texture.height, step):
+        part = slice(*np.searchsorted(rows, (start, start + step)))
         if part.start < part.stop:
-            band = slice(start, min(start + BAND, texture.height))
+            band = slice(start, min(start + step, texture.height))
             pixels, known = texture.window(band, slice(0, texture.width))
             at = rows[part] - start, columns[part]
             colours[part], valid[part] = pixels[at], known[at]

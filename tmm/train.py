@@ -9,21 +9,22 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify import fit, fit_seeds, log_prior
-from skyshine.tmm.features.colour import to_coordinates
-from skyshine.tmm.features.textured import MARGIN, features, in_shadow, light_planes, names
+from skyshine.tmm.features.colour import DistinctColours, to_coordinates
+from skyshine.tmm.features.textured import MARGIN, features, in_other_light, in_shadow, light_planes, names
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.job import Classifier, TmmJob
-from skyshine.tmm.load import load_texture
+from skyshine.tmm.load import load_texture, open_texture
 from skyshine.tmm.model import TYPICAL, Network, TrainedModel
 from skyshine.tmm.quality import HeldOut, at_seeds, folds, held_out, untested
 from skyshine.tmm.seeds import SeedTexels
 from skyshine.tmm.texture import Windowed
 
-SAMPLE = 3000  # seed texels of a material that a network is trained on, of one texture; of many, it is shared out
+SAMPLE = 3000  # seed texels of a material in one texture that a network is trained on
+LIBRARY_SAMPLE = 500_000  # of all materials in all textures of a library, 200 bytes each
 LEAST_SAMPLE = 200  # of a material in one texture of many
 TILE = 256  # texels: features are computed about the seeds of one such tile at a time
-HIDDEN = 32  # units
-PENALTY = 1.0  # on the squares of the weights
+HIDDEN, LIBRARY_HIDDEN = 32, 64  # units
+PENALTY, LIBRARY_PENALTY = 1.0, 0.1  # on the squares of the weights; the many examples of a library need less
 ROUNDS = 60  # over all examples, at most
 VISITS = 1_000_000  # of examples, in all rounds: with many examples a few rounds do
 
@@ -37,6 +38,7 @@ class Examples:
     texel : (N,) int
         Which of the seeds each is.
     plain, shaded : (N, F) float32
+        As they are; with shadows drawn on them and, of a library, in the light of another photograph.
     material : (N,) int
         Index into the names of the seeds.
     """
@@ -47,7 +49,9 @@ class Examples:
     material: np.ndarray
 
 
-def examples(texture: Windowed, seeds: SeedTexels, random_seed: int, sample: int = SAMPLE) -> Examples:
+def examples(
+    texture: Windowed, seeds: SeedTexels, random_seed: int, sample: int = SAMPLE, other_light: bool = False
+) -> Examples:
     """Features at a random sample of the seeds, of `sample` texels a material at most."""
     random = np.random.default_rng(random_seed)
     chosen = []
@@ -66,7 +70,10 @@ def examples(texture: Windowed, seeds: SeedTexels, random_seed: int, sample: int
         pixels = np.where(valid[..., np.newaxis], pixels, pixels.dtype.type(0))
         at = (slice(None), rows - top, columns - left)
         plain[mine] = _features(pixels, valid, texture.encoding)[at].T
-        shaded[mine] = _features(in_shadow(pixels, texture.encoding, random)[0], valid, "linear")[at].T
+        dimmed = in_shadow(pixels, texture.encoding, random)[0]
+        if other_light:
+            dimmed = in_other_light(dimmed, random)
+        shaded[mine] = _features(dimmed, valid, "linear")[at].T
     return Examples(texel, plain, shaded, seeds.material[texel])
 
 
@@ -89,24 +96,27 @@ def train_textured(known: list[Examples], names_of: list[tuple[str, ...]], setti
     found = tuple(everything[k] for k in used)
     both = np.concatenate([part.plain for part in known] + [part.shaded for part in known])
     target = np.concatenate([target, target])
-    network = _network(both, target, found, settings, random_seed)
+    size = (HIDDEN, PENALTY) if len(known) == 1 else (LIBRARY_HIDDEN, LIBRARY_PENALTY)
+    network = _network(both, target, found, settings, random_seed, *size)
     colour = fit(both[:, TYPICAL].astype(np.float64), target, found)
     return TrainedModel(found, colour, network)
 
 
-def _network(both: np.ndarray, target: np.ndarray, found: tuple[str, ...], settings: Classifier, random_seed: int) -> Network:
+def _network(
+    both: np.ndarray, target: np.ndarray, found: tuple[str, ...], settings: Classifier, random_seed: int, hidden: int, penalty: float
+) -> Network:
     mean, scale = both.mean(axis=0), np.maximum(both.std(axis=0), 1e-3)
     if len(found) == 1:
         empty = np.zeros((len(mean), 1), np.float32)
         return Network(mean, scale, empty, np.zeros(1, np.float32), np.zeros((1, 1), np.float32), np.zeros(1, np.float32))
-    inner, outer, inner_offset, outer_offset = _perceptron((both - mean) / scale, target, random_seed)
+    inner, outer, inner_offset, outer_offset = _perceptron((both - mean) / scale, target, random_seed, hidden, penalty)
     counts = np.bincount(target).astype(float)
     # The seeds' own frequencies are the prior that a network learns.
     outer_offset = outer_offset + log_prior(found, counts, settings.prior) - np.log(counts / counts.sum())
     return Network(*(part.astype(np.float32) for part in (mean, scale, inner, inner_offset, outer, outer_offset)))
 
 
-def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int) -> tuple[np.ndarray, ...]:
+def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int, hidden: int, penalty: float) -> tuple[np.ndarray, ...]:
     """Weights and offsets of both layers; of two materials, scikit-learn keeps one output, the log-odds."""
     import warnings
 
@@ -114,7 +124,7 @@ def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int) -> tup
     from sklearn.neural_network import MLPClassifier
 
     rounds = int(np.clip(VISITS // len(scaled), 5, ROUNDS))
-    learner = MLPClassifier((HIDDEN,), alpha=PENALTY, max_iter=rounds, random_state=random_seed)
+    learner = MLPClassifier((hidden,), alpha=penalty, max_iter=rounds, random_state=random_seed)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # to stop early is part of the method
         learner.fit(scaled, target)
@@ -136,6 +146,12 @@ def train_on_seeds(
     return train_textured([part], [seeds.names], settings, random_seed)
 
 
+def library_examples(texture: Windowed, seeds: SeedTexels, count: int, random_seed: int) -> Examples:
+    """Examples of one of `count` textures of a library, no more than that those of all fit memory."""
+    sample = int(np.clip(LIBRARY_SAMPLE // count // len(seeds.names), LEAST_SAMPLE, SAMPLE))
+    return examples(texture, seeds, random_seed, sample, other_light=count > 1)
+
+
 def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, HeldOut]:
     """Train one classifier on the seeds of all textures of a job, with the classifier settings of its first texture.
 
@@ -149,46 +165,51 @@ def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, Hel
     """
     first = job.textures[0]
     settings, random_seed = first.classifier, first.held_out.random_seed
-    loaded = []
     for texture_job in job.textures:
         if texture_job.seeds is None:
             raise InputError(f"'{texture_job.name}' has no seeds; allowed for training: textures with seeds")
-        loaded.append(load_texture(texture_job, folder, library))
-    known = None
-    if settings.method == "textured":
-        sample = max(SAMPLE // len(loaded), LEAST_SAMPLE)
-        known = [examples(texture, seeds, random_seed, sample) for texture, _, _, seeds in loaded]
-    order = np.random.default_rng(random_seed).permutation(len(loaded))
-    part = np.empty(len(loaded), int)
-    part[order] = np.arange(len(loaded)) % first.held_out.folds
+    count, textured = len(job.textures), settings.method == "textured"
+    # Images are read one by one and again for the test: those of a large library together would not fit memory.
+    seeds_of, encodings, known = [], [], []
+    for texture_job in job.textures:
+        texture, _, _, seeds = load_texture(texture_job, folder, library)
+        seeds_of.append(seeds)
+        encodings.append(texture.encoding)
+        if textured:
+            known.append(library_examples(texture, seeds, count, random_seed))
+    order = np.random.default_rng(random_seed).permutation(count)
+    part = np.empty(count, int)
+    part[order] = np.arange(count) % first.held_out.folds
 
     def train(chosen: np.ndarray) -> TrainedModel:
         used = np.flatnonzero(chosen)
-        own = [loaded[i][3] for i in used]
-        if known is not None:
+        own = [seeds_of[i] for i in used]
+        if textured:
             return train_textured([known[i] for i in used], [seeds.names for seeds in own], settings, random_seed)
         names = tuple(dict.fromkeys(name for seeds in own for name in seeds.names))
-        lab = [to_coordinates(loaded[i][3].colours, loaded[i][0].encoding) for i in used]
+        lab = [to_coordinates(seeds_of[i].colours, encodings[i]) for i in used]
         material = [np.array([names.index(name) for name in seeds.names])[seeds.material] for seeds in own]
         colour = fit(np.concatenate(lab), np.concatenate(material), names, settings.prior)
         return TrainedModel(names, colour, None)
 
-    model = train(np.ones(len(loaded), bool))
-    if len(loaded) == 1:
+    model = train(np.ones(count, bool))
+    if count == 1:
         return model, untested(len(model.names))
-    held = _held_out_textures(job, loaded, part, train, model.names)
+    held = _held_out_textures(job, folder, seeds_of, part, train, model.names)
     return replace(model, calibration=held.calibration), held
 
 
-def _held_out_textures(job: TmmJob, loaded: list, part: np.ndarray, train, names: tuple[str, ...]) -> HeldOut:
+def _held_out_textures(
+    job: TmmJob, folder: Path, seeds_of: list[SeedTexels], part: np.ndarray, train, names: tuple[str, ...]
+) -> HeldOut:
     """Quality at the seeds of textures that the classifier was not trained on."""
     rows = []
     for number in np.unique(part):
         model = train(part != number)
         for i in np.flatnonzero(part == number):
-            texture, colours, _, seeds = loaded[i]
+            texture, seeds = open_texture(job.textures[i], folder), seeds_of[i]
             fold = np.where(folds(job.textures[i], seeds, smallest=1) >= 0, 0, -1)
-            mapper = model.mapper(texture, colours, job.textures[0].classifier.radius, tabulate=False)
+            mapper = model.mapper(texture, DistinctColours(texture), job.textures[0].classifier.radius, tabulate=False)
             found, confidence, _ = at_seeds({0: mapper}, seeds, fold)
             light = luminance(seeds.colours, texture.encoding)
             dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]

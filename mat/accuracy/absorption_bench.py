@@ -142,9 +142,9 @@ def line_quantities(segments, extinction, emission, levels):
     through, radiance = [], []
     tilt = np.zeros_like(emission)  # nothing scatters
     for part in segments:
-        depth = part.column(extinction)
-        through.append(np.exp(-depth.sum(axis=0)))
-        radiance.append(transfer.emitted(depth, *part.source(emission, tilt, levels))[-1])
+        depths = transfer.Depths(part.column(extinction))
+        through.append(np.exp(-depths.before[-1]))
+        radiance.append(transfer.emitted(depths, *part.source(emission, tilt, levels)).sum(axis=0))
     return np.array(through), np.array(radiance)
 
 

@@ -107,9 +107,10 @@ class Prepared:
         air = atmospheric_state(job.site, job.states[state - 1])
         table = absorption_table(job.water_continuum)
         everything = band_points(table.points(*response.wavenumber_range), response)
-        light = [source_irradiance(job, source, everything.wavenumber, everything.width) for source in job.sources]
+        whole = loaded.whole
+        light = [source_irradiance(whole, source, everything.wavenumber, everything.width) for source in whole.sources]
         compiled, _ = cached_compile_band(
-            table, air, everything, path_grid(loaded), np.stack(light), tolerance=job.accuracy.spectral_tolerance,
+            table, air, everything, path_grid(whole), np.stack(light), tolerance=job.accuracy.spectral_tolerance,
             max_points=MAX_POINTS, seed=job.accuracy.seed,
         )  # fmt: skip
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
@@ -154,7 +155,7 @@ class _Scene:
     def __init__(self, prepared, library, tables, source):
         job = prepared.loaded.job
         self.tables, self.numbers, self.source = tables, (prepared.state, prepared.band), source
-        self.response, self.grid = prepared.response, path_grid(prepared.loaded)
+        self.response, self.grid = prepared.response, path_grid(job)
         self.exact, self.few = prepared.exact, prepared.few
         self.light, self.few_light = (
             source_irradiance(job, source, air.band.wavenumber, air.band.width) for air in (self.exact, self.few)

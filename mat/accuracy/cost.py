@@ -16,8 +16,7 @@ COMPILE_POINT = 2.0e-3  # s for each spectral point of a band
 # s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44 points.
 TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 1.9e-3, 1.4e-6, 0.062, 44
 COMPILED_POINTS = 64  # the most that a compiled band has
-PROBE = 8.3e-3  # s for each random point at which a table is measured, at TABLE_POINTS
-PROBES = 120
+MEASURED = 1.4  # s for the lines of sight on which a table is measured, at TABLE_POINTS
 COLUMN = 1.6e-4  # s for each distinct surface column, its forcing included
 PICTURE = 0.8  # s for each file that is drawn
 TEXTURE = 2.0  # s for each texture of a megapixel or so
@@ -44,7 +43,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     return {
         "compile": sets * COMPILE_POINT * sum(points),
         "atmosphere": sets * len(points) * sources * one,
-        "accuracy": sets * len(points) * sources * PROBES * PROBE * share,
+        "accuracy": sets * len(points) * sources * MEASURED * share,
         "temperature": sets * COLUMN * columns,
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,

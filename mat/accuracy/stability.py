@@ -9,22 +9,28 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from skyshine.mat.atmosphere.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES
+from skyshine.mat.atmosphere.cloud import LARGEST_OPTICAL_DEPTH, PHASES, RADII, THINNEST, TOP_LIMIT, CloudLayer
 from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere.profiles import PROFILES
+from skyshine.mat.atmosphere.profiles import PROFILES, Profile, load_profile
+from skyshine.mat.atmosphere.rain import RATES, RainLayer
 from skyshine.mat.atmosphere.solar import solar_irradiance
+from skyshine.mat.atmosphere.sounding import read_sounding
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.quantities import BETA_CAP_KM, BETA_FACTOR, BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
 from skyshine.mat.scene import absorption_table
 from skyshine.mat.surface.solver import TOLERANCE, solve_columns
 from skyshine.mat.surface.stress import random_forcing, random_material
+from skyshine.schemas.errors import InputError
 
 SURFACE_BOUND = 0.5  # K beyond the instantaneous equilibria, for a solver with a time step
 _ROUNDING = 1e-5  # relative: attenuation along lines of sight is kept in single precision
+_SCALE_HEIGHT = 287.05 / 9.80665 * 1e-3  # km/K: gas constant of dry air over gravity (US Standard Atmosphere 1976)
 _POINTS = 6  # lines of sight of an atmosphere
 
 
@@ -147,18 +153,56 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
 
 
 def _random_state(generator) -> AtmosphericState:
+    """A state that is not refused: clouds that must freeze or melt are, as they should be, and drawn again."""
+    while True:
+        try:
+            return _any_state(generator)
+        except InputError:
+            continue
+
+
+def _any_state(generator) -> AtmosphericState:
     aerosol = str(generator.choice([*BOUNDARY_MODELS, "none"]))
+    profile = str(generator.choice(list(PROFILES)))
+    sounding = generator.random() < 0.3
     return AtmosphericState.from_profile(
-        str(generator.choice(list(PROFILES))),
+        _random_sounding(generator, profile) if sounding else profile,
         surface_altitude=float(generator.choice([-500.0, 0.0, generator.uniform(0, 5900)])),
         co2_ppm=float(generator.choice([0.0, 420.0, 5000.0])),
         humidity_scale=float(generator.choice([0.0, 1.0, 10.0])),
+        gas_scale={"O3": float(generator.choice([0.0, 1.0, 100.0]))},
         aerosol=aerosol,
         visibility_km=None if aerosol == "none" else float(np.exp(generator.uniform(np.log(0.1), np.log(300.0)))),
+        wind_speed=float(generator.choice([0.0, 4.0, 60.0])),
+        air_mass=int(generator.integers(1, 11)),
         stratosphere=str(generator.choice(list(STRATOSPHERES))),
+        clouds=[_random_cloud(generator) for _ in range(generator.choice([0, 0, 1, 3]))],
+        rain=RainLayer(float(np.exp(generator.uniform(*np.log(RATES)))), generator.uniform(20.0, 15e3)) if generator.random() < 0.3 else None,
         surface_temperature=float(generator.uniform(180, 350)),
         surface_albedo=float(generator.choice([0.0, 0.1, 1.0])),
     )
+
+
+def _random_cloud(generator) -> CloudLayer:
+    """From nothing to more than any sky holds, in the thinnest and the thickest layers, at any height whatever the air there."""
+    phase = str(generator.choice(PHASES))
+    thickness = float(np.exp(generator.uniform(np.log(THINNEST), np.log(TOP_LIMIT / 2))))
+    base = float(generator.choice([0.0, generator.uniform(0.0, TOP_LIMIT - thickness)]))
+    depth = float(generator.choice([0.0, np.exp(generator.uniform(np.log(1e-4), np.log(LARGEST_OPTICAL_DEPTH))), LARGEST_OPTICAL_DEPTH]))
+    return CloudLayer(phase, base, base + thickness, float(generator.uniform(*RADII[phase])), depth)
+
+
+def _random_sounding(generator, name: str) -> Profile:
+    """What a balloon may bring home: inversions, layers without water between wet ones, few levels."""
+    levels = np.sort(generator.uniform(0.0, 30.0, int(generator.integers(3, 40))))
+    levels = np.unique(np.round(levels, 3))
+    warm = np.clip(288.0 - 6.5 * np.minimum(levels, 11.0) + generator.normal(0.0, 12.0, levels.size), 190.0, 320.0)
+    wet = np.where(generator.random(levels.size) < 0.2, 0.0, generator.uniform(0.0, 100.0, levels.size))
+    scale = _SCALE_HEIGHT * (warm[1:] + warm[:-1]) / 2  # of the air between two levels, km
+    pressure = 1013.0 * np.exp(-levels[0] / 7.5 - np.cumsum(np.append(0.0, np.diff(levels) / scale)))
+    rows = (f"{z},{p:.6f},{t:.2f},{u:.2f}" for z, p, t, u in zip(levels, pressure, warm, wet))
+    text = "\n".join(["altitude[km],pressure[hPa],temperature[K],relative_humidity[%]", *rows]) + "\n"
+    return read_sounding(text, Path("drawn.csv"), load_profile(name))
 
 
 def _extreme(generator, values: np.ndarray, ends: tuple[float, ...]) -> np.ndarray:

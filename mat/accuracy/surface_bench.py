@@ -28,6 +28,8 @@ MATERIALS = (
     "soil_sand", "soil_loam_wet", "concrete", "asphalt_road", "wood_pine_weathered", "aluminium_weathered", "grass_green", "water_fresh",
 )  # fmt: skip
 QUICK_MATERIALS = ("concrete", "grass_green")
+# Dry, wet, vegetated: each has other fluxes to compute.
+SPEED_MATERIALS = {"dry": "concrete", "wet": "soil_loam_wet", "vegetated": "grass_green"}
 STEPS = (24, 48, 72, 96, 144, 192, 288, 576)
 # Name, steps a day, days from the start, cells a layer, theta.
 MARCHES = (
@@ -56,6 +58,17 @@ class Rung:
     largest: float | None
     seconds: float
     columns: int
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Processor seconds a column of a material, with 96 steps and with the steps that the solver chooses."""
+
+    kind: str
+    material: str
+    seconds_96: float
+    seconds_default: float
+    default_steps: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +166,20 @@ def run(cases: list[Case], advance=None) -> tuple[list[Rung], list[str]]:
     rungs.append(Rung("oracle (reference)", "oracle", None, None, oracle, len(cases) * len(_ORACLE_PLANES)))
     left_out = [f"{case.material.name} ({steps[case.material.name]} steps a day)" for case in cases if case not in stable]
     return rungs, left_out
+
+
+def speeds(materials: dict[str, SurfaceMaterial], inputs) -> list[Speed]:
+    """Time a column of materials by kind, in the batch of `batch_planes`."""
+    forcing = forcing_of(*inputs, batch_planes())
+    found = []
+    for kind, material in materials.items():
+        steps = _solved(material, forcing, 96, 288).shape[1]  # computes the forcing
+        spent = [
+            _median_seconds(lambda: _solved(material, forcing, 96, fine)) / len(batch_planes())  # noqa: B023
+            for fine in (None, 288)
+        ]
+        found.append(Speed(kind, material.name, *spent, steps))
+    return found
 
 
 def _solved(material: SurfaceMaterial, forcing: Callable[[int], Forcing], steps: int, fine_steps: int | None) -> np.ndarray:

@@ -78,6 +78,28 @@ def from_absorption(found: dict) -> list[Ladder]:
     return ladders
 
 
+def from_atmosphere(found: dict) -> list[Ladder]:
+    """Ladders of directions of the sky and of layers from ``mat bench atmosphere --json``; the error of the worst quantity."""
+    from skyshine.mat.atmosphere.sky import AZIMUTHS, ZENITHS
+
+    why = {
+        "directions": "each further rung takes four times the directions",
+        "layers": "the levels of the state, as they are given",
+    }
+    ladders = []
+    for band, content in found["bands"].items():
+        for name, reason in why.items():
+            rungs = [
+                Rung(
+                    rung["name"], rung["time"]["value"], max(error["value"] for error in rung["errors_rms"].values()),
+                    rung["name"] == f"{ZENITHS} x {AZIMUTHS}" if name == "directions" else rung is content["ladders"][name][-1],
+                )
+                for rung in content["ladders"][name]
+            ]  # fmt: skip
+            ladders.append(Ladder(f"{name}, {band}", "a small table", "relative, rms of the worst quantity", tuple(rungs), reason))
+    return ladders
+
+
 def from_surface(found: dict) -> list[Ladder]:
     """The ladder of solver steps from ``mat bench surface --json``."""
     rungs = [
@@ -109,6 +131,7 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
     from skyshine.mat.accuracy.grids import errors_at, refined_grid
     from skyshine.mat.accuracy.interpolation import random_places
     from skyshine.mat.accuracy.ladders import GRID, compiled
+    from skyshine.mat.accuracy.probes import Probes
     from skyshine.mat.atmosphere.solar import solar_irradiance
     from skyshine.mat.atmosphere.state import AtmosphericState
     from skyshine.mat.quantities import BandAtmosphere, PathGrid
@@ -143,7 +166,7 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
             rung(
                 f"tolerance {tolerance:g} K",
                 lambda: refined_grid(
-                    lambda grid: air.table(grid, sun), lambda *at: air.at_points(*at, sun), GRID, scale, tolerance,
+                    lambda grid: air.table(grid, sun), lambda drawn, sky: Probes.drawn(air, GRID, sun, drawn, sky), GRID, scale, tolerance,
                     seed=1, most=20_000_000,
                 ).grid,
             )  # fmt: skip
@@ -182,6 +205,7 @@ def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[
     short = ("--quick",) if quick else ()
     found = {
         "spectral points": lambda: from_absorption(run_command("mat", "bench", "absorption", *short)),
+        "directions and layers": lambda: from_atmosphere(run_command("mat", "bench", "atmosphere", *short)),
         "surface solver": lambda: from_surface(run_command("mat", "bench", "surface", *short)),
         "grids": lambda: grid_ladder((10.5, 11.0) if quick else (8.0, 12.0), (4.0,) if quick else (4.0, 2.0, 1.0), (4, 2, 1)),
     }

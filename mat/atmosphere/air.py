@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.atmosphere.streams import StreamLight, straight_share
-from skyshine.mat.atmosphere.transfer import emitted, scattered_band, scattered_spectral, segment_attenuation
+from skyshine.mat.atmosphere.transfer import Depths, emitted, scattered_band, scattered_spectral, segment_attenuation
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +58,9 @@ class SpectralAir:
         shells = Shells.of(state.altitude, state.number_density, mean)
         return cls(state, shells, optics, SourceRays.of(shells), streams)
 
-    def parts(self, size):
-        """The same air at `size` points at a time, whose arrays stay in a processor's cache."""
-        for start in range(0, self.optics.wavenumber.size, size):
-            yield SpectralAir(self.state, self.shells, self.optics.at(slice(start, start + size)), self.source_rays, self.streams)
+    def part(self, points):
+        """The same air at a slice of the points."""
+        return SpectralAir(self.state, self.shells, self.optics.at(points), self.source_rays, self.streams)
 
     def prepare(self):
         """Compute what is kept, before several threads ask for it."""
@@ -78,17 +77,21 @@ class SpectralAir:
         """The source function of thermal radiation."""
         return thermal_source(self.state, self.shells, self.optics)
 
-    def thermal_radiance(self, segments, optical_depth):
-        """Thermal path radiance up to each end of a ray's segments, (K+1, P) W m^-2 sr^-1 (cm^-1)^-1.
+    def thermal_radiance(self, segments, depths):
+        """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths' precision.
 
         Parameters
         ----------
         segments : transfer.Segments
-        optical_depth : (K, P) array
-            Of each segment.
+        depths : transfer.Depths
         """
-        near, far = segments.source(self.thermal.mean, self.thermal.tilt, self.shells.altitude)
-        return emitted(optical_depth, near, far)
+        thermal = self._single_thermal if depths.each.dtype == np.float32 else self.thermal
+        near, far = segments.source(thermal.mean, thermal.tilt, self.shells.altitude)
+        return emitted(depths, near, far)
+
+    @cached_property
+    def _single_thermal(self):
+        return ThermalSource(self.thermal.mean.astype(np.float32), self.thermal.tilt.astype(np.float32))
 
     @cached_property
     def scaled_extinction(self):
@@ -115,14 +118,13 @@ class SpectralAir:
             return StreamLight.of(self.state, self.shells, self.optics, self.straight_share, paths)
         return DiffuseLight.of(self.state, self.shells, self.optics, self.scaled_extinction, paths)
 
-    def scattered_radiance(self, segments, optical_depth, to_source, deflection, phase=None):
+    def scattered_radiance(self, segments, depths, to_source, deflection, phase=None):
         """Scattered light of the source along a ray.
 
         Parameters
         ----------
         segments : transfer.Segments
-        optical_depth : (K, P) array
-            Of each segment.
+        depths : transfer.Depths
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
         phase : (N, S, C) array, optional
@@ -133,17 +135,17 @@ class SpectralAir:
         (S, P) array
             Per unit of the source's irradiance, sr^-1.
         """
-        seen = self._seen_through(segments, optical_depth)
+        seen = self._seen_through(segments, depths)
         attenuation = segment_attenuation(segments, seen, self.scaled_source_paths, to_source)
         once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
-        return once + self.diffuse_light.spectral(segments, optical_depth, to_source, deflection)
+        return once + self.diffuse_light.spectral(segments, depths, to_source, deflection)
 
-    def scattered_in_band(self, segments, optical_depth, to_source, deflection, weight):
+    def scattered_in_band(self, segments, depths, to_source, deflection, weight):
         """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in `transfer.scattered_band`."""
-        paths, seen = self.scaled_source_paths, self._seen_through(segments, optical_depth)
+        paths, seen = self.scaled_source_paths, self._seen_through(segments, depths)
         once = scattered_band(segments, self.optics, seen, paths, to_source, deflection, weight)
-        return once + self.diffuse_light.band(segments, optical_depth, to_source, deflection, weight)
+        return once + self.diffuse_light.band(segments, depths, to_source, deflection, weight)
 
-    def _seen_through(self, segments, optical_depth):
-        """Optical depth of each segment (K, P) for light scattered once: what then goes straight on is not lost."""
-        return segments.column(self.scaled_extinction) if self.streams else optical_depth
+    def _seen_through(self, segments, depths):
+        """`transfer.Depths` for light scattered once: what then goes straight on is not lost."""
+        return Depths(segments.column(self.scaled_extinction)) if self.streams else depths

@@ -118,6 +118,10 @@ class Rays:
     end: np.ndarray
     ground: np.ndarray
 
+    def at(self, row):
+        """One of them, still as an array of lines of sight."""
+        return Rays(*(getattr(self, name)[row : row + 1] for name in self.__dataclass_fields__))
+
 
 def trace(shells, altitude, elevation, ranges=None):
     """Follow lines of sight until they leave the atmosphere or meet the ground.

@@ -28,7 +28,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.diffuse import lean
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES
-from skyshine.mat.atmosphere.transfer import mean_attenuation, source_weights
+from skyshine.mat.atmosphere.transfer import mean_attenuation
 from skyshine.mat.atmosphere.twostream import Slabs, join, vertical_column
 
 # Elevations of the source at which the field is solved, degree; between them it is linear in the sine.
@@ -88,14 +88,13 @@ class DiffuseLight:
             tilt[:, :, part[1]] = (forward / over)[part][:, None] * (rising - falling)
         return cls(state.altitude, sine, optics.extinction, mean, tilt)
 
-    def spectral(self, segments, optical_depth, cosine, _deflection=None):
+    def spectral(self, segments, depths, cosine, _deflection=None):
         """Radiance along a ray at each point.
 
         Parameters
         ----------
         segments : transfer.Segments
-        optical_depth : (K, P) array
-            Of each segment.
+        depths : transfer.Depths
         cosine : (K+1, S) array
             Of the source's zenith angle at the segment ends.
 
@@ -105,20 +104,20 @@ class DiffuseLight:
             sr^-1.
         """
         nodes, share = source_nodes(self.sine, cosine)
-        below, above = layer_shares(segments, self.levels, self.extinction, optical_depth)
+        below, above = layer_shares(segments, self.levels, self.extinction, depths)
         light = below[:, None] * self._toward(segments, segments.layer, nodes)
         light += above[:, None] * self._toward(segments, segments.layer + 1, nodes)  # (K, V, P)
         count = cosine.shape[1]
         return share.transpose(1, 0, 2).reshape(count, -1) @ light.reshape(share.shape[0] * nodes.size, -1)
 
-    def band(self, segments, optical_depth, cosine, _deflection, weight):
+    def band(self, segments, depths, cosine, _deflection, weight):
         """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in `transfer.scattered_band`."""
         nodes, share = source_nodes(self.sine, cosine)
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
         unit = (weight / scale).astype(np.float32)
         light = 0.0
         for layer, part in zip(
-            (segments.layer, segments.layer + 1), layer_shares(segments, self.levels, self.extinction, optical_depth), strict=True
+            (segments.layer, segments.layer + 1), layer_shares(segments, self.levels, self.extinction, depths), strict=True
         ):
             light = light + np.matmul(self._toward(segments, layer, nodes), (part * unit)[..., None])  # (K, V, 1)
         radiance = np.zeros((cosine.shape[0], cosine.shape[1]))
@@ -164,21 +163,20 @@ def source_nodes(sine, cosine):
     return nodes, np.maximum(1 - np.abs(place[..., None] - nodes), 0.0).astype(np.float32)
 
 
-def layer_shares(segments, levels, extinction, optical_depth):
+def layer_shares(segments, levels, extinction, depths):
     """Weights of the source function at the lower and the upper level of each segment's layer, (K, P) each, at the observer.
 
-    For a source linear in optical depth (K, P) between the segment's ends, whose mean counts each level by its extinction (N, P) [m^2
-    per molecule]; never below 0.
+    For a source linear in optical depth between the segment's ends, whose mean counts each level by its extinction (N, P) [m^2 per
+    molecule]; never below 0. `depths` as in `transfer.Depths`.
     """
-    before = np.zeros_like(optical_depth)
-    np.cumsum(optical_depth[:-1], axis=0, out=before[1:])
-    near, far = source_weights(optical_depth)
+    near, far = depths.source_weights
     whole = near + far
-    climb = (np.diff(segments.altitude) / np.diff(levels)[segments.layer])[:, None]
-    upper = segments.upper[:, None] * extinction[segments.layer + 1] / np.maximum(optical_depth, np.finfo(float).tiny)
-    above = np.clip(whole * upper + 0.5 * (far - near) * climb, 0.0, whole)
-    through = np.exp(-before)
-    return (through * (whole - above)).astype(np.float32), (through * above).astype(np.float32)
+    climb = (0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]).astype(near.dtype)[:, None]
+    of_upper = segments.upper[:, None] * extinction[segments.layer + 1]
+    upper = (of_upper / np.maximum(depths.each, np.finfo(np.float32).tiny)).astype(near.dtype)
+    above = np.clip(whole * upper + (far - near) * climb, 0, whole)
+    whole -= above
+    return tuple((depths.through * part).astype(np.float32, copy=False) for part in (whole, above))
 
 
 def level_fluxes(altitude, shells, optics, scaled, source_paths, sine, albedo):

@@ -1,12 +1,11 @@
 """Standard atmospheric profiles.
 
 The six profiles of Anderson et al. 1986 (AFGL-TR-86-0110) at 50 levels from 0 to 120 km. Mixing ratios are as tabulated:
-carbon dioxide is 330 ppmv, the value of that report. A state of another year scales it:
-``profile.with_gas_scaled("CO2", 420 / 330)`` (the table's decrease above 80 km is kept). Halocarbons, which the report does not
+carbon dioxide is 330 ppmv, the value of that report; a state scales it to its own year. Halocarbons, which the report does not
 tabulate with the profiles, have the amounts of 2020.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from difflib import get_close_matches
 
 import numpy as np
@@ -71,20 +70,6 @@ class Profile:
     def number_density(self):
         """Molecules of air, m^-3, shape (N,), by the ideal gas law."""
         return self.pressure / (BOLTZMANN * self.temperature)
-
-    def with_gas_scaled(self, gas, factor):
-        """The same profile with one gas multiplied by a factor.
-
-        Raises
-        ------
-        InputError
-            When the profile does not hold the gas, or the factor is negative or not finite.
-        """
-        if gas not in self.mole_fraction:
-            raise InputError(f"no gas '{gas}' in profile '{self.name}'; it holds {', '.join(self.mole_fraction)}")
-        if not (np.isfinite(factor) and factor >= 0):
-            raise InputError(f"factor {factor} for gas '{gas}' is not allowed; give a finite number of at least 0")
-        return replace(self, mole_fraction={**self.mole_fraction, gas: self.mole_fraction[gas] * factor})
 
 
 def load_profile(name):

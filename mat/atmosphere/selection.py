@@ -9,7 +9,8 @@ SHORT_LIST = 12  # candidates whose non-negative fit is tried in full at each st
 
 
 def select_points(
-    candidates, reference, *, tolerance, max_points, total_weight, row_scale=None, sum_weight=30.0, exchanges=0, seed=0
+    candidates, reference, *, tolerance, max_points, total_weight, row_scale=None, sum_weight=30.0, exchanges=0, more_exchanges=0,
+    seed=0,
 ):
     """Greedy forward selection with non-negative least squares.
 
@@ -36,6 +37,8 @@ def select_points(
     exchanges : int
         Passes over the chosen points afterwards in which each is exchanged for a better one, if there is one. The sets are
         then no longer nested; the last entry of the ladder is the error after the exchanges.
+    more_exchanges : int
+        Further such passes, as long as the error is above the tolerance.
     seed : int
         Seed of the few candidates that are tried beside the best ranked.
 
@@ -55,24 +58,28 @@ def select_points(
         raise ValueError("candidates and reference must be finite")
     scale = np.ones(reference.size) if row_scale is None else np.asarray(row_scale, float)
     rows = reference.size
-    a = candidates * scale / np.sqrt(rows)
+    # Weights that sum to 1 make the error their sum over the candidates' own distances from the reference.
+    apart = (candidates - reference) * (scale / np.sqrt(rows))
     y = reference * scale / np.sqrt(rows)
-    emphasis = sum_weight * max(np.sqrt(y @ y), 1e-12)
-    gram = a @ a.T + emphasis**2
-    moment = a @ y + emphasis**2
+    products = apart @ apart.T
+    along, level = apart @ y, y @ y + sum_weight**2 * max(y @ y, 1e-24)
+    gram = products + along[:, None] + along + level
+    moment = along + level
     rng = np.random.default_rng(seed)
 
     chosen, weight, ladder = [], np.zeros(0), []
     for _ in range(min(max_points, len(candidates))):
-        chosen, weight, error = _with_one_more(a, y, gram, moment, chosen, rng)
+        chosen, weight, error = _with_one_more(products, gram, moment, chosen, rng)
         ladder.append(np.sqrt(error))
         if ladder[-1] <= tolerance:
             break
-    for _ in range(exchanges if len(chosen) > 1 else 0):
+    for number in range(exchanges + more_exchanges if len(chosen) > 1 else 0):
+        if number >= exchanges and ladder[-1] <= tolerance:
+            break
         before = ladder[-1]
         for old in list(chosen):
             others = [j for j in chosen if j != old]
-            trial, fit, error = _with_one_more(a, y, gram, moment, others, rng)
+            trial, fit, error = _with_one_more(products, gram, moment, others, rng)
             if np.sqrt(error) < ladder[-1]:
                 chosen, weight, ladder[-1] = trial, fit, np.sqrt(error)
         if ladder[-1] > 0.99 * before:
@@ -82,45 +89,54 @@ def select_points(
     return index, weight * (total_weight / weight.sum()), np.array(ladder)
 
 
-def _with_one_more(a, y, gram, moment, chosen, rng):
+def _with_one_more(products, gram, moment, chosen, rng):
     """The chosen candidates and the best further one, the weights of all, the squared scaled rms error."""
-    trials = _short_list(gram, moment, chosen, rng)
-    fits = [_fit(gram, moment, chosen + [int(j)]) for j in trials]
-    errors = [_residual(a, y, chosen + [int(j)], w) for j, w in zip(trials, fits, strict=True)]
+    # Cholesky factor of the chosen, and the rows below it that each further candidate and the reference would have.
+    factor = _factor(gram[np.ix_(chosen, chosen)])
+    rows = np.column_stack([gram[chosen], moment[chosen]])
+    if chosen:
+        rows = solve_triangular(factor, rows, lower=True, check_finite=False)
+    rows, goal = rows[:, :-1], rows[:, -1]
+    diagonal = np.diagonal(gram)
+    pivot = np.maximum(diagonal - np.sum(rows**2, axis=0), 1e-10 * diagonal + 1e-300)
+    missing = moment - goal @ rows
+    gain = missing**2 / pivot
+    gain[chosen] = -1.0
+    trials = _short_list(gain, rng)
+    root = np.sqrt(pivot[trials])
+    fits = _fits(factor, rows[:, trials], root, goal, missing[trials] / root)
+    errors = [_square_error(products, chosen + [int(j)], w) for j, w in zip(trials, fits, strict=True)]
     best = int(np.argmin(errors))
     return chosen + [int(trials[best])], fits[best], errors[best]
 
 
-def _short_list(gram, moment, chosen, rng):
-    """The candidates that promise most, and a few at random."""
-    diagonal = np.diagonal(gram)
-    if chosen:
-        block = gram[np.ix_(chosen, chosen)]
-        cross = gram[chosen]
-        half = solve_triangular(_factor(block), np.column_stack([cross, moment[chosen]]), lower=True, check_finite=False)
-        spread = diagonal - np.sum(half[:, :-1] ** 2, axis=0)
-        gain = (moment - half[:, :-1].T @ half[:, -1]) ** 2 / np.maximum(spread, 1e-10 * diagonal)
-        gain[chosen] = -1.0
-    else:
-        gain = moment**2 / np.maximum(diagonal, 1e-300)
+def _short_list(gain, rng):
+    """The candidates that promise most, and a few at random; not those whose gain is negative."""
     ranked = np.argsort(-gain, kind="stable")
     free = ranked[gain[ranked] >= 0]
     best, rest = free[:SHORT_LIST], free[SHORT_LIST:]
     return np.concatenate([best, rng.choice(rest, min(4, rest.size), replace=False)])
 
 
-def _fit(gram, moment, chosen):
-    """Non-negative least squares from the normal equations."""
-    block, right = gram[np.ix_(chosen, chosen)], moment[chosen]
-    factor = _factor(block)
-    half = solve_triangular(factor, right, lower=True, check_finite=False)
-    weight = solve_triangular(factor, half, lower=True, trans="T", check_finite=False)
-    if weight.min() >= 0:
-        return weight
+def _fits(factor, rows, root, goal, last):
+    """Non-negative weights (T, k+1) of k chosen candidates and each of T further ones.
+
+    factor (k, k), lower; rows (k, T), root (T,): what each adds below it; goal (k,), last (T,): the right-hand side in these terms.
+    """
     from scipy.optimize import nnls
 
-    # The default limit of 3 n steps stops it on sets of nearly equal points.
-    return nnls(factor.T, half, maxiter=100 * len(chosen))[0]
+    weights = np.empty((root.size, goal.size + 1))
+    weights[:, -1] = last / root
+    if goal.size:
+        others = goal[:, None] - rows * weights[:, -1]
+        weights[:, :-1] = solve_triangular(factor, others, lower=True, trans="T", check_finite=False).T
+    triangle = np.zeros((goal.size + 1, goal.size + 1))
+    triangle[:-1, :-1] = factor.T
+    for trial in np.flatnonzero(weights.min(axis=1) < 0):
+        triangle[:-1, -1], triangle[-1, -1] = rows[:, trial], root[trial]
+        # The default limit of 3 n steps stops it on sets of nearly equal points.
+        weights[trial] = nnls(triangle, np.append(goal, last[trial]), maxiter=100 * goal.size + 100)[0]
+    return weights
 
 
 def _factor(block):
@@ -132,6 +148,6 @@ def _factor(block):
         return np.linalg.cholesky(block + 1e-10 * unit)
 
 
-def _residual(a, y, chosen, weight):
-    error = (weight / weight.sum()) @ a[chosen] - y
-    return error @ error
+def _square_error(products, chosen, weight):
+    share = weight / weight.sum()
+    return max(share @ products[np.ix_(chosen, chosen)] @ share, 0.0)

@@ -123,8 +123,11 @@ def _monochromatic(air, irradiance, altitude, elevation, distance, source_elevat
     length = float(rays.end[0]) if ground else distance
     segments = transfer.Segments.of(rays, 0)
     segments = segments.first(min(int(np.searchsorted(segments.distance, length)), segments.index.size))
-    depth = segments.column(optics.extinction)
-    values = {"transmittance": np.exp(-depth.sum(axis=0)), "path_thermal": air.thermal_radiance(segments, depth)[-1]}
+    depths = transfer.Depths(segments.column(optics.extinction))
+    values = {
+        "transmittance": np.exp(-depths.before[-1]),
+        "path_thermal": air.thermal_radiance(segments, depths).sum(axis=0),
+    }
     values["gases"] = tuple(optics.absorption)
     apart = {"transmittance_rayleigh": optics.rayleigh, "transmittance_aerosol": optics.aerosol_extinction}
     for name, section in {**optics.absorption, **apart}.items():
@@ -134,7 +137,7 @@ def _monochromatic(air, irradiance, altitude, elevation, distance, source_elevat
         ends = np.append(segments.index, segments.index[-1] + 1)
         to_source = source_cosine(rays, source_elevation, source_azimuth)[0, ends]
         deflection = scattering_cosine(rays, source_elevation, source_azimuth)[0, ends]
-        values["path_scattered"] = air.scattered_radiance(segments, depth, to_source, deflection)[0] * irradiance
+        values["path_scattered"] = air.scattered_radiance(segments, depths, to_source, deflection)[0] * irradiance
     surface = np.array([altitude if np.isinf(distance) and not ground else segments.altitude[-1]])
     sky = sky_irradiance(air, surface, source_elevation if np.any(irradiance > 0) else np.zeros(0))
     values["sky_irradiance"] = sky.thermal[0] + sky.scattered.sum(axis=(0, 1)) * irradiance

@@ -98,14 +98,13 @@ class StreamLight:
         each(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
 
-    def spectral(self, segments, optical_depth, cosine, deflection):
+    def spectral(self, segments, depths, cosine, deflection):
         """Radiance along a ray at each point.
 
         Parameters
         ----------
         segments : transfer.Segments
-        optical_depth : (K, P) array
-            Of each segment.
+        depths : transfer.Depths
         cosine, deflection : (K+1, S) arrays
             Of the source's zenith angle and of the scattering angle at the segment ends.
 
@@ -117,20 +116,20 @@ class StreamLight:
         rows, share, turn = self._along(segments, cosine, deflection)
         light = np.stack([
             np.einsum("lp,lxup->up", parts, self.source[row] * lean)
-            for row, lean, parts in self._corners(rows, segments, optical_depth)
+            for row, lean, parts in self._corners(rows, segments, depths)
         ])  # (K, V * M, P)
         weight = (share[..., None] * turn[:, :, None]).reshape(*share.shape[:2], -1)  # (K, S, V * M)
         radiance = weight.transpose(1, 0, 2).reshape(share.shape[1], -1) @ light.reshape(-1, light.shape[2])
         return np.maximum(radiance, 0.0)
 
-    def band(self, segments, optical_depth, cosine, deflection, weight):
+    def band(self, segments, depths, cosine, deflection, weight):
         """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in `transfer.scattered_band`."""
         rows, share, turn = self._along(segments, cosine, deflection)
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
         unit = (weight / scale).astype(np.float32)
         light = np.stack([
             np.sum(np.matmul(self.source[row], (parts * unit)[:, None, :, None])[..., 0] * lean[..., 0], axis=(0, 1))
-            for row, lean, parts in self._corners(rows, segments, optical_depth)
+            for row, lean, parts in self._corners(rows, segments, depths)
         ])  # (K, V * M)
         by_turn = np.matmul(share, light.reshape(len(light), share.shape[2], -1))  # (K, S, M)
         radiance = np.zeros(cosine.shape)
@@ -173,10 +172,10 @@ class StreamLight:
         middle = [0.5 * (part[1:] + part[:-1]) for part in (cosine, deflection)]
         return self._columns(nodes), share, _turns(segments.rise, *middle)
 
-    def _corners(self, columns, segments, optical_depth):
+    def _corners(self, columns, segments, depths):
         """Of each segment: index of the two levels, two directions and the columns; weights of directions, of levels (2, P)."""
         first, lean = _place(segments.rise)
-        below, above = layer_shares(segments, self.levels, self.extinction, optical_depth)
+        below, above = layer_shares(segments, self.levels, self.extinction, depths)
         for layer, direction, part, *weights in zip(segments.layer, first, lean.astype(np.float32), below, above, strict=True):
             index = slice(layer, layer + 2), slice(direction, direction + 2), columns
             yield index, np.array([1 - part, part], dtype=np.float32)[:, None, None], np.stack(weights)

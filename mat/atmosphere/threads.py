@@ -23,5 +23,9 @@ def each(action, *arguments):
     *arguments : iterables
         Of its arguments, of one length.
     """
-    with ThreadPoolExecutor(thread_count()) as pool:
-        return list(pool.map(action, *arguments))
+    items = list(zip(*arguments, strict=True))
+    workers = min(thread_count(), len(items))
+    if workers <= 1:
+        return [action(*item) for item in items]
+    with ThreadPoolExecutor(workers) as pool:
+        return list(pool.map(lambda item: action(*item), items))

@@ -10,6 +10,7 @@ to the observer is linear in distance. `multiple` holds what is scattered more o
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,13 @@ from skyshine.mat.atmosphere.diffuse import lean
 from skyshine.mat.atmosphere.geometry import Rays
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES, rayleigh_phase
 from skyshine.mat.atmosphere.source_paths import HIDDEN
+
+
+# Below this optical depth the weight of a segment's far end goes in proportion to the depth, by type of number: a larger one costs
+# accuracy in thin segments (this fraction of that weight), a smaller one cancellation.
+_THIN = {np.dtype(np.float32): 1e-3, np.dtype(np.float64): 1e-6}
+# From this many points on, adding row to row is quicker than numpy's running sum along the first axis.
+_WIDE = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +81,7 @@ class Segments:
         share = (self.upper / (self.lower + self.upper)).reshape(-1, *(1,) * (values.ndim - 1))
         return values[self.layer] * (1 - share) + values[self.layer + 1] * share
 
-    @property
+    @cached_property
     def lean(self):
         """`diffuse.lean` of radiation that travels towards the observer, (K,)."""
         return lean(self.rise)
@@ -99,13 +107,49 @@ class Segments:
         near, far : (K, P) arrays
             Its ends: the line has the mean of the source over the segment's air and the difference between the segment's ends.
         """
-        share = self.lean[:, None]
+        share = self.lean.astype(mean.dtype)[:, None]
         below = mean[self.layer] + share * tilt[self.layer]
         above = mean[self.layer + 1] + share * tilt[self.layer + 1]
-        climb = np.diff(self.altitude) / np.diff(levels)[self.layer]
-        middle = below + (above - below) * (self.upper / (self.lower + self.upper))[:, None]
-        half = np.clip(0.5 * (above - below) * climb[:, None], -middle, middle)  # a source is never negative
+        climb = 0.5 * np.diff(self.altitude) / np.diff(levels)[self.layer]
+        upper = self.upper / (self.lower + self.upper)
+        rise = above - below
+        middle = below + rise * upper.astype(mean.dtype)[:, None]
+        half = np.clip(rise * climb.astype(mean.dtype)[:, None], -middle, middle)  # a source is never negative
         return middle - half, middle + half
+
+
+@dataclass(frozen=True, eq=False)
+class Depths:
+    """Optical depth along the segments of a ray, and what follows from it, computed once.
+
+    Attributes
+    ----------
+    each : (K, P) array
+        Of each segment, single or double precision.
+    """
+
+    each: np.ndarray
+
+    @cached_property
+    def before(self):
+        """From the observer to each segment end, (K+1, P)."""
+        result = np.zeros((self.each.shape[0] + 1, self.each.shape[1]), dtype=self.each.dtype)
+        if self.each.shape[1] < _WIDE:
+            np.cumsum(self.each, axis=0, out=result[1:])
+        else:
+            for sum_before, here, sum_after in zip(result[:-1], self.each, result[1:], strict=True):
+                np.add(sum_before, here, out=sum_after)
+        return result
+
+    @cached_property
+    def through(self):
+        """Transmittance from the observer to the near end of each segment, (K, P)."""
+        return np.exp(-self.before[:-1])
+
+    @cached_property
+    def source_weights(self):
+        """`source_weights` of the segments."""
+        return source_weights(self.each)
 
 
 def source_weights(optical_depth):
@@ -114,42 +158,42 @@ def source_weights(optical_depth):
     Parameters
     ----------
     optical_depth : array
-        0 to infinity.
+        0 to infinity; single or double precision.
 
     Returns
     -------
     near, far : arrays
         Their sum is 1 - exp(-optical_depth).
     """
-    t = np.asarray(optical_depth, dtype=float)
-    absorbed = -np.expm1(-t)
-    small = t < 1e-3
-    series = t * (1 / 2 - t * (1 / 3 - t * (1 / 8 - t / 30)))
-    safe = np.where(small, 1.0, t)
-    far = np.where(small, series, absorbed / safe - np.exp(-t))
+    t = np.asarray(optical_depth)
+    thin = t.dtype.type(_THIN[t.dtype])
+    absorbed = np.expm1(-t)
+    np.negative(absorbed, out=absorbed)
+    far = np.maximum(absorbed, -np.expm1(-thin))  # at `thin` or more, where both terms below are safe
+    far *= 1 + 1 / np.maximum(t, thin)
+    far -= 1
+    far *= np.minimum(t * (1 / thin), 1)
     return absorbed - far, far
 
 
-def emitted(optical_depth, near, far):
-    """Emission of successive segments that reaches the observer.
+def emitted(depths, near, far):
+    """Emission of each segment that reaches the observer.
 
     Parameters
     ----------
-    optical_depth : (K, P) array
-        Of each segment.
+    depths : Depths
     near, far : (K, P) arrays
-        Source function at its near and far end.
+        Source function at the segments' near and far ends.
 
     Returns
     -------
-    (K+1, P) array
-        Radiance from all segments up to each end.
+    (K, P) array
+        Radiance.
     """
-    before = np.zeros((optical_depth.shape[0] + 1, optical_depth.shape[1]))
-    np.cumsum(optical_depth, axis=0, out=before[1:])
-    weight_near, weight_far = source_weights(optical_depth)
-    radiance = np.zeros_like(before)
-    np.cumsum(np.exp(-before[:-1]) * (weight_near * near + weight_far * far), axis=0, out=radiance[1:])
+    weight_near, weight_far = depths.source_weights
+    radiance = weight_near * near
+    radiance += weight_far * far
+    radiance *= depths.through
     return radiance
 
 
@@ -169,14 +213,13 @@ def mean_attenuation(first, last):
     return np.negative(mean, out=mean)
 
 
-def segment_attenuation(segments, optical_depth, source_paths, cosine):
+def segment_attenuation(segments, depths, source_paths, cosine):
     """Mean attenuation of a source's light, down to each segment and on to the observer.
 
     Parameters
     ----------
     segments : Segments
-    optical_depth : (K, P) array
-        Of each segment.
+    depths : Depths
     source_paths : SourcePaths
     cosine : (K+1, S) array
         Of the source's zenith angle at the segment ends.
@@ -186,9 +229,7 @@ def segment_attenuation(segments, optical_depth, source_paths, cosine):
     (K, S, P) array, single precision
     """
     depth = source_paths.optical_depth(segments.altitude, cosine)
-    before = np.zeros((optical_depth.shape[0] + 1, 1, optical_depth.shape[1]), dtype=np.float32)
-    np.cumsum(optical_depth, axis=0, out=before[1:, 0])
-    depth += np.minimum(before, HIDDEN)
+    depth += np.minimum(depths.before, HIDDEN).astype(np.float32)[:, None]
     return _segment_means(depth)
 
 
@@ -239,15 +280,14 @@ def scattered_spectral(segments, optics, attenuation, cosine, phase=None):
     return np.einsum("ksp,ksp->sp", attenuation, light) / (4 * np.pi)
 
 
-def scattered_band(segments, optics, optical_depth, source_paths, to_source, deflection, weight):
+def scattered_band(segments, optics, depths, source_paths, to_source, deflection, weight):
     """Scattered radiance of a band from all segments up to each end.
 
     Parameters
     ----------
     segments : Segments
     optics : SpectralOptics
-    optical_depth : (K, P) array
-        Of each segment.
+    depths : Depths
     source_paths : SourcePaths
     to_source, deflection : (K+1, S) arrays
         Cosines of the source's zenith angle and of the scattering angle at the segment ends.
@@ -269,7 +309,7 @@ def scattered_band(segments, optics, optical_depth, source_paths, to_source, def
         phases.append(aerosol_phase(segments, optics, deflection))
     scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
     column = (np.concatenate(parts, axis=-1) / scale).astype(np.float32)  # (K, P, 1 + C)
-    by_kind = _light_in_band(segments, optical_depth, source_paths, to_source, column)
+    by_kind = _light_in_band(segments, depths, source_paths, to_source, column)
     radiance = np.zeros((middle.shape[0] + 1, middle.shape[1]))
     np.cumsum(
         np.sum(by_kind * np.concatenate(phases, axis=-1), axis=-1) * scale / (4 * np.pi), axis=0, out=radiance[1:]
@@ -277,15 +317,14 @@ def scattered_band(segments, optics, optical_depth, source_paths, to_source, def
     return radiance
 
 
-def _light_in_band(segments, optical_depth, source_paths, cosine, column):
+def _light_in_band(segments, depths, source_paths, cosine, column):
     """Sum over points of a column (K, P, C) times the mean attenuation from source to observer, (K, S, C).
 
     It is computed at the elevations of the table of source paths and goes between them with a power of the air mass, many sources
     at once.
     """
     depth, first, share, hidden = source_paths.along(segments.altitude, cosine)
-    before = np.zeros((optical_depth.shape[0] + 1, 1, optical_depth.shape[1]), dtype=np.float32)
-    np.cumsum(optical_depth, axis=0, out=before[1:, 0])
+    before = depths.before.astype(np.float32)[:, None]
     unlit = np.matmul(_segment_means(before), column).astype(float)  # (K, 1, C)
     depth += before
     lit = np.matmul(_segment_means(depth), column).astype(float)

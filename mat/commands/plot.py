@@ -15,11 +15,17 @@ def command(files: tuple[str, ...], out: str) -> None:
     from skyshine.mat.pictures import draw
 
     target = Path(out)
-    if len(files) == 1:
-        if target.suffix.lower() != ".png":
-            raise InputError(f"found --out '{out}'; allowed: a name that ends in .png")
-        click.echo(draw(files[0], target))
-        return
-    target.mkdir(parents=True, exist_ok=True)
+    if len(files) == 1 and target.suffix.lower() != ".png":
+        raise InputError(f"found --out '{out}'; allowed: a name that ends in .png")
     for file in files:
-        click.echo(draw(file, target / (Path(file).name.removesuffix(".h5") + ".png")))
+        if file.endswith(".tmm.h5"):
+            raise InputError("holds a texture; draw it with 'tmm preview'", file=file)
+    try:
+        if len(files) == 1:
+            click.echo(draw(files[0], target))
+            return
+        target.mkdir(parents=True, exist_ok=True)
+        for file in files:
+            click.echo(draw(file, target / (Path(file).name.removesuffix(".h5") + ".png")))
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}; name another place with --out", file=target) from None

@@ -208,7 +208,7 @@ class AtmosphereGrid(StrictModel):
     tolerance: Tolerance | None = Field(
         None,
         description="Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, in kelvin or "
-        "radiance of a scene at 300 K.",
+        "radiance of a scene at 300 K (in kelvin a surface reflects 0.3 of sky and source, in radiance all); direct light at sunrise apart.",
     )
     most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
     source_elevation_deg: axis(-90, 90) = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]

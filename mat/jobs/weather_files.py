@@ -115,6 +115,7 @@ def _least(values: np.ndarray | None, limit: float) -> np.ndarray | None:
 
 def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float) -> HourlyWeather:
     """The 24 readings of a day of a typical year, each at the end of its hour as both formats define it."""
+    import pandas
     from pvlib import iotools
 
     try:
@@ -132,12 +133,15 @@ def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float)
     order = np.argsort(hours)
     found = {"time": list(hours[order]), "altitude_km": float(station["altitude"]) / 1e3}
     for name, (source, factor) in kind.columns.items():
-        values = factor * np.asarray(data[source].iloc[rows], float)
+        if source not in data:
+            raise InputError(f"has no {source}, which {kind.name} has; check its header", file=file)
+        cells = data[source].iloc[rows]
+        values = factor * pandas.to_numeric(cells, errors="coerce").to_numpy(float)
         low, high = _LIMITS[name]
         wrong = np.flatnonzero(~((values >= low) & (values <= high)))
         if wrong.size:
             raise InputError(
-                f"{source}: found {values[wrong[0]] / factor:g}; allowed: numbers worth {low:g} to {high:g} of {name}; "
+                f"{source}: found {str(cells.iloc[wrong[0]])[:40]}; allowed: numbers worth {low:g} to {high:g} of {name}; "
                 "the reading is missing or wrong: take another date or file",
                 file=file,
                 line=int(rows[wrong[0]]) + kind.header + 1,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import lzma
+import zlib
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 from skyshine.schemas.errors import InputError
 
 RECORD_WIDTH = 160
+UNPACKING_LIMIT = 100  # times the size of a packed file; line lists pack about tenfold
 # Columns of the 160-character record, Rothman et al. 2005, JQSRT 96, 139, Table 1: name, first, last (exclusive).
 _COLUMNS = {
     "wavenumber": (3, 15),
@@ -109,10 +111,13 @@ def _records(path):
     """Characters of a file's records, shape (N, 160), as bytes."""
     opener = {".gz": gzip.open, ".xz": lzma.open}.get(path.suffix, open)
     try:
+        most = UNPACKING_LIMIT * path.stat().st_size
         with opener(path, "rb") as file:
-            data = file.read()
-    except OSError as error:
+            data = file.read(most + 1)
+    except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
         raise InputError(f"cannot be read: {error}; give a file of HITRAN records", file=path) from None
+    if len(data) > most:
+        raise InputError(f"holds over {UNPACKING_LIMIT} times its size; line lists do not pack so well: give another file", file=path)
     end = data.find(b"\n")
     stride = end + 1 if end >= 0 else len(data)
     width = len(data[:stride].rstrip(b"\r\n"))

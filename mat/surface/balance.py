@@ -6,6 +6,7 @@ broadcast to that.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -67,19 +68,30 @@ def saturation_pressure(temperature) -> np.ndarray:
 
 
 def surface_vapour(temperature) -> tuple[np.ndarray, np.ndarray]:
-    """Vapour pressure of water or frost on a surface [Pa], and its latent heat over that of liquid water.
+    """Vapour pressure of water or frost on a surface [Pa], and its latent heat over that of liquid water, one if all is liquid.
 
     References
     ----------
     Magnus forms over water and ice with the constants of Sonntag (1990); WMO-No. 8, Annex 4.B.
     """
-    temperature = np.asarray(temperature, float)
-    if temperature.min() >= MELTING_POINT:
-        return saturation_pressure(temperature), np.ones_like(temperature)
-    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - _KELVIN_ZERO
-    frozen = _frozen(celsius)[0]
-    exponent = celsius * ((1 - frozen) * 17.62 / (243.12 + celsius) + frozen * 22.46 / (272.62 + celsius))
-    return 611.2 * np.exp(exponent), 1 + (_SUBLIMATION_RATIO - 1) * frozen
+    celsius = temperature - _KELVIN_ZERO
+    coldest = celsius.min()
+    if coldest < _COLDEST_VAPOUR - _KELVIN_ZERO:
+        np.maximum(celsius, _COLDEST_VAPOUR - _KELVIN_ZERO, out=celsius)
+    exponent = celsius + 243.12
+    np.divide(17.62, exponent, out=exponent)
+    latent_heat = np.ones((1,) * celsius.ndim, celsius.dtype)
+    if coldest < 0:
+        cold = celsius < 0
+        below, water = celsius[cold], exponent[cold]
+        frozen = _frozen(below)[0]
+        exponent[cold] = water + frozen * (22.46 / (272.62 + below) - water)
+        latent_heat = np.ones_like(celsius)
+        latent_heat[cold] = 1 + (_SUBLIMATION_RATIO - 1) * frozen
+    exponent *= celsius
+    np.exp(exponent, out=exponent)
+    exponent *= 611.2
+    return exponent, latent_heat
 
 
 def _frozen(celsius) -> tuple[np.ndarray, np.ndarray]:
@@ -215,19 +227,16 @@ class Forcing:
         """
         for field in fields(self):
             values = np.asarray(getattr(self, field.name), float)
-            wrong = ~np.isfinite(values)
-            allowed = "finite numbers"
-            if field.name != "cos_slope":
-                limit = {"air_temperature": 1.0}.get(field.name, 0.0)
-                wrong |= values < limit
-                allowed = f"finite numbers of at least {limit:g}"
-            if np.any(wrong):
-                place = np.argwhere(np.broadcast_to(wrong, self.shape))[0]
-                found = np.broadcast_to(values, self.shape)[tuple(place)]
-                raise InputError(
-                    f"found {field.name} = {found:g} in column {place[0]} at time step {place[1]}; "
-                    f"allowed: {allowed}; mend the weather or sky that it comes from"
-                )
+            limit = {"air_temperature": 1.0, "cos_slope": -1.0}.get(field.name, 0.0)
+            if values.min() >= limit and values.max() < np.inf:  # false where one is not a number
+                continue
+            wrong = ~(np.isfinite(values) & (values >= limit))
+            place = np.argwhere(np.broadcast_to(wrong, self.shape))[0]
+            found = np.broadcast_to(values, self.shape)[tuple(place)]
+            raise InputError(
+                f"found {field.name} = {found:g} in column {place[0]} at time step {place[1]}; "
+                f"allowed: finite numbers of at least {limit:g}; mend the weather or sky that it comes from"
+            )
 
 
 def _rows(values, shape, chosen) -> np.ndarray:
@@ -260,10 +269,6 @@ class Balance:
     def __init__(self, forcing: Forcing, material: SurfaceMaterial):
         self.shape = forcing.shape
         self.forcing, self.material = forcing, material
-        self.shortwave = material.solar_absorptance * (
-            forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
-        )
-        self.longwave = material.thermal_emissivity * (forcing.longwave_sky + forcing.longwave_ground)
         self.absorbed = self.shortwave + self.longwave
         self.emission = material.thermal_emissivity * Stefan_Boltzmann
         self.air_temperature = forcing.air_temperature
@@ -275,9 +280,29 @@ class Balance:
         if self.wetness:
             self._set_water(surface)
 
+    @property
+    def shortwave(self) -> np.ndarray:
+        """Absorbed from Sun and sky [W m^-2]."""
+        forcing = self.forcing
+        received = forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected
+        return self.material.solar_absorptance * received
+
+    @property
+    def longwave(self) -> np.ndarray:
+        """Absorbed from sky and ground [W m^-2]."""
+        return self.material.thermal_emissivity * (self.forcing.longwave_sky + self.forcing.longwave_ground)
+
     def columns(self, chosen) -> Balance:
         """The balance of a slice or index array of columns."""
         return Balance(self.forcing.columns(chosen), self.material)
+
+    def single(self) -> Balance:
+        """The same in single precision."""
+        light = copy(self)
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray):
+                setattr(light, name, value.astype(np.float32))
+        return light
 
     def _set_air(self, surface: SurfaceProperties) -> None:
         forcing = self.forcing
@@ -286,19 +311,20 @@ class Balance:
         forced = forced_coefficient(forcing.wind_speed, forcing.pressure, forcing.air_temperature, surface)
         warm, cold = natural_coefficients(forcing.cos_slope, forcing.pressure)
         self.even, self.odd = 0.5 * (warm**3 + cold**3), 0.5 * (warm**3 - cold**3)
-        self.steady = LEAST_CONVECTION**3 + forced**3
+        self.steady = LEAST_CONVECTION**3 + forced * forced * forced
 
     def _set_water(self, surface: SurfaceProperties) -> None:
         forcing = self.forcing
         density = forcing.pressure / (AIR_GAS_CONSTANT * forcing.air_temperature)
         self.resistance = surface.surface_resistance / (density * AIR_HEAT_CAPACITY)
         self.psychrometer = PSYCHROMETER_RATIO * forcing.pressure
+        self.path = self.psychrometer * self.resistance
+        self.vapour_pressure = forcing.vapour_pressure
 
     def loss(self, temperature: np.ndarray) -> np.ndarray:
         """Net outward flux f(T) [W m^-2], shape (columns, N)."""
-        square = temperature * temperature
-        net = square * temperature
-        net *= np.abs(temperature)
+        net = temperature * temperature
+        net *= net if temperature.min() >= 0 else temperature * np.abs(temperature)
         net *= self.emission
         net -= self.absorbed
         if self.airless:
@@ -338,19 +364,18 @@ class Balance:
 
     def _latent(self, temperature, coefficient) -> np.ndarray:
         vapour, latent_heat = surface_vapour(temperature)
-        vapour -= self.forcing.vapour_pressure
+        vapour -= self.vapour_pressure
+        latent_heat *= self.wetness
         vapour *= latent_heat
-        vapour *= self.wetness
-        transfer = 1 / coefficient
-        transfer += self.resistance
-        transfer *= self.psychrometer
+        transfer = self.psychrometer / coefficient
+        transfer += self.path
         vapour /= transfer
         return vapour
 
     def _latent_slope(self, temperature, coefficient, bend) -> np.ndarray:
         vapour, latent_heat = surface_vapour(temperature)
         vapour_slope, heat_slope = _surface_vapour_slopes(temperature, vapour)
-        deficit = vapour - self.forcing.vapour_pressure
+        deficit = vapour - self.vapour_pressure
         transfer = 1 / (1 / coefficient + self.resistance)
         transfer_slope = transfer**2 * bend / coefficient**2
         rise = transfer * (latent_heat * vapour_slope + heat_slope * deficit) + transfer_slope * latent_heat * deficit

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import datetime
+import io
+import lzma
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
+
+import numpy as np
 
 from skyshine.mat.atmosphere.profiles import load_profile
 from skyshine.mat.atmosphere.sounding import read_sounding
@@ -13,11 +18,22 @@ from skyshine.mat.job import load_job
 from skyshine.mat.jobs.series import Series, members
 from skyshine.mat.jobs.weather_files import read_weather
 from skyshine.mat.response import parse_response
+from skyshine.mat.spectroscopy.lines import read_lines
+from skyshine.mat.surface.record import read_record
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.verify import problems
-from skyshine.materials.files import SpecularFile, ThermalFile
+from skyshine.materials.files import SpecularFile, ThermalFile, load_spectrum
+from skyshine.materials.library import load_library
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.documents import load_model
+from skyshine.tmm.database import open_tmm
+from skyshine.tmm.exchange.cdb_materials import load_map
+from skyshine.tmm.exchange.cdb_table import read_table
+from skyshine.tmm.exchange.indexed_png import read_indices
+from skyshine.tmm.exchange.legend import read_legend
+from skyshine.tmm.georeference import read_georeference
+from skyshine.tmm.model import read_model
+from skyshine.tmm.run import load_job as load_textures
 from skyshine.tmm.texture import TextureFile
 
 ROOT = Path(__file__).parents[2]
@@ -27,7 +43,6 @@ name: small
 site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
 states:
   - profile: midlatitude_summer
-    sounding: in.csv
     gases: {O3: {column_du: 300}}
     weather: {air_temperature_c: [22, 33]}
     series: {first: 2026-01-01, last: 2026-01-03}
@@ -40,6 +55,27 @@ SOUNDING = "altitude[km],pressure[hPa],temperature[C],relative_humidity[%],O3[pp
 RESPONSE = "# a filter\nwavelength[um],response\n8,0\n9,.9\n11,1\n12,0\n"
 DAY = "time,air_temperature[C],relative_humidity[%],wind_speed[m/s]\n" + "".join(f"{h:02d}:00,{10 + h % 12},50,2\n" for h in range(24))
 ENSEMBLE = "date,visibility_km,weather.air_temperature_c\n2026-01-03,5,\"[-4, 2]\"\n2026-07-30,40,31\n"
+
+
+EPW = "LOCATION,Test,CO,USA,TMY3,724666,39.74,-105.18,-7.0,1829.0\n" + "HEADER\n" * 7
+EPW += "".join(f"1999,6,28,{h},0,?,{h}.0,1.0,40,82000{',0' * 11},{h / 2},5,4{',0' * 11}\n" for h in range(1, 25))
+FORCING = "time,sw_down,lw_down,air_temperature,relative_humidity,wind_speed,pressure\n"
+FORCING += "".join(f"2026-06-28T{h:02d}:00:00Z,{40 * h},350,{280 + h},50,2,100000\n" for h in range(24))
+LINES = " 21 2349.143300 3.500E-18 2.000E+00.07450.099   16.38970.71-.002800".ljust(160) + "\n"
+SPECTRUM = "# a paint\n# range: 0.4 14 measured; by a spectrometer\nwavelength_um,reflectance\n0.4,0.1\n2.5,0.2\n14,0.05\n"
+TEXTURES = """\
+output: built
+textures:
+  - name: road
+    image: road.png
+    classifier: {radius: 2, prior: {conifer: 5, asphalt_road: 1}}
+    seeds: {polygons: {asphalt_road: [[[6, 60], [30, 60], [44, 112]]], conifer: [[[206, 66], [228, 62], [232, 100]]]}}
+"""
+LEGEND = '{"image": "road.png", "no_material": 0, "materials": {"1": {"code": 7, "name": "asphalt_road"}, "2": "conifer"}}'
+MATERIAL = "<Material><Name>BM_SAND</Name><Weight>60</Weight></Material><Material><Name>BM_SOIL</Name><Weight>40</Weight></Material>"
+CDB = f"<T><Composite_Material index='7'><Name>a</Name><Primary_Substrate>{MATERIAL}</Primary_Substrate>"
+CDB += f"<Surface_Substrate>{MATERIAL}<Thickness>0.1</Thickness></Surface_Substrate></Composite_Material></T>"
+LIBRARY = load_library()
 
 
 def _job(path: Path) -> None:
@@ -60,6 +96,7 @@ def _table(path: Path) -> None:
 
 
 def _texture(path: Path) -> None:
+    read_georeference(path)
     image = TextureFile(path)
     image.window(slice(0, min(4, image.height)), slice(0, image.width))
 
@@ -68,6 +105,16 @@ def _flat(path: Path) -> None:
     table = open_table(path)
     for name in table.quantities:
         table.rules(name)
+
+
+def _database(path: Path) -> None:
+    problems(path)
+    with open_tmm(path) as file:
+        file.attributes
+
+
+def _lines(path: Path) -> None:
+    read_lines(path).between(2000, 3000)
 
 
 # By target: ending of its file, what reads it.
@@ -79,32 +126,84 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "response": (".csv", lambda path: parse_response(read_text(path), path)),
     "weather": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5)),
     "series": (".csv", _series),
+    "epw": (".epw", lambda path: read_weather(path, datetime.date(2026, 6, 28), -6)),
+    "tmy3": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5)),
+    "forcing": (".csv", read_record),
+    "spectrum": (".csv", load_spectrum),
+    "lines": (".par", _lines),
+    "lines_xz": (".par.xz", _lines),
+    "texture_job": (".yaml", lambda path: load_textures(path, LIBRARY)),
     "texture": (".png", _texture),
+    "tiff": (".tif", _texture),
+    "indices": (".png", read_indices),
+    "legend": (".json", lambda path: read_legend(path, LIBRARY)),
+    "cdb_table": (".xml", read_table),
+    "cdb_map": (".yaml", lambda path: load_map(LIBRARY, path)),
+    "classifier": (".tmm-model.h5", read_model),
+    "database": (".tmm.h5", _database),
     "table": (".h5", _table),
     "flat": (".raw.json", _flat),
 }
+TEXTS = {
+    "job": JOB, "sounding": SOUNDING, "response": RESPONSE, "weather": DAY, "series": ENSEMBLE, "epw": EPW, "forcing": FORCING,
+    "spectrum": SPECTRUM, "lines": LINES, "texture_job": TEXTURES, "legend": LEGEND, "cdb_table": CDB,
+}  # fmt: skip
+FOLDERS = {
+    "material": (ROOT / "materials" / "ht", "*.yaml"),
+    "specular": (ROOT / "materials" / "spec", "*.yaml"),
+    "cdb_map": (ROOT / "materials" / "exchange", "cdb.yaml"),
+}
+# Files that a build makes, in the folder SKYSHINE_FUZZ_TABLES.
+TABLES = {"table": "[sb]0*.h5", "flat": "*.raw.json", "classifier": "*.tmm-model.h5", "database": "*.tmm.h5"}
 
 
 def seeds(target: str) -> list[bytes]:
-    """Good inputs of a target, from which others are bred; `table` and `flat` take those in the folder SKYSHINE_FUZZ_TABLES."""
-    texts = {"job": JOB, "sounding": SOUNDING, "response": RESPONSE, "weather": DAY, "series": ENSEMBLE}
-    if target in texts:
-        return [texts[target].encode()]
-    folders = {
-        "material": (ROOT / "materials" / "ht", "*.yaml"),
-        "specular": (ROOT / "materials" / "spec", "*.yaml"),
-        "texture": (ROOT / "examples" / "textures", "*.png"),
-    }
-    if target in folders:
-        folder, pattern = folders[target]
-        return [path.read_bytes()[:20_000] for path in sorted(folder.glob(pattern))[:8]]
-    tables = os.environ.get("SKYSHINE_FUZZ_TABLES")
-    return [path.read_bytes() for path in sorted(Path(tables).glob(f"*{READERS[target][0]}"))] if tables else []
+    """Good inputs of a target, from which others are bred; of `TABLES` those in the folder SKYSHINE_FUZZ_TABLES, if any."""
+    if target in TEXTS:
+        return [TEXTS[target].encode()]
+    if target == "lines_xz":
+        return [lzma.compress(LINES.encode())]
+    if target in ("texture", "tiff", "indices"):
+        return [_picture(target)]
+    if target == "tmy3":
+        return _tmy3()
+    folder, pattern = FOLDERS.get(target) or (os.environ.get("SKYSHINE_FUZZ_TABLES"), TABLES[target])
+    found = [path.read_bytes() for path in sorted(Path(folder).glob(pattern))[:8]] if folder else []
+    return [re.sub(rb'"data": "[^"]*"', b'"data": "in.raw.bin"', data) for data in found] if target == "flat" else found
+
+
+def _picture(target: str) -> bytes:
+    """A small image: colours, georeferenced TIFF or grey."""
+    from PIL import Image
+
+    shape = (12, 16) if target == "indices" else (12, 16, 3)
+    picture = Image.fromarray((np.arange(np.prod(shape)) % 5).astype(np.uint8).reshape(shape))
+    content = io.BytesIO()
+    if target == "tiff":
+        tags = {33550: (0.5, 0.5, 0.0), 33922: (0.0, 0.0, 0.0, 5e5, 4.1e6, 0.0)}  # GeoTIFF: size of a texel, place of the first
+        picture.save(content, format="TIFF", compression="tiff_lzw", tiffinfo=tags)
+    else:
+        picture.save(content, format="PNG")
+    return content.getvalue()
+
+
+def _tmy3() -> list[bytes]:
+    """Header and one day of pvlib's sample file, where pvlib comes with it."""
+    import pvlib
+
+    file = Path(pvlib.__file__).parent / "data" / "723170TYA.CSV"
+    if not file.is_file():
+        return []
+    lines = file.read_bytes().splitlines(keepends=True)
+    return [b"".join([*lines[:2], *(line for line in lines[2:] if line.startswith(b"06/28"))])]
 
 
 def read(target: str, data: bytes, folder: Path) -> None:
-    """Hand bytes to the reader of a target, as the only file of a folder."""
+    """Hand bytes to the reader of a target, as a file ``in``; with zeros beside it where it is the header of a flat export."""
     ending, reader = READERS[target]
     path = folder / f"in{ending}"
     path.write_bytes(data)
+    if target == "flat":
+        named = re.search(rb'"bytes": (\d{1,6})\b', data)
+        (folder / "in.raw.bin").write_bytes(bytes(int(named[1]) if named else 0))
     reader(path)

@@ -20,7 +20,7 @@ PIECES = st.one_of(
 CHANGES = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 40), PIECES), max_size=4)
 
 
-@pytest.mark.parametrize("target", ["job", "material", "specular", "sounding", "response", "weather", "series"])
+@pytest.mark.parametrize("target", sorted({*readers.TEXTS, "material", "specular"}))
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture], derandomize=True)
 @given(pick=st.integers(0, 100), changes=CHANGES)
 def test_a_changed_input_is_read_or_refused_in_one_line(target, tmp_path, pick, changes):

@@ -1,5 +1,7 @@
 """The packaged jobs: each is whole, planned without complaint, and copied by `mat init`."""
 
+import shutil
+
 import pytest
 from click.testing import CliRunner
 
@@ -31,6 +33,19 @@ def test_plan(name, tmp_path):
 def test_night_of_the_airfield_has_a_moon():
     hours = source_hours(load_job(starter_files("airfield")[0]).job)
     assert hours["sun"][0][1] < hours["moon"][-1][0]  # the Moon rises after sunset
+
+
+def test_every_day_of_the_year_is_planned(tmp_path):
+    for file in starter_files("year"):
+        shutil.copyfile(file, tmp_path / file.name)
+    loaded, library = load_job(tmp_path / "every_day.yaml"), load_library()
+    plan = make_plan(loaded, library)
+    assert len(plan.tasks) == 365 * 3 + 2 and plan.materials == library.names
+    dates = [state.date for state in loaded.job.states]
+    assert dates == sorted(set(dates)) and len(dates) == 365
+    elevation = loaded.job.atmosphere_grid.source_elevation_deg
+    noon = [90 - 50 + 23.44, 0]  # degree, the Sun at the summer solstice at 50 degrees north
+    assert elevation[-1] > noon[0] and elevation[0] < noon[1]
 
 
 def test_states_of_the_year_have_the_sun_of_their_month():

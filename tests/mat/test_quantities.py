@@ -191,3 +191,20 @@ def test_bad_irradiance_and_altitude_are_refused(state, band, sun):
         atmospheric_quantities(state, band, GRID, -sun)
     with pytest.raises(InputError, match="below the ground"):
         atmospheric_quantities(state, band, replace(GRID, altitude_km=[-0.2]), sun)
+
+
+def test_lines_give_what_their_points_give(state, band, sun):
+    """Two lines, three ranges of which one lies behind the ground, two sources; sky light on the first."""
+    air = BandAtmosphere.of(state, band)
+    ranges, altitude, elevation = np.array([[0.5, 2.0, 40.0], [0.0, 5.0, 400.0]]), np.array([1.0, 3.0]), np.array([-20.0, 5.0])
+    source, azimuth = np.array([[30.0, -2.0], [10.0, 80.0]]), np.array([[20.0, 170.0], [0.0, 90.0]])
+    lines = air.along_lines(ranges, altitude, elevation, source, azimuth, [1], sun)
+    row, step, light = (index.ravel() for index in np.indices((2, 3, 2)))
+    points = air.at_points(
+        ranges[row, step], altitude[row], elevation[row], source[row, light], azimuth[row, light], sun
+    )  # fmt: skip
+    for name in ("path_radiance_ratio", "direct"):
+        np.testing.assert_allclose(getattr(lines, name).ravel(), getattr(points, name), rtol=3e-4, atol=1e-9)  # paths are cut at other ranges
+    for name in ("beta_star", "transmittance", "valid"):
+        np.testing.assert_allclose(np.repeat(getattr(lines, name).ravel(), 2), getattr(points, name), rtol=1e-4)
+    assert lines.ambient == pytest.approx(points.ambient[(row == 0) & (step == 1) & (light == 0)], rel=1e-4)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from skyshine.mat.accuracy.whole_bench import Ladder, Rung, describe, from_absorption, from_surface, plot, run_command
+from skyshine.mat.accuracy.whole_bench import Ladder, Rung, describe, from_absorption, from_atmosphere, from_surface, plot, run_command
 from skyshine.schemas.errors import CheckFailed
 
 LADDER = Ladder(
@@ -46,3 +46,13 @@ def test_picture(tmp_path):
 def test_a_part_that_fails_is_named():
     with pytest.raises(CheckFailed, match="mat info nothing.h5"):
         run_command("mat", "info", "nothing.h5")
+
+
+def test_ladders_of_tables_name_their_defaults():
+    def rung(name, *errors):
+        return {"name": name, "time": {"value": 1.0}, "errors_rms": {str(k): {"value": error} for k, error in enumerate(errors)}}
+
+    ladders = {"directions": [rung("4 x 2", 0.1, 0.2), rung("8 x 4", 0.03, 0.02)], "layers": [rung("10 levels", 0.3), rung("40 levels", 0.1)]}
+    sky, layers = from_atmosphere({"bands": {"8-12 um": {"ladders": ladders}}})
+    assert [(each.name, each.error) for each in sky.rungs if each.default] == [("8 x 4", 0.03)]
+    assert [each.name for each in layers.rungs if each.default] == ["40 levels"]

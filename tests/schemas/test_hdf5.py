@@ -93,3 +93,22 @@ def test_readers_refuse_what_they_cannot_read(tmp_path, group):
         other["x"] = 1
     with pytest.raises(InputError, match="a database of skyshine"):
         read_file(tmp_path / "other.h5")
+
+
+def test_a_heap_that_the_library_would_walk_for_ever_is_refused(tmp_path, group):
+    """Free space of a text heap whose length is 0 holds libhdf5 in one place."""
+    write_file(tmp_path / "a.h5", group, HEADER)
+    content = bytearray((tmp_path / "a.h5").read_bytes())
+    heap = content.find(b"GCOL\x01\0\0\0")
+    content[heap + 16 : heap + 32] = bytes(16)  # number 0, length 0 where the first object stood
+    (tmp_path / "a.h5").write_bytes(content)
+    with pytest.raises(InputError, match="a text heap with an object without length"):
+        read_file(tmp_path / "a.h5")
+
+
+def test_a_changed_header_of_an_array_is_refused(tmp_path, group):
+    write_file(tmp_path / "a.h5", group, HEADER)
+    whole = (tmp_path / "a.h5").read_bytes()
+    (tmp_path / "a.h5").write_bytes(whole.replace(b"long_name", b"long_nome", 1))
+    with pytest.raises(InputError, match="damaged"):
+        read_file(tmp_path / "a.h5")

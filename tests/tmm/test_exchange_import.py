@@ -130,3 +130,15 @@ def test_wrong_files(name, message, tmp_path):
     result = run("import", tmp_path / name, "--out", tmp_path / "out")
     assert result.exit_code == 2 and message in result.output and result.output.count("\n") == 1, result.output
     assert not (tmp_path / "out").exists()
+
+
+def test_too_large_for_an_exchange(library, tmp_path, monkeypatch):
+    code = np.full((20, 30), 22, np.uint16)
+    write_png(tmp_path, MaterialImage("patch", {22: NAMES[22]}, pure_level(code)))
+    assert run("import", tmp_path / "patch.png", "--out", tmp_path).exit_code == 0
+    monkeypatch.setattr("skyshine.tmm.exchange.image.MAX_TEXELS", 599)
+    for arguments in (("import", tmp_path / "patch.png", "--out", tmp_path), ("export", tmp_path / "patch.tmm.h5", "--to", "png", "--out", tmp_path)):
+        result = run(*arguments)
+        assert result.exit_code == 2 and "has 30 x 20 texels; allowed in an exchange: 599" in result.output, result.output
+        assert result.output.count("\n") == 1
+    assert run(*arguments, "--level", 1).exit_code == 0

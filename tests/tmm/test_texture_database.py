@@ -1,5 +1,8 @@
 """The database: what is written comes back, the same input gives the same bytes, other readers open it."""
 
+import warnings
+
+import h5py
 import numpy as np
 import pytest
 
@@ -89,11 +92,20 @@ def test_current_until_anything_changes(built, job, two_halves, tmp_path, librar
 
 
 @pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
-def test_xarray_opens_it(built, engine):
+def test_xarray_opens_every_group_without_a_warning(built, engine):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip({"netcdf4": "netCDF4"}.get(engine, engine))
     mapped, path = built
     (level1,) = [level for k, _, level in LevelStream(20, 40, mapped.codes).add(_windows(mapped)[0]) if k == 1]
+    groups = ["/"]
+    with h5py.File(path) as file:
+        file.visititems(lambda name, item: groups.append(name) if isinstance(item, h5py.Group) else None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for group in groups:
+            with xarray.open_dataset(path, group=group, engine=engine) as content:
+                content.load()
+    assert len(groups) > 5
     with xarray.open_dataset(path, group="levels/1", engine=engine) as level:
         np.testing.assert_array_equal(level["code"].values, level1.code)
         np.testing.assert_allclose(level["x"].values, np.arange(20) * 2 + 1)

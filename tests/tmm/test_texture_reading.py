@@ -63,6 +63,27 @@ def _write_png(path, width, height, colour_type, raw, chunks=()):
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(parts))
 
 
+def _dds(values):
+    """An uncompressed DDS of (H, W, 4) uint8, blue first in the file (Microsoft, "DDS_HEADER structure")."""
+    height, width, _ = values.shape
+    masks = (0x00FF0000, 0x0000FF00, 0x000000FF, 0xFF000000)
+    pixel_format = struct.pack("<8I", 32, 0x40 | 0x1, 0, 32, *masks)  # RGB with alpha, 32 bits
+    flags = 0x1 | 0x2 | 0x4 | 0x8 | 0x1000  # caps, height, width, pitch, pixel format
+    header = struct.pack("<7I44x", 124, flags, height, width, 4 * width, 0, 0) + pixel_format + struct.pack("<5I", 0x1000, 0, 0, 0, 0)
+    return b"DDS " + header + values[..., [2, 1, 0, 3]].tobytes()
+
+
+def test_dds(tmp_path, read):
+    values = np.random.default_rng(1).integers(1, 256, (12, 8, 4), dtype=np.uint8)
+    (tmp_path / "a.dds").write_bytes(_dds(values))
+    texture = read(tmp_path / "a.dds")
+    np.testing.assert_array_equal(texture.pixels, values[..., :3])
+    np.testing.assert_array_equal(texture.valid, values[..., 3] >= 127.5)
+    (tmp_path / "b.dds").write_bytes(_dds(values)[:200])
+    with pytest.raises(InputError, match="damaged or cut short|is not an image"):
+        read(tmp_path / "b.dds")
+
+
 def test_gamma_of_the_file_is_honoured(tmp_path, read):
     _write_png(tmp_path / "a.png", 1, 1, 2, bytes([0, 128, 128, 128]), [(b"gAMA", struct.pack(">I", 45455))])
     texture = read(tmp_path / "a.png")

@@ -58,7 +58,9 @@ def test_rows_of_every_format(tmp_path, by_rows, name):
         np.testing.assert_array_equal(raster.rows(start, stop), expected[start:stop])
 
 
-def test_tiles(tmp_path, by_rows):
+@pytest.mark.parametrize("texels", [100, 1 << 21])
+def test_tiles(tmp_path, by_rows, monkeypatch, texels):
+    monkeypatch.setattr("skyshine.tmm.raster.PIECE_TEXELS", texels)
     values = np.random.default_rng(2).integers(0, 256, (90, 33, 3), dtype=np.uint8)
     spec = oiio.ImageSpec(33, 90, 3, "uint8")
     spec.tile_width = spec.tile_height = 16
@@ -66,7 +68,7 @@ def test_tiles(tmp_path, by_rows):
     assert output.open(str(tmp_path / "a.tif"), spec) and output.write_image(values)
     output.close()
     raster = Raster(tmp_path / "a.tif")
-    for start, stop in ((0, 20), (10, 45), (60, 90), (5, 6)):
+    for start, stop in ((0, 20), (10, 45), (40, 70), (60, 90), (5, 6)):
         np.testing.assert_array_equal(raster.rows(start, stop), values[start:stop])
 
 

@@ -93,6 +93,39 @@ def test_model_file(build, striped, library, tmp_path):
     assert np.mean(result.code == truth) > 0.9
 
 
+@pytest.mark.parametrize("kind", ["one texel", "one row", "flat", "grey", "one seed each", "16 bit", "holes"])
+def test_hard_cases_of_the_textured_classifier(build, write_image, library, kind):
+    pytest.importorskip("sklearn")
+    random = np.random.default_rng(8)
+    values = random.integers(0, 90, (20, 40, 3)) + np.where(np.arange(40) < 20, 20, 140)[:, np.newaxis]
+    polygons = {GREEN: [[[2, 2], [12, 2], [12, 15]]], GREY: [[[25, 3], [38, 3], [38, 12]]]}
+    name, form = "a.png", "uint8"
+    if kind == "one texel":
+        values, polygons = values[:1, :1], {GREEN: [[[0, 0]]]}
+    elif kind == "one row":
+        values, polygons = values[:1], {GREEN: [[[3, 0]]], GREY: [[[30, 0]]]}
+    elif kind == "flat":
+        values[:] = 100
+    elif kind == "grey":
+        values = values[..., :1]
+    elif kind == "one seed each":
+        polygons = {GREEN: [[[3.5, 4.5]]], GREY: [[[30, 10]]]}
+    elif kind == "16 bit":
+        values, form = values * 257, "uint16"
+    elif kind == "holes":
+        name, form, values = "a.tif", "float", values / 255
+        values[5, 5], values[6, 30], values[:, 39] = np.nan, np.inf, 3e38
+    image = write_image(name, np.ascontiguousarray(values.astype({"uint16": np.uint16, "float": np.float32}.get(form, np.uint8))), form)
+    settings = {"method": "textured", "radius": 2}
+    result = build(TextureJob.model_validate({"image": image, "seeds": {"polygons": polygons}, "classifier": settings}))
+    holes = np.zeros(result.code.shape, bool)
+    if kind == "holes":
+        holes[5, 5] = holes[6, 30] = True
+    assert ((result.code == 0) == holes).all() and np.isin(result.code[~holes], result.map.codes).all()
+    for values in (result.confidence, result.typicality):
+        assert np.isfinite(values).all() and (values >= 0).all() and (values <= 1).all()
+
+
 def test_not_a_model(tmp_path, build, striped):
     (tmp_path / "a.tmm-model.h5").write_bytes(b"nothing")
     with pytest.raises(InputError, match="not a readable HDF5 file"):

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -53,6 +54,20 @@ def test_info_and_usage(run, demo):
     assert "asphalt_road" in run("info", path).output
     usage = json.loads(run("usage", path, path, "--json").output)
     assert usage["all"]["conifer"]["value"] == pytest.approx(report["usage"]["conifer"]["value"], rel=1e-5)
+
+
+def test_usage_by_chunk(run, demo):
+    path, report = demo
+    found = json.loads(run("usage", path, "--chunks", "--json").output)
+    entry = found["files"][str(path)]
+    share = np.array(entry["share"]["values"])
+    height, width = report["height"], report["width"]
+    assert share.shape == (-(-height // 256), -(-width // 256), len(entry["materials"]))
+    # Chunks weigh by their texels, those at the edges less.
+    rows, columns = (np.diff(np.append(np.arange(0, n, 256), n)) for n in (height, width))
+    mean = np.einsum("yxk,y,x->k", share, rows, columns) / (height * width)
+    assert dict(zip(entry["materials"], mean)) == pytest.approx({n: u["value"] for n, u in report["usage"].items()}, abs=1e-6)
+    assert f"{100 * share[0, 1, 0]:.1f}" in run("usage", path, "--chunks").output
 
 
 def test_preview(run, demo, demo_folder, tmp_path):
@@ -115,3 +130,24 @@ def test_two_textures_of_one_name(run, tmp_path):
     path.write_text(JOB + JOB.split("\n", 1)[1])
     result = run("check", path)
     assert result.exit_code == 2 and "two textures named 'photo'" in result.output
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ("image: photo.png", "image: ../photo.png"),
+        ("polygons:\n        grass_green: [[[1, 1]]]", "file: a/../../seeds.json"),
+        ("polygons:\n        grass_green: [[[1, 1]]]", "labels: {image: ../labels.png, palette: {'1': grass_green}}"),
+        ("seeds:\n      polygons:\n        grass_green: [[[1, 1]]]", "model: ../a.tmm-model.h5"),
+        ("seeds:\n      polygons:\n        grass_green: [[[1, 1]]]", "rules: {layers: {height: ../h.tif}, rules: [{material: grass_green}]}"),
+    ],
+)
+def test_paths_out_of_the_folder(run, tmp_path, monkeypatch, old, new):
+    monkeypatch.setenv("SKYSHINE_ALLOW_OUTSIDE", "0")
+    (tmp_path / "in").mkdir()
+    path = tmp_path / "in" / "job.yaml"
+    path.write_text(JOB.replace(old, new))
+    result = run("check", path)
+    assert result.exit_code == 2 and "leads out of the job's folder" in result.output and result.output.count("\n") == 1
+    allowed = run("check", path, "--allow-outside")
+    assert allowed.exit_code == 2 and "does not exist" in allowed.output

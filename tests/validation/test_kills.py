@@ -1,4 +1,4 @@
-"""Builds killed at random moments: no unreadable file, what is finished is reused, the next build gives the same bytes.
+"""Builds killed at random moments or stopped by a full disk: no unreadable file, what is finished is reused, the next build gives the same bytes.
 
 ``SKYSHINE_KILLS`` sets how many builds are killed (default 100).
 """
@@ -16,6 +16,7 @@ import pytest
 from skyshine.mat.tables.verify import problems
 
 pytestmark = pytest.mark.validation
+SMALL_DISK = 28 * 4096  # bytes: a table of the job below, not all of them
 KILLS = int(os.environ.get("SKYSHINE_KILLS", "100"))
 JOB = """\
 skyshine: 1
@@ -24,9 +25,9 @@ site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h:
 states:
   - profile: midlatitude_summer
     weather: {air_temperature_c: [22, 33]}
-    series: {first: 2026-06-01, last: 2026-06-02}
 bands:
   - wavelength_um: [10.0, 10.2]
+sources: [sun]
 materials: [asphalt_road]
 output: {folder: built, pictures: false}
 atmosphere_grid:
@@ -48,26 +49,66 @@ def test_builds_killed_at_random_moments_leave_no_unreadable_file_and_complete_t
     job, folder = tmp_path / "job.yaml", tmp_path / "built"
     job.write_text(JOB, encoding="utf-8")
     command = [*COMMAND, str(job), "--jobs", "2"]
-    begin = time.monotonic()
     subprocess.run(command, check=True, capture_output=True)
-    whole, expected = time.monotonic() - begin, contents(folder)
+    expected = contents(folder)
+    assert len(expected) == 3
+    shutil.rmtree(folder)
+    begin = time.monotonic()  # with the compiled band kept, as all the builds that follow
+    subprocess.run(command, check=True, capture_output=True)
+    whole = time.monotonic() - begin
+    assert contents(folder) == expected
     draw = random.Random(3)
     reused = killed = 0
-    for _ in range(KILLS):
+    for number in range(1, KILLS + 1):
         shutil.rmtree(folder)
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        # Files appear in the second half of a build: most kills fall there.
-        time.sleep(draw.uniform(0.3, 1.1) * whole)
+        time.sleep(draw.uniform(0, whole))
         killed += process.poll() is None
         process.send_signal(signal.SIGKILL)
         process.wait()
         for path in folder.glob("*.h5"):
             assert problems(path) == [], path
         kept = set(contents(folder))
+        begin = time.monotonic()
         again = subprocess.run([*command, "--json"], capture_output=True, text=True, timeout=300)
+        if not kept:
+            whole = time.monotonic() - begin  # follows the load of the machine
         assert again.returncode == 0, again.stderr
         reused += bool(kept)
         assert contents(folder) == expected
         assert not list(folder.glob(".*"))
-    print(f"{KILLS} builds, {killed} killed while they ran, {reused} with finished files to reuse: 0 unreadable, {KILLS} completed")
+        print(f"{number} builds, {killed} killed while they ran, {reused} with finished files to reuse", flush=True)
+    print(f"0 unreadable files, {KILLS} completed to the same bytes")
     assert killed > KILLS / 2
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of `SMALL_DISK` bytes that can be made larger."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    if sys.platform != "linux" or os.geteuid() or not shutil.which("mount"):
+        pytest.skip("mounting a tmpfs takes root on Linux")
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={SMALL_DISK}", "tmpfs", str(folder)], capture_output=True).returncode:
+        pytest.skip("this system mounts no tmpfs")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+def test_a_full_disk_stops_a_build_that_completes_when_there_is_space(tmp_path, small_disk):
+    job = tmp_path / "job.yaml"
+    job.write_text(JOB, encoding="utf-8")
+    subprocess.run([*COMMAND, str(job), "--jobs", "1"], check=True, capture_output=True)
+    expected = contents(tmp_path / "built")
+    assert sum(map(len, expected.values())) > SMALL_DISK > max(map(len, expected.values()))
+    command = [*COMMAND, str(job), "--jobs", "1", "--out", str(small_disk)]
+    stopped = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert stopped.returncode == 2, stopped.stderr
+    assert stopped.stderr.strip().count("\n") == 0 and "No space left on device" in stopped.stderr
+    assert list(small_disk.glob("*.h5"))
+    assert [problem for path in small_disk.glob("*.h5") for problem in problems(path)] == []
+    assert not list(small_disk.glob(".*.part"))
+    subprocess.run(["mount", "-o", "remount,size=8m", str(small_disk)], check=True)
+    again = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert again.returncode == 0, again.stderr
+    assert contents(small_disk) == expected

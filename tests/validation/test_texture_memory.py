@@ -10,9 +10,10 @@ import pytest
 
 pytestmark = pytest.mark.validation
 
-# The whole size takes half an hour and 25 GB; memory depends on the width, so that fewer rows tell it too.
+# Memory depends on the width, so that few rows tell it too; the whole size is asked for by the environment.
 WIDTH, HEIGHT = 32768, int(os.environ.get("SKYSHINE_TEXTURE_ROWS", 2048))
-LIMIT = 600  # MiB; the aim is 500, which textures with many distinct colours do not keep yet
+LIMIT = 500e6 / 2**20  # MiB: 500 MB
+TILE = 256
 JOB = """\
 textures:
   - image: wide.tif
@@ -28,24 +29,41 @@ from skyshine.tmm.cli import main
 try:
     main(["classify", sys.argv[1]])
 finally:
-    print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    print("peak", used.ru_maxrss // 1024, int(used.ru_utime + used.ru_stime))
 """
 
 
-def test_peak_memory(tmp_path, record_property):
-    random = np.random.default_rng(0)
-    output = oiio.ImageOutput.create("wide.tif")
-    assert output.open(str(tmp_path / "wide.tif"), oiio.ImageSpec(WIDTH, HEIGHT, 3, "uint8"))
-    # Smooth colour with noise: about as many distinct colours as a photograph has.
+def _noisy(output, random):
+    """Rows of smooth colour with noise: somewhat more distinct colours than a photograph has."""
     across = np.linspace(0, 40, WIDTH) % 1 * 60
     for top in range(0, HEIGHT, 64):
         rows = np.stack([across + base for base in (60, 90, 50)], axis=-1) + random.normal(0, 12, (64, WIDTH, 3))
         assert output.write_scanlines(top, top + 64, 0, np.clip(rows, 0, 255).astype(np.uint8))
+
+
+def _tiled(output, random):
+    """Packed tiles with blocks of one colour each, which are soon written and classified."""
+    for top in range(0, HEIGHT, TILE):
+        blocks = random.integers(40, 160, (TILE // 32, WIDTH // 32, 3), dtype=np.uint8)
+        rows = np.ascontiguousarray(blocks.repeat(32, axis=0).repeat(32, axis=1))
+        assert output.write_tiles(0, WIDTH, top, top + TILE, 0, 1, rows)
+
+
+@pytest.mark.parametrize("kind", ["noisy", "tiled"])
+def test_peak_memory(tmp_path, record_property, kind):
+    spec = oiio.ImageSpec(WIDTH, HEIGHT, 3, "uint8")
+    if kind == "tiled":
+        spec.tile_width = spec.tile_height = TILE
+        spec["compression"] = "zip"
+    output = oiio.ImageOutput.create("wide.tif")
+    assert output.open(str(tmp_path / "wide.tif"), spec)
+    (_noisy if kind == "noisy" else _tiled)(output, np.random.default_rng(0))
     output.close()
     (tmp_path / "job.yaml").write_text(JOB)
     done = subprocess.run([sys.executable, "-c", PROGRAM, str(tmp_path / "job.yaml")], capture_output=True, text=True)
-    peak = int(done.stdout.split()[-1])
+    peak, seconds = map(int, done.stdout.split()[-2:])
     record_property("peak_mebibytes", peak)
-    print(f"\n{WIDTH} x {HEIGHT}: peak {peak} MiB")
+    print(f"\n{WIDTH} x {HEIGHT}, {kind}: peak {peak} MiB, {seconds} s of processor time")
     assert (tmp_path / "build" / "wide.tmm.h5").is_file(), done.stderr
     assert peak < LIMIT

@@ -172,7 +172,7 @@ def seen(air, altitude, cosine, elevation):
     sources = np.full(AZIMUTHS.size, elevation), AZIMUTHS
     angles = (f(rays, *sources)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine))
     depth = segments.column(air.optics.extinction)
-    return air.scattered_radiance(segments, depth, *angles)[:, 0], np.exp(-depth.sum())
+    return air.scattered_radiance(segments, transfer.Depths(depth), *angles)[:, 0], np.exp(-depth.sum())
 
 
 @pytest.mark.parametrize("kind", ["haze", "cloud"])

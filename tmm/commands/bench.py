@@ -2,13 +2,14 @@
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity
+from skyshine.schemas.commands import allow_outside_option, echo_table, emit_json, json_option, progress, quantity
 
 
 @click.command(epilog="Example: tmm bench library.tmm.yaml truth.yaml --plot bench.png")
 @click.argument("job", type=click.Path())
 @click.argument("truth", type=click.Path())
 @click.option("--plot", "picture", type=click.Path(), help="PNG file to draw error against run time in.")
+@allow_outside_option
 @json_option
 def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
     """Error against run time of all classifiers and settings on the textures of JOB, against the labels of TRUTH.

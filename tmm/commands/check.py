@@ -2,11 +2,12 @@
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
 
 
 @click.command(epilog="Example: tmm check demo.tmm.yaml")
 @click.argument("job", type=click.Path())
+@allow_outside_option
 @json_option
 def command(job: str, as_json: bool) -> None:
     """Check JOB: read its images and find its seeds; nothing is classified or written."""

@@ -2,12 +2,13 @@
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option, progress, quantity
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress, quantity
 
 
 @click.command(epilog="Example: tmm classify demo.tmm.yaml --out build")
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
+@allow_outside_option
 @json_option
 def command(job: str, out: str | None, as_json: bool) -> None:
     """Map the texels of all textures of JOB to materials and write one database for each."""

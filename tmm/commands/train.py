@@ -2,12 +2,13 @@
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, quantity
 
 
 @click.command(epilog="Example: tmm train library.tmm.yaml --out library.tmm-model.h5")
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), required=True, help="Model file to write; a job names it as `model`.")
+@allow_outside_option
 @json_option
 def command(job: str, out: str, as_json: bool) -> None:
     """Train one classifier on the seeds of all textures of JOB, with the classifier settings of its first texture.

@@ -13,6 +13,18 @@ from skyshine.tmm.database import open_tmm
 from skyshine.tmm.levels import Level
 
 
+MAX_TEXELS = 1 << 27  # of a level that is exchanged: it is held in memory whole, with up to 24 bytes a texel while it is written
+
+
+def check_size(height: int, width: int, path: str | os.PathLike) -> None:
+    """Refuse a level too large to be exchanged, with an InputError."""
+    if height * width > MAX_TEXELS:
+        raise InputError(
+            f"has {width} x {height} texels; allowed in an exchange: {MAX_TEXELS}; export a coarser level with --level, or divide the image",
+            file=path,
+        )
+
+
 @dataclass(frozen=True)
 class MaterialImage:
     """One level of a texture.
@@ -72,13 +84,14 @@ def read_levels(path: str | os.PathLike, levels: range | list[int] | None = None
     Raises
     ------
     InputError
-        The file is missing or damaged, is no texture database, or has no such level.
+        The file is missing or damaged, is no texture database, or has no such level, or one of more than `MAX_TEXELS`.
     """
     with open_tmm(path) as file:
         wanted = [0] if levels is None else list(levels)
         for k in wanted:
             if not 0 <= k < file.levels:
                 raise InputError(f"found level {k}; allowed: 0 to {file.levels - 1}", file=path)
+            check_size(*file.size(k), path)
         name = re.sub(r"\.tmm\.h5$", "", os.path.basename(path))
         planes = ("code", "mix_code", "mix_weight")
         return [

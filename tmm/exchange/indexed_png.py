@@ -9,7 +9,7 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.exchange.files import write_bytes, write_json
-from skyshine.tmm.exchange.image import MaterialImage
+from skyshine.tmm.exchange.image import MaterialImage, check_size
 from skyshine.tmm.exchange.legend import legend, read_legend
 from skyshine.tmm.levels import pure_level
 
@@ -102,6 +102,7 @@ def read_indices(path: str | os.PathLike) -> np.ndarray:
 
     try:
         with Image.open(path) as picture:
+            check_size(picture.height, picture.width, path)
             if picture.mode not in ("P", "L", "1", "I;16"):
                 raise InputError(
                     f"has the pixel type {picture.mode}; allowed: palette or grey of 8 or 16 bit; for colours that name "

@@ -6,7 +6,7 @@ import numpy as np
 
 from skyshine.tmm.texture import Windowed
 
-BAND = 256  # rows read at a time
+PIECE_TEXELS = 1 << 21  # looked at at a time
 TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would not fit the memory aimed at
 
 
@@ -92,8 +92,9 @@ class DistinctColours:
         self.valid_texels, self.number = 0, 0
         count = texture.dtype == np.uint8 and texture.channels == 3
         present = np.zeros(1 << 24 if count else 0, bool)
-        for top in range(0, texture.height, BAND):
-            pixels, valid = texture.window(slice(top, min(top + BAND, texture.height)), slice(0, texture.width))
+        step = max(PIECE_TEXELS // texture.width, 1)
+        for top in range(0, texture.height, step):
+            pixels, valid = texture.window(slice(top, min(top + step, texture.height)), slice(0, texture.width))
             whole = valid.all()
             self.valid_texels += valid.size if whole else int(valid.sum())
             if count:

@@ -14,8 +14,12 @@ RADII = (2, 6, 16)  # of the boxes, in texels, beside the texel itself
 GRADIENT_RADII = (4, 12)
 MARGIN = max(RADII) + 1  # texels about a window that its features depend on
 DARK = 0.004  # added to linear light before logarithms: about the first step of 8 bit sRGB that is above noise
+BRIGHT = 1e6  # times white, to which light is limited, so that squares and sums of features stay finite
 SHADOW_LIGHT = (0.22, 0.26, 0.36)  # skylight's share of clear-sky irradiance in red, green and blue
 SHADOW_SPREAD = 0.25  # of the logarithm of that share between shadows
+# Of the logarithm of light between photographs of a library, found by leaving sheets of orthophotos out: all channels
+# together (exposure, haze), and red and blue by themselves (season, hour, film).
+LIGHT_SPREAD, TINT_SPREAD = 0.14, (0.03, 0.0, 0.05)
 SHADOW_AREA = 0.5  # share of a training window that is put in shadow
 BLOB = 24  # texels: standard deviation of the noise whose level sets are the shadows' outlines
 PENUMBRA = 0.15  # of that noise's own standard deviation, over which the light fades
@@ -33,6 +37,8 @@ def names() -> tuple[str, ...]:
 def light_planes(colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:
     """L*a*b* and linear light, both (3, N) float32, of colours (N, C) as a texture holds them."""
     flat = colours[:, :3]
+    if flat.dtype.kind == "f":
+        flat = np.clip(flat, -BRIGHT, BRIGHT)
     return tuple(np.ascontiguousarray(part.T, np.float32) for part in (to_lab(flat, encoding), to_linear(flat, encoding)))
 
 
@@ -80,7 +86,7 @@ def _stack(lab: np.ndarray, linear: np.ndarray) -> np.ndarray:
         variance = mean(squared, radius) - mean(light, radius) ** 2
         stack[at] = 0.5 * np.log(np.maximum(variance, 0) + np.float32(1e-4))
         at += 1
-    down, across = np.gradient(light)
+    down, across = (np.gradient(light, axis=i) if light.shape[i] > 1 else np.zeros_like(light) for i in (0, 1))
     products = down * down, across * across, down * across
     for radius in GRADIENT_RADII:
         dd, aa, da = (mean(product, radius) for product in products)
@@ -90,6 +96,12 @@ def _stack(lab: np.ndarray, linear: np.ndarray) -> np.ndarray:
         stack[at + 1] = np.sqrt((dd - aa) ** 2 + 4 * da**2) / (energy + np.float32(1e-4))
         at += 2
     return stack
+
+
+def in_other_light(linear: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Linear light (h, w, 3) as another photograph of a library might have it."""
+    gain = np.exp(LIGHT_SPREAD * random.standard_normal() + np.array(TINT_SPREAD) * random.standard_normal(3))
+    return (linear * gain).astype(np.float32)
 
 
 def in_shadow(colours: np.ndarray, encoding: str, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.compile import KINDS, band_points, compile_band
+from skyshine.mat.atmosphere.band_targets import KINDS
+from skyshine.mat.atmosphere.compile import band_points, compile_band
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.quantities import PathGrid

@@ -66,7 +66,7 @@ def test_particles_dim_the_sky_little_and_path_radiance_stays_below_the_black_bo
     for row in range(3):
         segments = transfer.Segments.of(rays, row)
         depth = segments.column(air.optics.extinction)
-        radiance = air.thermal_radiance(segments, depth)[-1]
+        radiance = air.thermal_radiance(segments, transfer.Depths(depth)).sum(axis=0)
         assert np.all(radiance <= -np.expm1(-depth.sum(axis=0)) * black * (1 + 1e-9))
         assert np.all(radiance > 0)
 

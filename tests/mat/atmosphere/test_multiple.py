@@ -103,9 +103,9 @@ def test_a_brighter_ground_brightens_the_sky_and_the_path(hazy):
             angle(rays, elevation, np.zeros(1))[0, ends]
             for angle in (geometry.source_cosine, geometry.scattering_cosine)
         )
-        depth = segments.column(air.optics.extinction)
+        depths = transfer.Depths(segments.column(air.optics.extinction))
         direct = direct_transmittance(air.source_paths, np.zeros(1), elevation)[0, 0, 0]
-        found.append((sky, air.scattered_radiance(segments, depth, to_source, deflection)[0, 0]))
+        found.append((sky, air.scattered_radiance(segments, depths, to_source, deflection)[0, 0]))
     black, grey, white = np.array(found)
     assert np.all(grey > black * 1.01) and np.all(white > grey)
     # What the ground sends up comes back in the share that the air reflects: a geometric series in the albedo.
@@ -134,12 +134,12 @@ def test_a_band_is_the_sum_of_its_points(hazy):
     sources = np.radians([50.0, 5.0, -4.0]), np.radians([0.0, 120.0, 60.0])
     angles = (f(rays, *sources)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine))
     to_source, deflection = angles
-    depth = segments.column(air.optics.extinction)
+    depths = transfer.Depths(segments.column(air.optics.extinction))
     weight = np.linspace(1.0, 2.0, 6)
-    spectral = air.scattered_radiance(segments, depth, to_source, deflection) @ weight
-    band = air.scattered_in_band(segments, depth, to_source, deflection, weight)
+    spectral = air.scattered_radiance(segments, depths, to_source, deflection) @ weight
+    band = air.scattered_in_band(segments, depths, to_source, deflection, weight)
     assert band[-1] == pytest.approx(spectral, rel=2e-3)  # the band's light is interpolated in elevation as a whole
-    faint = air.scattered_in_band(segments, depth, to_source, deflection, weight * 1e-40)
+    faint = air.scattered_in_band(segments, depths, to_source, deflection, weight * 1e-40)
     assert faint == pytest.approx(band * 1e-40, rel=1e-5, abs=0)
     assert np.all(np.diff(band, axis=0) >= 0)
 

@@ -77,23 +77,6 @@ def test_composition_is_complete(profile):
         assert np.all((values > 0) & (values < 1))
 
 
-def test_co2_scaling():
-    scaled = load_profile("tropical").with_gas_scaled("CO2", 420 / 330)
-    assert scaled.mole_fraction["CO2"][0] == pytest.approx(420e-6)
-    assert scaled.mole_fraction["H2O"][0] == load_profile("tropical").mole_fraction["H2O"][0]
-
-
-@pytest.mark.parametrize("factor", [-1.0, np.nan, np.inf])
-def test_bad_factor(factor):
-    with pytest.raises(InputError, match="not allowed"):
-        load_profile("tropical").with_gas_scaled("CO2", factor)
-
-
-def test_unknown_gas():
-    with pytest.raises(InputError, match="no gas 'XY'.*H2O"):
-        load_profile("tropical").with_gas_scaled("XY", 1.0)
-
-
 def test_unknown_name_gives_the_nearest():
     with pytest.raises(InputError, match="did you mean 'midlatitude_summer'"):
         load_profile("midlatitude_sumer")

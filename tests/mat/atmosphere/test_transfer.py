@@ -36,7 +36,7 @@ def test_isothermal_air_emits_as_much_as_it_absorbs(synthetic_points, isothermal
     air = SpectralAir.of(isothermal(280.0), synthetic_points(EDGES, {"CO2": SECTIONS}))
     _, segments, depth = path(air, altitude, elevation, distance)
     expected = -np.expm1(-depth.sum(axis=0)) * planck_wavenumber(902.5, 280.0)
-    assert air.thermal_radiance(segments, depth)[-1] == pytest.approx(expected, rel=1e-6)
+    assert air.thermal_radiance(segments, transfer.Depths(depth)).sum(axis=0) == pytest.approx(expected, rel=1e-6)
 
 
 def test_transparent_air_is_dark(synthetic_points):
@@ -45,7 +45,7 @@ def test_transparent_air_is_dark(synthetic_points):
     clear = replace(air.optics, extinction=np.zeros_like(air.optics.extinction))
     _, segments, _ = path(air, 0.0, 0.0, None)
     depth = segments.column(clear.extinction)
-    assert np.all(air.thermal_radiance(segments, depth) == 0.0)
+    assert np.all(air.thermal_radiance(segments, transfer.Depths(depth)) == 0.0)
 
 
 def test_beer_and_lambert(synthetic_points, isothermal):
@@ -76,7 +76,7 @@ def test_emission_with_a_source_linear_in_optical_depth():
         edge = np.linspace(0, total, cuts + 1)
         depth = np.diff(edge)[:, None]
         source = (a + b * edge)[:, None]
-        found = transfer.emitted(depth, source[:-1], source[1:])[-1, 0]
+        found = transfer.emitted(transfer.Depths(depth), source[:-1], source[1:]).sum()
         assert found == pytest.approx(a + b - (a + b + b * total) * np.exp(-total), rel=1e-12)
 
 
@@ -97,7 +97,7 @@ def test_thin_single_scattering(synthetic_points, isothermal):
         to_source = geometry.source_cosine(rays, *source)[0]
         deflection = geometry.scattering_cosine(rays, *source)[0]
         ends = np.append(segments.index, segments.index[-1] + 1)
-        attenuation = transfer.segment_attenuation(segments, depth, air.source_paths, to_source[ends])
+        attenuation = transfer.segment_attenuation(segments, transfer.Depths(depth), air.source_paths, to_source[ends])
         found = transfer.scattered_spectral(segments, air.optics, attenuation, deflection[ends])[:, 0]
         e, (s, a) = np.radians(elevation), source
         angle = np.sin(e) * np.sin(s) + np.cos(e) * np.cos(s) * np.cos(a)
@@ -125,7 +125,7 @@ def test_single_scattering_of_a_thick_homogeneous_atmosphere(synthetic_points, i
         depth = segments.column(extinction)
         ends = np.append(segments.index, segments.index[-1] + 1)
         to_source, deflection = (f(rays, *sun)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine))
-        attenuation = transfer.segment_attenuation(segments, depth, source_paths, to_source)
+        attenuation = transfer.segment_attenuation(segments, transfer.Depths(depth), source_paths, to_source)
         found = transfer.scattered_spectral(segments, optics, attenuation, deflection)[0]
         phase = rayleigh_phase(np.cos(np.radians(elevation - 35.0)), optics.rayleigh_anisotropy)
         expected = albedo * phase / (4 * np.pi) * closed(total, np.sin(np.radians(abs(elevation))))
@@ -141,14 +141,14 @@ def test_band_and_spectral_scattering_agree(synthetic_points):
     sources = np.radians([30.0, 60.0, 5.0]), np.radians([0.0, 50.0, 180.0])
     ends = np.append(segments.index, segments.index[-1] + 1)
     to_source, deflection = (f(rays, *sources)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine))
-    attenuation = transfer.segment_attenuation(segments, depth, air.source_paths, to_source)
+    attenuation = transfer.segment_attenuation(segments, transfer.Depths(depth), air.source_paths, to_source)
     weight = np.linspace(1.0, 2.0, 8)
     spectral = transfer.scattered_spectral(segments, air.optics, attenuation, deflection) @ weight
-    band = transfer.scattered_band(segments, air.optics, depth, air.source_paths, to_source, deflection, weight)
+    band = transfer.scattered_band(segments, air.optics, transfer.Depths(depth), air.source_paths, to_source, deflection, weight)
     assert band[-1] == pytest.approx(spectral, rel=2e-3)  # the band's light is interpolated in elevation as a whole
     assert np.all(np.diff(band, axis=0) >= 0)
     # Moonlight is a millionth as bright; single precision must not notice.
-    faint = transfer.scattered_band(segments, air.optics, depth, air.source_paths, to_source, deflection, weight * 1e-30)
+    faint = transfer.scattered_band(segments, air.optics, transfer.Depths(depth), air.source_paths, to_source, deflection, weight * 1e-30)
     assert faint == pytest.approx(band * 1e-30, rel=1e-6)
 
 

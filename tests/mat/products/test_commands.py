@@ -89,6 +89,10 @@ def test_plot_draws_several_files_into_a_folder(mat, small_build, tmp_path):
     status, _, _ = mat("plot", small_build / "s01.htt.h5", small_build / "b01.band.h5", "--out", tmp_path / "p")
     assert status == 0 and sorted(p.name for p in (tmp_path / "p").iterdir()) == ["b01.band.png", "s01.htt.png"]
     assert mat("plot", small_build / "s01.htt.h5", "--out", tmp_path / "x.jpg")[0] == 2
+    status, _, message = mat("plot", small_build / "s01.htt.h5", "--out", tmp_path / "nowhere" / "x.png")
+    assert status == 2 and "cannot be written: No such file or directory" in message
+    status, _, message = mat("plot", tmp_path / "a.tmm.h5", "--out", tmp_path / "x.png")
+    assert status == 2 and "tmm preview" in message
 
 
 def test_init_writes_a_job_that_checks_and_never_overwrites(mat, tmp_path):

@@ -1,0 +1,107 @@
+"""Random lines of sight on which the interpolation error of an atmospheric table is measured.
+
+Errors of these tables are small nearly everywhere and large in a few cells, where a line grazes the ground or the Sun: single random
+points miss them. So every cell of altitude and elevation gets as many lines as every other, every line a range in each cell of ranges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.accuracy.atmospheric import QUANTITIES, Scale
+from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.interpolation import interpolate
+
+AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
+FIELDS = tuple(PathGrid.__dataclass_fields__)
+LINES = 500
+_SOURCES = 2  # of each line
+AMBIENT = 96  # lines on which sky light is computed too, which takes as long as all the rest: its errors have no such tail
+_SKIES = 12  # elevations of the source for which it is
+
+
+@dataclass(frozen=True, eq=False)
+class Probes:
+    """Lines of sight through the axes of a job, and the quantities computed directly on them.
+
+    Attributes
+    ----------
+    places : dict of str to array
+        By axis: range (n, R, 1), altitude and elevation (n, 1, 1), source angles (n, 1, S).
+    ambient_at : (m,) int array
+        The range at which ambient is known, of each of the first m lines for its first source.
+    truth : AtmosphericQuantities
+        As `BandAtmosphere.along_lines`.
+    """
+
+    places: dict[str, np.ndarray]
+    ambient_at: np.ndarray
+    truth: AtmosphericQuantities
+
+    @classmethod
+    def drawn(cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator, sky: int = AMBIENT) -> Probes:
+        """Draw lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
+        lines = np.arange(LINES)
+        cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
+        turn = generator.permutation(cells[0] * cells[1])[lines % (cells[0] * cells[1])]
+        altitude, elevation = (
+            _in_cell(nodes, cell, generator) for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
+        )
+        steps = max(1, base.range_km.size - 1)
+        ranges = _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (LINES, steps)), generator)
+        source, azimuth = (
+            _spread(nodes, LINES * _SOURCES, generator).reshape(LINES, _SOURCES)
+            for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
+        )
+        source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
+        ambient_at = generator.permutation(sky) % steps
+        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance)
+        places = (ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None])
+        return cls(dict(zip(AXES, places)), ambient_at, truth)
+
+    def errors(self, table: AtmosphericQuantities, grid: PathGrid, scale: Scale | None) -> dict[str, np.ndarray]:
+        """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in its own."""
+        return {name: self._error(name, key, table, grid, scale) for name, key in QUANTITIES.items()}
+
+    def lit(self, table: AtmosphericQuantities, grid: PathGrid) -> np.ndarray:
+        """Share (k,) of the corners around each point above the ground that direct light reaches, each with its weight."""
+        read = interpolate((table.direct > 0).astype(float), _rules(grid, 4), {axis: self.places[axis] for axis in AXES[:4]})
+        return read[np.broadcast_to(self.truth.valid[:, :, None], read.shape)]
+
+    def _error(self, name, key, table, grid, scale):
+        truth, values = self.truth, getattr(table, key)
+        exact, places = getattr(truth, key), dict(self.places)
+        valid, through = truth.valid[:, :, None], truth.transmittance[:, :, None]
+        if name == "beta_star":
+            exact = exact[:, :, None]
+        elif name == "ambient_radiance":
+            row = np.arange(exact.size)
+            places = {axis: value[row, :, :1] for axis, value in places.items()}
+            places["range"] = places["range"][row, self.ambient_at][:, None]
+            valid, through = (a[row, self.ambient_at][:, None] for a in (valid, through))
+            exact = exact[:, None, None]
+        read = interpolate(values, _rules(grid, values.ndim), {axis: places[axis] for axis in AXES[: values.ndim]})
+        error = read - exact if scale is None else scale.error(name, read, exact, through, places["range"])
+        return error[np.broadcast_to(valid, error.shape)]
+
+
+def _rules(grid: PathGrid, count: int) -> list[AxisRule]:
+    return [AxisRule(axis, getattr(grid, field)) for axis, field in zip(AXES, FIELDS)][:count]
+
+
+def _in_cell(nodes: np.ndarray, cell: np.ndarray, generator) -> np.ndarray:
+    """A random place in each of some cells of an axis; an axis of one node gives that node."""
+    if nodes.size == 1:
+        return np.full(np.shape(cell), nodes[0])
+    return nodes[cell] + generator.random(np.shape(cell)) * (nodes[cell + 1] - nodes[cell])
+
+
+def _spread(nodes: np.ndarray, count: int, generator) -> np.ndarray:
+    """Random places (count,) on an axis, one in each of as many equal parts of its cells, in random order."""
+    if nodes.size == 1:
+        return np.full(count, nodes[0])
+    place = (generator.permutation(count) + generator.random(count)) / count * (nodes.size - 1)
+    return np.interp(place, np.arange(nodes.size), nodes)

@@ -1,0 +1,70 @@
+"""What a job needs: the nodes that reads inside it touch stay, all others go, and both are said."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skyshine.mat.job import load_job
+from skyshine.mat.needs import around
+from skyshine.mat.plan import make_plan
+from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
+
+JOB = """\
+skyshine: 1
+name: needs
+site: {latitude_deg: 45, longitude_deg: 0, date: 2026-06-21, utc_offset_h: 0, altitude_km: 0}
+states:
+  - profile: midlatitude_summer
+    weather: {air_temperature_c: 15}
+bands:
+  - wavelength_um: [8, 12]
+materials: [asphalt_road]
+"""
+
+
+def loaded(folder, needs):
+    file = folder / "job.yaml"
+    file.write_text(JOB + needs, encoding="utf-8")
+    return load_job(file)
+
+
+@given(
+    nodes=st.lists(st.integers(-50, 50), min_size=1, max_size=12, unique=True).map(sorted),
+    ends=st.tuples(st.floats(-60, 60), st.floats(-60, 60)).map(sorted), share=st.floats(0, 1),
+)  # fmt: skip
+def test_reads_inside_do_not_change(nodes, ends, share):
+    kept = around(nodes, *ends)
+    values = {node: np.sin(node) for node in nodes}
+    place = np.clip(ends[0] + share * (ends[1] - ends[0]), nodes[0], nodes[-1])
+    read = [np.interp(np.clip(place, some[0], some[-1]), some, [values[node] for node in some]) for some in (nodes, kept)]
+    assert read[0] == pytest.approx(read[1], abs=1e-12)
+    assert kept[0] in nodes and set(kept) <= set(nodes)
+
+
+def test_axes_shrink_and_the_plan_says_so(tmp_path):
+    job = loaded(tmp_path, "needs: {range_km: [0.3, 6], observer_altitude_km: [0.1, 2.5], slope_deg: [0, 25]}\n")
+    assert job.job.atmosphere_grid.range_km == [0.2, 0.35, 0.5, 0.75, 1, 1.5, 2, 3, 4, 5, 7]
+    assert job.job.observer_altitudes_km == [0.05, 0.2, 0.5, 1, 2, 3]
+    assert job.job.surface_grid.slope_deg == [0, 10, 20, 30]
+    assert job.whole.atmosphere_grid.range_km[-1] == 1000
+    plan = make_plan(job, load_library())
+    said = {item.what: item.restore for item in plan.left_out}
+    assert said["13 of 24 ranges"] == "a wider needs.range_km, or none" and "6 of 12 observer altitudes" in said and "6 of 10 slopes" in said
+    assert plan.bytes < 0.3 * make_plan(loaded(tmp_path, ""), load_library()).bytes
+
+
+def test_noon_needs_no_low_sun_and_night_none_at_all(tmp_path):
+    """Highest Sun at 45 degree north on the solstice: 68.4 degree; at midnight it is 21.6 degree below the horizon."""
+    noon = loaded(tmp_path, 'sources: [sun]\nneeds: {hours: ["11:30", "12:30"]}\n').job
+    assert noon.atmosphere_grid.source_elevation_deg == [60, 75]
+    night = loaded(tmp_path, 'needs: {hours: ["23:30", "00:30"]}\n')
+    assert night.job.sources == ["moon"]
+    assert any(item.what == "tables of the sun" for item in make_plan(night, load_library()).left_out)
+    assert loaded(tmp_path, 'needs: {hours: ["00:00", "23:59"]}\n').job.sources == ["sun", "moon"]
+
+
+def test_needs_in_the_wrong_order_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"needs.range_km: found \[6, 0.3\]; allowed: \[least, most\]; swap them"):
+        loaded(tmp_path, "needs: {range_km: [6, 0.3]}\n")

@@ -29,6 +29,8 @@ BETA_FACTOR = 5.5
 BETA_CAP_KM = 1e12
 # A range to the ground within this relative difference of the computed one ends on it, not below.
 _ROUNDING = 1e-9
+# Points whose field of scattered light is in memory at once where a spectrum is asked for.
+_SPECTRAL_CHUNK = 256
 # Heights whose sky is computed together.
 _SKY_PART = 3
 # Heights above the ground [m] at which sky irradiance is computed; between them it is exponential. Aerosol ends steeply
@@ -130,9 +132,9 @@ class BandAtmosphere:
     air: SpectralAir
 
     @classmethod
-    def of(cls, state: AtmosphericState, band: BandPoints) -> BandAtmosphere:
-        """Prepare a state for a band."""
-        return cls(band, SpectralAir.of(state, band.points, band.gases, band.weight))
+    def of(cls, state: AtmosphericState, band: BandPoints, *, streams: bool = True) -> BandAtmosphere:
+        """Prepare a state for a band; `streams` as `air.SpectralAir.of`."""
+        return cls(band, SpectralAir.of(state, band.points, band.gases, band.weight, streams=streams))
 
     def table(self, grid, source_irradiance, *, progress=None):
         """The quantities on a grid; arguments and result as `atmospheric_quantities`."""
@@ -249,6 +251,18 @@ class BandAtmosphere:
         SpectralLines
         """
         irradiance = self._irradiance(source_irradiance)
+        places = range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg
+        parts = []
+        for start in range(0, irradiance.size, _SPECTRAL_CHUNK):
+            index = np.arange(start, min(start + _SPECTRAL_CHUNK, irradiance.size))
+            air = self.air.part(slice(start, start + _SPECTRAL_CHUNK))
+            band = BandPoints(self.band.points.subset(index), self.band.weight[index], self.band.gases)
+            parts.append(BandAtmosphere(band, air)._spectral_part(*places, irradiance[index]))
+        through, sky, direct = (np.concatenate(values, axis=1) for values in list(zip(*parts, strict=True))[:3])
+        return SpectralLines(through, sky, direct, sum(part[3] for part in parts), parts[0][4])
+
+    def _spectral_part(self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, irradiance):
+        """The fields of `SpectralLines` at the points of this band."""
         ranges, altitude = (np.asarray(a, float) * 1e3 for a in (range_km, altitude_km))
         elevation, source, azimuth = (np.radians(a) for a in (elevation_deg, source_elevation_deg, source_azimuth_deg))
         rays = trace(self.air.shells, altitude, elevation, ranges[:, None])
@@ -263,7 +277,7 @@ class BandAtmosphere:
             direct[row] = irradiance * direct_transmittance(self.air.source_paths, path.surface_altitude, source[one])[0, 0]
             radiance[row] = self._path_radiance(path, source[one], azimuth[one], irradiance)[0, 0]
             valid[row] = path.valid[0]
-        return SpectralLines(through, sky, direct, radiance, valid)
+        return through, sky, direct, radiance, valid
 
     def _irradiance(self, source_irradiance):
         irradiance = np.asarray(source_irradiance, dtype=float)
@@ -377,9 +391,9 @@ class BandAtmosphere:
         light = direct_transmittance(self.air.scaled_source_paths, np.array([path.local_altitude]), elevations)
         unit = transfer.scattered_spectral(point, optics, light.astype(np.float32), np.stack([cosine, cosine]))
         extinction = point.column(optics.extinction)[0]
-        leaning = lean(-np.sin(path.elevation))
-        thermal = here(self.air.thermal.mean) + leaning * here(self.air.thermal.tilt)
-        again = self.air.diffuse_light.at(layer, share, leaning, np.sin(elevations))
+        rise = -np.sin(path.elevation)
+        thermal = here(self.air.thermal.mean) + lean(rise) * here(self.air.thermal.tilt)
+        again = self.air.diffuse_light.at(layer, share, rise, np.sin(elevations), cosine)
         unit = unit + extinction * again
         source = extinction * thermal + unit * irradiance
         return source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())

@@ -164,19 +164,19 @@ def peer_seconds(program, state, grid, limits) -> float:
 
 
 def points_ladder(state, everything, grid, sun) -> list[Rung]:
-    """Compiled bands of a few points to many, against all points."""
-    exact = BandAtmosphere.of(state, everything).table(_SMALL, sun)
+    """Compiled bands of a few points to many, against all points; by two streams, as bands are compiled."""
+    exact = BandAtmosphere.of(state, everything, streams=False).table(_SMALL, sun)
     rungs = []
     for count in POINTS:
         few = compile_band(state, everything, grid, sun, tolerance=1e-6, max_points=count)
-        table, seconds = _timed(lambda few=few: BandAtmosphere.of(state, few.band).table(_SMALL, sun[few.index]))
+        table, seconds = _timed(lambda few=few: BandAtmosphere.of(state, few.band, streams=False).table(_SMALL, sun[few.index]))
         rungs.append(Rung(f"{few.index.size} points", seconds, _errors(table, exact)))
     return rungs
 
 
 def directions_ladder(state, band) -> list[Rung]:
-    """Sky irradiance by directions of its quadrature, zenith angles by azimuths, against 24 x 24."""
-    air = BandAtmosphere.of(state, band).air
+    """Sky irradiance of two streams by directions of its quadrature, zenith angles by azimuths, against 24 x 24."""
+    air = BandAtmosphere.of(state, band, streams=False).air
     air.prepare()
     place = np.array([0.0, 2e3]), np.radians([5.0, 30.0, 70.0])
     exact = sky_irradiance(air, *place, zeniths=24, azimuths=24)

@@ -9,11 +9,12 @@ import numpy as np
 
 from skyshine.mat.atmosphere.diffuse import ThermalSource, thermal_source
 from skyshine.mat.atmosphere.geometry import Shells
-from skyshine.mat.atmosphere.multiple import DiffuseLight, scaled_extinction
+from skyshine.mat.atmosphere.multiple import DiffuseLight
 from skyshine.mat.atmosphere.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer import emitted, scattered_band, scattered_spectral, segment_attenuation
+from skyshine.mat.atmosphere.streams import StreamLight, straight_share
+from skyshine.mat.atmosphere.transfer import Depths, emitted, scattered_band, scattered_spectral, segment_attenuation
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +28,18 @@ class SpectralAir:
         Refracting as at the mean wavenumber of the points.
     optics : SpectralOptics
     source_rays : SourceRays
+    streams : bool
+        Light scattered more than once is that of `streams.StreamLight`, not of the two streams of `multiple.DiffuseLight`.
     """
 
     state: AtmosphericState
     shells: Shells
     optics: SpectralOptics
     source_rays: SourceRays
+    streams: bool = False
 
     @classmethod
-    def of(cls, state, points, gases=None, weight=None):
+    def of(cls, state, points, gases=None, weight=None, *, streams=False):
         """Prepare a state.
 
         Parameters
@@ -46,15 +50,17 @@ class SpectralAir:
             Those that absorb; by default all.
         weight : (P,) array, optional
             For the mean wavenumber; by default that of the points.
+        streams : bool
+            For some hundred points at most: a field takes 1 MB a point.
         """
         optics = spectral_optics(state, points, gases)
         mean = float(np.average(optics.wavenumber, weights=points.weight if weight is None else weight))
         shells = Shells.of(state.altitude, state.number_density, mean)
-        return cls(state, shells, optics, SourceRays.of(shells))
+        return cls(state, shells, optics, SourceRays.of(shells), streams)
 
     def part(self, points):
         """The same air at a slice of the points."""
-        return SpectralAir(self.state, self.shells, self.optics.at(points), self.source_rays)
+        return SpectralAir(self.state, self.shells, self.optics.at(points), self.source_rays, self.streams)
 
     def prepare(self):
         """Compute what is kept, before several threads ask for it."""
@@ -89,8 +95,13 @@ class SpectralAir:
 
     @cached_property
     def scaled_extinction(self):
-        """Of the beam that is scattered, (N, P) m^2 per molecule: `multiple.scaled_extinction`."""
-        return scaled_extinction(self.optics)
+        """Of the beam that is scattered, (N, P) m^2 per molecule: without what particles throw straight on."""
+        return self.optics.extinction - self.optics.aerosol_scattering * self.straight_share
+
+    @cached_property
+    def straight_share(self):
+        """Share (N, P) of the scattering by particles that goes straight on."""
+        return straight_share(self.optics) if self.streams else self.optics.asymmetry**2
 
     @cached_property
     def scaled_source_paths(self):
@@ -101,8 +112,11 @@ class SpectralAir:
 
     @cached_property
     def diffuse_light(self):
-        """`multiple.DiffuseLight` of the source."""
-        return DiffuseLight.of(self.state, self.shells, self.optics, self.scaled_extinction, self.scaled_source_paths)
+        """`streams.StreamLight` or `multiple.DiffuseLight` of the source."""
+        paths = self.scaled_source_paths
+        if self.streams:
+            return StreamLight.of(self.state, self.shells, self.optics, self.straight_share, paths)
+        return DiffuseLight.of(self.state, self.shells, self.optics, self.scaled_extinction, paths)
 
     def scattered_radiance(self, segments, depths, to_source, deflection, phase=None):
         """Scattered light of the source along a ray.
@@ -121,12 +135,17 @@ class SpectralAir:
         (S, P) array
             Per unit of the source's irradiance, sr^-1.
         """
-        attenuation = segment_attenuation(segments, depths, self.scaled_source_paths, to_source)
+        seen = self._seen_through(segments, depths)
+        attenuation = segment_attenuation(segments, seen, self.scaled_source_paths, to_source)
         once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
-        return once + self.diffuse_light.spectral(segments, depths, to_source)
+        return once + self.diffuse_light.spectral(segments, depths, to_source, deflection)
 
     def scattered_in_band(self, segments, depths, to_source, deflection, weight):
         """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in `transfer.scattered_band`."""
-        paths = self.scaled_source_paths
-        once = scattered_band(segments, self.optics, depths, paths, to_source, deflection, weight)
-        return once + self.diffuse_light.band(segments, depths, to_source, weight)
+        paths, seen = self.scaled_source_paths, self._seen_through(segments, depths)
+        once = scattered_band(segments, self.optics, seen, paths, to_source, deflection, weight)
+        return once + self.diffuse_light.band(segments, depths, to_source, deflection, weight)
+
+    def _seen_through(self, segments, depths):
+        """`transfer.Depths` for light scattered once: what then goes straight on is not lost."""
+        return Depths(segments.column(self.scaled_extinction)) if self.streams else depths

@@ -17,7 +17,7 @@ from skyshine import atmospheres
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.multiple import level_fluxes
-from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance, thrown_ahead
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database
 
@@ -167,7 +167,7 @@ def sunlight_shares(state, points, altitude, source_elevation, ground_albedo):
     air = SpectralAir.of(state, points)
     elevation = np.radians(source_elevation)
     direct = direct_transmittance(air.source_paths, altitude, elevation)
-    diffuse = np.maximum(np.sin(elevation), 0.0)[:, None] * _thrown_ahead(air, altitude, elevation, direct)
+    diffuse = np.maximum(np.sin(elevation), 0.0)[:, None] * thrown_ahead(air, altitude, elevation, direct)
     levels = state.altitude
     place = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, levels.size - 2)
     share = ((altitude - levels[place]) / np.diff(levels)[place])[:, None, None]
@@ -178,13 +178,6 @@ def sunlight_shares(state, points, altitude, source_elevation, ground_albedo):
     for part, _, falling in fluxes:
         diffuse[..., part[1]] += falling[place] * (1 - share) + falling[place + 1] * share
     return direct, diffuse
-
-
-def _thrown_ahead(air, altitude, elevation, direct):
-    """Light that delta scaling counts as beam, but which particles have scattered, (A, S, P)."""
-    if air.scaled_source_paths is air.source_paths:
-        return np.zeros_like(direct)
-    return np.maximum(direct_transmittance(air.scaled_source_paths, altitude, elevation) - direct, 0.0)
 
 
 def _check(state, altitude, elevation, ground_albedo, sun_distance):

@@ -22,18 +22,19 @@ _PHASE_WAVELENGTH_RATIO = 1.25
 PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
 
 
-def _sphere_weights(angle):
-    """Weights of values at angles (A,) [rad] in the mean over the sphere of a function linear between them."""
+def _moment_weights(angle, count):
+    """Weights (count, A) of values at angles (A,) [rad] in the Legendre moments of a function linear between them; of its mean first."""
     point, weight = np.polynomial.legendre.leggauss(4)
     part, width = 0.5 * (point + 1), np.diff(angle)[:, None]
-    share = 0.25 * weight * width * np.sin(angle[:-1, None] + part * width)
-    result = np.zeros(angle.size)
-    result[:-1] += np.sum(share * (1 - part), axis=1)
-    result[1:] += np.sum(share * part, axis=1)
+    where = angle[:-1, None] + part * width
+    share = 0.25 * weight * width * np.sin(where) * np.moveaxis(np.polynomial.legendre.legvander(np.cos(where), count - 1), -1, 0)
+    result = np.zeros((count, angle.size))
+    result[:, :-1] += np.sum(share * (1 - part), axis=-1)
+    result[:, 1:] += np.sum(share * part, axis=-1)
     return result
 
 
-_SPHERE = _sphere_weights(PHASE_ANGLES)
+_SPHERE = _moment_weights(PHASE_ANGLES, 1)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +193,11 @@ def _aerosol(state, wavenumber):
         part = amount * optics.extinction * optics.single_scattering_albedo
         phase += part * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
         total += part
-    # Where nothing scatters the phase function is never used; 1 keeps it a phase function.
     phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
+    # Layers are linear between levels: at the edge of a cloud the level without particles must not add a phase function of its own.
+    filled = np.flatnonzero(np.all(total > 0, axis=1))
+    if filled.size:
+        phase = phase[:, filled[np.argmin(np.abs(np.arange(shape[0])[:, None] - filled), axis=1)]]
     asymmetry = np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
     return extinction, scattering, asymmetry, phase, share
 
@@ -208,6 +212,12 @@ def normalised(phase):
     missing = 1 - np.tensordot(_SPHERE, phase, axes=1)
     phase[0] = np.maximum(phase[0] + missing / _SPHERE[0], np.minimum(phase[0], phase[1]))
     return phase / np.tensordot(_SPHERE, phase, axes=1)
+
+
+def phase_moments(phase, count):
+    """Legendre moments (count, ...) of phase functions (A, ...) at `PHASE_ANGLES`, linear between the angles; the first is 1."""
+    moments = np.tensordot(_moment_weights(PHASE_ANGLES, count), phase, axes=1)
+    return moments / moments[0]
 
 
 def _phase_wavelengths(wavenumber):

@@ -36,7 +36,7 @@ class SkyIrradiance:
 
 
 def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths=AZIMUTHS):
-    """The hemispheric integral of sky radiance times the cosine of its zenith angle.
+    """The hemispheric integral of sky radiance times the cosine of its zenith angle; scattered light of `streams` has its own.
 
     Parameters
     ----------
@@ -57,6 +57,11 @@ def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths
     turn, turn_weight = np.polynomial.legendre.leggauss(azimuths)
     turn, turn_weight = 0.5 * np.pi * (turn + 1), np.pi * turn_weight  # both halves: the weights sum to 2 pi
     altitude, source_elevation = np.asarray(altitude, dtype=float), np.asarray(source_elevation, dtype=float)
+    if air.streams and source_elevation.size:
+        thermal = sky_irradiance(air, altitude, np.zeros(0), zeniths=zeniths).thermal
+        direct = direct_transmittance(air.source_paths, altitude, source_elevation)
+        ahead = np.maximum(np.sin(source_elevation), 0.0)[:, None] * thrown_ahead(air, altitude, source_elevation, direct)
+        return SkyIrradiance(thermal, air.diffuse_light.sky(altitude, source_elevation) + ahead)
     elevations = np.repeat(source_elevation, azimuths)
     turns = np.tile(turn, source_elevation.size)
 
@@ -103,6 +108,22 @@ def direct_transmittance(source_paths, altitude, source_elevation):
     """
     cosine = np.broadcast_to(np.sin(source_elevation), (np.size(altitude), np.size(source_elevation)))
     return np.exp(-source_paths.optical_depth(altitude, cosine).astype(float))
+
+
+def thrown_ahead(air, altitude, elevation, direct):
+    """Light that delta scaling counts as beam, but which particles have scattered, (Z, S, P).
+
+    Parameters
+    ----------
+    air : air.SpectralAir
+    altitude, elevation : (Z,), (S,) arrays
+        As `direct_transmittance`.
+    direct : (Z, S, P) array
+        What that gives.
+    """
+    if air.scaled_source_paths is air.source_paths:
+        return np.zeros_like(direct)
+    return np.maximum(direct_transmittance(air.scaled_source_paths, altitude, elevation) - direct, 0.0)
 
 
 def _cells(count):

@@ -84,8 +84,13 @@ class Segments:
     @cached_property
     def lean(self):
         """`diffuse.lean` of radiation that travels towards the observer, (K,)."""
+        return lean(self.rise)
+
+    @property
+    def rise(self):
+        """Cosine of the angle from the vertical at which radiation travels towards the observer, (K,)."""
         zenith = self.direction - self.central_angle  # local, of the line of sight; radiation travels the other way
-        return lean(-np.cos(0.5 * (zenith[1:] + zenith[:-1])))
+        return -np.cos(0.5 * (zenith[1:] + zenith[:-1]))
 
     def source(self, mean, tilt, levels):
         """A source function as the line that stands for it in each segment.

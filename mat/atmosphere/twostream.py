@@ -55,10 +55,15 @@ class Slabs:
 
 def vertical_column(shells, per_molecule):
     """Integral of a property (N, P) [m^2 per molecule] across each layer, (N-1, P)."""
+    return np.add(*vertical_parts(shells, per_molecule))
+
+
+def vertical_parts(shells, per_molecule):
+    """The two parts of `vertical_column`: what counts by the property of the layer's lower level, and of its upper one."""
     zenith = trace(shells, shells.altitude[:1], np.array([np.pi / 2]))
     count = shells.altitude.size - 1
     lower, upper = (part[0, count:, None] for part in (zenith.lower, zenith.upper))  # the segments on the way up
-    return lower * per_molecule[:-1] + upper * per_molecule[1:]
+    return lower * per_molecule[:-1], upper * per_molecule[1:]
 
 
 def join(reflection, transmission, upward, downward, albedo, ground):

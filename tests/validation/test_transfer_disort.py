@@ -1,4 +1,4 @@
-"""Scattered light and thermal sky against PythonicDISORT: what the two-stream field leaves out.
+"""Scattered light and thermal sky against PythonicDISORT: what few streams leave out.
 
 Plane-parallel DISORT with 32 streams over the same layers: the sky of mid-latitude summer in the infrared, and haze and a thin cloud
 at 1 um by optical depth and albedo of the ground. ``pip install pythonicdisort`` brings it; the tables are printed with ``-s``.
@@ -139,7 +139,7 @@ def particles(kind, depth, albedo):
             np.where(altitude <= 5000, np.exp(-altitude / 1200), 0.0) * 1e-9,
         )
     for _ in range(2):  # the first time to find the optical depth
-        air = SpectralAir.of(replace(state, aerosols=(AerosolComponent(model, shape),)), OnePoint())
+        air = SpectralAir.of(replace(state, aerosols=(AerosolComponent(model, shape),)), OnePoint(), streams=True)
         up = transfer.Segments.of(geometry.trace(air.shells, np.zeros(1), np.array([np.pi / 2])), 0)
         shape = shape * depth / up.column(air.optics.aerosol_extinction).sum()
     return air
@@ -205,7 +205,8 @@ def test_flux_and_radiance_by_optical_depth(kind, albedo, mu0):
         bias_up = np.sum([path + ground * through for path, through in above]) / rising[up].sum() - 1
         figures = (error, np.sqrt(np.mean(far**2)), bias, aureole, np.sqrt(np.mean(error_up**2)), bias_up)
         print(f"{depth:13g} {''.join(f'{100 * x:+9.1f}' for x in figures)}")
-        # Measured; two streams do not know azimuth, and light close to the horizon scatters more often than they say.
-        if depth <= 2:
-            assert abs(error) < 0.08
-            assert abs(bias) < 0.2 and abs(bias_up) < 0.45
+        # Haze of any depth here and thin cloud; 15 degree around the source, and thick cloud, are printed only.
+        assert abs(error) < 0.03
+        if kind == "haze" or depth <= 1:
+            assert np.sqrt(np.mean(far**2)) < 0.08 and np.sqrt(np.mean(error_up**2)) < 0.08
+            assert abs(bias) < 0.08 and abs(bias_up) < 0.08

@@ -17,7 +17,8 @@ from skyshine.mat.atmosphere import transfer
 from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.compile import BandPoints
 from skyshine.mat.atmosphere.diffuse import lean
-from skyshine.mat.atmosphere.geometry import EARTH_RADIUS, Rays, scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.geometry import scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.sight import LineOfSight
 from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.atmosphere.threads import each
@@ -27,8 +28,6 @@ from skyshine.schemas.errors import InputError
 BETA_FACTOR = 5.5
 # Largest beta*, where the path holds no air or next to none: transmittance is right to 5.5e-12 per km.
 BETA_CAP_KM = 1e12
-# A range to the ground within this relative difference of the computed one ends on it, not below.
-_ROUNDING = 1e-9
 # Points whose field of scattered light is in memory at once where a spectrum is asked for.
 _SPECTRAL_CHUNK = 256
 # Heights whose sky is computed together.
@@ -96,37 +95,16 @@ class AtmosphericQuantities:
     transmittance: np.ndarray
 
 
-def atmospheric_quantities(state, band, grid, source_irradiance, *, progress=None):
-    """The table of a state, a band and a source.
-
-    Parameters
-    ----------
-    state : AtmosphericState
-    band : BandPoints
-        All points of the band (`compile.band_points`) or the compiled ones (`compile.compile_band`); the response is in their
-        weights.
-    grid : PathGrid
-    source_irradiance : (P,) array
-        Of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
-    progress : callable, optional
-        Called with the number of lines of sight done since the last call; there are A * E.
-
-    Returns
-    -------
-    AtmosphericQuantities
-
-    Raises
-    ------
-    InputError
-        For an observer below the ground, a negative range, or an irradiance that is negative or of another length.
-    """
-    air = BandAtmosphere.of(state, band)
-    return air.table(grid, source_irradiance, progress=progress)
-
-
 @dataclass(frozen=True, eq=False)
 class BandAtmosphere:
-    """A state prepared for a band: everything that does not depend on grid or source."""
+    """A state prepared for a band: everything that does not depend on grid or source.
+
+    Attributes
+    ----------
+    band : BandPoints
+        All points of the band (`compile.band_points`) or the compiled ones (`compile.compile_band`); the response is in their weights.
+    air : air.SpectralAir
+    """
 
     band: BandPoints
     air: SpectralAir
@@ -137,7 +115,25 @@ class BandAtmosphere:
         return cls(band, SpectralAir.of(state, band.points, band.gases, band.weight, streams=streams))
 
     def table(self, grid, source_irradiance, *, progress=None):
-        """The quantities on a grid; arguments and result as `atmospheric_quantities`."""
+        """The quantities on a grid.
+
+        Parameters
+        ----------
+        grid : PathGrid
+        source_irradiance : (P,) array
+            Of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
+        progress : callable, optional
+            Called with the number of lines of sight done since the last call; there are A * E.
+
+        Returns
+        -------
+        AtmosphericQuantities
+
+        Raises
+        ------
+        InputError
+            For an observer below the ground, a negative range, or an irradiance that is negative or of another length.
+        """
         irradiance = self._irradiance(source_irradiance)
         ranges, elevation = grid.range_km * 1e3, np.radians(grid.elevation_deg)
         source = np.radians(grid.source_elevation_deg)
@@ -149,7 +145,7 @@ class BandAtmosphere:
         reach = np.broadcast_to(ranges, (elevation.size, ranges.size))
 
         def line_of_sight(rays, place, row):
-            path = _Path.of(self.air, rays, row, altitudes[place], elevation[row], ranges)
+            path = LineOfSight.of(self.air, rays, row, altitudes[place], elevation[row], ranges)
             self._fill(result, (slice(None), place, row), path, source, azimuth, irradiance, sky)
 
         for place, altitude in enumerate(altitudes):
@@ -187,7 +183,7 @@ class BandAtmosphere:
         rays = trace(self.air.shells, altitude, elevation, ranges[:, None])
         results = []
         for row in range(ranges.size):
-            path = _Path.of(self.air, rays, row, altitude[row], elevation[row], ranges[row : row + 1])
+            path = LineOfSight.of(self.air, rays, row, altitude[row], elevation[row], ranges[row : row + 1])
             one = slice(row, row + 1)
             sky = self._sky(path.surface_altitude, source[one], irradiance)
             result = _empty((1, 1, 1, 1, 1))
@@ -221,7 +217,7 @@ class BandAtmosphere:
         found = {name: [] for name in AtmosphericQuantities.__dataclass_fields__ if name != "ambient"}
         end, seen = np.empty(len(ambient_at)), np.empty((len(ambient_at), irradiance.size))
         for row in range(altitude.size):
-            path = _Path.of(self.air, rays, row, altitude[row], elevation[row], ranges[row])
+            path = LineOfSight.of(self.air, rays, row, altitude[row], elevation[row], ranges[row])
             weight = self._radiance_weight(path)
             direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source[row])
             ln_tau, absorbed = _in_band(path.depth, self.band.weight)
@@ -270,7 +266,7 @@ class BandAtmosphere:
         through, sky, direct = (np.empty(shape) for _ in range(3))
         radiance, valid = np.empty(ranges.size), np.empty(ranges.size, dtype=bool)
         for row in range(ranges.size):
-            path = _Path.of(self.air, rays, row, altitude[row], elevation[row], ranges[row : row + 1])
+            path = LineOfSight.of(self.air, rays, row, altitude[row], elevation[row], ranges[row : row + 1])
             one = slice(row, row + 1)
             through[row] = np.exp(-path.depth[0])
             sky[row] = self._sky_at(path.surface_altitude, self._sky(path.surface_altitude, source[one], irradiance))[0, 0]
@@ -421,79 +417,6 @@ class SpectralLines:
     direct_irradiance: np.ndarray
     path_radiance: np.ndarray
     valid: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class _Path:
-    """One line of sight with its R ranges.
-
-    depth (R, P) optical depth to each range; length (R,) its length, which ends at the ground; beyond (R,) what of the range is
-    behind it; node (R,) the segment end at it;
-    surface_altitude (R,) m. The local values are those of the air at the observer, or of the highest air below him.
-    """
-
-    elevation: float
-    segments: transfer.Segments
-    ends: Rays
-    segment_depths: transfer.Depths
-    depth: np.ndarray
-    length: np.ndarray
-    beyond: np.ndarray
-    node: np.ndarray
-    surface_altitude: np.ndarray
-    valid: np.ndarray
-    local_altitude: float
-    local_layer: int
-    local_share: float
-    local_extinction: np.ndarray
-
-    @classmethod
-    def of(cls, air, rays, row, altitude, elevation, ranges):
-        segments = transfer.Segments.of(rays, row)
-        depths = transfer.Depths(segments.column(air.optics.extinction))
-        end, ground = rays.end[row], bool(rays.ground[row])
-        length = np.minimum(ranges, end) if ground else ranges
-        valid = ranges <= end * (1 + _ROUNDING) if ground else np.ones(ranges.shape, dtype=bool)
-        node = np.minimum(np.searchsorted(segments.distance, length), segments.distance.size - 1)
-        local = float(np.clip(altitude, air.state.surface_altitude, air.shells.top))
-        levels = air.shells.altitude
-        layer = int(np.clip(np.searchsorted(levels, local, side="right") - 1, 0, levels.size - 2))
-        share = (local - levels[layer]) / (levels[layer + 1] - levels[layer])
-        section = air.optics.extinction[layer] * (1 - share) + air.optics.extinction[layer + 1] * share
-        density = (
-            np.exp(np.interp(local, levels, np.log(air.shells.number_density))) if altitude <= air.shells.top else 0.0
-        )
-        return cls(
-            elevation, segments, _ends(rays, row, segments), depths, depths.before[node], length, ranges - length, node,
-            _end_altitude(segments, node, length, altitude, elevation), valid,
-            local, layer, share, density * section,
-        )  # fmt: skip
-
-
-def _ends(rays, row, segments):
-    """The segment ends of one ray, in the shape that `geometry` takes."""
-    none = np.zeros((1, 0))
-    return Rays(
-        segments.distance[None], segments.altitude[None], segments.central_angle[None], segments.direction[None],
-        none, none, none, rays.end[row : row + 1], rays.ground[row : row + 1],
-    )  # fmt: skip
-
-
-def _end_altitude(segments, node, length, altitude, elevation):
-    """Altitude [m] of the end of each range, (R,), in space too."""
-
-    def straight(start, sine, distance):
-        radius = EARTH_RADIUS + start
-        gain = distance**2 + 2 * radius * distance * sine
-        return start + gain / (radius + np.sqrt(radius**2 + gain))
-
-    first, last = segments.distance[0], segments.distance[-1]
-    if not segments.index.size:
-        return straight(altitude, np.sin(elevation), length)
-    leaving = np.cos(segments.direction[-1] - segments.central_angle[-1])
-    beyond = straight(segments.altitude[-1], leaving, np.maximum(length - last, 0.0))
-    before = straight(altitude, np.sin(elevation), np.minimum(length, first))
-    return np.select([length < first, length > last], [before, beyond], segments.altitude[node])
 
 
 def _in_band(depth, weight):

@@ -9,7 +9,7 @@ from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere, PathGrid, atmospheric_quantities
+from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere, PathGrid
 from skyshine.mat.radiometry import SpectralResponse, band_radiance
 from skyshine.schemas.errors import InputError
 
@@ -40,7 +40,7 @@ def state():
 
 @pytest.fixture(scope="module")
 def table(state, band, sun):
-    return atmospheric_quantities(state, band, GRID, sun)
+    return BandAtmosphere.of(state, band).table(GRID, sun)
 
 
 def test_the_band_holds_the_response(band):
@@ -87,7 +87,7 @@ def test_path_radiance_ratio_runs_continuously_to_space(state, band, sun):
         source_elevation_deg=[30.0],
         source_azimuth_deg=[90.0],
     )
-    ratio = atmospheric_quantities(state, band, grid, sun).path_radiance_ratio
+    ratio = BandAtmosphere.of(state, band).table(grid, sun).path_radiance_ratio
     step = np.abs(np.diff(np.log(ratio), axis=0))
     assert step.max() < 0.06  # ranges grow by 10 % from one to the next
 
@@ -121,7 +121,7 @@ def test_space_is_clear(table):
 
 
 def test_night_has_only_thermal_path_radiance(state, band):
-    dark = atmospheric_quantities(state, band, replace(GRID, range_km=[0.0, 1.0, 1000.0]), np.zeros(band.weight.size))
+    dark = BandAtmosphere.of(state, band).table(replace(GRID, range_km=[0.0, 1.0, 1000.0]), np.zeros(band.weight.size))
     assert np.ptp(dark.path_radiance_ratio, axis=(3, 4)) == pytest.approx(0.0, abs=1e-15)
     assert np.all(dark.direct == 0)
 
@@ -131,7 +131,7 @@ def test_isothermal_opaque_band_shows_the_black_body():
     band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
     state = AtmosphericState.from_profile("us_standard")
     state = replace(state, temperature=np.full_like(state.temperature, 285.0))
-    found = atmospheric_quantities(state, band, replace(GRID, altitude_km=[0.0, 1.0]), np.zeros(band.weight.size))
+    found = BandAtmosphere.of(state, band).table(replace(GRID, altitude_km=[0.0, 1.0]), np.zeros(band.weight.size))
     opaque = found.transmittance < 1e-6
     assert opaque.sum() > 20
     expected = np.full(found.path_radiance_ratio[opaque].shape, band_radiance(response, 285.0))
@@ -167,7 +167,7 @@ def test_scattered_sunlight_shows_in_path_radiance(table):
 def test_progress_counts_lines_of_sight(state, band, sun):
     seen = []
     grid = replace(GRID, range_km=[1.0], source_elevation_deg=[10.0], source_azimuth_deg=[0.0])
-    atmospheric_quantities(state, band, grid, sun, progress=seen.append)
+    BandAtmosphere.of(state, band).table(grid, sun, progress=seen.append)
     assert sum(seen) == grid.shape[1] * grid.shape[2]
 
 
@@ -186,11 +186,11 @@ def test_bad_axes_are_refused(change, message):
 
 def test_bad_irradiance_and_altitude_are_refused(state, band, sun):
     with pytest.raises(InputError, match="irradiance"):
-        atmospheric_quantities(state, band, GRID, sun[:-1])
+        BandAtmosphere.of(state, band).table(GRID, sun[:-1])
     with pytest.raises(InputError, match="irradiance"):
-        atmospheric_quantities(state, band, GRID, -sun)
+        BandAtmosphere.of(state, band).table(GRID, -sun)
     with pytest.raises(InputError, match="below the ground"):
-        atmospheric_quantities(state, band, replace(GRID, altitude_km=[-0.2]), sun)
+        BandAtmosphere.of(state, band).table(replace(GRID, altitude_km=[-0.2]), sun)
 
 
 def test_lines_give_what_their_points_give(state, band, sun):

@@ -83,7 +83,7 @@ class Job(StrictModel):
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
     water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
-        "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time."
+        "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time. Heat balance keeps 4.3."
     )
     needs: Needs | None = Field(None, description="What scenes will ask for; nodes and sources that none of that reads are left out.")
     output: Output = Output()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.accuracy.surface_grids import read_temperature, refined_axes
-from skyshine.mat.tables.refinement import fewest_nodes, holds, subdivided, uniform_nodes
+from skyshine.mat.tables.refinement import fewest_nodes, holds, level, subdivided, uniform_nodes
 from skyshine.schemas.errors import CheckFailed
 
 
@@ -59,6 +59,12 @@ def test_holds_allows_one_in_a_hundred_up_to_twice():
     assert holds(np.array([np.nan]), 1.0)
 
 
+def test_level_is_the_least_that_holds():
+    error = np.abs(np.random.default_rng(2).normal(size=1000))
+    assert holds(error, level(error)) and not holds(error, 0.999 * level(error))
+    assert level(np.array([np.nan])) == 0.0
+
+
 def test_subdivided_keeps_the_nodes():
     nodes = np.array([0.0, 1.0, 100.0])
     cut = subdivided(nodes, 4, logarithmic=True)
@@ -90,5 +96,5 @@ def test_surface_axes_hold_the_tolerance_elsewhere(tolerance):
 
 
 def test_what_cannot_be_held_is_said():
-    with pytest.raises(CheckFailed, match="surface_grid.tolerance 0.001 K cannot be held with 500 nodes"):
+    with pytest.raises(CheckFailed, match="surface_grid.tolerance 0.001 K cannot be held with 500 nodes: it takes .* most for the (azimuth|time), "):
         refined_axes(temperature, BASE, 1, 1e-3, seed=5, most=500)

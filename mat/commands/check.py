@@ -45,7 +45,10 @@ def _table(grid: str) -> str:
 def _tolerance_text(tolerance) -> str:
     if isinstance(tolerance, str):
         return tolerance
-    return ", ".join(f"{value} of {name}" for name, value in tolerance if value is not None) or "nothing"
+    named = {name: value for name, value in tolerance if value is not None}
+    if len(named) == len(type(tolerance).model_fields) and len(set(named.values())) == 1:
+        return next(iter(named.values()))
+    return ", ".join(f"{value} of {name}" for name, value in named.items()) or "nothing"
 
 
 def _as_json(plan, left_out, hours, states, cost) -> dict:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.accuracy.surface_grids import read_temperature, refined_axes
-from skyshine.mat.tables.refinement import fewest_nodes, holds, level, subdivided, uniform_nodes
+from skyshine.mat.tables.refinement import fewest_nodes, holds, subdivided, uniform_nodes
 from skyshine.schemas.errors import CheckFailed
 
 
@@ -57,12 +57,6 @@ def test_holds_allows_one_in_a_hundred_up_to_twice():
     assert not holds(np.array([0.0] * 99 + [2.1]), 1.0)
     assert not holds(np.array([0.0] * 98 + [1.5] * 2), 1.0)
     assert holds(np.array([np.nan]), 1.0)
-
-
-def test_level_is_the_least_that_holds():
-    error = np.abs(np.random.default_rng(2).normal(size=1000))
-    assert holds(error, level(error)) and not holds(error, 0.999 * level(error))
-    assert level(np.array([np.nan])) == 0.0
 
 
 def test_subdivided_keeps_the_nodes():

@@ -167,7 +167,9 @@ def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -
         return {}
     return placed_grids(
         lambda grid, key: air.table(grid, irradiance, wanted=(key,)),
-        lambda generator, sky: Probes.drawn(air, base, irradiance, generator, sky),
+        lambda generator, key, count: Probes.drawn(
+            air, base, irradiance, generator, sky=count if key == "ambient" else 0, count=count, wanted=(key,)
+        ),
         base, scales, seed=loaded.job.accuracy.seed, most=axes.most_nodes,
     )  # fmt: skip
 

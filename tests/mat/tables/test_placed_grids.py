@@ -34,7 +34,7 @@ class Air:
         found = {name: value if name in wanted else None for name, value in found.items()}
         return AtmosphericQuantities(**found, valid=np.ones(tau[path].shape, bool), transmittance=tau[path])
 
-    def along_lines(self, ranges, altitude, elevation, source, azimuth, ambient_at, irradiance):
+    def along_lines(self, ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, *, wanted):
         a, e, s = altitude[:, None, None], elevation[:, None, None], source[:, None]
         beta, ratio, ambient, direct, tau = self.quantities(ranges[:, :, None], a, e, s, scattering_angle(e, s, azimuth[:, None]))
         row = np.arange(len(ambient_at))
@@ -43,8 +43,12 @@ class Air:
 
 def placed(tolerance, names=tuple(QUANTITIES), most=10**6, base=BASE):
     air = Air()
+
+    def probes(generator, key, count):
+        return Probes.drawn(air, base, np.zeros(1), generator, sky=count if key == "ambient" else 0, count=count)
+
     return placed_grids(
-        lambda grid, key: air.table(grid, (key,)), lambda generator, sky: Probes.drawn(air, base, np.zeros(1), generator, sky), base,
+        lambda grid, key: air.table(grid, (key,)), probes, base,
         dict.fromkeys(names, (SCALE, tolerance)), seed=3, most=most,
     )  # fmt: skip
 

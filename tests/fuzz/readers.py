@@ -26,7 +26,7 @@ from skyshine.materials.files import SpecularFile, ThermalFile, load_spectrum
 from skyshine.materials.library import load_library
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.documents import load_model
-from skyshine.tmm.database import open_tmm
+from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_table import read_table
 from skyshine.tmm.exchange.indexed_png import read_indices

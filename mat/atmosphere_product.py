@@ -12,14 +12,15 @@ from skyshine.mat.accuracy.grids import Placed, placed_grids
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.accuracy.radiance import SHORTEST
-from skyshine.mat.atmosphere.compile import CompiledBand, band_points, negligible_gases
+from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, band_points, negligible_gases
+from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.quantities import BandAtmosphere, PathGrid
-from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance, usual_irradiance
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
@@ -36,20 +37,10 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         return
     job = loaded.job
     state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
-    grid, whole = path_grid(loaded.job), loaded.whole
-    table = absorption_table(job.water_continuum)
+    grid = path_grid(loaded.job)
     with report.stage("compile"):
-        everything = band_points(table.points(*response.wavenumber_range), response)
-        compiled, found = cached_compile_band(
-            table,
-            state,
-            everything,
-            path_grid(whole),
-            np.stack([source_irradiance(whole, source, everything.wavenumber, everything.width) for source in whole.sources]),
-            tolerance=job.accuracy.spectral_tolerance,
-            max_points=MAX_POINTS,
-            seed=job.accuracy.seed,
-        )
+        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        compiled, found = compiled_band(loaded, state, everything)
     report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
     if found:
         report.notes.append("compiled band from the cache")
@@ -58,6 +49,19 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     air = BandAtmosphere.of(state, compiled.band)
     for source, product in products.items():
         _build_one(product, source, loaded, air, compiled, grid, response, report)
+
+
+def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, bool]:
+    """All points of a band reduced as a job asks for one of its states, on that state's day; and whether they came from the cache."""
+    job, whole = loaded.job, loaded.whole
+    own, usual = (
+        np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
+        for light in (source_irradiance, usual_irradiance)
+    )
+    return cached_compile_band(
+        absorption_table(job.water_continuum), state, everything, path_grid(whole), own, usual,
+        tolerance=job.accuracy.spectral_tolerance, max_points=MAX_POINTS, seed=job.accuracy.seed,
+    )  # fmt: skip
 
 
 def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:

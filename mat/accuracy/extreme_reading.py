@@ -76,7 +76,8 @@ def table_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]
     return {
         "not finite": (float(np.count_nonzero(~np.isfinite(read))), 0.0),
         "outside the nodes' values, relative": (float(max(read.max() - values.max(), values.min() - read.min(), 0.0)) / scale, 1e-12),
-        "a node read back, relative": (float(abs(corner.item() - values[(-1,) * values.ndim])) / scale, 1e-6),  # an axis that repeats rounds to its length
+        # An axis that repeats rounds to its length.
+        "a node read back, relative": (float(abs(corner.item() - values[(-1,) * values.ndim])) / scale, 1e-6),
         "values beyond the axis that were read": (float(not refused), 0.0),
     }
 

@@ -37,7 +37,7 @@ _LINES = {"beta_star": 2000, "path_radiance_ratio": 1000, "ambient": 240, "direc
 _OVER = 0.003  # of the reads of a quantity may be worse than the tolerance: those of all four together are then less than 1 %
 _MARGIN = 0.95  # of the tolerance, there: other points are a little worse
 _WORST = 1.6  # tolerances: the worst of a thousand other points may be as much as two
-_FAR = 5e-5  # of the reads may be worse even so: where the sun shines along the horizon, no bearable table holds the last of them
+_FAR = 1.5e-4  # of the reads may be worse even so: where the sun shines along the horizon, no bearable table holds the last of them
 
 
 @dataclass(frozen=True, eq=False)

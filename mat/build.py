@@ -134,6 +134,7 @@ def _result(folder: Path, reports: list[TaskReport], seconds: float) -> dict:
         name: {
             "kept": report.kept,
             "seconds": round(report.seconds, 3),
+            "processor_seconds": round(report.processor_seconds, 3),
             "stages": {stage: round(value, 3) for stage, value in report.stages.items()},
             "peak_memory_bytes": report.peak_memory,
             "notes": list(report.notes),

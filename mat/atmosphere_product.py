@@ -14,13 +14,13 @@ from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.accuracy.radiance import SHORTEST
 from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, band_points, negligible_gases
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.band_cache import cached_compile_band
+from skyshine.mat.band_cache import Origin, cached_compile_band
 from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.quantities import BandAtmosphere, PathGrid
-from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance, usual_irradiance
+from skyshine.mat.scene import absorption_table, air_of, atmospheric_state, response_of, source_irradiance, usual_irradiance
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
@@ -40,10 +40,9 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     grid = path_grid(loaded.job)
     with report.stage("compile"):
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-        compiled, found = compiled_band(loaded, state, everything)
+        compiled, origin = compiled_band(loaded, state, everything)
     report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
-    if found:
-        report.notes.append("compiled band from the cache")
+    report.notes.append(origin.value)
     if compiled.dropped:
         report.notes.append(f"gases left out: {_left_out(compiled)}")
     air = BandAtmosphere.of(state, compiled.band)
@@ -51,8 +50,8 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         _build_one(product, source, loaded, air, compiled, grid, response, report)
 
 
-def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, bool]:
-    """All points of a band reduced as a job asks for one of its states, on that state's day; and whether they came from the cache."""
+def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, Origin]:
+    """All points of a band reduced as a job asks for one of its states, on that state's day; and where they came from."""
     job, whole = loaded.job, loaded.whole
     own, usual = (
         np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
@@ -66,13 +65,10 @@ def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPo
 
 def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
     """Gases that no band of a state needs, with what each changes at most; of states of one air, the first stands for all."""
-    job, grid, found, seen = loaded.job, path_grid(loaded.whole), [], set()
-    for (number, state), (band_number, band) in itertools.product(enumerate(job.states, 1), enumerate(job.bands, 1)):
-        key = band_number, state.model_dump_json(exclude={"date", "weather", "series"})
-        if key in seen:
-            continue
-        seen.add(key)
-        air, response = atmospheric_state(job.site, state), response_of(band)
+    job, grid, found = loaded.job, path_grid(loaded.whole), []
+    first = {air_of(state): number for number, state in reversed(list(enumerate(job.states, 1)))}
+    for number, (band_number, band) in itertools.product(sorted(first.values()), enumerate(job.bands, 1)):
+        air, response = atmospheric_state(job.site, job.states[number - 1]), response_of(band)
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         gases = negligible_gases(
             air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed

@@ -10,7 +10,7 @@ import numpy as np
 
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Plan
-from skyshine.mat.scene import absorption_table, response_of
+from skyshine.mat.scene import absorption_table, air_of, response_of
 
 COMPILE_POINT = 2.0e-3  # s for each spectral point of a band
 # s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44 points.
@@ -41,10 +41,16 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
     files = sum(len(task.files) for task in plan.tasks)
     return {
-        "compile": sets * COMPILE_POINT * sum(points),
+        "compile": distinct_airs(loaded) * COMPILE_POINT * sum(points),
         "atmosphere": sets * len(points) * sources * one,
         "accuracy": sets * len(points) * sources * MEASURED * share,
         "temperature": sets * COLUMN * columns,
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }
+
+
+def distinct_airs(loaded: LoadedJob) -> int:
+    """For how many airs the points of the bands are chosen; moonlight is another each day."""
+    job = loaded.job
+    return len({(air_of(state), (state.date or job.site.date) if "moon" in loaded.whole.sources else None) for state in job.states})

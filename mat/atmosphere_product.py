@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,11 @@ from skyshine.mat.accuracy.grids import RefinedGrid, refined_grid
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.accuracy.radiance import SHORTEST
-from skyshine.mat.atmosphere.compile import CompiledBand, band_points, negligible_gases
+from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, band_points, negligible
 from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.jobs.fields import tolerance_parts
+from skyshine.mat.negligible import Negligible
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
@@ -44,7 +46,7 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
             state,
             everything,
             path_grid(whole),
-            np.stack([source_irradiance(whole, source, everything.wavenumber, everything.width) for source in whole.sources]),
+            _irradiance(whole, everything),
             tolerance=job.accuracy.spectral_tolerance,
             max_points=MAX_POINTS,
             seed=job.accuracy.seed,
@@ -54,34 +56,77 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         report.notes.append("compiled band from the cache")
     if compiled.dropped:
         report.notes.append(f"gases left out: {_left_out(compiled)}")
-    air = BandAtmosphere.of(state, compiled.band)
+    left_out = Negligible.of(job, whole.sources, state, response, compiled.bounds)
+    air = BandAtmosphere.of(left_out.without(state), compiled.band)
     for source, product in products.items():
-        _build_one(product, source, loaded, air, compiled, grid, response, report)
+        own = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
+        notes = {"left_out": left_out.text(source, state) or "none", "left_out_bound_kelvin": left_out.bound(source)}
+        if left_out.bound(source) or notes["left_out"] != "none":
+            report.notes.append(f"{source}: left out {notes['left_out']}")
+        _build_one(product, source, loaded, own, compiled, grid, response, report, notes)
 
 
-def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
-    """Gases that no band of a state needs, with what each changes at most; of states of one air, the first stands for all."""
-    job, grid, found, seen = loaded.job, path_grid(loaded.whole), [], set()
-    for (number, state), (band_number, band) in itertools.product(enumerate(job.states, 1), enumerate(job.bands, 1)):
-        key = band_number, state.model_dump_json(exclude={"date", "weather", "series"})
-        if key in seen:
-            continue
-        seen.add(key)
-        air, response = atmospheric_state(job.site, state), response_of(band)
-        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-        gases = negligible_gases(
-            air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
-        )
-        if gases:
-            place = f"{state_label(number, len(job.states))}b{band_number:02d}"
-            largest = max(gases.values())
-            found.append(
-                LeftOut(
-                    f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band",
-                    f"at most {largest:.1e} in transmittance", "a smaller accuracy.spectral_tolerance",
-                )
-            )  # fmt: skip
-    return found
+def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
+    """Points, gases, particles and scattered light that bands of states do not need, with what each changes at most.
+
+    Of states of one air, the first stands for all but their light.
+    """
+    job, whole, grid = loaded.job, loaded.whole, path_grid(loaded.whole)
+    bands, found, faint, known = {}, [], {}, {}
+    for number, band in enumerate(job.bands, 1):
+        response = response_of(band)
+        bands[number] = response, band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        found += _points(job, bands[number][1].weight.size, number)
+    for (number, state), band in itertools.product(enumerate(job.states, 1), bands):
+        key = band, state.model_dump_json(exclude={"date", "weather", "series"})
+        place = f"{state_label(number, len(job.states))}b{band:02d}"
+        air, (response, everything) = atmospheric_state(job.site, state), bands[band]
+        irradiance = _irradiance(whole.of_state(number), everything)
+        if key not in known:
+            gases, bounds, scattering = negligible(
+                air, everything, grid, irradiance, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
+            )
+            if gases:
+                found.append(_gases(gases, place))
+            known[key] = bounds, scattering
+        bounds, scattering = known[key]
+        bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
+        left_out = Negligible.of(job, whole.sources, air, response, bounds)
+        changes = {f"scattered light of the {source}": left_out.scattered[source] for source in job.sources if source in left_out.scattered}
+        for what, change in (changes | {f"particles ({name})": change for name, change in left_out.names(air).items()}).items():
+            faint.setdefault(what, []).append((change, change * left_out.radiance, place))
+    return found + [_faint(what, cases) for what, cases in faint.items()]
+
+
+_RESTORE_SPECTRUM = "a smaller accuracy.spectral_tolerance"
+
+
+def _points(job: Job, count: int, band: int) -> list[LeftOut]:
+    """Spectral points of a band, which has so many."""
+    bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file holds what is measured"
+    what = f"all but {MAX_POINTS} or fewer of {count:,} spectral points in b{band:02d}"
+    return [LeftOut(what, "a few stand for all", bound, _RESTORE_SPECTRUM)] if count > MAX_POINTS else []
+
+
+def _gases(gases: dict[str, float], place: str) -> LeftOut:
+    bound = f"at most {max(gases.values()):.1e} in transmittance"
+    return LeftOut(f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM)
+
+
+def _faint(what: str, cases: list[tuple[float, float, str]]) -> LeftOut:
+    """Particles or light that can be left out at some places."""
+    kelvin, radiance, _ = max(cases)
+    places = [place for *_, place in cases]
+    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
+    return LeftOut(
+        f"{what} in {', '.join(places[:3])}{more}", "too faint to be seen",
+        f"at most {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen", "a smaller accuracy.negligible_k; 0 leaves nothing out",
+    )  # fmt: skip
+
+
+def _irradiance(job: Job, band: BandPoints) -> np.ndarray:
+    """Irradiance (B, P) of the job's sources outside the atmosphere at the points of a band."""
+    return np.stack([source_irradiance(job, source, band.wavenumber, band.width) for source in job.sources])
 
 
 def path_grid(job: Job) -> PathGrid:
@@ -111,7 +156,7 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
                 "atmosphere_grid": {
                     **job.atmosphere_grid.model_dump(mode="json"), "altitude_km": job.observer_altitudes_km
                 },
-                "accuracy": job.accuracy.model_dump(mode="json", include={"spectral_tolerance", "seed"}),
+                "accuracy": job.accuracy.model_dump(mode="json", include={"spectral_tolerance", "negligible_k", "seed"}),
                 **scope,
             },
         )
@@ -123,7 +168,7 @@ def _scope(whole: Job) -> dict:
     return {"sources": whole.sources, **whole.atmosphere_grid.model_dump(mode="json"), "altitude_km": whole.observer_altitudes_km}
 
 
-def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report) -> None:
+def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report, left_out: dict) -> None:
     irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber, compiled.band.width)
     with report.stage("grid"):
         refined = _grid(loaded, air, base, irradiance, response)
@@ -135,10 +180,10 @@ def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathG
     with report.stage("write"):
         low, high = response.lower, response.upper
         attributes = {"source": source, "state": air.air.state.name, "wavelength_um": [low, high]}
-        placed = {}
+        placed = dict(left_out)
         if refined:
             report.notes.append(f"{source}: {refined.cells:,} nodes hold {loaded.job.atmosphere_grid.tolerance}")
-            placed = {
+            placed |= {
                 "tolerance": loaded.job.atmosphere_grid.tolerance,
                 "uniform_nodes": ", ".join(str(n) for n in refined.uniform),
                 "uniform_over_placed_nodes": refined.ratio,

@@ -20,10 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat import atmosphere
-from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, compile_band
+from skyshine.mat.atmosphere.compile import BandPoints, Bounds, CompiledBand, compile_band
 
 CACHE_VARIABLE = "SKYSHINE_CACHE"
-FORMAT = 1  # raised when the layout of the kept files changes
+FORMAT = 2  # raised when the layout of the kept files changes
 
 
 def cache_folder() -> Path | None:
@@ -114,6 +114,7 @@ def _write(path: Path, compiled: CompiledBand) -> None:
         "dropped": compiled.dropped,
     }
     arrays = {"index": compiled.index, "weight": compiled.band.weight, "ladder": compiled.ladder, "about": json.dumps(about)}
+    arrays |= {"scattered": compiled.bounds.scattered, "particles": compiled.bounds.particles}
     part = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -131,8 +132,8 @@ def _read(path: Path, band: BandPoints) -> CompiledBand | None:
     try:
         with np.load(path, allow_pickle=False) as kept:
             index, weight, ladder = kept["index"], kept["weight"], kept["ladder"]
-            about = json.loads(str(kept["about"]))
+            about, most = json.loads(str(kept["about"])), Bounds(kept["scattered"], kept["particles"])
         few = BandPoints(band.points.subset(index), weight, tuple(about["gases"]))
-        return CompiledBand(few, index, about["total_points"], about["errors"], about["dropped"], ladder)
+        return CompiledBand(few, index, about["total_points"], about["errors"], about["dropped"], ladder, most)
     except (OSError, EOFError, KeyError, IndexError, ValueError, TypeError, zipfile.BadZipFile):
         return None

@@ -49,6 +49,13 @@ class Accuracy(StrictModel):
     """How closely the tables are to be computed and measured."""
 
     spectral_tolerance: float = Field(1e-3, ge=1e-4, le=0.05, description="Relative, of a compiled band.")
+    negligible_k: float = Field(
+        0.02,
+        ge=0,
+        le=1,
+        description="Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where all that "
+        "provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at most); 0 leaves none out.",
+    )
     solver_steps: Literal[48, 96, 192, 288] = 96
     seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from skyshine.mat.atmosphere import bounds
 from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.band_targets import Sample, targets
 from skyshine.mat.atmosphere.optics import spectral_optics
@@ -83,6 +84,8 @@ class CompiledBand:
         Gases left out: largest change of an in-band transmittance by each.
     ladder : (n,) array
         Error of the fit with 1, 2, ... points.
+    bounds : Bounds
+        Of what else could be left out.
     """
 
     band: BandPoints
@@ -91,6 +94,30 @@ class CompiledBand:
     errors: dict[str, dict[str, float]]
     dropped: dict[str, float]
     ladder: np.ndarray
+    bounds: Bounds
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Most that leaving something out changes in the radiance that is seen in a band, W m^-2 sr^-1, at all its points.
+
+    Attributes
+    ----------
+    scattered : (B,) array
+        Light of each source that air, particles and ground scatter into paths and sky.
+    particles : (K,) array
+        Each of `AtmosphericState.particles`.
+    """
+
+    scattered: np.ndarray
+    particles: np.ndarray
+
+    @classmethod
+    def of(cls, air, scattering, grid, source_irradiance, radiance_weight) -> Bounds:
+        """Bounds of a `SpectralAir` with its `bounds.Scattering`; other arguments as `compile_band` and `BandPoints`."""
+        irradiance = np.atleast_2d(source_irradiance)
+        particles = bounds.particle_bounds(air, scattering, bounds.table_lines(air, grid), irradiance.sum(axis=0), radiance_weight)
+        return cls(scattering.radiance(irradiance, radiance_weight), particles)
 
 
 def band_points(points, response):
@@ -175,24 +202,31 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     compiled = BandPoints(band.points.subset(index), weight, kept)
     few = replace(air, optics=spectral_optics(state, compiled.points, kept))
     found = targets(few, weight, (test,), irradiance[:, index], brightness, (index[:0],))[0]
-    return CompiledBand(compiled, index, band.weight.size, _errors(exact.mean, found.mean), dropped, ladder)
+    most = Bounds.of(air, bounds.Scattering.of(air), grid, irradiance, band.radiance_weight)
+    return CompiledBand(compiled, index, band.weight.size, _errors(exact.mean, found.mean), dropped, ladder, most)
 
 
-def negligible_gases(state, band, grid, *, tolerance=1e-3, seed=0):
-    """Gases that `compile_band` leaves out, with the largest change each makes in an in-band transmittance.
+def negligible(state, band, grid, source_irradiance, *, tolerance=1e-3, seed=0):
+    """What `compile_band` leaves out, and the bounds that it gives, without compiling.
 
     Parameters
     ----------
-    state, band, grid, tolerance, seed
+    state, band, grid, source_irradiance, tolerance, seed
         As `compile_band`.
 
     Returns
     -------
-    dict of str to float
+    gases : dict of str to float
+        With the largest change each makes in an in-band transmittance.
+    bounds : Bounds
+    scattering : bounds.Scattering
+        That gives `bounds.scattered` for other irradiances.
     """
     air = SpectralAir.of(state, band.points, band.gases, band.weight)
     training = Sample.of(air.shells, grid, _TRAINING_RAYS, np.random.default_rng(seed))
-    return _drop_gases(air, band, training, tolerance * _GAS_SHARE)[1]
+    gases = _drop_gases(air, band, training, tolerance * _GAS_SHARE)[1]
+    scattering = bounds.Scattering.of(air)
+    return gases, Bounds.of(air, scattering, grid, source_irradiance, band.radiance_weight), scattering
 
 
 def _size(kind, values):

@@ -58,7 +58,7 @@ def compiled(state, band, **changed):
 
 
 def same(first, second):
-    arrays = [(one.index, one.band.weight, one.band.points.wavenumber, one.ladder) for one in (first, second)]
+    arrays = [(one.index, one.band.weight, one.band.points.wavenumber, one.ladder, *vars(one.bounds).values()) for one in (first, second)]
     return all(a.tobytes() == b.tobytes() for a, b in zip(*arrays, strict=True)) and (
         (first.errors, first.dropped, first.band.gases, first.total_points)
         == (second.errors, second.dropped, second.band.gases, second.total_points)

@@ -60,9 +60,10 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     air = BandAtmosphere.of(left_out.without(state), compiled.band)
     for source, product in products.items():
         own = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
-        notes = {"left_out": left_out.text(source, state) or "none", "left_out_bound_kelvin": left_out.bound(source)}
-        if left_out.bound(source) or notes["left_out"] != "none":
-            report.notes.append(f"{source}: left out {notes['left_out']}")
+        text, kelvin = left_out.text(source, state), left_out.bound(source)
+        notes = {"left_out": text or "none", "left_out_bound_kelvin": kelvin, "left_out_bound": kelvin * left_out.radiance}
+        if text:
+            report.notes.append(f"{source}: left out {text}")
         _build_one(product, source, loaded, own, compiled, grid, response, report, notes)
 
 
@@ -73,8 +74,8 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     """
     job, whole, grid = loaded.job, loaded.whole, path_grid(loaded.whole)
     bands, found, faint, known = {}, [], {}, {}
-    for number, band in enumerate(job.bands, 1):
-        response = response_of(band)
+    for number in job.needed_bands:
+        response = response_of(job.bands[number - 1])
         bands[number] = response, band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         found += _points(job, bands[number][1].weight.size, number)
     for (number, state), band in itertools.product(enumerate(job.states, 1), bands):
@@ -150,7 +151,7 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
             {
                 "site": job.site.model_dump(mode="json"),
                 "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
-                "band": job.bands[task.band - 1].model_dump(mode="json"),
+                "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
                 "source": source,
                 "water_continuum": job.water_continuum,
                 "atmosphere_grid": {

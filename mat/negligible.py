@@ -27,7 +27,8 @@ class Negligible:
     scattered : dict of str to float
         Sources whose light is not scattered, K.
     radiance : float
-        That is 1 K, W m^-2 sr^-1: of a black body as warm as the ground, at most 300 K; not a number below 2.5 um.
+        That is 1 K, W m^-2 sr^-1: of a black body as warm as the ground, at most 300 K; 0 below 2.5 um, where kelvin mean nothing and
+        nothing is left out that is there.
     """
 
     particles: dict[int, float]
@@ -46,9 +47,9 @@ class Negligible:
             Of the state in the band.
         """
         warmth = kelvin_per_radiance(response, min(state.surface_temperature, REFERENCE))
-        tolerance, particles = job.accuracy.negligible_k, {}
+        tolerance, particles, radiance = job.accuracy.negligible_k, {}, 0.0 if np.isnan(warmth) else 1 / warmth
         if tolerance == 0:
-            return cls({}, {}, 1 / warmth)
+            return cls({}, {}, radiance)
         # Bounds of particles hold at the nodes that a job names, not at those which a tolerance of its grid may place elsewhere.
         allowed = 0.0 if job.atmosphere_grid.tolerance else _PARTICLES_SHARE * tolerance
         for place in np.argsort(bounds.particles, kind="stable"):
@@ -58,7 +59,7 @@ class Negligible:
             particles[int(place)] = change
         left = tolerance - sum(particles.values())
         scattered = {source: float(bound * warmth) for source, bound in zip(sources, bounds.scattered, strict=True)}
-        return cls(particles, {source: change for source, change in scattered.items() if change <= left}, 1 / warmth)
+        return cls(particles, {source: change for source, change in scattered.items() if change <= left}, radiance)
 
     def bound(self, source: str) -> float:
         """Most that all of it changes in the tables of a source, K."""

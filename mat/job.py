@@ -283,7 +283,8 @@ def _with_weather_files(job: Job, document: Document) -> Job:
                     _place(document, i),
                     f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the job's folder",
                 )
-            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h)
+            measured = state.weather.radiation == "measured"
+            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h, radiation=measured)
             given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
             weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
             states[i] = state.model_copy(update={"weather": weather})

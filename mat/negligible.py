@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.accuracy.radiance import REFERENCE, kelvin_per_radiance
-from skyshine.mat.atmosphere.compile import Bounds
+from skyshine.mat.atmosphere.bounds import Bounds
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.job import Job
 from skyshine.mat.radiometry import SpectralResponse
@@ -51,7 +51,7 @@ class Negligible:
         if tolerance == 0:
             return cls({}, {}, radiance)
         # Bounds of particles hold at the nodes that a job names, not at those which a tolerance of its grid may place elsewhere.
-        allowed = 0.0 if job.atmosphere_grid.tolerance else _PARTICLES_SHARE * tolerance
+        allowed = 0.0 if job.atmosphere_grid.tolerances else _PARTICLES_SHARE * tolerance
         for place in np.argsort(bounds.particles, kind="stable"):
             change = float(bounds.particles[place] * warmth) if bounds.particles[place] > 0 else 0.0
             if not sum(particles.values()) + change <= allowed:

@@ -81,7 +81,7 @@ def _differences(kept_file: Path, whole_file: Path, generator) -> dict[str, tupl
     for name, variable in kept.root.variables.items():
         if variable.kind != "f":
             continue
-        where = {axis: places[axis] for axis in variable.dims}
+        where = {axis.removeprefix(f"{name}_"): places[axis] for axis in variable.dims}
         one, other = (np.asarray(table.value(name, **where)) for table in (kept, whole))
         kelvin = variable.units == "K"
         scale = 1.0 if kelvin else np.maximum(np.abs(other), np.median(np.abs(other)))
@@ -109,7 +109,8 @@ def _seen(table: AtmosphereTable, places: dict[str, np.ndarray]) -> dict[str, np
     """Radiances of path, sky and source at the observer, (9), (11), (19) and (35), of a surface that reflects all."""
 
     def read(name):
-        return np.asarray(table.value(name, **{axis: places[axis] for axis in table.root.variables[name].dims}))
+        axes = [axis.removeprefix(f"{name}_") for axis in table.root.variables[name].dims]
+        return np.asarray(table.value(name, **{axis: places[axis] for axis in axes}))
 
     through = table.transmittance(range=places["range"], beta_star=read("beta_star"))
     return {

@@ -66,6 +66,28 @@ class Scattering:
         return np.asarray(irradiance) * self.light @ weight
 
 
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Most that leaving something out changes in the radiance that is seen in a band, W m^-2 sr^-1.
+
+    Attributes
+    ----------
+    scattered : (B,) array
+        Light of each source that air, particles and ground scatter into paths and sky.
+    particles : (K,) array
+        Each of `AtmosphericState.particles`.
+    """
+
+    scattered: np.ndarray
+    particles: np.ndarray
+
+    @classmethod
+    def of(cls, air, grid, irradiance, weight) -> Bounds:
+        """Bounds of an `air.SpectralAir` on a `quantities.PathGrid`, for the irradiance (B, P) of sources; `weight` as `Scattering.radiance`."""
+        scattering = Scattering.of(air)
+        return cls(scattering.radiance(irradiance, weight), particle_bounds(air, scattering, table_lines(air, grid), irradiance.sum(axis=0), weight))
+
+
 def particle_bounds(air, scattering, lines, irradiance, weight):
     """Most that leaving out each kind of particle changes in transmitted, path, sky and direct radiance of a band.
 

@@ -28,8 +28,8 @@ class FileType:
 
 
 HTT = FileType("htt", "1.1.0", "Surface temperatures through the day")
-ATMQ = FileType("atmq", "1.0.0", "Atmospheric quantities with the Sun as source")
-LUNAR_ATMQ = FileType("lunar_atmq", "1.0.0", "Atmospheric quantities with the Moon as source")
+ATMQ = FileType("atmq", "2.0.0", "Atmospheric quantities with the Sun as source")
+LUNAR_ATMQ = FileType("lunar_atmq", "2.0.0", "Atmospheric quantities with the Moon as source")
 BAND = FileType("band", "1.0.0", "Blackbody radiance and material properties of a spectral band")
 FILE_TYPES = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, BAND)}
 

@@ -12,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.scattering import scattering_angle
 from skyshine.mat.tables.axes import POLICIES, AxisRule
 from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT
+from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.schemas.errors import InputError, nearest
@@ -44,13 +46,14 @@ class Table:
         return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
 
     def rules(self, quantity: str, out_of_range: str | Mapping[str, str] | None = None) -> list[AxisRule]:
-        """Axes of a quantity; `out_of_range` ('error' or 'clamp', or one of them by axis name) overrides what the file states."""
+        """Axes of a quantity, without its name where they are its own; `out_of_range` ('error' or 'clamp', or one of them by axis name)
+        overrides what the file states."""
         if quantity not in self.root.variables:
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
         dims = self.root.variables[quantity].dims
         if not set(dims) <= set(self.root.axes):
             raise InputError(f"'{quantity}' has an axis that the file lacks; build it again", file=self.path)
-        rules = [AxisRule.of(dim, self.root.axes[dim]) for dim in dims]
+        rules = [AxisRule.of(dim.removeprefix(f"{quantity}_"), self.root.axes[dim]) for dim in dims]
         if out_of_range is None:
             return rules
         names = [rule.name for rule in rules]
@@ -159,6 +162,17 @@ class BandTable(Table):
 
 class AtmosphereTable(Table):
     """An ``.atmq`` or ``.lunar_atmq`` database."""
+
+    def value(self, quantity, *, out_of_range=None, **where):
+        """As `Table.value`; a table by scattering angle is read by source azimuth too."""
+        variable, azimuth = self.root.variables.get(quantity), AXES[-1]
+        if variable is not None and ANGLE in variable.dims and azimuth in where:
+            if missing := [name for name in ("elevation", "source_elevation") if name not in where]:
+                raise InputError(f"the axis '{missing[0]}' is missing; give a value for it")
+            where[ANGLE] = scattering_angle(where["elevation"], where["source_elevation"], where.pop(azimuth))
+            if isinstance(out_of_range, Mapping):
+                out_of_range = {name: policy for name, policy in out_of_range.items() if name != azimuth}
+        return super().value(quantity, out_of_range=out_of_range, **where)
 
     def transmittance(self, *, range, beta_star):  # noqa: A002 - the axis has this name
         """Transmittance over a range in km for a given beta*, equation (9)."""

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.bounds import Bounds
 from skyshine.mat.atmosphere.cloud import CloudLayer
-from skyshine.mat.atmosphere.compile import Bounds
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.jobs.atmosphere import AtmosphereGrid
 from skyshine.mat.job import Accuracy, Job

@@ -10,9 +10,8 @@ import pytest
 
 import skyshine.mat
 from skyshine import materials
-from skyshine.mat.atmosphere_product import MAX_POINTS, path_grid
+from skyshine.mat.atmosphere_product import compiled_band, path_grid
 from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.build import build
 from skyshine.mat.job import load_job
 from skyshine.mat.quantities import BandAtmosphere
@@ -101,10 +100,7 @@ def test_zero_restores_the_whole_computation_to_the_last_bit(restored):
     job = restored[0].job.of_state(1)
     state, response, table = atmospheric_state(job.site, job.states[0]), response_of(job.bands[1]), absorption_table()
     everything = band_points(table.points(*response.wavenumber_range), response)
-    light = source_irradiance(job, "moon", everything.wavenumber, everything.width)
-    compiled, _ = cached_compile_band(
-        table, state, everything, path_grid(job), light[None], tolerance=1e-3, max_points=MAX_POINTS, seed=job.accuracy.seed
-    )
+    compiled, _ = compiled_band(restored[0].of_state(1), state, everything)
     own = source_irradiance(job, "moon", compiled.band.wavenumber, compiled.band.width)
     whole = BandAtmosphere.of(state, compiled.band).table(path_grid(job), own)
     variables = opened(restored).root.variables

@@ -15,8 +15,8 @@ from skyshine.tmm.load import job_materials
 from skyshine.tmm.usage import read_usage
 
 FLOAT_BYTES = 4
-# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it.
-STEP_BOUND = "0.1 % of a value"
+# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it, before the ground.
+STEP_BOUND = "0.1 % of a value; of path radiance some percent in cells that reach behind the ground"
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,8 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     job, grid = loaded.job, loaded.job.atmosphere_grid
     share = COMPILED_POINTS / TABLE_POINTS
     sets, sources = len(job.states), len(job.sources)
-    points = [absorption_table().points(*response_of(band).wavenumber_range).wavenumber.size for band in job.bands]
+    wanted = [job.bands[number - 1] for number in job.needed_bands]
+    points = [absorption_table().points(*band.wavenumber_range).wavenumber.size for band in map(response_of, wanted)]
     lines = len(job.observer_altitudes_km) * len(grid.elevation_deg)
     heights = len(grid.source_elevation_deg)
     nodes = lines * len(grid.range_km) * heights * len(grid.source_azimuth_deg)

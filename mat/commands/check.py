@@ -17,17 +17,18 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
 def command(job: str, as_json: bool) -> None:
     """Check JOB; print what will be built, what is left out and why, which source is up when, and the size."""
     from skyshine.mat.accuracy.cost import estimate
-    from skyshine.mat.atmosphere_product import gases_left_out
+    from skyshine.mat.atmosphere_product import physics_left_out
     from skyshine.mat.job import load_job
     from skyshine.mat.plan import make_plan
     from skyshine.mat.scene import check_scene, source_hours
     from skyshine.mat.state_summary import state_summaries
+    from skyshine.mat.temperature_product import twins_left_out
     from skyshine.materials.library import load_library
 
     loaded = load_job(job)
     plan = make_plan(loaded, load_library())
     check_scene(loaded)
-    left_out = [*plan.left_out, *gases_left_out(loaded)]
+    left_out = [*plan.left_out, *twins_left_out(loaded, plan.materials), *physics_left_out(loaded)]
     hours = source_hours(loaded.job.of_state(1))
     states = state_summaries(loaded.job)
     cost = estimate(loaded, plan)

@@ -221,7 +221,9 @@ def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -
         return {}
     return placed_grids(
         lambda grid, key: air.table(grid, irradiance, wanted=(key,)),
-        lambda generator, sky: Probes.drawn(air, base, irradiance, generator, sky),
+        lambda generator, key, count: Probes.drawn(
+            air, base, irradiance, generator, sky=count if key == "ambient" else 0, count=count, wanted=(key,)
+        ),
         base, scales, seed=loaded.job.accuracy.seed, most=axes.most_nodes,
     )  # fmt: skip
 
@@ -231,12 +233,13 @@ def _notes(axes, placed: dict[str, Placed]) -> dict:
     notes = {}
     for name, found in placed.items():
         notes[f"{name}_tolerance"] = axes.tolerances[name]
+        notes[f"{name}_uniform_nodes"] = ", ".join(str(n) for n in found.uniform)
         notes[f"{name}_uniform_over_placed_nodes"] = found.ratio
     if "direct_radiance" in placed:
         notes["reads_on_the_horizon"] = placed["direct_radiance"].horizon_share
         notes["largest_error_on_the_horizon"] = placed["direct_radiance"].horizon_maximum
     if placed:
-        notes["uniform_nodes"] = "an estimate: equally spaced nodes that are as good on each axis by itself, multiplied, over those placed"
+        notes["uniform_method"] = "an estimate: equally spaced nodes (ranges in their logarithm) that are as good on each axis by itself"
     return notes
 
 

@@ -39,23 +39,26 @@ class Probes:
     truth: AtmosphericQuantities
 
     @classmethod
-    def drawn(cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator, sky: int = AMBIENT) -> Probes:
-        """Draw lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
-        lines = np.arange(LINES)
+    def drawn(
+        cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator, *, sky: int = AMBIENT,
+        count: int = LINES, wanted: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
+    ) -> Probes:  # fmt: skip
+        """Draw so many lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
+        lines = np.arange(count)
         cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
         turn = generator.permutation(cells[0] * cells[1])[lines % (cells[0] * cells[1])]
         altitude, elevation = (
             _in_cell(nodes, cell, generator) for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
         )
         steps = max(1, base.range_km.size - 1)
-        ranges = _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (LINES, steps)), generator)
+        ranges = _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
         source, azimuth = (
-            _spread(nodes, LINES * _SOURCES, generator).reshape(LINES, _SOURCES)
+            _spread(nodes, count * _SOURCES, generator).reshape(count, _SOURCES)
             for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
         )
         source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
         ambient_at = generator.permutation(sky) % steps
-        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance)
+        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, wanted=wanted)
         places = (ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None])
         return cls(dict(zip(AXES, places)), ambient_at, truth)
 

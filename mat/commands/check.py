@@ -38,6 +38,25 @@ def command(job: str, as_json: bool) -> None:
         _print(loaded, plan, left_out, hours, states, cost)
 
 
+_UNKNOWN = (
+    "how many it takes is not known before the build has computed the {0}, so size and time come on top: at most {1:,} nodes, 4 bytes each, in "
+    "a table; a build that cannot hold it with so many stops and names the axis that takes the most"
+)
+
+
+def _table(grid: str) -> str:
+    return "air along each axis" if grid == "atmosphere_grid" else "temperatures along each axis"
+
+
+def _tolerance_text(tolerance) -> str:
+    if isinstance(tolerance, str):
+        return tolerance
+    named = {name: value for name, value in tolerance if value is not None}
+    if len(named) == len(type(tolerance).model_fields) and len(set(named.values())) == 1:
+        return next(iter(named.values()))
+    return ", ".join(f"{value} of {name}" for name, value in named.items()) or "nothing"
+
+
 def _as_json(plan, left_out, hours, states, cost) -> dict:
     return {
         "files": [name for task in plan.tasks for name in task.files],
@@ -82,4 +101,4 @@ def _print(loaded, plan, left_out, hours, states, cost) -> None:
     for name in ("atmosphere_grid", "surface_grid"):
         grid = getattr(loaded.job, name)
         if grid.tolerance:
-            click.echo(f"{name}: nodes are placed until {grid.tolerance} holds, {grid.most_nodes:,} at most; size and time come on top")
+            click.echo(f"{name}: nodes are placed until {_tolerance_text(grid.tolerance)} holds; {_UNKNOWN.format(_table(name), grid.most_nodes)}")

@@ -54,7 +54,7 @@ def page(layout: dict, name: str) -> str:
     lines += [f"| `{key}` | {_value(rule)} | {ATTRIBUTES.get(key, '')} |" for key, rule in root["attributes"]["properties"].items()]
     for place, content in _groups(root, ""):
         lines += ["", f"## {f'Group `{place}`' if place else 'Root group'}"]
-        lines += _axes(content["axes"].get("properties", {})) + _arrays(content["variables"])
+        lines += _axes(content["axes"]) + _arrays(content["variables"])
         if len(lines[-1].split("\n")) == 1 and lines[-1].startswith("## "):
             lines += ["", "Holds groups or attributes only."]
     return "\n".join(lines) + "\n"
@@ -69,29 +69,33 @@ def _groups(content: dict, place: str) -> Iterator[tuple[str, dict]]:
 
 
 def _axes(axes: dict) -> list[str]:
-    if not axes:
+    if not axes.get("properties"):
         return []
     lines = ["", "| axis | type | unit | read | what |", "|---|---|---|---|---|"]
-    for name, rule in axes.items():
+    for name, rule in axes["properties"].items():
         has = rule["properties"]
+        what = rule.get("description", "") + _absent(name, axes)
         read = has.get("interpolation", {}).get("const", "")
         period = has.get("period", {}).get("const")
         read = f"`{read}`" + (f", period {period:g}" if period else "") if read else ""
-        lines.append(f"| `{name}` | {_type(has)} | {_value(has['units'])} | {read} | {rule.get('description', '')} |")
+        lines.append(f"| `{name}` | {_type(has)} | {_value(has['units'])} | {read} | {what} |")
     return lines
 
 
 def _arrays(variables: dict) -> list[str]:
     if not variables.get("properties"):
         return []
-    required = variables.get("required", [])
     lines = ["", "| array | type | axes | unit | what |", "|---|---|---|---|---|"]
     for name, rule in variables["properties"].items():
         has = rule["properties"]
-        what = rule.get("description", "") + ("" if name in required else " (may be absent)")
+        what = rule.get("description", "") + _absent(name, variables)
         axes = ", ".join(has["dims"]["const"])
         lines.append(f"| `{name}` | {_type(has)} | {axes} | {_value(has['units'])} | {what.strip()} |")
     return lines
+
+
+def _absent(name: str, rules: dict) -> str:
+    return "" if name in rules.get("required", []) else " (may be absent)"
 
 
 def _type(has: dict) -> str:

@@ -44,14 +44,8 @@ class Probes:
     @classmethod
     def drawn(cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator, sky: int = AMBIENT) -> Probes:
         """Draw lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
-        lines = np.arange(LINES)
-        cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
-        turn = generator.permutation(cells[0] * cells[1])[lines % (cells[0] * cells[1])]
-        altitude, elevation = (
-            _in_cell(nodes, cell, generator) for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
-        )
-        steps = max(1, base.range_km.size - 1)
-        ranges = _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (LINES, steps)), generator)
+        altitude, elevation, ranges = lines_in_cells(base, LINES, generator)
+        lines, steps = np.arange(LINES), ranges.shape[1]
         source, azimuth = (
             _spread(nodes, LINES * _SOURCES, generator).reshape(LINES, _SOURCES)
             for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
@@ -86,6 +80,17 @@ class Probes:
         read = interpolate(values, _rules(grid, values.ndim), {axis: places[axis] for axis in AXES[: values.ndim]})
         error = read - exact if scale is None else scale.error(name, read, exact, through, places["range"])
         return error[np.broadcast_to(valid, error.shape)]
+
+
+def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Altitude, elevation (n,) and ranges (n, R) of lines, as many in each cell of altitude and elevation, a range in each cell of ranges."""
+    cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
+    turn = generator.permutation(cells[0] * cells[1])[np.arange(count) % (cells[0] * cells[1])]
+    altitude, elevation = (
+        _in_cell(nodes, cell, generator) for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
+    )
+    steps = max(1, base.range_km.size - 1)
+    return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
 
 
 def _rules(grid: PathGrid, count: int) -> list[AxisRule]:

@@ -63,14 +63,20 @@ def atmq_group(quantities: AtmosphericQuantities, grid: PathGrid, accuracy: Grou
             {"comment": "cells of 0 continue the quantities smoothly, for interpolation beside them only"},
         ),
     }
-    return Group(_axes(grid), variables, {"accuracy": accuracy}, attributes)
+    return Group(path_axes(grid) | _source_axes(grid), variables, {"accuracy": accuracy}, attributes)
 
 
-def _axes(grid: PathGrid) -> dict:
+def path_axes(grid: PathGrid) -> dict:
+    """The axes of lines of sight."""
     return {
         "range": table_axis(grid.range_km, "km", "line-of-sight range from the observer to the surface point"),
         "altitude": table_axis(grid.altitude_km, "km", "observer altitude above sea level"),
         "elevation": table_axis(grid.elevation_deg, "degree", "line-of-sight elevation at the observer"),
+    }
+
+
+def _source_axes(grid: PathGrid) -> dict:
+    return {
         "source_elevation": table_axis(grid.source_elevation_deg, "degree", "geometric elevation of the source"),
         "source_azimuth": table_axis(
             grid.source_azimuth_deg,

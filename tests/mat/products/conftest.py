@@ -42,3 +42,19 @@ def small_build(small_job):
     """Folder of the databases of the small job."""
     build(load_job(small_job), jobs=1)
     return small_job.parent / "built"
+
+
+@pytest.fixture(scope="session")
+def extra_job(tmp_path_factory):
+    """The small job with all extra tables."""
+    file = tmp_path_factory.mktemp("extra") / "job.yaml"
+    extra = "extra_tables: [weighted_transmittance, normalisation_by_angle]\n"
+    file.write_text(SMALL_JOB + extra, encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="session")
+def extra_build(extra_job):
+    """Folder of its databases."""
+    build(load_job(extra_job), jobs=1)
+    return extra_job.parent / "built"

@@ -127,6 +127,12 @@ def test_every_term_agrees_with_the_library(runtime, scene):
         np.testing.assert_allclose([pixel[name] for pixel in pixels], values, rtol=1e-6, atol=1e-12, err_msg=name)
 
 
+def test_optional_arrays_of_a_newer_minor_version_are_passed_over(runtime, scene, extra_build):
+    status, shown, complaint = runtime(scene)
+    newer = runtime(scene | {"band": str(extra_build / FILES["band"])})
+    assert newer == (status, shown, complaint) and status == 0
+
+
 def test_outside_an_axis_it_stops_or_clamps_as_the_scene_says(runtime, scene):
     high = scene["pixels"][0] | {"surface_altitude": 7.0}
     status, _, complaint = runtime(scene | {"pixels": [high]})

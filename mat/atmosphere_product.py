@@ -8,20 +8,22 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.accuracy.atmospheric import REFLECTANCE, Scale
-from skyshine.mat.accuracy.grids import RefinedGrid, refined_grid
+from skyshine.mat.accuracy.grids import Placed, placed_grids
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.accuracy.radiance import SHORTEST
-from skyshine.mat.atmosphere.compile import CompiledBand, band_points, negligible_gases
+from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, band_points, negligible_gases
+from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.band_cache import cached_compile_band
 from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
-from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
-from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.quantities import BandAtmosphere, PathGrid
+from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance, usual_irradiance
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
+from skyshine.mat.tables.gridded import QUANTITIES, Gridded
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 MAX_POINTS = 64
@@ -35,20 +37,10 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         return
     job = loaded.job
     state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
-    grid, whole = path_grid(loaded.job), loaded.whole
-    table = absorption_table(job.water_continuum)
+    grid = path_grid(loaded.job)
     with report.stage("compile"):
-        everything = band_points(table.points(*response.wavenumber_range), response)
-        compiled, found = cached_compile_band(
-            table,
-            state,
-            everything,
-            path_grid(whole),
-            np.stack([source_irradiance(whole, source, everything.wavenumber, everything.width) for source in whole.sources]),
-            tolerance=job.accuracy.spectral_tolerance,
-            max_points=MAX_POINTS,
-            seed=job.accuracy.seed,
-        )
+        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        compiled, found = compiled_band(loaded, state, everything)
     report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
     if found:
         report.notes.append("compiled band from the cache")
@@ -57,6 +49,19 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     air = BandAtmosphere.of(state, compiled.band)
     for source, product in products.items():
         _build_one(product, source, loaded, air, compiled, grid, response, report)
+
+
+def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, bool]:
+    """All points of a band reduced as a job asks for one of its states, on that state's day; and whether they came from the cache."""
+    job, whole = loaded.job, loaded.whole
+    own, usual = (
+        np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
+        for light in (source_irradiance, usual_irradiance)
+    )
+    return cached_compile_band(
+        absorption_table(job.water_continuum), state, everything, path_grid(whole), own, usual,
+        tolerance=job.accuracy.spectral_tolerance, max_points=MAX_POINTS, seed=job.accuracy.seed,
+    )  # fmt: skip
 
 
 def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
@@ -126,27 +131,22 @@ def _scope(whole: Job) -> dict:
 def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report) -> None:
     irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber, compiled.band.width)
     with report.stage("grid"):
-        refined = _grid(loaded, air, base, irradiance, response)
-        grid = refined.grid if refined else base
+        placed = _placed(loaded, air, base, irradiance, response)
     with report.stage("tables"):
-        quantities = air.table(grid, irradiance)
+        tables = {name: found.table for name, found in placed.items()}
+        rest = tuple(key for name, (key, _) in QUANTITIES.items() if name not in tables)
+        if rest:
+            tables |= Gridded.all_of(air.table(base, irradiance, wanted=rest), base)
     with report.stage("accuracy"):
-        measures = _interpolation_errors(air, quantities, grid, base, irradiance, response, loaded.job.accuracy.seed)
+        measures = _interpolation_errors(air, tables, base, irradiance, response, loaded.job.accuracy.seed)
     with report.stage("write"):
         low, high = response.lower, response.upper
         attributes = {"source": source, "state": air.air.state.name, "wavelength_um": [low, high]}
-        placed = {}
-        if refined:
-            report.notes.append(f"{source}: {refined.cells:,} nodes hold {loaded.job.atmosphere_grid.tolerance}")
-            placed = {
-                "tolerance": loaded.job.atmosphere_grid.tolerance,
-                "uniform_nodes": ", ".join(str(n) for n in refined.uniform),
-                "uniform_over_placed_nodes": refined.ratio,
-                "reads_on_the_horizon": refined.horizon_share,
-                "largest_error_on_the_horizon": refined.horizon_maximum,
-            }
-        accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed, placed)
-        product.write(atmq_group(quantities, grid, accuracy, attributes))
+        if placed:
+            nodes = ", ".join(f"{name} {found.table.values.size:,}" for name, found in placed.items())
+            report.notes.append(f"{source}: nodes that hold the tolerance: {nodes}")
+        accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed, _notes(loaded.job.atmosphere_grid, placed))
+        product.write(atmq_group(tables, accuracy, attributes))
 
 
 def _left_out(compiled: CompiledBand) -> str:
@@ -154,32 +154,47 @@ def _left_out(compiled: CompiledBand) -> str:
     return ", ".join(f"{gas} ({change:.1e})" for gas, change in compiled.dropped.items()) or "none"
 
 
-def _grid(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -> RefinedGrid | None:
-    """The grid that holds the job's tolerance, where it names one."""
-    axes, seed = loaded.job.atmosphere_grid, loaded.job.accuracy.seed
-    if axes.tolerance is None:
-        return None
-    tolerance, unit = tolerance_parts(axes.tolerance)
-    if unit == "K" and response.upper < SHORTEST:
-        raise loaded.document.error(
-            ("atmosphere_grid", "tolerance"),
-            f"found '{axes.tolerance}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for bands that end before "
-            f"{SHORTEST:g} um, where a scene at 300 K does not glow; write 0.01 W m^-2 sr^-1, say",
-        )
-    scale = Scale.kelvin(response) if unit == "K" else Scale.radiance(response)
-    return refined_grid(
-        lambda grid: air.table(grid, irradiance), lambda generator, sky: Probes.drawn(air, base, irradiance, generator, sky),
-        base, scale, tolerance, seed=seed, most=axes.most_nodes,
+def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -> dict[str, Placed]:
+    """The quantities whose tolerance the job names, on axes that hold it."""
+    axes = loaded.job.atmosphere_grid
+    scales = {}
+    for name, text in axes.tolerances.items():
+        tolerance, unit = tolerance_parts(text)
+        if unit == "K" and response.upper < SHORTEST:
+            raise loaded.document.error(
+                ("atmosphere_grid", "tolerance"),
+                f"found '{text}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for bands that end before "
+                f"{SHORTEST:g} um, where a scene at 300 K does not glow; write 0.01 W m^-2 sr^-1, say",
+            )
+        scales[name] = (Scale.kelvin(response) if unit == "K" else Scale.radiance(response)), tolerance
+    if not scales:
+        return {}
+    return placed_grids(
+        lambda grid, key: air.table(grid, irradiance, wanted=(key,)),
+        lambda generator, sky: Probes.drawn(air, base, irradiance, generator, sky),
+        base, scales, seed=loaded.job.accuracy.seed, most=axes.most_nodes,
     )  # fmt: skip
 
 
-def _interpolation_errors(
-    air: BandAtmosphere, table: AtmosphericQuantities, grid: PathGrid, base: PathGrid, irradiance, response, seed: int
-) -> list[ErrorMeasure]:
-    """Table against direct computation on random lines of the job's own axes, above the ground."""
+def _notes(axes, placed: dict[str, Placed]) -> dict:
+    """What the file says of the axes that a tolerance has placed."""
+    notes = {}
+    for name, found in placed.items():
+        notes[f"{name}_tolerance"] = axes.tolerances[name]
+        notes[f"{name}_uniform_over_placed_nodes"] = found.ratio
+    if "direct_radiance" in placed:
+        notes["reads_on_the_horizon"] = placed["direct_radiance"].horizon_share
+        notes["largest_error_on_the_horizon"] = placed["direct_radiance"].horizon_maximum
+    if placed:
+        notes["uniform_nodes"] = "an estimate: equally spaced nodes that are as good on each axis by itself, multiplied, over those placed"
+    return notes
+
+
+def _interpolation_errors(air: BandAtmosphere, tables: dict[str, Gridded], base: PathGrid, irradiance, response, seed: int) -> list[ErrorMeasure]:
+    """Tables against direct computation on random lines of the job's own axes, above the ground."""
     probes = Probes.drawn(air, base, irradiance, np.random.default_rng(seed))
-    own, warm = (probes.errors(table, grid, scale) for scale in (None, Scale.kelvin(response)))
-    return [measure(name, own[name], warm[name]) for name in own]
+    own, warm = (probes.errors(tables, scale) for scale in (None, Scale.kelvin(response)))
+    return [measure(name, own[name], warm[name]) for name in QUANTITIES]
 
 
 def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, placed: dict) -> Group:

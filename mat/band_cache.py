@@ -1,6 +1,9 @@
 """Compiled bands kept by content, so that the same band of the same state is compiled once on a machine.
 
-The key is a hash over all that a compilation depends on: state, points and response, axes, source, tolerance, the absorption table
+Within a process the choice of points is kept too, for states of the same air: another day's ground and source change its errors, which
+are measured for each state, and not the points. It is the same choice in every process, whatever that has built before.
+
+The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the absorption table
 and the source code that compiles. What is kept is what compiling gave, to the last bit; a file that cannot be read is as good as
 absent. The folder may be deleted at any time. `SKYSHINE_CACHE` names another folder, or none at all if it is empty.
 """
@@ -12,7 +15,10 @@ import hashlib
 import json
 import os
 import tempfile
+import threading
 import zipfile
+from collections import OrderedDict
+from collections.abc import Callable
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
@@ -20,10 +26,13 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat import atmosphere
-from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, compile_band
+from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, FittedBand, fit_band, over_air
 
 CACHE_VARIABLE = "SKYSHINE_CACHE"
 FORMAT = 1  # raised when the layout of the kept files changes
+_MOST_FITS = 8  # of some 10 MB each
+_fits: OrderedDict[str, FittedBand] = OrderedDict()  # the latest last
+_lock = threading.Lock()
 
 
 def cache_folder() -> Path | None:
@@ -36,8 +45,8 @@ def cache_folder() -> Path | None:
     return Path(platformdirs.user_cache_dir("skyshine")) / "bands"
 
 
-def cached_compile_band(table, state, band, grid, source_irradiance, *, tolerance, max_points, seed):
-    """`compile.compile_band`, or what it gave before.
+def cached_compile_band(table, state, band, grid, source_irradiance, usual_irradiance, *, tolerance, max_points, seed):
+    """A compiled band, its points fitted to the state's air under usual sources, its errors measured in the state.
 
     Parameters
     ----------
@@ -45,24 +54,39 @@ def cached_compile_band(table, state, band, grid, source_irradiance, *, toleranc
         That the band's points are from.
     state, band, grid, source_irradiance, tolerance, max_points, seed
         As `compile.compile_band`.
+    usual_irradiance : (P,) or (B, P) array
+        Of the same sources, for all states that are to share the points.
 
     Returns
     -------
     compiled : CompiledBand
     found : bool
-        Whether it came from the cache.
+        Whether it came from the folder.
     """
     folder = cache_folder()
     settings = {"tolerance": float(tolerance), "max_points": int(max_points), "seed": int(seed)}
-    arguments = (state, band.weight, band.points.wavenumber, band.gases, grid, np.asarray(source_irradiance), settings)
-    path = None if folder is None else folder / f"{content_key(table.content, *arguments)}.npz"
+    usual = np.asarray(usual_irradiance)
+    air = (table.content, over_air(state), band.weight, band.points.wavenumber, band.gases, grid, usual, settings)
+    own = (state.surface_temperature, np.asarray(source_irradiance))
+    path = None if folder is None else folder / f"{content_key(*air, *own)}.npz"
     compiled = None if path is None else _read(path, band)
     if compiled is not None:
         return compiled, True
-    compiled = compile_band(state, band, grid, source_irradiance, **settings)
+    fit = _kept_fit(content_key(*air), lambda: fit_band(over_air(state), band, grid, usual, **settings))
+    compiled = fit.measured(*own)
     if path is not None:
         _write(path, compiled)
     return compiled, False
+
+
+def _kept_fit(key: str, fit: Callable[[], FittedBand]) -> FittedBand:
+    """A fit of this process, or a new one."""
+    found = _fits.pop(key, None) or fit()
+    with _lock:
+        _fits[key] = found
+        while len(_fits) > _MOST_FITS:
+            _fits.popitem(last=False)
+    return found
 
 
 def content_key(*parts) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections.abc import Iterable, Iterator
@@ -13,6 +12,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from skyshine.mat.atmosphere import threads
+from skyshine.mat.build_record import write_record
 from skyshine.mat.executors import open_executor
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Plan, Task, make_plan, texture_file
@@ -22,7 +22,6 @@ from skyshine.mat.tables.catalog import write_catalog
 from skyshine.materials.library import load_library
 from skyshine.schemas.commands import progress
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import write_whole
 
 LOCK = "build.lock"
 
@@ -73,9 +72,7 @@ def build(
         reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor)
         names = [name for report in reports for name in report.files]
         write_catalog(folder, names)
-        result = _result(folder, reports, time.perf_counter() - begin)
-        write_whole(folder / "build.json", json.dumps(result, indent=2) + "\n")
-    return result
+        return write_record(folder, reports, time.perf_counter() - begin)
 
 
 @contextmanager
@@ -127,18 +124,3 @@ def _submit_later(executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Pa
     usage = [folder / texture_file(loaded, i) for i in range(len(loaded.job.textures))]
     materials = make_plan(loaded, load_library(), usage or None).materials
     return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}
-
-
-def _result(folder: Path, reports: list[TaskReport], seconds: float) -> dict:
-    files = {
-        name: {
-            "kept": report.kept,
-            "seconds": round(report.seconds, 3),
-            "stages": {stage: round(value, 3) for stage, value in report.stages.items()},
-            "peak_memory_bytes": report.peak_memory,
-            "notes": list(report.notes),
-        }
-        for report in reports
-        for name in report.files
-    }
-    return {"folder": str(folder), "seconds": round(seconds, 3), "files": files}

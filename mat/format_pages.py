@@ -22,8 +22,8 @@ INTRODUCTION = """\
 An HDF5 file that netCDF-4 and xarray open as it is. Arrays are little-endian, in row-major order of the axes named below, packed
 with deflate, shuffle and Fletcher-32. Every axis is a dimension scale of its group, with the attributes `units`, `long_name` and,
 where a runtime interpolates on it, `interpolation` (`linear`, `linear_periodic`, `linear_folded`, `exact`), `period` and
-`out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` says how each is read. A reader of format 1 reads every 1.x and
-refuses any other number before the first point.
+`out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` says how each is read. A reader of format {major} reads every
+{major}.x and refuses any other number before the first point.
 """
 ATTRIBUTES = {
     "Conventions": "of the netCDF Climate and Forecast metadata",
@@ -50,7 +50,7 @@ def page(layout: dict, name: str) -> str:
     root = layout["properties"]
     lines = [f"# `.{filetype}` format {major}: {layout['title']}", "", "Generated from the layout schema "]
     lines[-1] += f"`schemas/{name}.layout.json` by `mat/format_pages.py`."
-    lines += ["", INTRODUCTION, "## Root attributes", "", "| attribute | value | what |", "|---|---|---|"]
+    lines += ["", INTRODUCTION.replace("{major}", major), "## Root attributes", "", "| attribute | value | what |", "|---|---|---|"]
     lines += [f"| `{key}` | {_value(rule)} | {ATTRIBUTES.get(key, '')} |" for key, rule in root["attributes"]["properties"].items()]
     for place, content in _groups(root, ""):
         lines += ["", f"## {f'Group `{place}`' if place else 'Root group'}"]
@@ -68,34 +68,40 @@ def _groups(content: dict, place: str) -> Iterator[tuple[str, dict]]:
         yield from _groups(rule["properties"], f"{place}/{name}".lstrip("/"))
 
 
-def _axes(axes: dict) -> list[str]:
-    if not axes.get("properties"):
+def _axes(content: dict) -> list[str]:
+    axes, required = content.get("properties", {}), content.get("required", [])
+    if not axes:
         return []
     lines = ["", "| axis | type | unit | read | what |", "|---|---|---|---|---|"]
-    for name, rule in axes["properties"].items():
+    for name, rule in axes.items():
         has = rule["properties"]
-        what = rule.get("description", "") + _absent(name, axes)
         read = has.get("interpolation", {}).get("const", "")
         period = has.get("period", {}).get("const")
         read = f"`{read}`" + (f", period {period:g}" if period else "") if read else ""
-        lines.append(f"| `{name}` | {_type(has)} | {_value(has['units'])} | {read} | {what} |")
+        what = rule.get("description", "") + ("" if name in required else " (may be absent)")
+        lines.append(f"| `{name}` | {_type(has)} | {_value(has['units'])} | {read} | {what.strip()} |")
     return lines
 
 
 def _arrays(variables: dict) -> list[str]:
     if not variables.get("properties"):
         return []
+    required = variables.get("required", [])
     lines = ["", "| array | type | axes | unit | what |", "|---|---|---|---|---|"]
     for name, rule in variables["properties"].items():
         has = rule["properties"]
-        what = rule.get("description", "") + _absent(name, variables)
-        axes = ", ".join(has["dims"]["const"])
+        what = rule.get("description", "") + ("" if name in required else " (may be absent)")
+        axes = _dims(has["dims"])
         lines.append(f"| `{name}` | {_type(has)} | {axes} | {_value(has['units'])} | {what.strip()} |")
     return lines
 
 
-def _absent(name: str, rules: dict) -> str:
-    return "" if name in rules.get("required", []) else " (may be absent)"
+def _dims(rule: dict) -> str:
+    """Axes of an array; where it may have others, those too."""
+    if "prefixItems" in rule:
+        return ", ".join(" or ".join(item["enum"]) for item in rule["prefixItems"])
+    lists = rule["enum"] if "enum" in rule else [rule["const"]]
+    return ", ".join(" or ".join(dict.fromkeys(names)) for names in zip(*lists))
 
 
 def _type(has: dict) -> str:

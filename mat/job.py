@@ -87,7 +87,7 @@ class Job(StrictModel):
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
     water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
-        "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time."
+        "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time. Heat balance keeps 4.3."
     )
     extra_tables: ExtraTables = Field(
         [],
@@ -268,7 +268,8 @@ def _with_weather_files(job: Job, document: Document) -> Job:
                     _place(document, i),
                     f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the job's folder",
                 )
-            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h)
+            measured = state.weather.radiation == "measured"
+            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h, radiation=measured)
             given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
             weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
             states[i] = state.model_copy(update={"weather": weather})

@@ -218,7 +218,7 @@ def _sky(figure, axis, table: Table, low: float) -> None:
     axis.set_theta_zero_location("N")
     axis.set_thetagrids(range(0, 360, 45), [f"{min(a, 360 - a)}°" for a in range(0, 360, 45)])
     ups = np.array([e for e in axes["elevation"].values if e >= 0])
-    turn = axes["source_azimuth"].values
+    turn = axes["source_azimuth"].values if "source_azimuth" in axes else np.array([0.0, 180.0])
     if ups.size < 2 or turn.size < 2:
         axis.set_title("no sky in this table: it needs two upward elevations and two azimuths", fontsize=8)
         return

@@ -22,12 +22,16 @@ from skyshine.mat.atmosphere.sight import LineOfSight
 from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.atmosphere.threads import each
+from skyshine.mat.scattering import azimuth_at
 from skyshine.schemas.errors import InputError
 
 # Exponent of equations (8) and (9).
 BETA_FACTOR = 5.5
 # Largest beta*, where the path holds no air or next to none: transmittance is right to 5.5e-12 per km.
 BETA_CAP_KM = 1e12
+QUANTITIES = ("beta_star", "path_radiance_ratio", "ambient", "direct")
+# Of a line's length before the ground: over it the air's source function is taken that goes on behind the ground.
+_LAST_STRETCH = 0.03
 # Points whose field of scattered light is in memory at once where a spectrum is asked for.
 _SPECTRAL_CHUNK = 256
 # Heights whose sky is computed together.
@@ -50,6 +54,8 @@ class PathGrid:
     source_elevation_deg, source_azimuth_deg : (SE,), (SA,) arrays
     """
 
+    by_scattering_angle = False
+
     range_km: np.ndarray
     altitude_km: np.ndarray
     elevation_deg: np.ndarray
@@ -69,6 +75,12 @@ class PathGrid:
         return tuple(getattr(self, name).size for name in self.__dataclass_fields__)
 
 
+class ScatteringGrid(PathGrid):
+    """Axes of which the last holds the angle between line of sight and source, 0 to 180 degree, in place of the source's azimuth."""
+
+    by_scattering_angle = True
+
+
 @dataclass(frozen=True, eq=False)
 class AtmosphericQuantities:
     """The four quantities on a grid, or at points.
@@ -82,8 +94,8 @@ class AtmosphericQuantities:
     ambient, direct : (R, A, E, SE) arrays
         W m^-2 sr^-1; direct is the irradiance normal to the beam over pi.
     valid : (R, A, E) bool array
-        False where the range would pass through the ground: beta_star goes on there as through the air above the ground, the other
-        quantities are held at their values on the ground.
+        False where the range would pass through the ground: beta_star and the path radiance go on there as through the air above the
+        ground, the other quantities are held at their values on the ground.
     transmittance : (R, A, E) array
     """
 
@@ -114,7 +126,7 @@ class BandAtmosphere:
         """Prepare a state for a band; `streams` as `air.SpectralAir.of`."""
         return cls(band, SpectralAir.of(state, band.points, band.gases, band.weight, streams=streams))
 
-    def table(self, grid, source_irradiance, *, progress=None):
+    def table(self, grid, source_irradiance, *, wanted=QUANTITIES, progress=None):
         """The quantities on a grid.
 
         Parameters
@@ -122,6 +134,8 @@ class BandAtmosphere:
         grid : PathGrid
         source_irradiance : (P,) array
             Of the source outside the atmosphere, normal to the beam, at `band.points`, W m^-2 (cm^-1)^-1.
+        wanted : names out of `QUANTITIES`
+            Only these are computed; the others are None.
         progress : callable, optional
             Called with the number of lines of sight done since the last call; there are A * E.
 
@@ -139,14 +153,16 @@ class BandAtmosphere:
         source = np.radians(grid.source_elevation_deg)
         azimuth = np.radians(grid.source_azimuth_deg)
         self.air.prepare()
-        sky = self._sky(np.add(self.air.state.surface_altitude, SKY_HEIGHTS), source, irradiance)
-        result = _empty(grid.shape)
+        heights = np.add(self.air.state.surface_altitude, SKY_HEIGHTS)
+        sky = self._sky(heights, source, irradiance) if "ambient" in wanted else None
+        result = _empty(grid.shape, wanted)
         altitudes = grid.altitude_km * 1e3
         reach = np.broadcast_to(ranges, (elevation.size, ranges.size))
 
         def line_of_sight(rays, place, row):
             path = LineOfSight.of(self.air, rays, row, altitudes[place], elevation[row], ranges)
-            self._fill(result, (slice(None), place, row), path, source, azimuth, irradiance, sky)
+            sources = _sources(elevation[row], source, azimuth, grid.by_scattering_angle)
+            self._fill(result, (slice(None), place, row), path, source, sources, irradiance, sky)
 
         for place, altitude in enumerate(altitudes):
             rays = trace(self.air.shells, np.full(elevation.size, altitude), elevation, reach)
@@ -186,8 +202,8 @@ class BandAtmosphere:
             path = LineOfSight.of(self.air, rays, row, altitude[row], elevation[row], ranges[row : row + 1])
             one = slice(row, row + 1)
             sky = self._sky(path.surface_altitude, source[one], irradiance)
-            result = _empty((1, 1, 1, 1, 1))
-            self._fill(result, (slice(None), 0, 0), path, source[one], azimuth[one], irradiance, sky)
+            result = _empty((1, 1, 1, 1, 1), QUANTITIES)
+            self._fill(result, (slice(None), 0, 0), path, source[one], (source[one], azimuth[one], 0.0), irradiance, sky)
             results.append(result)
         return AtmosphericQuantities(**{name: np.array([r[name].item() for r in results]) for name in results[0]})
 
@@ -271,7 +287,7 @@ class BandAtmosphere:
             through[row] = np.exp(-path.depth[0])
             sky[row] = self._sky_at(path.surface_altitude, self._sky(path.surface_altitude, source[one], irradiance))[0, 0]
             direct[row] = irradiance * direct_transmittance(self.air.source_paths, path.surface_altitude, source[one])[0, 0]
-            radiance[row] = self._path_radiance(path, source[one], azimuth[one], irradiance)[0, 0]
+            radiance[row] = self._radiance_along(path, source[one], azimuth[one], irradiance)[path.node[0], 0]
             valid[row] = path.valid[0]
         return through, sky, direct, radiance, valid
 
@@ -310,30 +326,61 @@ class BandAtmosphere:
         pressure = np.where(altitude > self.air.shells.top, 0.0, state.pressure_at(altitude))
         return irradiance * np.minimum(pressure / state.pressure_at(nodes[-1]), 1.0)[:, None, None]
 
-    def _fill(self, result, cell, path, source_elevation, source_azimuth, irradiance, sky):
-        """Put the quantities of one line of sight into the arrays of the result."""
+    def _fill(self, result, cell, path, source_elevation, sources, irradiance, sky):
+        """Put the quantities of one line of sight into the arrays of the result that are there; `sources` as `_sources` gives them."""
         band = self.band
         ln_tau, absorbed = _in_band(path.depth, band.weight)
         result["valid"][cell] = path.valid
         result["transmittance"][cell] = np.exp(ln_tau)
-        result["beta_star"][cell] = self._beta(path)
-        elevations = np.repeat(source_elevation, source_azimuth.size)
-        azimuths = np.tile(source_azimuth, source_elevation.size)
-        ratio = self._path_radiance_ratio(path, absorbed, elevations, azimuths, irradiance)
-        result["path_radiance_ratio"][cell] = ratio.reshape(-1, source_elevation.size, source_azimuth.size)
+        if result["beta_star"] is not None:
+            result["beta_star"][cell] = self._beta(path)
+        if result["path_radiance_ratio"] is not None:
+            elevations, azimuths, rest = sources
+            ratio = self._path_radiance_ratio(path, absorbed, elevations, azimuths, irradiance, rest)
+            result["path_radiance_ratio"][cell] = ratio.reshape(-1, source_elevation.size, elevations.size // source_elevation.size)
+        if result["ambient"] is None and result["direct"] is None:
+            return
         weight = self._radiance_weight(path)
-        result["ambient"][cell] = np.einsum("rp,rsp->rs", weight, self._sky_at(path.surface_altitude, sky))
-        direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source_elevation)
-        result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
+        if result["ambient"] is not None:
+            result["ambient"][cell] = np.einsum("rp,rsp->rs", weight, self._sky_at(path.surface_altitude, sky))
+        if result["direct"] is not None:
+            direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source_elevation)
+            result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
 
-    def _path_radiance_ratio(self, path, absorbed, elevations, azimuths, irradiance):
-        """Path radiance over what each range absorbs, (R, S), with its limit where that is nothing."""
-        ratio = self._path_radiance(path, elevations, azimuths, irradiance)
-        ratio /= np.where(absorbed > 0, absorbed, 1.0)[:, None]
+    def _path_radiance_ratio(self, path, absorbed, elevations, azimuths, irradiance, rest=0.0):
+        """Path radiance over what each range absorbs, (R, S), with its limit where that is nothing; `rest` as `scattering.azimuth_at`."""
+        along = self._radiance_along(path, elevations, azimuths, irradiance, rest)
+        radiance, behind = along[path.node], path.beyond > 0
+        if np.any(behind) and path.segments.index.size:
+            absorbed = absorbed.copy()
+            radiance[behind], absorbed[behind] = self._behind_ground(path, behind, along)
+        radiance /= np.where(absorbed > 0, absorbed, 1.0)[:, None]
         empty = absorbed <= 0
         if np.any(empty):
-            ratio[empty] = self._local_source(path, elevations, azimuths, irradiance)
-        return ratio
+            radiance[empty] = self._local_source(path, elevations, azimuths, irradiance, rest)
+        return radiance
+
+    def _behind_ground(self, path, behind, along):
+        """Path radiance (B, S) and what is absorbed (B,) at the ranges behind the ground.
+
+        The line goes on as for beta*, through air as bright as that before the ground, so that the ratio of the two passes smoothly
+        through the ground.
+        """
+        end, weight = path.node[behind][0], self.band.weight
+        distance = path.segments.distance
+        start = int(np.clip(np.searchsorted(distance, distance[end] * (1 - _LAST_STRETCH)) - 1, 0, max(end - 1, 0)))
+        stretch = _in_band(path.segment_depths.before[[start, end]], weight)[1]
+        absorbed = _in_band(path.depth[behind] + self._depth_behind(path)[behind], weight)[1]
+        grown = stretch[1] - stretch[0]
+        if grown > 1e-6 * stretch[1]:
+            slope = (along[end] - along[start]) / grown
+        else:
+            slope = along[end] / stretch[1] if stretch[1] > 0 else np.zeros_like(along[end])
+        return along[end] + np.maximum(absorbed - stretch[1], 0.0)[:, None] * slope, absorbed
+
+    def _depth_behind(self, path):
+        """Optical depth (R, P) of what of each range is behind the ground, as if the air of the ground went on."""
+        return path.beyond[:, None] * (self.air.shells.number_density[0] * self.air.optics.extinction[0])
 
     def _radiance_weight(self, path):
         """Weights (R, P) that turn irradiance at the end of each range into (20) and (36)."""
@@ -347,17 +394,16 @@ class BandAtmosphere:
         Behind the ground the line goes on through the air above it: beta* of neighbours in the table then differ no more than
         their lines do.
         """
-        air, band = self.air, self.band
-        on = path.beyond[:, None] * (air.shells.number_density[0] * air.optics.extinction[0])
-        ln_tau = _in_band(path.depth + on, band.weight)[0]
+        band = self.band
+        ln_tau = _in_band(path.depth + self._depth_behind(path), band.weight)[0]
         length = path.length + path.beyond
         here = path.local_extinction @ band.weight / band.weight.sum()  # m^-1
         with np.errstate(divide="ignore", invalid="ignore"):
             beta = np.where(length > 0, BETA_FACTOR * length / np.abs(ln_tau), BETA_FACTOR / here) * 1e-3
         return np.minimum(beta, BETA_CAP_KM)
 
-    def _path_radiance(self, path, elevations, azimuths, irradiance):
-        """In-band path radiance (R, S)."""
+    def _radiance_along(self, path, elevations, azimuths, irradiance, rest=0.0):
+        """In-band path radiance (K+1, S) up to each segment end."""
         segments, band = path.segments, self.band
         total = np.zeros((segments.distance.size, elevations.size))
         if segments.index.size:
@@ -366,12 +412,12 @@ class BandAtmosphere:
             if np.any(irradiance > 0):
                 ends = path.ends
                 to_source = source_cosine(ends, elevations, azimuths)[0]
-                deflection = scattering_cosine(ends, elevations, azimuths)[0]
+                deflection = _turned(scattering_cosine(ends, elevations, azimuths)[0], rest)
                 weight = band.radiance_weight * irradiance
                 total += self.air.scattered_in_band(segments, path.segment_depths, to_source, deflection, weight)
-        return total[path.node]
+        return total
 
-    def _local_source(self, path, elevations, azimuths, irradiance):
+    def _local_source(self, path, elevations, azimuths, irradiance, rest=0.0):
         """Limit of path radiance over (1 - transmittance) for short ranges, (S,); in space that of the highest air."""
         layer, share = path.local_layer, path.local_share
 
@@ -381,6 +427,7 @@ class BandAtmosphere:
         optics, band = self.air.optics, self.band
         direction = np.pi / 2 - path.elevation
         cosine = np.sin(elevations) * np.cos(direction) + np.cos(elevations) * np.cos(azimuths) * np.sin(direction)
+        cosine = _turned(cosine, rest)
         # The air of one metre at the density of the ground: any amount will do, this one stays inside single precision.
         air = 1e25 * np.array([[1 - share], [share]])
         point = transfer.Segments(np.zeros(1, int), np.array([layer]), *air, *(np.zeros(2),) * 4)
@@ -427,13 +474,21 @@ def _in_band(depth, weight):
     return np.where(absorbed < 0.5, np.log1p(-np.minimum(absorbed, 0.5)), thick), absorbed
 
 
-def _empty(shape):
+def _sources(elevation, source_elevation, source, by_scattering_angle):
+    """Elevations, azimuths and rests (S,) of all sources of a line of sight; `source` holds azimuths or scattering angles."""
+    elevations, last = np.repeat(source_elevation, source.size), np.tile(source, source_elevation.size)
+    return (elevations, *azimuth_at(elevation, elevations, last)) if by_scattering_angle else (elevations, last, 0.0)
+
+
+def _turned(cosine, rest):
+    """Cosines of angles that a rest of `scattering.azimuth_at` is added to."""
+    if not np.any(rest):
+        return cosine
+    return np.cos(np.clip(np.arccos(np.clip(cosine, -1.0, 1.0)) + rest, 0.0, np.pi))
+
+
+def _empty(shape, wanted):
     path, source = shape[:3], shape[:4]
-    return {
-        "beta_star": np.empty(path),
-        "path_radiance_ratio": np.empty(shape),
-        "ambient": np.empty(source),
-        "direct": np.empty(source),
-        "valid": np.empty(path, dtype=bool),
-        "transmittance": np.empty(path),
-    }
+    sizes = {"beta_star": path, "path_radiance_ratio": shape, "ambient": source, "direct": source}
+    found = {name: np.empty(size) if name in wanted else None for name, size in sizes.items()}
+    return found | {"valid": np.empty(path, dtype=bool), "transmittance": np.empty(path)}

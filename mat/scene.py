@@ -132,6 +132,13 @@ def source_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.n
     return moon.total
 
 
+def usual_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.ndarray | None = None) -> np.ndarray:
+    """As `source_irradiance`, the same for all days on which its spectrum has the same shape: the Sun at 1 au."""
+    if source == "sun":
+        return solar_irradiance(wavenumber, width)
+    return source_irradiance(job, source, wavenumber, width)
+
+
 def solar_spectrum() -> tuple[np.ndarray, np.ndarray]:
     """Sunlight outside the atmosphere at 1 au: wavelength (n,) um, increasing, and irradiance (n,) W m^-2 um^-1."""
     wavelength = np.geomspace(0.25, 25.0, 3000)

@@ -15,10 +15,11 @@ from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.job import Job, load_job, local_times_utc
 from skyshine.mat.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene import ZERO_CELSIUS, atmospheric_state, solar_spectrum
-from skyshine.mat.jobs.surface import Operation
+from skyshine.mat.jobs.surface import HourlyWeather, Operation
 from skyshine.mat.jobs.surface import Weather as WeatherModel
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.site import Site, sun_hours
 from skyshine.mat.surface.weather import Weather, from_extremes, from_hours
 from skyshine.materials.records import Material
@@ -73,6 +74,14 @@ def _weather(site: Site, given: WeatherModel) -> Weather:
         np.array(table.air_temperature_c) + ZERO_CELSIUS,
         *(np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)),
         None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
+        _radiation(table) if given.radiation == "measured" else None,
+    )
+
+
+def _radiation(table: HourlyWeather) -> MeasuredRadiation:
+    longwave = table.longwave_down_w_m2
+    return MeasuredRadiation(
+        np.array(table.time), np.array(table.direct_normal_w_m2), np.array(table.diffuse_w_m2), None if longwave is None else np.array(longwave)
     )
 
 

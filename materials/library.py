@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
 
@@ -135,7 +136,7 @@ class MaterialLibrary:
 
 
 def load_library(folder: str | os.PathLike | None = None) -> MaterialLibrary:
-    """The packaged library with the user's folder on top.
+    """The packaged library with the user's folder on top; what this process has read before, as long as no file has changed.
 
     Parameters
     ----------
@@ -151,12 +152,23 @@ def load_library(folder: str | os.PathLike | None = None) -> MaterialLibrary:
     """
     if folder is None:
         folder = os.environ.get(ENVIRONMENT) or None
+    if folder is not None and not Path(folder).is_dir():
+        raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that holds mat.yaml")
+    own = None if folder is None else Path(folder)
+    return _library(own, _stamps(materials.path()), None if own is None else _stamps(own))
+
+
+def _stamps(folder: Path) -> tuple[tuple[str, int, int], ...]:
+    """What tells whether a file of a library has changed: name, time of its last change, size."""
+    files = sorted(path for path in (folder / "mat.yaml", *folder.glob("*/*")) if path.is_file())
+    return tuple((str(path), path.stat().st_mtime_ns, path.stat().st_size) for path in files)
+
+
+@lru_cache(maxsize=4)
+def _library(folder: Path | None, packaged_files: tuple, own_files: tuple | None) -> MaterialLibrary:
     packaged, places = _read_index(materials.path())
     if folder is None:
         return MaterialLibrary(packaged.data_version, packaged.references, places)
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that holds mat.yaml")
     own, own_places = _read_index(folder)
     merged = {place.entry.name: place for place in places}
     merged.update({place.entry.name: place for place in own_places})

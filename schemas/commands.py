@@ -8,6 +8,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, NoReturn
 
 import click
@@ -124,6 +125,30 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def write_measured(path: Path, result: dict, draw: Callable[[Path], None]) -> None:
+    """Write what was measured as JSON, and its picture beside it.
+
+    Parameters
+    ----------
+    path : Path
+        Ends in ``.json``; folders that are missing are made.
+    result : dict
+    draw : callable
+        Draws the picture into the file that it is given.
+
+    Raises
+    ------
+    InputError
+        The place cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draw(path.with_suffix(".png"))
+        path.write_text(json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; name another place", file=path) from None
 
 
 def emit_json(result: dict[str, Any]) -> None:

@@ -296,6 +296,8 @@ def open_database(path: str | os.PathLike, filetype: str | None = None, major: i
         file = h5py.File(path, "r")
     except FileNotFoundError:
         raise InputError("does not exist; check the path, or build it with 'mat build'", file=path) from None
+    except IsADirectoryError:
+        raise InputError("is a folder; name one of the files in it", file=path) from None
     except OSError:
         raise InputError("is not a readable HDF5 file (damaged or of another kind); build it again", file=path) from None
     try:

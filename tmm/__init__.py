@@ -11,7 +11,7 @@ _HOMES = {
     "TextureMap": "build",
     "map_texture": "build",
     "write_texture": "database",
-    "open_tmm": "database",
+    "open_tmm": "reader",
     "read_usage": "usage",
 }
 

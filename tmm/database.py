@@ -1,8 +1,4 @@
-"""The ``.tmm.h5`` database: writing it, and reading texels from it.
-
-Layout: ``/materials`` (codes, names), ``/usage``, ``/quality``, ``/composites``, ``/provenance`` and, for each mip
-level, ``/levels/k`` with ``code``, ``mix_code`` and ``mix_weight``; level 0 also has ``confidence`` and ``typicality``.
-"""
+"""Writing the ``.tmm.h5`` database."""
 
 from __future__ import annotations
 
@@ -11,22 +7,18 @@ import os
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
-from typing import Literal
 
 import h5py
 import numpy as np
-import yaml
 
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Axis, Group, Header, Streamed, Variable, content_hash, open_database, write_file
+from skyshine.schemas.hdf5 import Axis, Group, Variable, content_hash, open_database, write_file
 from skyshine.tmm.build import STRIP, TextureMap
 from skyshine.tmm.job import TextureJob
-from skyshine.tmm.levels import PERCENT, WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
+from skyshine.tmm.layout import CHUNK, FILETYPE, composite_layout, level_layout, texture_header
+from skyshine.tmm.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
 from skyshine.tmm.raster import file_sha256
 
-FILETYPE = "tmm"
-FORMAT_VERSION = "1.0.0"
-CHUNK = 256
 LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
 
 
@@ -151,14 +143,6 @@ class _RowWriter:
         self._done, self._kept = rows.stop, 0
 
 
-def texture_header(job: TextureJob, library_version: str) -> Header:
-    """Root attributes of the database of a texture."""
-    text = yaml.safe_dump(job.model_dump(mode="json"), sort_keys=False, allow_unicode=True, default_flow_style=None)
-    return Header(
-        FILETYPE, FORMAT_VERSION, f"materials {library_version}", text, f"Materials of the texture {job.name}"
-    )
-
-
 def is_current(path: str | os.PathLike, job: TextureJob, base_folder: str | os.PathLike, library_version: str) -> bool:
     """Whether a database is there, undamaged, from this job, this image and seeds, and this library.
 
@@ -246,53 +230,6 @@ def _quality(mapped: TextureMap) -> Group:
     )
 
 
-def _component_axis() -> Axis:
-    return Axis(np.arange(3, dtype=np.uint8), "1", "rank of the component, largest share first")
-
-
-def composite_layout(components: np.ndarray, weights: np.ndarray) -> Group:
-    """The layout of distinct mixtures: codes (N, 3) and weights (N, 3) in percent."""
-    number = Axis(np.arange(len(components), dtype=np.int32), "1", "number of the mixture")
-    dims = ("composite", "component")
-    return Group(
-        {"composite": number, "component": _component_axis()},
-        {
-            "code": Variable(dims, components, "1", "material code, 0 where unused"),
-            "weight": Variable(dims, weights, "percent", "share of the material", {"total": PERCENT}),
-        },
-    )
-
-
-def level_layout(k: int, size: tuple[int, int], height: int, width: int) -> Group:
-    """The layout of a level; its arrays are written as they come."""
-    axes = {
-        "y": Axis(_centres(height, size[0]), "1", "row of the texel's centre, in texels of level 0"),
-        "x": Axis(_centres(width, size[1]), "1", "column of the texel's centre, in texels of level 0"),
-        "component": _component_axis(),
-    }
-    plane, mixed, chunk = ("y", "x"), ("y", "x", "component"), (CHUNK, CHUNK)
-    whole, parts = Streamed(size, np.uint16), Streamed((*size, 3), np.uint16)
-    weights = {"total": WEIGHT_TOTAL}
-    variables = {
-        "code": Variable(plane, whole, "1", "material code of the largest share, 0 for none", chunks=chunk),
-        "mix_code": Variable(mixed, parts, "1", "material codes of the mixture", chunks=(*chunk, 3)),
-        "mix_weight": Variable(
-            mixed, parts, "1", "shares of the mixture; they sum to `total`", weights, chunks=(*chunk, 3)
-        ),
-    }
-    if k == 0:
-        values = Streamed(size, np.float32)
-        name = "probability that the material is right: its posterior, averaged over the box and calibrated"
-        variables["confidence"] = Variable(plane, values, "1", name, chunks=chunk)
-        name = "share of the material's own texels that lie farther from its mean"
-        variables["typicality"] = Variable(plane, values, "1", name, chunks=chunk)
-    return Group(axes, variables)
-
-
-def _centres(length: int, parts: int) -> np.ndarray:
-    return (np.arange(parts) + 0.5) * (length / parts)
-
-
 def _provenance(mapped: TextureMap) -> Group:
     texture = mapped.texture
     attributes = {
@@ -310,156 +247,3 @@ def _provenance(mapped: TextureMap) -> Group:
     for name, digest in mapped.files.items():
         attributes[f"sha256:{name}"] = digest
     return Group(attributes=attributes)
-
-
-class TmmFile:
-    """A texture database, open for reading; see `open_tmm`.
-
-    Attributes
-    ----------
-    materials : dict of int to str
-        Material names by code.
-    width, height : int
-        Of level 0.
-    levels : int
-        Number of mip levels.
-    """
-
-    def __init__(self, file):
-        self._file = file
-        self._planes: dict[tuple[int, str], np.ndarray] = {}
-        group = file["materials"]
-        self.materials = dict(zip(group["material"][()].tolist(), group["name"].asstr()[()].tolist()))
-        self.levels = len(file["levels"])
-        self.height, self.width = file["levels/0/code"].shape
-
-    def size(self, level: int) -> tuple[int, int]:
-        """Height and width of a level."""
-        return self._file[f"levels/{level}/code"].shape
-
-    @property
-    def attributes(self) -> dict:
-        """Root attributes and provenance."""
-        return {**self._file.attrs, **self._file["provenance"].attrs}
-
-    def group_attributes(self, name: str) -> dict:
-        """Attributes of ``usage``, ``quality`` or another group."""
-        return {key: value.item() if hasattr(value, "item") else value for key, value in self._file[name].attrs.items()}
-
-    def rows(self, name: str, rows: slice, step: int = 1) -> np.ndarray:
-        """Rows of an array of level 0, such as ``code``; every `step`-th row and column of them."""
-        return self._file[f"levels/0/{name}"][rows][::step, ::step]
-
-    def thinned(self, name: str, step: int) -> np.ndarray:
-        """Every `step`-th row and column of an array of level 0."""
-        band = CHUNK * step
-        return np.concatenate([self.rows(name, slice(top, top + band), step) for top in range(0, self.height, band)])
-
-    def array(self, name: str) -> np.ndarray:
-        """A whole array by its path in the file, such as ``levels/0/confidence``."""
-        return self._file[name][()]
-
-    def has(self, name: str) -> bool:
-        """Whether the file holds an array of this path."""
-        return name in self._file
-
-    @property
-    def usage(self) -> dict[str, float]:
-        """Share of the texels with data that have each material."""
-        return dict(zip(self.materials.values(), self._file["usage/share"][()].astype(float).tolist()))
-
-    def code(self, x, y, level: int = 0, outside: Literal["error", "clamp"] = "error") -> np.ndarray:
-        """Material code at points.
-
-        Parameters
-        ----------
-        x, y : array_like
-            Pixel coordinates of level 0, from the top left corner: the first texel spans 0 to 1.
-        level : int
-        outside : {"error", "clamp"}
-            What to do with points beyond the image.
-
-        Returns
-        -------
-        uint16
-            0 where there is no material.
-
-        Raises
-        ------
-        InputError
-            There is no such level, or a point lies outside.
-        """
-        return self._at("code", x, y, level, outside)
-
-    def mixture(
-        self, x, y, level: int = 0, outside: Literal["error", "clamp"] = "error"
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Material codes (..., 3) uint16 and their shares (..., 3) float64 at points; parameters as for `code`."""
-        weights = self._at("mix_weight", x, y, level, outside)
-        return self._at("mix_code", x, y, level, outside), weights / WEIGHT_TOTAL
-
-    def confidence(self, x, y, outside: Literal["error", "clamp"] = "error") -> np.ndarray:
-        """Confidence at points of level 0; parameters as for `code`."""
-        return self._at("confidence", x, y, 0, outside)
-
-    def _at(self, name: str, x, y, level: int, outside: str) -> np.ndarray:
-        if not 0 <= level < self.levels:
-            raise InputError(f"found level {level}; allowed: 0 to {self.levels - 1}", file=self._file.filename)
-        if (level, name) not in self._planes:
-            self._planes[level, name] = self._file[f"levels/{level}/{name}"][()]
-        plane = self._planes[level, name]
-        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        if outside == "clamp":
-            x, y = np.clip(x, 0, self.width), np.clip(y, 0, self.height)
-        inside = (x >= 0) & (x <= self.width) & (y >= 0) & (y <= self.height)
-        if not inside.all():
-            at = np.flatnonzero(~inside.ravel())[0]
-            raise InputError(
-                f"found the point ({x.flat[at]:g}, {y.flat[at]:g}); allowed: x from 0 to {self.width}, y from 0 to "
-                f"{self.height}; or ask for outside='clamp'",
-                file=self._file.filename,
-            )
-        row = np.minimum((y * plane.shape[0] / self.height).astype(int), plane.shape[0] - 1)
-        column = np.minimum((x * plane.shape[1] / self.width).astype(int), plane.shape[1] - 1)
-        return plane[row, column]
-
-    def close(self) -> None:
-        self._file.close()
-
-    def __enter__(self) -> TmmFile:
-        return self
-
-    def __exit__(self, *_) -> None:
-        self.close()
-
-
-def open_tmm(path: str | os.PathLike) -> TmmFile:
-    """Open a texture database.
-
-    Raises
-    ------
-    InputError
-        The file is missing or damaged, is of another type, or has a layout of another major version.
-    """
-    return TmmFile(open_database(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0])))
-
-
-def find_image(file: TmmFile, path: Path, image: str | os.PathLike | None) -> Path:
-    """The texture's own image: the one given, or one of its name beside the database, in the folder above, or here.
-
-    Raises
-    ------
-    InputError
-        It is not found, or its bytes are not those that were classified.
-    """
-    wanted, digest = Path(str(file.attributes["texture"])), file.attributes["texture_sha256"]
-    places = [Path(image)] if image else [path.parent / wanted.name, path.parent.parent / wanted, wanted]
-    for place in places:
-        if place.is_file():
-            if file_sha256(place) == digest:
-                return place
-            raise InputError(
-                "is not the image that was classified (its SHA-256 differs); name it with --image", file=place
-            )
-    tried = ", ".join(str(place) for place in places)
-    raise InputError(f"the image of this texture is not at {tried}; name it with --image", file=path)

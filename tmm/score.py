@@ -10,7 +10,7 @@ import numpy as np
 
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.database import TmmFile, find_image, open_tmm
+from skyshine.tmm.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.job import LabelImage, TextureJob, stored_job
 from skyshine.tmm.labels import Labels

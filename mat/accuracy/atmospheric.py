@@ -10,12 +10,6 @@ from skyshine.mat.accuracy.radiance import kelvin_per_radiance, reference_radian
 from skyshine.mat.quantities import BETA_FACTOR
 from skyshine.mat.radiometry import SpectralResponse
 
-# Names in the files and in `AtmosphericQuantities`.
-QUANTITIES = {
-    "beta_star": "beta_star", "path_radiance_ratio": "path_radiance_ratio", "ambient_radiance": "ambient", "direct_radiance": "direct",
-}  # fmt: skip
-
-
 # Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in 8-12 um
 # (tests/mat/test_reflectance.py).
 REFLECTANCE = 0.3
@@ -55,7 +49,7 @@ class Scale:
         Parameters
         ----------
         quantity : str
-            One of `QUANTITIES`.
+            One of `gridded.QUANTITIES`.
         read, exact : arrays
             Interpolated and computed directly.
         transmittance : array

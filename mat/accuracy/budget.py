@@ -17,8 +17,7 @@ from skyshine.mat.accuracy.readings import Tables, frame_centres, vertices
 from skyshine.mat.accuracy.runtime import Finish, Readings, exact_normalisation, reflection, runtime_radiance, spectral_radiance
 from skyshine.mat.accuracy.viewing import Views, random_views
 from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere_product import MAX_POINTS, path_grid
-from skyshine.mat.band_cache import cached_compile_band
+from skyshine.mat.atmosphere_product import compiled_band, path_grid
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.jobs.surface import at_kelvin
 from skyshine.mat.quantities import BandAtmosphere
@@ -105,14 +104,8 @@ class Prepared:
         loaded = loaded.of_state(state)
         job, response = loaded.job, response_of(loaded.job.bands[band - 1])
         air = atmospheric_state(job.site, job.states[state - 1])
-        table = absorption_table(job.water_continuum)
-        everything = band_points(table.points(*response.wavenumber_range), response)
-        whole = loaded.whole
-        light = [source_irradiance(whole, source, everything.wavenumber, everything.width) for source in whole.sources]
-        compiled, _ = cached_compile_band(
-            table, air, everything, path_grid(whole), np.stack(light), tolerance=job.accuracy.spectral_tolerance,
-            max_points=MAX_POINTS, seed=job.accuracy.seed,
-        )  # fmt: skip
+        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        compiled, _ = compiled_band(loaded, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
         return cls(loaded, state, band, response, exact, few)
 

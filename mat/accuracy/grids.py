@@ -1,8 +1,10 @@
-"""Grids of the atmospheric tables by tolerance.
+"""Grids of the atmospheric tables by tolerance: for each quantity the axes that hold it.
 
-Each axis is looked at by itself: along it the quantities are computed at many places, at random values of the other axes, and the
-fewest of the places are kept that hold the axis's share of the tolerance. Then the whole table is measured on random lines of sight,
-and the shares are tightened until it holds.
+Each axis is first looked at by itself: along it the quantity is computed at many places, at random values of the other axes, and the
+fewest of the places are kept that hold the tolerance. Then the table is measured on random lines of sight, and where it is worse, cells of
+the axis that bends most there are halved, those first that help most for their cost, until fresh lines show that the tolerance holds.
+
+The path radiance is placed by scattering angle where the job's azimuths go all the way round.
 
 Direct light begins with a step when the source rises over the horizon of a surface, at an elevation that falls with the surface's height. No
 grid of linear cells holds a step to twice a tolerance: in cells with the horizon inside, the tolerance bounds the share of reads that are
@@ -11,51 +13,46 @@ worse, not the worst of them, and what is left is measured apart.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.accuracy.atmospheric import QUANTITIES, Scale
-from skyshine.mat.accuracy.probes import AXES, FIELDS, Probes
-from skyshine.mat.quantities import AtmosphericQuantities, PathGrid
-from skyshine.mat.tables.axes import AxisRule
-from skyshine.mat.tables.interpolation import interpolate
-from skyshine.mat.tables.refinement import fewest_nodes, subdivided, uniform_nodes
+from skyshine.mat.accuracy.atmospheric import Scale
+from skyshine.mat.accuracy.probes import Probes
+from skyshine.mat.accuracy.profiles import Profile
+from skyshine.mat.quantities import AtmosphericQuantities, PathGrid, ScatteringGrid
+from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded
 from skyshine.schemas.errors import CheckFailed
 
-PARTS = (8, 8, 12, 8, 8)  # of each cell of the job's axes: the places that may become nodes
-_TWILIGHT, _TWILIGHT_PARTS = -10.0, 40  # degree: from there to 0, where the horizon of heights up to 100 km lies
-_HORIZON_SHARE = 0.04  # of the reads in a cell of source elevation, times the axis's share of the tolerance, may meet a step
-# Random values of the other axes at which each axis is looked at.
-_OTHERS = {0: (0, 10, 24, 4, 3), 1: (40, 0, 24, 3, 2), 2: (40, 12, 0, 4, 3), 3: (12, 5, 16, 0, 6), 4: (12, 5, 18, 10, 0)}
-_FIRST_SHARE = 0.5  # of the tolerance, for each axis: their largest errors rarely meet
-_PASSES = 6
+# Scattering angles [degree], closer towards the source, in place of the job's azimuths.
+_ANGLES = np.array([0, 1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 90, 120, 150, 180], float)
+_START = 1.5  # of the tolerance, for each axis looked at by itself
+_DRAWS = 2  # of random lines in each pass
+_PASSES = 16
+_GROWTH, _FAST_GROWTH, _SMALL = 1.6, 4.0, 10_000  # of a table in one pass, at most; of one of fewer nodes than that
 _SKY_LINES = 240  # on which sky light is measured too
-_MARGIN = 0.9  # of the tolerance, there: other points are a little worse
-_WORST_MARGIN = 0.45  # of twice the tolerance: the worst of other points may be twice the worst of these
-_MOST_UNIFORM = 1024
+_OVER = 0.003  # of the reads of a quantity may be worse than the tolerance: those of all four together are then less than 1 %
+_MARGIN = 0.95  # of the tolerance, there: other points are a little worse
+_WORST = 2.0  # tolerances, that no read may exceed
 
 
 @dataclass(frozen=True, eq=False)
-class RefinedGrid:
-    """A grid that holds a tolerance.
+class Placed:
+    """A quantity on axes that hold a tolerance.
 
     Attributes
     ----------
-    grid : PathGrid
-    share : float
-        Of the tolerance, given to each axis.
+    table : Gridded
     p99, maximum : float
         Of the error at random points, in the tolerance's unit; the largest without direct light in cells with the source's rise inside.
     horizon_share, horizon_maximum : float
         Of the points, those where direct light is worse than the tolerance in a cell with the source's rise inside; its largest error there.
     uniform : tuple of int
-        Nodes that each axis would take, spaced equally (ranges in their logarithm), for the same share.
+        Nodes that each axis would take, spaced equally (ranges in their logarithm), to be as good along it.
     """
 
-    grid: PathGrid
-    share: float
+    table: Gridded
     p99: float
     maximum: float
     horizon_share: float
@@ -63,190 +60,176 @@ class RefinedGrid:
     uniform: tuple[int, ...]
 
     @property
-    def cells(self) -> int:
-        """Nodes of the path radiance table."""
-        return int(np.prod(self.grid.shape))
-
-    @property
     def ratio(self) -> float:
         """Nodes of the uniform grid over these."""
-        return float(np.prod([float(n) for n in self.uniform])) / self.cells
+        return float(np.prod([float(n) for n in self.uniform])) / self.table.values.size
 
 
-TableOf = Callable[[PathGrid], AtmosphericQuantities]
+TableOf = Callable[[PathGrid, str], AtmosphericQuantities]
 
 
-def refined_grid(
-    table_of: TableOf, probes_of: Callable[[np.random.Generator, int], Probes], base: PathGrid, scale: Scale, tolerance: float,
+def placed_grids(
+    table_of: TableOf, probes_of: Callable[[np.random.Generator, int], Probes], base: PathGrid, scales: Mapping[str, tuple[Scale, float]],
     *, seed: int, most: int,
-) -> RefinedGrid:  # fmt: skip
-    """The fewest nodes, between the ends of a job's axes, that hold a tolerance.
+) -> dict[str, Placed]:  # fmt: skip
+    """For each quantity the fewest nodes, between the ends of a job's axes, that hold its tolerance.
 
     Parameters
     ----------
     table_of : callable
-        Quantities on a grid.
+        On a grid, the one quantity that is named as in `AtmosphericQuantities`.
     probes_of : callable
         Random lines of sight on the job's axes, drawn with a generator, with sky light on so many of them.
     base : PathGrid
         The job's axes: their ends, and by their cells how the random points lie.
-    scale : Scale
-        In what the tolerance counts.
-    tolerance : float
+    scales : mapping of str to (Scale, float)
+        By quantity, in what the tolerance counts, and the tolerance.
     seed, most : int
-        Of the random points; nodes that the largest table may have.
+        Of the random points; nodes that a table may have.
 
     Raises
     ------
     CheckFailed
-        The tolerance cannot be reached with so many nodes.
+        A tolerance cannot be reached with so many nodes.
     """
-    generator = np.random.default_rng([seed, 3])
-    profiles = [_Profile.of(axis, table_of, base, scale, generator) for axis in range(5)]
-    probes = probes_of(generator, _SKY_LINES)
-    share, last = _FIRST_SHARE, None
-    for _ in range(_PASSES):
-        grid = PathGrid(*(profile.nodes(share * tolerance, share) for profile in profiles))
-        if np.prod(grid.shape) > most:
+    drawn: dict[tuple[int, int], Probes] = {}
+
+    def probes(number: int, sky: int) -> Probes:
+        if (number, sky) not in drawn:
+            drawn[number, sky] = probes_of(np.random.default_rng([seed, 3, number]), sky)
+        return drawn[number, sky]
+
+    return {
+        name: _placed(name, table_of, probes, base, *scales[name], np.random.default_rng([seed, 4, number]), most)
+        for number, name in enumerate(QUANTITIES) if name in scales
+    }  # fmt: skip
+
+
+def _placed(name: str, table_of: TableOf, probes_of: Callable[[int, int], Probes], base, scale, tolerance: float, generator, most: int) -> Placed:
+    key, count = QUANTITIES[name]
+    if name == "path_radiance_ratio" and base.source_azimuth_deg[0] == 0 and base.source_azimuth_deg[-1] == 180:
+        base = ScatteringGrid(*(getattr(base, field) for field in FIELDS[:4]), _ANGLES)
+    profiles = [Profile.of(name, axis, table_of, base, scale, generator) for axis in range(count)]
+    axes = [profile.nodes(_START * tolerance) for profile in profiles]
+    found, guilty = None, None
+    for number in range(_PASSES):
+        size = int(np.prod([nodes.size for nodes in axes]))
+        if size > most:
             break
-        found = p99, maximum, *_ = _measured(table_of(grid), grid, probes, scale, tolerance)
-        last = p99, maximum
-        if p99 <= _MARGIN * tolerance and maximum <= 2 * _WORST_MARGIN * tolerance:
-            uniform = tuple(profile.uniform(share * tolerance) for profile in profiles)
-            return RefinedGrid(grid, share, *found, uniform)
-        share *= float(np.clip(0.9 * tolerance * min(_MARGIN / p99, 2 * _WORST_MARGIN / maximum), 0.25, 0.8))
-    reached = f"; {int(np.prod(grid.shape)):,} nodes" + (f" after an error of {last[0]:.2g} (99 %), {last[1]:.2g} (worst)" if last else "")
+        grid = type(base)(*axes, *(getattr(base, field)[:1] for field in FIELDS[count:]))
+        quantities = table_of(grid, key)
+        table = Gridded(grid, getattr(quantities, key), quantities.valid)
+        # Lines that were measured before are measured again, so that what is mended stays mended; whether it holds, fresh lines say.
+        lines = [probes_of(draw, _SKY_LINES if key == "ambient" else 0) for draw in range(_DRAWS * (number + 1))]
+        errors = [_Measured.of(name, table, probes, scale, tolerance) for probes in lines]
+        found = _Measured.together(errors[-_DRAWS:])
+        if found.holds:
+            return Placed(table, *found.summary, tuple(profile.uniform(nodes) for profile, nodes in zip(profiles, axes)))
+        axes, guilty = _halved(name, table, lines, errors, [profile.logarithmic for profile in profiles])
+    error = f" after an error of {found.summary[0]:.2g} (99 %), {found.summary[1]:.2g} (worst)" if found else ""
+    axis = FIELDS[int(np.argmax([nodes.size for nodes in axes])) if guilty is None else guilty].rsplit("_", 1)[0]
     raise CheckFailed(
-        f"atmosphere_grid.tolerance {tolerance:g} cannot be held with {most:,} nodes{reached}; raise it, shorten the axes, "
-        "or allow more with atmosphere_grid.most_nodes"
+        f"atmosphere_grid.tolerance {tolerance:g} cannot be held for {name} with {most:,} nodes: it takes more than "
+        f"{' x '.join(str(nodes.size) for nodes in axes)} = {size:,}{error}, most for the {axis.replace('_', ' ')}; raise it, shorten that "
+        "axis, or allow more with atmosphere_grid.most_nodes"
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Profile:
-    """Quantities along one axis, (K, n) each, at n places."""
+class _Measured:
+    """Errors of a quantity in tolerances at n points: 0 behind the ground; where the source rises in the cell; how many are above ground."""
 
-    axis: int
-    places: np.ndarray
-    values: dict[str, np.ndarray]
-    transmittance: np.ndarray
-    valid: np.ndarray
-    distance: np.ndarray
-    scale: Scale
+    error: np.ndarray
+    rising: np.ndarray
+    counts: int
+    tolerance: float
 
     @classmethod
-    def of(cls, axis, table_of, base, scale, generator) -> _Profile:
-        nodes = [getattr(base, name) for name in FIELDS]
-        places = _candidates(axis, nodes[axis])
-        others = [_strata(nodes[i], count, generator) if i != axis else places for i, count in enumerate(_OTHERS[axis])]
-        grid = PathGrid(*others)
-        table = table_of(grid)
+    def of(cls, name, table, probes, scale, tolerance) -> _Measured:
+        error = np.abs(probes.error(name, table, scale)) / tolerance
+        above = probes.above_ground(name, error)
+        lit = probes.lit(table) if name == "direct_radiance" else np.zeros(error.shape)
+        rising = above & (lit > 0) & (lit < 1)
+        return cls(np.where(above, error, 0.0), rising, int(np.count_nonzero(above)), tolerance)
 
-        def along(values):
-            whole = np.broadcast_to(values.reshape(values.shape + (1,) * (5 - values.ndim)), grid.shape)
-            return np.moveaxis(whole, axis, -1).reshape(-1, grid.shape[axis])
+    @classmethod
+    def together(cls, parts: list[_Measured]) -> _Measured:
+        error, rising = (np.concatenate([np.ravel(getattr(part, name)) for part in parts]) for name in ("error", "rising"))
+        return cls(error, rising, sum(part.counts for part in parts), parts[0].tolerance)
 
-        values = {name: along(getattr(table, key)) for name, key in QUANTITIES.items()}
-        return cls(axis, places, values, along(table.transmittance), along(table.valid), along(grid.range_km), scale)
+    @property
+    def too_many(self) -> bool:
+        """More are worse than the tolerance than may be."""
+        return np.count_nonzero(self.error > _MARGIN) > _OVER * self.counts
 
-    def nodes(self, allowed: float, share: float) -> np.ndarray:
-        """The fewest places that hold an error, and at which no more reads than a share meet a step."""
-        if self.places.size == 1:
-            return self.places
-        steps = _HORIZON_SHARE * share if self.axis == 3 else 1.0
+    @property
+    def holds(self) -> bool:
+        return not self.too_many and np.max(self.error, where=~self.rising, initial=0.0) <= _WORST
 
-        def error(start, end):
-            found, risen = self._cell_error(start, end)
-            bad = np.any(risen & (np.abs(found) > allowed), axis=1)
-            inside = np.where(risen, np.nan, found)
-            return np.append(inside, np.inf) if np.mean(bad) > steps else inside
-
-        return self.places[fewest_nodes(self.places, error, allowed)]
-
-    def uniform(self, allowed: float) -> int:
-        """How many equally spaced nodes hold it."""
-        if self.places.size == 1:
-            return 1
-        logarithmic = self.axis == 0 and self.places[0] > 0
-        forth, back = (np.log, np.exp) if logarithmic else (np.array, np.array)
-        return uniform_nodes(forth(self.places), lambda nodes: self._error(self._from_nodes(back(nodes))), allowed, _MOST_UNIFORM)
-
-    def _cell_error(self, start: int, end: int) -> tuple[np.ndarray, np.ndarray]:
-        """Errors (K, m) inside a cell, and in which rows the source rises there."""
-        inside = slice(start + 1, end)
-        share = (self.places[inside] - self.places[start]) / (self.places[end] - self.places[start])
-        read = {name: v[:, start, None] * (1 - share) + v[:, end, None] * share for name, v in self.values.items()}
-        lit = self.values["direct_radiance"][:, start : end + 1] > 0
-        risen = np.any(lit, axis=1) & ~np.all(lit, axis=1)
-        return self._error(read, inside), np.broadcast_to(risen[:, None], (lit.shape[0], end - start - 1))
-
-    def _error(self, read: dict, inside: slice = slice(None)) -> np.ndarray:
-        """Errors (K, m) of the worst quantity at some places, not a number behind the ground."""
-        tau, distance, valid = (array[:, inside] for array in (self.transmittance, self.distance, self.valid))
-        found = [self.scale.error(name, read[name], v[:, inside], tau, distance) for name, v in self.values.items()]
-        return np.where(valid, np.abs(found).max(axis=0), np.nan)
-
-    def _from_nodes(self, nodes: np.ndarray) -> dict:
-        """Quantities at all places, interpolated from nodes between the places, where these are linear."""
-        at = np.clip(np.searchsorted(self.places, nodes, side="right") - 1, 0, self.places.size - 2)
-        share = np.clip((nodes - self.places[at]) / (self.places[at + 1] - self.places[at]), 0.0, 1.0)
-        back = np.clip(np.searchsorted(nodes, self.places, side="right") - 1, 0, nodes.size - 2)
-        weight = np.clip((self.places - nodes[back]) / (nodes[back + 1] - nodes[back]), 0.0, 1.0)
-        found = {}
-        for name, v in self.values.items():
-            held = v[:, at] * (1 - share) + v[:, at + 1] * share
-            found[name] = held[:, back] * (1 - weight) + held[:, back + 1] * weight
-        return found
+    @property
+    def summary(self) -> tuple[float, float, float, float]:
+        """99th percentile, largest off the horizon, share of reads worse on the horizon and largest there; in the tolerance's unit."""
+        ranked, rank = np.sort(self.error, axis=None), int(0.01 * self.counts)
+        p99 = ranked[max(ranked.size - 1 - rank, 0)] if ranked.size else 0.0
+        largest = [np.max(self.error, where=where, initial=0.0) for where in (~self.rising, self.rising)]
+        share = np.count_nonzero(self.rising & (self.error > 1)) / max(self.counts, 1)
+        return float(p99 * self.tolerance), float(largest[0] * self.tolerance), share, float(largest[1] * self.tolerance)
 
 
-def _candidates(axis: int, nodes: np.ndarray) -> np.ndarray:
-    """The places of an axis that may become nodes."""
-    if axis != 3:
-        return subdivided(nodes, PARTS[axis], logarithmic=axis == 0)
-    low = np.union1d(nodes[nodes <= 0], np.clip([_TWILIGHT, 0.0], nodes[0], nodes[-1]))
-    night, dusk, day = low[low <= _TWILIGHT], low[low >= _TWILIGHT], np.union1d(nodes[nodes > 0], low[-1:])
-    pieces = ((night, PARTS[3]), (dusk, _TWILIGHT_PARTS), (day, PARTS[3]))
-    return np.unique(np.concatenate([subdivided(piece, parts) for piece, parts in pieces if piece.size]))
+def _halved(
+    name: str, table: Gridded, lines: list[Probes], errors: list[_Measured], logarithmic: list[bool]
+) -> tuple[list[np.ndarray], int | None]:  # fmt: skip
+    """Axes with the cells halved that are to blame for the worst reads, and the axis most to blame."""
+    many, parts = _Measured.together(errors).too_many, []
+    for probes, found in zip(lines, errors):
+        bad = (found.error > _MARGIN) & (many | ~found.rising)
+        located = table.located(probes.at(name))
+        parts.append(({axis: np.broadcast_to(value, bad.shape)[bad] for axis, value in located.items()}, found.error[bad], found.rising[bad]))
+    places = {axis: np.concatenate([part[0][axis] for part in parts]) for axis in table.axes}
+    error, rising = (np.concatenate([part[number] for part in parts]) for number in (1, 2))
+    blame = np.stack([_bend(table, places, axis) for axis in range(len(table.nodes))])
+    if np.any(rising):
+        at = {axis: value[rising] for axis, value in places.items()}
+        blame[:, rising] = np.stack([_dusk(table, at, axis) for axis in range(len(table.nodes))])
+    worst, score = np.argmax(blame, axis=0), {}
+    for axis, (label, nodes) in enumerate(zip(table.axes, table.nodes)):
+        if nodes.size == 1:
+            continue
+        mine = worst == axis
+        cells = np.clip(np.searchsorted(nodes, places[label][mine], side="right") - 1, 0, nodes.size - 2)
+        for cell, amount in enumerate(np.bincount(cells, error[mine] ** 2, nodes.size - 1)):
+            if amount > 0:
+                score[axis, cell] = amount * nodes.size  # a node more costs one in so many
+    axes, size = [list(nodes) for nodes in table.nodes], [nodes.size for nodes in table.nodes]
+    for axis, cell in sorted(score, key=lambda key: -score[key]):
+        low, high = table.nodes[axis][cell], table.nodes[axis][cell + 1]
+        axes[axis].append(np.sqrt(low * high) if logarithmic[axis] else (low + high) / 2)
+        if np.prod([len(nodes) / n for nodes, n in zip(axes, size)]) > (_GROWTH if np.prod(size) > _SMALL else _FAST_GROWTH):
+            break
+    guilty = int(np.argmax(np.bincount(worst, error**2, len(axes)))) if worst.size else None
+    return [np.unique(nodes) for nodes in axes], guilty
 
 
-def _strata(nodes, count: int, generator) -> np.ndarray:
-    """Random places on an axis, one in each of `count` equal parts of its cells."""
-    if nodes.size == 1:
-        return nodes
-    place = (np.arange(count) + generator.random(count)) / count * (nodes.size - 1)
-    return np.interp(place, np.arange(nodes.size), nodes)
+def _bend(table: Gridded, places: dict, axis: int) -> np.ndarray:
+    """Error (n,) that the bend of the table around places leaves along one axis."""
+    label, nodes = table.axes[axis], table.nodes[axis]
+    x = places[label]
+    if nodes.size < 3:
+        return np.zeros(x.size)
+    cell = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, nodes.size - 2)
+    around = np.clip(cell + np.arange(-1, 3)[:, None], 0, nodes.size - 1)
+    values = np.stack([table.read_at(table.values, places | {label: nodes[at]}) for at in around])
+    step = np.diff(nodes[around], axis=0)
+    slope = np.diff(values, axis=0) / np.where(step > 0, step, np.inf)
+    width = np.where((step[:-1] > 0) & (step[1:] > 0), (step[:-1] + step[1:]) / 2, np.inf)
+    bend = np.abs(np.diff(slope, axis=0) / width).max(axis=0)
+    return 0.5 * (x - nodes[cell]) * (nodes[cell + 1] - x) * bend
 
 
-def errors_at(table, grid: PathGrid, places, truth, scale: Scale | None) -> dict[str, np.ndarray]:
-    """Errors of each quantity's interpolation at points above the ground, in the scale's unit; without a scale in its own.
-
-    Parameters
-    ----------
-    table, truth : AtmosphericQuantities
-        On the grid; at the points.
-    places : five (n,) arrays
-        In the order of the grid's axes.
-    """
-    rules = [AxisRule(name, getattr(grid, axis)) for name, axis in zip(AXES, FIELDS)]
-    found = {}
-    for name, key in QUANTITIES.items():
-        values = getattr(table, key)
-        read = interpolate(values, rules[: values.ndim], dict(zip(AXES[: values.ndim], places)))
-        exact = getattr(truth, key)
-        error = read - exact if scale is None else scale.error(name, read, exact, truth.transmittance, places[0])
-        found[name] = error[truth.valid]
-    return found
-
-
-def _measured(table, grid, probes: Probes, scale, tolerance: float) -> tuple[float, float, float, float]:
-    """99th percentile of the errors on lines of sight; the largest without direct light on the horizon; the share of reads where that is
-    worse than the tolerance, and its largest error."""
-    errors = {name: np.abs(error) for name, error in probes.errors(table, grid, scale).items()}
-    sky, direct, lit = errors.pop("ambient_radiance"), errors.pop("direct_radiance"), probes.lit(table, grid)
-    if not direct.size:
-        return 0.0, 0.0, 0.0, 0.0
-    others = np.maximum(np.repeat(errors["beta_star"], direct.size // errors["beta_star"].size), errors["path_radiance_ratio"])
-    edge = np.where((lit > 0) & (lit < 1), direct, 0.0)
-    p99 = max(np.percentile(values, 99) if values.size else 0.0 for values in (np.maximum(others, direct), sky))
-    largest = max(float(values.max(initial=0.0)) for values in (others, np.where(edge > 0, 0.0, direct), sky))
-    return float(p99), largest, float(np.mean(edge > tolerance)), float(edge.max())
+def _dusk(table: Gridded, places: dict, axis: int) -> np.ndarray:
+    """How much of the horizon (n,) lies across one axis: the change of the lit share over the cell."""
+    label, nodes = table.axes[axis], table.nodes[axis]
+    cell = np.clip(np.searchsorted(nodes, places[label], side="right") - 1, 0, max(nodes.size - 2, 0))
+    lit = (table.values > 0).astype(float)
+    ends = [table.read_at(lit, places | {label: nodes[np.minimum(cell + step, nodes.size - 1)]}) for step in (0, 1)]
+    return np.abs(ends[1] - ends[0])

@@ -71,7 +71,7 @@ def _differences(kept_file: Path, whole_file: Path, generator) -> dict[str, tupl
     for name, variable in kept.root.variables.items():
         if variable.kind != "f":
             continue
-        where = {axis: places[axis] for axis in variable.dims}
+        where = {axis.removeprefix(f"{name}_"): places[axis] for axis in variable.dims}
         one, other = (np.asarray(table.value(name, **where)) for table in (kept, whole))
         kelvin = variable.units == "K"
         scale = 1.0 if kelvin else np.maximum(np.abs(other), np.median(np.abs(other)))

@@ -7,6 +7,7 @@ them, interpolation included, on both sides; what it has not written is computed
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -14,10 +15,10 @@ from skyshine.mat.accuracy.readings import Sight, Tables, frame_centres
 from skyshine.mat.accuracy.runtime import Finish, Readings, incidence, reflection, runtime_radiance, spectral_thermal
 from skyshine.mat.accuracy.viewing import Views, fold
 from skyshine.mat.atmosphere.compile import BandPoints
+from skyshine.mat.build_record import cost_of
 from skyshine.mat.emission import emission_weights
 from skyshine.mat.jobs.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
 from skyshine.mat.quantities import PathGrid, SpectralLines
-from skyshine.mat.tables.frame import part_of
 from skyshine.schemas.hdf5 import Group
 
 FIELDS_OF_VIEW = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0)  # degree
@@ -34,7 +35,7 @@ class Cost:
     bytes : int or None
         Of its arrays or file, packed; None where the job has not written it.
     seconds : float or None
-        Of its build; None where it was not built, was kept from an earlier build, or is part of another table's.
+        Of its build; None where it was not built, where its record is lost, or where it is part of another table's.
     per_frame, per_pixel : float
         Not a number where the number of classes is not known.
         Table values that a runtime reads beyond the 72 a frame of the classic tables (fewer where an axis has one node).
@@ -134,7 +135,7 @@ def _weighted_transmittance(tables, seen) -> Option:
     own = read.transmittance, tables.emitted_transmittance(seen.views, seen.kelvin)
     axes, path = tables.thermal.root.axes, tables.thermal.path
     groups, nodes = (axes[name].values.size for name in ("material_class", "planck_temperature"))
-    cost = Cost(path.stat().st_size, tables.seconds(path.name), groups * nodes * _corners(tables.thermal.root, "beta_star_thermal") // 2, 4)
+    cost = Cost(path.stat().st_size, _seconds(path), groups * nodes * _corners(tables.thermal.root, "beta_star_thermal") // 2, 4)
     return Option(*(_shown(tables, seen, read, tau) - seen.truth for tau in own), True, cost, exact)
 
 
@@ -159,7 +160,7 @@ def _by_angle(tables, seen, normalisation) -> dict[str, Option]:
     )
     if "normalisation_fine" not in tables.band.root.variables:
         return {"normalisation_in_steps": coarse, NORMALISATION_BY_ANGLE: Option(normalisation, 0 * normalisation, False, Cost(None, None, 0, 2))}
-    cost = Cost(tables.band.stored_bytes("normalisation_fine"), tables.seconds(tables.band.path.name, NORMALISATION_BY_ANGLE), 0, 2)
+    cost = Cost(tables.band.stored_bytes("normalisation_fine"), _seconds(tables.band.path, NORMALISATION_BY_ANGLE), 0, 2)
     fine = Option(normalisation, left(tables.normalisation_to_grazing(cosine)), True, cost)
     return {"normalisation_in_steps": coarse, NORMALISATION_BY_ANGLE: fine}
 
@@ -220,11 +221,18 @@ def options_of_frames(tables: Tables, views: Views, grid: PathGrid, errors: dict
 
 def _cost(table, where) -> Cost:
     """Of one frame's part of a table: bytes of its values as float32, values read to make it, and for each pixel."""
-    rules = {name: table.rules(name, "clamp") for name in _STARRED}
-    part = part_of(table.root, rules, where)
+    part = table.part(out_of_range="clamp", **where).root
     sizes = {name: part.variables[name].data.size for name in _STARRED}
     read = sum(size * _corners(table.root, name) // _corners(part, name) for name, size in sizes.items())
     return Cost(4 * sum(sizes.values()), None, read, sum(_corners(part, name) for name in _STARRED))
+
+
+def _seconds(path: Path, stage: str | None = None) -> float | None:
+    """What the build of a file took, or one stage of it."""
+    cost = cost_of(path)
+    if cost is None:
+        return None
+    return cost["seconds"] if stage is None else cost["stages"].get(stage)
 
 
 def _corners(root: Group, name: str) -> int:

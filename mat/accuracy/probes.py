@@ -10,13 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.accuracy.atmospheric import QUANTITIES, Scale
+from skyshine.mat.accuracy.atmospheric import Scale
 from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
-from skyshine.mat.tables.axes import AxisRule
-from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
 
-AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
-FIELDS = tuple(PathGrid.__dataclass_fields__)
 LINES = 500
 _SOURCES = 2  # of each line
 AMBIENT = 96  # lines on which sky light is computed too, which takes as long as all the rest: its errors have no such tail
@@ -56,30 +53,59 @@ class Probes:
         places = (ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None])
         return cls(dict(zip(AXES, places)), ambient_at, truth)
 
-    def errors(self, table: AtmosphericQuantities, grid: PathGrid, scale: Scale | None) -> dict[str, np.ndarray]:
+    def errors(self, tables: dict[str, Gridded], scale: Scale | None) -> dict[str, np.ndarray]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in its own."""
-        return {name: self._error(name, key, table, grid, scale) for name, key in QUANTITIES.items()}
+        found = {name: self.error(name, table, scale) for name, table in tables.items()}
+        return {name: error[self.above_ground(name, error)] for name, error in found.items()}
 
-    def lit(self, table: AtmosphericQuantities, grid: PathGrid) -> np.ndarray:
-        """Share (k,) of the corners around each point above the ground that direct light reaches, each with its weight."""
-        read = interpolate((table.direct > 0).astype(float), _rules(grid, 4), {axis: self.places[axis] for axis in AXES[:4]})
-        return read[np.broadcast_to(self.truth.valid[:, :, None], read.shape)]
-
-    def _error(self, name, key, table, grid, scale):
-        truth, values = self.truth, getattr(table, key)
-        exact, places = getattr(truth, key), dict(self.places)
-        valid, through = truth.valid[:, :, None], truth.transmittance[:, :, None]
+    def error(self, name: str, table: Gridded, scale: Scale | None) -> np.ndarray:
+        """Error of a quantity's interpolation at all places of `at`, behind the ground too."""
+        truth, places = self.truth, self.at(name)
+        exact, through = getattr(truth, QUANTITIES[name][0]), truth.transmittance[:, :, None]
         if name == "beta_star":
             exact = exact[:, :, None]
         elif name == "ambient_radiance":
-            row = np.arange(exact.size)
-            places = {axis: value[row, :, :1] for axis, value in places.items()}
-            places["range"] = places["range"][row, self.ambient_at][:, None]
-            valid, through = (a[row, self.ambient_at][:, None] for a in (valid, through))
-            exact = exact[:, None, None]
-        read = interpolate(values, _rules(grid, values.ndim), {axis: places[axis] for axis in AXES[: values.ndim]})
-        error = read - exact if scale is None else scale.error(name, read, exact, through, places["range"])
-        return error[np.broadcast_to(valid, error.shape)]
+            exact, through = exact[:, None, None], through[np.arange(exact.size), self.ambient_at][:, :, None]
+        read = table.read(places)
+        return read - exact if scale is None else scale.error(name, read, exact, through, places["range"])
+
+    def at(self, name: str) -> dict[str, np.ndarray]:
+        """Places, by axis, at which a quantity is known."""
+        if name != "ambient_radiance":
+            return self.places if name != "beta_star" else {axis: self.places[axis] for axis in AXES[:3]}
+        row = np.arange(self.ambient_at.size)
+        places = {axis: value[row, :, :1] for axis, value in self.places.items()}
+        return places | {"range": places["range"][row, self.ambient_at][:, None]}
+
+    def above_ground(self, name: str, values: np.ndarray) -> np.ndarray:
+        """Which of values at a quantity's places count."""
+        valid = self.truth.valid[:, :, None]
+        if name == "ambient_radiance":
+            valid = valid[np.arange(self.ambient_at.size), self.ambient_at][:, :, None]
+        return np.broadcast_to(valid, values.shape)
+
+    def lit(self, direct: Gridded) -> np.ndarray:
+        """Share of the corners around each place of direct light that it reaches, each with its weight."""
+        return direct.read_at((direct.values > 0).astype(float), direct.located(self.places))
+
+
+def errors_at(tables: dict[str, Gridded], places, truth, scale: Scale | None) -> dict[str, np.ndarray]:
+    """Errors of each quantity's interpolation at points above the ground, in the scale's unit; without a scale in its own.
+
+    Parameters
+    ----------
+    tables : dict of str to Gridded
+    places : five (n,) arrays
+        In the order of `gridded.AXES`.
+    truth : AtmosphericQuantities
+        At the points.
+    """
+    at, found = dict(zip(AXES, places)), {}
+    for name, table in tables.items():
+        read, exact = table.read(at), getattr(truth, QUANTITIES[name][0])
+        error = read - exact if scale is None else scale.error(name, read, exact, truth.transmittance, at["range"])
+        found[name] = error[truth.valid]
+    return found
 
 
 def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -91,10 +117,6 @@ def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -
     )
     steps = max(1, base.range_km.size - 1)
     return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
-
-
-def _rules(grid: PathGrid, count: int) -> list[AxisRule]:
-    return [AxisRule(axis, getattr(grid, field)) for axis, field in zip(AXES, FIELDS)][:count]
 
 
 def _in_cell(nodes: np.ndarray, cell: np.ndarray, generator) -> np.ndarray:

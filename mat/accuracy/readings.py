@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from skyshine.mat.jobs.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.database import open_tmm
+from skyshine.tmm.reader import open_tmm
 
 # The centre of a frame looks at the ground of the same altitude; where that is further off, or not at all, it looks at something
 # this many times as far as the pixel.
@@ -50,7 +49,6 @@ class Tables:
     air: AtmosphereTable
     thermal: ThermalTable | None
     found_share: np.ndarray | None
-    build: dict
 
     @classmethod
     def open(cls, folder: Path, state: int, band: int, source: str, job: Job) -> Tables:
@@ -73,14 +71,7 @@ class Tables:
                 raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.textures]
         share = _found_shares([file for file in textures if file.is_file()], list(surface.materials))
-        return cls(surface, properties, air, rest[0] if rest else None, share, _build_record(folder))
-
-    def seconds(self, name: str, stage: str | None = None) -> float | None:
-        """What the build of a file, or one stage of it, took; None where the record does not say, as of a file that was kept."""
-        record = self.build.get(name, {})
-        if record.get("kept", True):
-            return None
-        return record["seconds"] if stage is None else record["stages"].get(stage)
+        return cls(surface, properties, air, rest[0] if rest else None, share)
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -165,14 +156,6 @@ class Tables:
             return np.array(true)
         drawn = generator.random(shape)[..., None]
         return np.argmax(np.cumsum(self.found_share, axis=1)[true] > drawn, axis=-1)
-
-
-def _build_record(folder: Path) -> dict:
-    """What ``build.json`` says of each file; nothing where it is missing or damaged."""
-    try:
-        return dict(json.loads((folder / "build.json").read_text(encoding="utf-8"))["files"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return {}
 
 
 def _found_shares(files: list[Path], names: list[str]) -> np.ndarray | None:

@@ -128,48 +128,50 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
     import numpy as np
 
     from skyshine.mat.accuracy.atmospheric import Scale
-    from skyshine.mat.accuracy.grids import errors_at, refined_grid
+    from skyshine.mat.accuracy.grids import placed_grids
     from skyshine.mat.accuracy.interpolation import random_places
     from skyshine.mat.accuracy.ladders import GRID, compiled
-    from skyshine.mat.accuracy.probes import Probes
+    from skyshine.mat.accuracy.probes import Probes, errors_at
     from skyshine.mat.atmosphere.solar import solar_irradiance
     from skyshine.mat.atmosphere.state import AtmosphericState
     from skyshine.mat.quantities import BandAtmosphere, PathGrid
     from skyshine.mat.radiometry import SpectralResponse
     from skyshine.mat.scene import absorption_table
+    from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded
 
     response, state = SpectralResponse.rectangular(*band_um), AtmosphericState.from_profile("midlatitude_summer")
     band = compiled(state, absorption_table().points(*response.wavenumber_range), response, 12).band
     air, sun = BandAtmosphere.of(state, band), solar_irradiance(band.wavenumber)
-    fields, scale, generator = tuple(PathGrid.__dataclass_fields__), Scale.kelvin(response), np.random.default_rng(1)
-    places = [random_places(getattr(GRID, name), 200, generator) for name in fields]
+    scale, generator = Scale.kelvin(response), np.random.default_rng(1)
+    places = [random_places(getattr(GRID, name), 200, generator) for name in FIELDS]
     truth = air.at_points(*places, sun)
     rungs = []
 
-    def rung(name, grid_of, default=False):
+    def rung(name, tables_of, default=False):
         begin = time.process_time()
-        grid = grid_of()
-        table = air.table(grid, sun)
+        tables = tables_of()
         spent = time.process_time() - begin
-        worst = np.max(np.abs(list(errors_at(table, grid, places, truth, scale).values())), axis=0)
-        nodes = int(np.prod(grid.shape))
+        worst = np.max(np.abs(list(errors_at(tables, places, truth, scale).values())), axis=0)
+        nodes = sum(table.values.size for table in tables.values())
         rungs.append(Rung(f"{name}, {nodes:,} nodes", spent, float(np.percentile(worst, 95)), default))
 
     def thinned(stride):
-        axes = (getattr(GRID, name) for name in fields)
-        return PathGrid(*(np.unique(np.append(axis[::stride], axis[-1])) for axis in axes))
+        axes = (getattr(GRID, name) for name in FIELDS)
+        grid = PathGrid(*(np.unique(np.append(axis[::stride], axis[-1])) for axis in axes))
+        return Gridded.all_of(air.table(grid, sun), grid)
+
+    def held(tolerance):
+        found = placed_grids(
+            lambda grid, key: air.table(grid, sun, wanted=(key,)), lambda drawn, sky: Probes.drawn(air, GRID, sun, drawn, sky), GRID,
+            dict.fromkeys(QUANTITIES, (scale, tolerance)), seed=1, most=20_000_000,
+        )  # fmt: skip
+        return {name: placed.table for name, placed in found.items()}
 
     for stride in strides:
         rung("the job's axes" if stride == 1 else f"one in {stride} of them", lambda: thinned(stride), stride == 1)
     for tolerance in tolerances:
         try:
-            rung(
-                f"tolerance {tolerance:g} K",
-                lambda: refined_grid(
-                    lambda grid: air.table(grid, sun), lambda drawn, sky: Probes.drawn(air, GRID, sun, drawn, sky), GRID, scale, tolerance,
-                    seed=1, most=20_000_000,
-                ).grid,
-            )  # fmt: skip
+            rung(f"tolerance {tolerance:g} K", lambda: held(tolerance))
         except CheckFailed:  # a ladder ends where a rung cannot be had
             break
     why = "axes written out are read and understood at a glance; a tolerance takes more seconds once and holds what it says"

@@ -1,7 +1,8 @@
-"""Compile a sensor band: the few spectral points that stand for all of them, for one state and the paths of its job.
+"""Compile a sensor band: the few spectral points that stand for all of them, for the air of a state and the paths of its job.
 
 The points of the band are reduced by the method that chose them within an interval (`selection.select_points`), with the in-band
-quantities of a sample of the job's own paths as targets. What that costs is measured on other paths of the same job.
+quantities of a sample of the job's own paths as targets. What that costs is measured on other paths of the same job, over the ground
+and in the light of the state itself; states that differ in these alone share the points.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.air import SpectralAir
-from skyshine.mat.atmosphere.band_targets import Sample, targets
+from skyshine.mat.atmosphere.band_sample import Sample
+from skyshine.mat.atmosphere.band_targets import Responses, fitted_and_tested, responses
 from skyshine.mat.atmosphere.optics import spectral_optics
 from skyshine.mat.atmosphere.selection import select_points
 from skyshine.schemas.errors import InputError
@@ -126,6 +128,46 @@ def band_points(points, response):
     return BandPoints(points, weight[inside], tuple(points.absorbing))
 
 
+@dataclass(frozen=True, eq=False)
+class FittedBand:
+    """A band reduced to few points for some air, whatever the temperature of its ground and the distance of its sources.
+
+    Attributes
+    ----------
+    band, index, total_points, dropped, ladder
+        As `CompiledBand`.
+    exact, found : band_targets.Responses
+        On the paths that the points were not fitted to: of all points, of the few.
+    """
+
+    band: BandPoints
+    index: np.ndarray
+    total_points: int
+    dropped: dict[str, float]
+    ladder: np.ndarray
+    exact: Responses
+    found: Responses
+
+    def measured(self, surface_temperature, source_irradiance):
+        """The compiled band with its errors in one state.
+
+        Parameters
+        ----------
+        surface_temperature : float
+            K, of the ground.
+        source_irradiance : (P,) or (B, P) array
+            As `compile_band`.
+
+        Returns
+        -------
+        CompiledBand
+        """
+        irradiance, brightness = _light(source_irradiance)
+        exact = self.exact.mean(surface_temperature, irradiance, brightness)
+        found = self.found.mean(surface_temperature, irradiance[:, self.index], brightness)
+        return CompiledBand(self.band, self.index, self.total_points, _errors(exact, found), self.dropped, self.ladder)
+
+
 def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_points=64, seed=0):
     """Reduce a band to the points that hold a tolerance on the paths of a job.
 
@@ -137,7 +179,8 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     grid : quantities.PathGrid
         The job's own axes.
     source_irradiance : (P,) or (B, P) array
-        At all points, W m^-2 (cm^-1)^-1, of one source or of each of several that are to share the compiled band.
+        At all points, W m^-2 (cm^-1)^-1, of one source or of each of several that are to share the compiled band; the same at all
+        points of an interval.
     tolerance : float
         Relative rms error.
     max_points : int
@@ -148,15 +191,34 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     -------
     CompiledBand
     """
-    irradiance = np.atleast_2d(np.asarray(source_irradiance, dtype=float))
-    # Direct light of each source counts against its own brightness: moonlight like sunlight.
-    brightness = np.maximum(irradiance.mean(axis=1), np.finfo(float).tiny)
+    settings = {"tolerance": tolerance, "max_points": max_points, "seed": seed}
+    return fit_band(over_air(state), band, grid, source_irradiance, **settings).measured(state.surface_temperature, source_irradiance)
+
+
+def over_air(state):
+    """The state with a ground as warm as the air on it, to which the points of a band are fitted."""
+    return replace(state, surface_temperature=float(state.temperature[0]))
+
+
+def fit_band(state, band, grid, source_irradiance, *, tolerance, max_points, seed):
+    """The points of a compiled band, with what its errors follow from in states that differ in ground temperature and sources.
+
+    Parameters
+    ----------
+    state, band, grid, source_irradiance, tolerance, max_points, seed
+        As `compile_band`.
+
+    Returns
+    -------
+    FittedBand
+    """
+    irradiance, brightness = _light(source_irradiance)
     air = SpectralAir.of(state, band.points, band.gases, band.weight)
     rng = np.random.default_rng(seed)
     training, test = (Sample.of(air.shells, grid, rays, rng) for rays in (_TRAINING_RAYS, _TEST_RAYS))
     kept, dropped = _drop_gases(air, band, training, tolerance * _GAS_SHARE)
     candidates = _candidates(air, training)
-    fitted, exact = targets(air, band.weight, (training, test), irradiance, brightness, (candidates, candidates[:0]))
+    fitted, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
     # Each quantity counts the same, however many rows it has.
     scale = {kind: 1 / (_size(kind, values) * np.sqrt(values.size)) for kind, values in fitted.mean.items()}
     chosen, weight, ladder = select_points(
@@ -172,10 +234,15 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     )
     order = np.argsort(candidates[chosen])
     index, weight = candidates[chosen][order], weight[order]
-    compiled = BandPoints(band.points.subset(index), weight, kept)
-    few = replace(air, optics=spectral_optics(state, compiled.points, kept))
-    found = targets(few, weight, (test,), irradiance[:, index], brightness, (index[:0],))[0]
-    return CompiledBand(compiled, index, band.weight.size, _errors(exact.mean, found.mean), dropped, ladder)
+    few = BandPoints(band.points.subset(index), weight, kept)
+    found = responses(replace(air, optics=spectral_optics(state, few.points, kept)), weight / weight.sum(), test, len(irradiance))
+    return FittedBand(few, index, band.weight.size, dropped, ladder, exact, found)
+
+
+def _light(source_irradiance):
+    """Irradiance (B, P) of the sources, and how bright each is: direct light counts against that, moonlight like sunlight."""
+    irradiance = np.atleast_2d(np.asarray(source_irradiance, dtype=float))
+    return irradiance, np.maximum(irradiance.mean(axis=1), np.finfo(float).tiny)
 
 
 def negligible_gases(state, band, grid, *, tolerance=1e-3, seed=0):

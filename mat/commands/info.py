@@ -2,18 +2,21 @@
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option
+from skyshine.schemas.commands import echo_table, emit_json, json_option, quantity
 
 
 @click.command(epilog="Example: mat info built/s01b02.atmq.h5")
 @click.argument("file", type=click.Path())
 @json_option
 def command(file: str, as_json: bool) -> None:
-    """Show what FILE holds: versions, axes, quantities and their stated errors."""
+    """Show what FILE holds: versions, axes, quantities, their stated errors, and what the build beside it says they cost."""
+    from pathlib import Path
+
+    from skyshine.mat.build_record import cost_of
     from skyshine.schemas.hdf5 import read_file
 
     root, attributes = read_file(file)
-    content = _content(root, attributes)
+    content = _content(root, attributes) | {"cost": _cost(cost_of(Path(file)))}
     if as_json:
         emit_json(content)
     else:
@@ -54,6 +57,12 @@ def _accuracy(root) -> dict:
     return result
 
 
+def _cost(entry: dict | None) -> dict:
+    """Seconds by stage; those of a file's task, which may have written others too."""
+    stages = {} if entry is None else entry["stages"]
+    return {str(stage): quantity(spent, "s") for stage, spent in stages.items() if isinstance(spent, int | float)}
+
+
 def _finite(value):
     import math
 
@@ -74,6 +83,9 @@ def _print(file: str, content: dict) -> None:
     if content["groups"]:
         click.echo(f"  groups: {', '.join(content['groups'])}")
     _print_accuracy(content["accuracy"])
+    if content["cost"]:
+        stages = ", ".join(f"{stage} {spent['value']:.3g} s" for stage, spent in content["cost"].items())
+        click.echo(f"  cost, with the files of the same task: {stages}")
 
 
 def _print_accuracy(accuracy: dict) -> None:

@@ -59,6 +59,8 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
 
 def _job_file(given: str) -> Path:
     path = Path(given)
+    if path.suffix == ".h5":
+        raise InputError("is a database; name the job that it was built with, or the folder that holds its job.yaml", file=path)
     if not path.is_dir():
         return path
     for folder in (path, path.parent):

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, progress
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.commands import echo_table, emit_json, progress, write_measured
 
 
 def run(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json: bool) -> None:
@@ -25,7 +24,7 @@ def run(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json:
             advance(1)
     result = bench.describe(ladders, seconds)
     if out:
-        _write(Path(out), result, lambda picture: bench.plot(ladders, picture))
+        write_measured(Path(out) / "bench.json", result, lambda picture: bench.plot(ladders, picture))
     if as_json:
         emit_json(result)
         return
@@ -38,14 +37,3 @@ def run(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json:
         ]
         echo_table(("setting", "seconds", "error", "best of its time", ""), rows)
     click.echo(", ".join(f"{name} {spent:.0f} s" for name, spent in seconds.items()))
-
-
-def _write(folder: Path, result: dict, draw) -> None:
-    import json
-
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "bench.json").write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-        draw(folder / "bench.png")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; name another folder", file=folder) from None

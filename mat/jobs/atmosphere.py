@@ -193,6 +193,15 @@ class Band(StrictModel):
 OBSERVER_HEIGHTS_KM = (0.002, 0.05, 0.2, 0.5, 1, 2, 3, 5, 8, 12, 20, 40)
 
 
+class Tolerances(StrictModel):
+    """By quantity of the atmospheric tables."""
+
+    beta_star: Tolerance | None = None
+    path_radiance_ratio: Tolerance | None = None
+    ambient_radiance: Tolerance | None = None
+    direct_radiance: Tolerance | None = None
+
+
 class AtmosphereGrid(StrictModel):
     """Nodes of the atmospheric tables."""
 
@@ -205,11 +214,20 @@ class AtmosphereGrid(StrictModel):
     elevation_deg: axis(-90, 90) = [
         -90, -60, -40, -30, -20, -15, -10, -7, -5, -3, -2, -1, 0, 1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 90,
     ]  # fmt: skip
-    tolerance: Tolerance | None = Field(
+    tolerance: Tolerance | Tolerances | None = Field(
         None,
-        description="Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, in kelvin or "
-        "radiance of a scene at 300 K (in kelvin a surface reflects 0.3 of sky and source, in radiance all); direct light at sunrise apart.",
+        description="Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, the worst within "
+        "twice, in kelvin or radiance of a scene at 300 K (in kelvin a surface reflects 0.3 of sky and source, in radiance all); direct light "
+        "at sunrise apart. One for all quantities, or one by quantity: those not named keep the axes as written.",
     )
     most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
+
+    @property
+    def tolerances(self) -> dict[str, str]:
+        """Those that are named, by quantity."""
+        if isinstance(self.tolerance, Tolerances):
+            return {name: value for name, value in self.tolerance if value is not None}
+        return {} if self.tolerance is None else dict.fromkeys(Tolerances.model_fields, self.tolerance)
+
     source_elevation_deg: axis(-90, 90) = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
     source_azimuth_deg: axis(0, 180) = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]

@@ -21,7 +21,13 @@ LONGEST_GAP_H = 3.0  # that linear interpolation between hourly values may bridg
 # What a table by hour may give instead of one value for the day.
 HOURLY_QUANTITIES = ("relative_humidity_percent", "wind_speed_m_s", "cloud_fraction")
 
+# Measured light on the ground; direct and diffuse go together.
+SUNLIGHT = ("direct_normal_w_m2", "diffuse_w_m2")
+RADIATION = (*SUNLIGHT, "longwave_down_w_m2")
+
 Percent = Annotated[float, Field(ge=0, le=100)]
+Irradiance = Annotated[float, Field(ge=0, le=1500)]
+Longwave = Annotated[float, Field(ge=20, le=800)]
 Speed = Annotated[float, Field(ge=0, le=60)]
 Pressure = Annotated[float, Field(ge=200, le=1100)]
 
@@ -35,13 +41,22 @@ class HourlyWeather(StrictModel):
     wind_speed_m_s: list[Speed] | None = None
     cloud_fraction: list[Fraction] | None = None
     pressure_hpa: list[Pressure] | None = Field(None, description="By default that of the state's profile.")
+    direct_normal_w_m2: list[Irradiance] | None = Field(
+        None, description="Direct sunlight normal to it, means over the time since the entry before; for radiation: measured."
+    )
+    diffuse_w_m2: list[Irradiance] | None = Field(None, description="Sky sunlight on a level surface, likewise.")
+    longwave_down_w_m2: list[Longwave] | None = Field(
+        None, description="Thermal radiation of the sky on a level surface, likewise; by default that of the state."
+    )
     altitude_km: float | None = Field(
         None, ge=-0.5, le=9, description="Where the air was measured; by default the altitude of the site."
     )
 
     @pydantic.model_validator(mode="after")
     def _complete(self):
-        for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa"):
+        if (self.direct_normal_w_m2 is None) != (self.diffuse_w_m2 is None):
+            raise ValueError(f"found one of {' and '.join(SUNLIGHT)}; allowed: both or neither; give the other too")
+        for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION):
             values = getattr(self, name)
             if values is not None and len(values) != len(self.time):
                 raise ValueError(
@@ -78,6 +93,23 @@ class Weather(StrictModel):
     wind_speed_m_s: Speed = 2.0
     cloud_fraction: Fraction = 0.0
     ground_albedo: Fraction = 0.2
+    radiation: Literal["computed", "measured"] = Field(
+        "computed",
+        description="Sunlight and sky longwave on the ground: computed from the state, or measured, as the file or the table by hour "
+        "has them (EPW and TMY3 do; in CSV direct_normal, diffuse, lw_down). Measured light is of the weather, not of the state's air.",
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _measured_or_not(self):
+        has = self.hourly is not None and [name for name in RADIATION if getattr(self.hourly, name) is not None]
+        if has and self.radiation == "computed":
+            raise ValueError(f"found {has[0]} by hour and radiation: computed; allowed: radiation: measured; give it, or remove {has[0]}")
+        if self.radiation == "measured" and self.file is None and (not has or SUNLIGHT[0] not in has):
+            raise ValueError(
+                f"found radiation: measured without {' and '.join(SUNLIGHT)}; allowed: with a file or a table by hour that has them; "
+                "give one, or remove radiation"
+            )
+        return self
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self):

@@ -15,7 +15,13 @@ from skyshine.mat.jobs.surface import LONGEST_GAP_H, HourlyWeather
 from skyshine.mat.surface.readings import AIR_COLUMNS, Column, read_readings
 from skyshine.schemas.errors import InputError
 
-COLUMNS = AIR_COLUMNS | {"cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0)}
+_WATTS = {"W/m2": (1.0, 0.0)}
+COLUMNS = AIR_COLUMNS | {
+    "cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0),
+    "direct_normal": Column(_WATTS, 0.0, 1500.0),
+    "diffuse": Column(_WATTS, 0.0, 1500.0),
+    "lw_down": Column(_WATTS, 20.0, 800.0),
+}
 
 
 @dataclass(frozen=True)
@@ -29,13 +35,14 @@ class _TypicalYear:
         Lines before the first reading.
     label : numpy.timedelta64
         From the beginning of an hour to the label that pvlib gives it.
-    columns : dict of str to (str, float)
+    columns, radiation : dict of str to (str, float)
     """
 
     name: str
     header: int
     label: np.timedelta64
     columns: Mapping[str, tuple[str, float]]
+    radiation: Mapping[str, tuple[str, float]]
 
 
 _COMMON = {
@@ -43,14 +50,17 @@ _COMMON = {
     "relative_humidity_percent": ("relative_humidity", 1.0),
     "wind_speed_m_s": ("wind_speed", 1.0),
 }
+_SUNLIGHT = {"direct_normal_w_m2": ("dni", 1.0), "diffuse_w_m2": ("dhi", 1.0)}
 # EnergyPlus, Auxiliary Programs: EPW data dictionary; Wilcox and Marion (2008), NREL/TP-581-43156: TMY3.
 _EPW = _TypicalYear(
     "EPW", 8, np.timedelta64(0, "h"),
     _COMMON | {"cloud_fraction": ("total_sky_cover", 0.1), "pressure_hpa": ("atmospheric_pressure", 0.01)},
+    _SUNLIGHT | {"longwave_down_w_m2": ("ghi_infrared", 1.0)},
 )  # fmt: skip
 _TMY3 = _TypicalYear(
     "TMY3", 2, np.timedelta64(1, "h"),
     _COMMON | {"cloud_fraction": ("TotCld (tenths)", 0.1), "pressure_hpa": ("pressure", 1.0)},
+    _SUNLIGHT,
 )  # fmt: skip
 # What a reading may be: a missing one stands as 99 or more of its digits.
 _LIMITS = {
@@ -59,21 +69,27 @@ _LIMITS = {
     "wind_speed_m_s": (0.0, 60.0),
     "cloud_fraction": (0.0, 1.0),
     "pressure_hpa": (200.0, 1100.0),
+    "direct_normal_w_m2": (0.0, 1500.0),
+    "diffuse_w_m2": (0.0, 1500.0),
+    "longwave_down_w_m2": (20.0, 800.0),
 }
 
 
-def read_weather(file: Path, day: date, utc_offset_h: float) -> HourlyWeather:
+def read_weather(file: Path, day: date, utc_offset_h: float, *, radiation: bool = False) -> HourlyWeather:
     """The weather of a file on a day, by local clock hours.
 
     Parameters
     ----------
     file : path
         ``.epw``; TMY3 in ``.csv``; or another ``.csv`` with columns time (such as 08:30, local clock),
-        air_temperature and any of relative_humidity, wind_speed, pressure, cloud_fraction in SI and percent.
+        air_temperature and any of relative_humidity, wind_speed, pressure, cloud_fraction in SI and percent, and of direct_normal,
+        diffuse and lw_down, means over the time since the row before.
     day : date
         Month and day are taken from a typical year.
     utc_offset_h : float
         Of the local clock; a typical year has its own.
+    radiation : bool
+        Read measured sunlight and, where the file has it, sky longwave too.
 
     Raises
     ------
@@ -81,9 +97,9 @@ def read_weather(file: Path, day: date, utc_offset_h: float) -> HourlyWeather:
         With file:line of what does not fit.
     """
     if file.suffix.lower() == ".epw":
-        return _typical_day(file, _EPW, day, utc_offset_h)
+        return _typical_day(file, _EPW, day, utc_offset_h, radiation)
     if file.suffix.lower() == ".csv":
-        return _typical_day(file, _TMY3, day, utc_offset_h) if _is_tmy3(file) else _day_table(file)
+        return _typical_day(file, _TMY3, day, utc_offset_h, radiation) if _is_tmy3(file) else _day_table(file, radiation)
     raise InputError(f"found the ending '{file.suffix}'; allowed: .epw or .csv; convert the file", file=file)
 
 
@@ -93,8 +109,9 @@ def _is_tmy3(file: Path) -> bool:
         return any(line.startswith("Date (MM/DD/YYYY)") for _, line in zip(range(2), lines))
 
 
-def _day_table(file: Path) -> HourlyWeather:
-    table = read_readings(file, COLUMNS, ["air_temperature"], lambda cell: 3600.0 * hours_of(cell))
+def _day_table(file: Path, radiation: bool) -> HourlyWeather:
+    needed = ["air_temperature", *(("direct_normal", "diffuse") if radiation else ())]
+    table = read_readings(file, COLUMNS, needed, lambda cell: 3600.0 * hours_of(cell))
     following = np.append(table.time[1:], table.time[0] + 86400.0)
     table.refuse_gaps(following - table.time, 3600.0 * LONGEST_GAP_H)
     values = table.values
@@ -106,6 +123,8 @@ def _day_table(file: Path) -> HourlyWeather:
         "cloud_fraction": values.get("cloud_fraction"),
         "pressure_hpa": values["pressure"] / 100.0 if "pressure" in values else None,
     }
+    if radiation:
+        found |= {"direct_normal_w_m2": values["direct_normal"], "diffuse_w_m2": values["diffuse"], "longwave_down_w_m2": values.get("lw_down")}
     return _hourly(file, found)
 
 
@@ -113,7 +132,7 @@ def _least(values: np.ndarray | None, limit: float) -> np.ndarray | None:
     return None if values is None else np.minimum(values, limit)
 
 
-def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float) -> HourlyWeather:
+def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float, radiation: bool) -> HourlyWeather:
     """The 24 readings of a day of a typical year, each at the end of its hour as both formats define it."""
     import pandas
     from pvlib import iotools
@@ -132,7 +151,7 @@ def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float)
     hours = (np.asarray(begin.hour[rows]) + 1 + utc_offset_h - float(station["TZ"])) % 24.0
     order = np.argsort(hours)
     found = {"time": list(hours[order]), "altitude_km": float(station["altitude"]) / 1e3}
-    for name, (source, factor) in kind.columns.items():
+    for name, (source, factor) in (kind.columns | kind.radiation if radiation else kind.columns).items():
         if source not in data:
             raise InputError(f"has no {source}, which {kind.name} has; check its header", file=file)
         cells = data[source].iloc[rows]

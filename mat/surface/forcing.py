@@ -18,6 +18,7 @@ from skyshine.mat.surface.weather import Weather
 from skyshine.schemas.errors import InputError
 
 SOLAR_CONSTANT = 1361.1  # W m^-2, Gueymard (2018), Solar Energy 168, 2-9
+_MOST_BY_ALTITUDE = 3.0  # times that measured light may be stronger on a mountain: the Sun rises earlier there
 _LEAST_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
 
 
@@ -224,8 +225,7 @@ class Scene:
     @cached_property
     def _shortwave(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Direct, diffuse and reflected on the planes, each (A, P, SUN_STEPS)."""
-        altitude = np.asarray(self.altitude, float)
-        direct, diffuse = self.sky.irradiance(self.site, self.weather.cloud_fraction, altitude)
+        direct, diffuse = self._sunlight()
         return plane_irradiance(
             np.asarray(self.slope, float)[None, :, None],
             np.asarray(self.azimuth, float)[None, :, None],
@@ -240,7 +240,30 @@ class Scene:
     @cached_property
     def _longwave(self) -> np.ndarray:
         """Of the whole sky on a level surface, (A, SUN_STEPS)."""
-        return self.sky.longwave(self._air[0], self.weather.cloud_fraction, np.asarray(self.altitude, float))
+        altitude, measured = np.asarray(self.altitude, float), self.weather.radiation
+        if measured is None or measured.longwave is None:
+            return self.sky.longwave(self._air[0], self.weather.cloud_fraction, altitude)
+        clear = self.sky.longwave(self._air[0], 0.0, altitude)
+        there = self.sky.longwave(self.weather.air_temperature[None], 0.0, self._measured_at)
+        return measured.sky_longwave() * clear / there
+
+    def _sunlight(self) -> tuple[np.ndarray, np.ndarray]:
+        """Direct normal and diffuse horizontal irradiance, each (A, SUN_STEPS); measured light changes with altitude as the clear sky's."""
+        altitude, measured = np.asarray(self.altitude, float), self.weather.radiation
+        if measured is None:
+            return self.sky.irradiance(self.site, self.weather.cloud_fraction, altitude)
+        clear = self.sky.irradiance(self.site, 0.0, altitude)
+        there = [part[0] for part in self.sky.irradiance(self.site, 0.0, self._measured_at)]
+        found = []
+        for light, here, own in zip(measured.sunlight(self.site, *there), clear, there, strict=True):
+            ratio = np.divide(here, own, out=np.ones_like(here), where=own > 0)
+            found.append(light * np.clip(ratio, 0.0, _MOST_BY_ALTITUDE))
+        return found[0], found[1]
+
+    @property
+    def _measured_at(self) -> np.ndarray:
+        """Altitude of the weather within the levels of the sky [m], (1,)."""
+        return np.clip([self.weather.altitude], *self.sky.altitude[[0, -1]])
 
     def forcing(self, steps: int) -> Forcing:
         """Forcing of all columns, (A * P, steps)."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.surface.balance import saturation_pressure
+from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.site import Site, sun_hours
 
 LAPSE_RATE = 6.5e-3  # K/m, ISO 2533
@@ -34,6 +35,8 @@ class Weather:
         0 to 1.
     pressure : ndarray or None
         [Pa]; None takes that of the atmospheric state.
+    radiation : MeasuredRadiation or None
+        None takes sunlight and sky longwave of the atmospheric state.
     """
 
     altitude: float
@@ -42,6 +45,7 @@ class Weather:
     wind_speed: np.ndarray
     cloud_fraction: np.ndarray
     pressure: np.ndarray | None = None
+    radiation: MeasuredRadiation | None = None
 
     def at(self, altitude: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Air temperature [K], vapour pressure and pressure [Pa] over surfaces at other altitudes.
@@ -96,6 +100,7 @@ def from_hours(
     wind_speed: np.ndarray,
     cloud_fraction: np.ndarray,
     pressure: np.ndarray | None = None,
+    radiation: MeasuredRadiation | None = None,
 ) -> Weather:
     """The weather of a table by local clock hours (n,), linear between them and periodic; K, percent, m/s, 1, Pa."""
     air_temperature = np.asarray(air_temperature, float)
@@ -106,7 +111,7 @@ def from_hours(
 
     series = [through_the_day(values) for values in (air_temperature, vapour, wind_speed, cloud_fraction)]
     series[1] = np.minimum(series[1], saturation_pressure(series[0]))
-    return Weather(altitude, *series, None if pressure is None else through_the_day(pressure))
+    return Weather(altitude, *series, None if pressure is None else through_the_day(pressure), radiation)
 
 
 def air_temperature(site: Site, low: float, high: float) -> np.ndarray:

@@ -2,87 +2,78 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skyshine.mat.tables.axes import FOLDED, table_axis
-from skyshine.schemas.hdf5 import Group, Variable
+from skyshine.mat.tables.axes import FOLDED, LINEAR, table_axis
+from skyshine.mat.tables.gridded import ANGLE, AXES, FIELDS, Gridded
+from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 if TYPE_CHECKING:
-    from skyshine.mat.quantities import AtmosphericQuantities, PathGrid
+    from skyshine.mat.quantities import PathGrid
 
 RADIANCE = "W m^-2 sr^-1"
-PATH = ("range", "altitude", "elevation")
+PATH = AXES[:3]
+_DESCRIBED = {
+    "beta_star": ("km", "beta* = -5.5 r / ln(transmittance), equation (8)", {}),
+    "path_radiance_ratio": (
+        RADIANCE, "path radiance over (1 - transmittance), equations (10) and (11)", {"comment": "source angles are those at the observer"},
+    ),
+    "ambient_radiance": (
+        RADIANCE, "sky irradiance over pi, weighted by path transmittance, equation (20)",
+        {"comment": "source elevation is the one at the surface point"},
+    ),
+    "direct_radiance": (
+        RADIANCE, "direct source irradiance over pi, weighted by path transmittance, equation (36)",
+        {"comment": "source elevation is the one at the surface point; normal to the beam"},
+    ),
+}  # fmt: skip
+_READ = {
+    "range": ("km", "line-of-sight range from the observer to the surface point"),
+    "altitude": ("km", "observer altitude above sea level"),
+    "elevation": ("degree", "line-of-sight elevation at the observer"),
+    "source_elevation": ("degree", "geometric elevation of the source"),
+    "source_azimuth": ("degree", "azimuth of the source relative to the line of sight"),
+    ANGLE: ("degree", "angle between the line of sight and the source, at the observer"),
+}
 
 
-def atmq_group(quantities: AtmosphericQuantities, grid: PathGrid, accuracy: Group, attributes: dict) -> Group:
+def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict) -> Group:
     """Arrange the four quantities of a state, band and source for writing.
 
     Parameters
     ----------
-    quantities : AtmosphericQuantities
-        beta_star (R, A, E), path_radiance_ratio (R, A, E, SE, SA), ambient and direct (R, A, E, SE), valid (R, A, E).
-    grid : PathGrid
+    tables : mapping of str to Gridded
+        By the names of `gridded.QUANTITIES`. Axes that differ from those of the path radiance get the quantity's name before their own.
     accuracy : Group
         The measured errors of the tables and of the compiled band.
     attributes : dict
         Band edges, state and source, for the root.
     """
-    source = (*PATH, "source_elevation")
-    variables = {
-        "beta_star": Variable(
-            PATH, quantities.beta_star, "km", "beta* = -5.5 r / ln(transmittance), equation (8)"
-        ),
-        "path_radiance_ratio": Variable(
-            (*source, "source_azimuth"),
-            quantities.path_radiance_ratio,
-            RADIANCE,
-            "path radiance over (1 - transmittance), equations (10) and (11)",
-            {"comment": "source angles are those at the observer"},
-        ),
-        "ambient_radiance": Variable(
-            source,
-            quantities.ambient,
-            RADIANCE,
-            "sky irradiance over pi, weighted by path transmittance, equation (20)",
-            {"comment": "source elevation is the one at the surface point"},
-        ),
-        "direct_radiance": Variable(
-            source,
-            quantities.direct,
-            RADIANCE,
-            "direct source irradiance over pi, weighted by path transmittance, equation (36)",
-            {"comment": "source elevation is the one at the surface point; normal to the beam"},
-        ),
-        "valid": Variable(
-            PATH,
-            np.asarray(quantities.valid, np.int8),
-            "1",
-            "1 where the range ends in air, 0 where it would pass through the ground",
-            {"comment": "cells of 0 continue the quantities smoothly, for interpolation beside them only"},
-        ),
-    }
-    return Group(path_axes(grid) | _source_axes(grid), variables, {"accuracy": accuracy}, attributes)
+    path = tables["path_radiance_ratio"]
+    shared = dict(zip(path.axes, path.nodes))
+    axes, variables = {name: _axis(name, nodes) for name, nodes in shared.items()}, {}
+    for quantity, (units, words, more) in _DESCRIBED.items():
+        table, dims = tables[quantity], []
+        for name, nodes in zip(table.axes, table.nodes):
+            own = name if np.array_equal(nodes, shared[name]) else f"{quantity}_{name}"
+            axes[own] = _axis(name, nodes)
+            dims.append(own)
+        variables[quantity] = Variable(tuple(dims), table.values, units, words, more)
+    variables["valid"] = Variable(
+        PATH, np.asarray(path.valid, np.int8), "1", "1 where the range ends in air, 0 where it would pass through the ground",
+        {"comment": "cells of 0 continue the quantities smoothly, for interpolation beside them only"},
+    )  # fmt: skip
+    return Group(axes, variables, {"accuracy": accuracy}, attributes)
 
 
-def path_axes(grid: PathGrid) -> dict:
-    """The axes of lines of sight."""
-    return {
-        "range": table_axis(grid.range_km, "km", "line-of-sight range from the observer to the surface point"),
-        "altitude": table_axis(grid.altitude_km, "km", "observer altitude above sea level"),
-        "elevation": table_axis(grid.elevation_deg, "degree", "line-of-sight elevation at the observer"),
-    }
+def path_axes(grid: PathGrid) -> dict[str, Axis]:
+    """The axes of the lines of sight of a grid."""
+    return {name: _axis(name, getattr(grid, field)) for name, field in zip(PATH, FIELDS)}
 
 
-def _source_axes(grid: PathGrid) -> dict:
-    return {
-        "source_elevation": table_axis(grid.source_elevation_deg, "degree", "geometric elevation of the source"),
-        "source_azimuth": table_axis(
-            grid.source_azimuth_deg,
-            "degree",
-            "azimuth of the source relative to the line of sight",
-            interpolation=FOLDED,
-            period=360.0,
-        ),
-    }
+def _axis(name: str, nodes: np.ndarray) -> Axis:
+    folded = {"interpolation": FOLDED, "period": 360.0} if name == "source_azimuth" else {"interpolation": LINEAR}
+    return table_axis(nodes, *_READ[name], **folded)

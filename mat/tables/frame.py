@@ -16,19 +16,19 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 
-def part_of(root: Group, rules: Mapping[str, Sequence[AxisRule]], where: Mapping[str, object]) -> Group:
+def part_of(root: Group, rules: Mapping[str, Sequence[AxisRule]], places: Mapping[str, Mapping[str, object]]) -> Group:
     """Quantities read at single values of some axes and cut to pairs of values of others.
 
     Parameters
     ----------
     root : Group
     rules : mapping of quantity to its axes' rules
-    where : mapping of axis to a number or a pair
+    places : mapping of quantity to a mapping of its axes to a number or a pair
 
     Returns
     -------
     Group
-        The quantities, float64, and what else has none of the axes of `where`; with the attributes and errors of the whole.
+        The quantities, float64, and what else has none of those axes; with the attributes and errors of the whole.
 
     Raises
     ------
@@ -36,14 +36,14 @@ def part_of(root: Group, rules: Mapping[str, Sequence[AxisRule]], where: Mapping
         A value outside its axis, or a pair on an axis that repeats.
     """
     axes, variables = dict(root.axes), {}
+    moved = {axis for where in places.values() for axis in where}
     for name, variable in root.variables.items():
         if name in rules:
             data, dims = np.asarray(variable.data, dtype=float), list(variable.dims)
-            for rule in rules[name]:
-                if rule.name not in where:
+            for rule, dim in zip(rules[name], variable.dims):
+                if rule.name not in places[name]:
                     continue
-                place = dims.index(rule.name)
-                wanted = np.asarray(where[rule.name])
+                place, wanted = dims.index(dim), np.asarray(places[name][rule.name])
                 if wanted.ndim == 0:
                     lower, upper, weight = rule.locate(wanted)
                     data = data.take(lower, place) * (1.0 - weight) + data.take(upper, place) * weight
@@ -51,10 +51,10 @@ def part_of(root: Group, rules: Mapping[str, Sequence[AxisRule]], where: Mapping
                 else:
                     kept = _around(rule, wanted)
                     data = data[(slice(None),) * place + (kept,)]
-                    whole = root.axes[rule.name]
-                    axes[rule.name] = Axis(np.asarray(whole.values)[kept], whole.units, whole.long_name, whole.attributes)
+                    whole = root.axes[dim]
+                    axes[dim] = Axis(np.asarray(whole.values)[kept], whole.units, whole.long_name, whole.attributes)
             variables[name] = Variable(tuple(dims), data, variable.units, variable.long_name, variable.attributes)
-        elif not set(variable.dims) & set(where):
+        elif not set(variable.dims) & moved:
             variables[name] = variable
     left = {dim for variable in variables.values() for dim in variable.dims}
     return Group({name: axis for name, axis in axes.items() if name in left}, variables, root.groups, root.attributes)

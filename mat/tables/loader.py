@@ -7,18 +7,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.scattering import scattering_angle
 from skyshine.mat.tables.axes import POLICIES, AxisRule
 from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
 from skyshine.mat.tables.frame import part_of
+from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Group, check_version, open_database, read_file
+
+
+_TURNED = ("elevation", "source_elevation", AXES[-1])  # give the scattering angle
 
 
 @dataclass(frozen=True)
@@ -32,12 +37,15 @@ class Table:
     root : Group
     attributes : dict
         The root attributes.
+    still : dict of str to float
+        Of a part of a table: axes that are gone, with the value that they were read at.
     """
 
     path: Path
     filetype: str
     root: Group
     attributes: dict
+    still: dict[str, float] = field(default_factory=dict)
 
     @property
     def quantities(self) -> list[str]:
@@ -45,13 +53,14 @@ class Table:
         return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
 
     def rules(self, quantity: str, out_of_range: str | Mapping[str, str] | None = None) -> list[AxisRule]:
-        """Axes of a quantity; `out_of_range` ('error' or 'clamp', or one of them by axis name) overrides what the file states."""
+        """Axes of a quantity, without its name where they are its own; `out_of_range` ('error' or 'clamp', or one of them by axis name)
+        overrides what the file states."""
         if quantity not in self.root.variables:
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
         dims = self.root.variables[quantity].dims
         if not set(dims) <= set(self.root.axes):
             raise InputError(f"'{quantity}' has an axis that the file lacks; build it again", file=self.path)
-        rules = [AxisRule.of(dim, self.root.axes[dim]) for dim in dims]
+        rules = [AxisRule.of(dim.removeprefix(f"{quantity}_"), self.root.axes[dim]) for dim in dims]
         if out_of_range is None:
             return rules
         names = [rule.name for rule in rules]
@@ -114,19 +123,28 @@ class Table:
         InputError
             An unknown axis, a value outside its axis, or a pair on an axis that repeats.
         """
-        axes = {dim for name in self.quantities for dim in self.root.variables[name].dims}
-        for name in where:
-            if name not in axes:
-                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(axes))}", file=self.path)
         if "material" in where:
             where["material"] = self.material_codes(where["material"])
-        rules = {}
+        rules, places = {}, {}
         for quantity in self.quantities:
-            policies = out_of_range
-            if isinstance(out_of_range, Mapping):
-                policies = {axis: out_of_range[axis] for axis in self.root.variables[quantity].dims if axis in out_of_range}
-            rules[quantity] = self.rules(quantity, policies)
-        return replace(self, root=part_of(self.root, rules, where))
+            rules[quantity] = self.rules(quantity)
+            places[quantity] = self._coordinates(quantity, where)
+        known = {rule.name for each in rules.values() for rule in each}
+        known |= {AXES[-1]} if ANGLE in known else set()
+        for name in where:
+            if name not in known:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
+        if out_of_range is not None:
+            for quantity, each in rules.items():
+                names = [rule.name for rule in each]
+                chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
+                rules[quantity] = self.rules(quantity, {name: policy for name, policy in chosen.items() if name in names})
+        still = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
+        return replace(self, root=part_of(self.root, rules, places), still=self.still | still)
+
+    def _coordinates(self, quantity: str, where: dict) -> dict:
+        """What `part` reads or cuts of a quantity's own axes."""
+        return where
 
     def stored_bytes(self, quantity: str) -> int:
         """What a quantity takes in the file, packed; of a flat export as it stands."""
@@ -211,6 +229,32 @@ class BandTable(Table):
 
 class AtmosphereTable(Table):
     """An ``.atmq`` or ``.lunar_atmq`` database."""
+
+    def value(self, quantity, *, out_of_range=None, **where):
+        """As `Table.value`; a table by scattering angle is read by source azimuth too."""
+        azimuth = AXES[-1]
+        if self._by_angle(quantity) and ANGLE not in where and azimuth in self.still | where:
+            place = self.still | where
+            if missing := [name for name in _TURNED if name not in place]:
+                raise InputError(f"the axis '{missing[0]}' is missing; give a value for it")
+            where[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
+            where.pop(azimuth, None)
+            if isinstance(out_of_range, Mapping):
+                out_of_range = {name: policy for name, policy in out_of_range.items() if name != azimuth}
+        return super().value(quantity, out_of_range=out_of_range, **where)
+
+    def _by_angle(self, quantity: str) -> bool:
+        variable = self.root.variables.get(quantity)
+        return variable is not None and any(dim.endswith(ANGLE) for dim in variable.dims)
+
+    def _coordinates(self, quantity: str, where: dict) -> dict:
+        if not self._by_angle(quantity):
+            return where
+        place = self.still | where
+        own = {name: value for name, value in where.items() if name != AXES[-1]}
+        if ANGLE not in own and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
+            own[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
+        return own
 
     def transmittance(self, *, range, beta_star):  # noqa: A002 - the axis has this name
         """Transmittance over a range in km for a given beta*, equation (9)."""

@@ -70,10 +70,15 @@ def uniform_nodes(places: np.ndarray, error_of: Callable[[np.ndarray], np.ndarra
 
 def holds(error: np.ndarray, allowed: float) -> bool:
     """Whether errors keep to what is allowed: all but `ALLOWED_SHARE` within it, none beyond twice."""
-    size = np.abs(error[np.isfinite(error)])
+    return level(error) <= allowed
+
+
+def level(error: np.ndarray) -> float:
+    """The least that could be allowed of errors that hold; those that are not a number count as none."""
+    size = np.sort(np.abs(error[np.isfinite(error)]))
     if not size.size:
-        return True
-    return float(size.max()) <= 2 * allowed and float(np.mean(size > allowed)) <= ALLOWED_SHARE
+        return 0.0
+    return float(max(size[-1] / 2, size[size.size - 1 - int(ALLOWED_SHARE * size.size)]))
 
 
 def subdivided(nodes: np.ndarray, parts: int, logarithmic: bool = False) -> np.ndarray:

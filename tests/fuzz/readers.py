@@ -26,7 +26,7 @@ from skyshine.materials.files import SpecularFile, ThermalFile, load_spectrum
 from skyshine.materials.library import load_library
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.documents import load_model
-from skyshine.tmm.database import open_tmm
+from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_table import read_table
 from skyshine.tmm.exchange.indexed_png import read_indices
@@ -58,7 +58,7 @@ ENSEMBLE = "date,visibility_km,weather.air_temperature_c\n2026-01-03,5,\"[-4, 2]
 
 
 EPW = "LOCATION,Test,CO,USA,TMY3,724666,39.74,-105.18,-7.0,1829.0\n" + "HEADER\n" * 7
-EPW += "".join(f"1999,6,28,{h},0,?,{h}.0,1.0,40,82000{',0' * 11},{h / 2},5,4{',0' * 11}\n" for h in range(1, 25))
+EPW += "".join(f"1999,6,28,{h},0,?,{h}.0,1.0,40,82000,0,0,330{',0' * 8},{h / 2},5,4{',0' * 11}\n" for h in range(1, 25))
 FORCING = "time,sw_down,lw_down,air_temperature,relative_humidity,wind_speed,pressure\n"
 FORCING += "".join(f"2026-06-28T{h:02d}:00:00Z,{40 * h},350,{280 + h},50,2,100000\n" for h in range(24))
 LINES = " 21 2349.143300 3.500E-18 2.000E+00.07450.099   16.38970.71-.002800".ljust(160) + "\n"
@@ -126,8 +126,8 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "response": (".csv", lambda path: parse_response(read_text(path), path)),
     "weather": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5)),
     "series": (".csv", _series),
-    "epw": (".epw", lambda path: read_weather(path, datetime.date(2026, 6, 28), -6)),
-    "tmy3": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5)),
+    "epw": (".epw", lambda path: read_weather(path, datetime.date(2026, 6, 28), -6, radiation=True)),
+    "tmy3": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5, radiation=True)),
     "forcing": (".csv", read_record),
     "spectrum": (".csv", load_spectrum),
     "lines": (".par", _lines),

@@ -9,8 +9,9 @@ from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere, PathGrid
+from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere, PathGrid, ScatteringGrid
 from skyshine.mat.radiometry import SpectralResponse, band_radiance
+from skyshine.mat.scattering import scattering_angle
 from skyshine.schemas.errors import InputError
 
 RESPONSE = SpectralResponse.rectangular(3.9, 4.1)
@@ -98,13 +99,37 @@ def test_ground_marks_and_holds(table):
     lengths = GRID.range_km[:, None]
     assert np.array_equal(table.valid[:, :, down][..., 0], lengths <= GRID.altitude_km)
     assert ground.shape == (6, 1)
-    for altitude in (2, 3):  # held at the value on the ground: the longest ranges are all alike
-        for values in (table.ambient, table.path_radiance_ratio):
-            assert np.ptp(values[-3:, altitude, 0], axis=0) == pytest.approx(0.0, abs=1e-12)
+    for altitude in (2, 3):  # sky light is held at the value on the ground: the longest ranges are all alike
+        assert np.ptp(table.ambient[-3:, altitude, 0], axis=0) == pytest.approx(0.0, abs=1e-12)
         # beta* goes on through the air above the ground: transmittance falls on from what it is there.
         beyond = ~table.valid[:, altitude, 0]
         length, beta = lengths[beyond, 0], table.beta_star[beyond, altitude, 0]
         assert np.all(np.diff(5.5 * length / beta) > 0) and np.all(np.exp(-5.5 * length / beta) < table.transmittance[beyond, altitude, 0])
+
+
+def test_path_radiance_ratio_passes_smoothly_through_the_ground(state, band, sun):
+    """Its step from one range to the next goes on there; a value held at the ground would end it."""
+    grid = replace(GRID, range_km=np.linspace(1.0, 4.0, 61), altitude_km=[1.0], elevation_deg=[-30.0])
+    table = BandAtmosphere.of(state, band).table(grid, sun)
+    ground = np.count_nonzero(table.valid)
+    assert 10 < ground < 50
+    step = np.diff(table.path_radiance_ratio[:, 0, 0], axis=0)
+    change = np.abs(np.diff(step, axis=0))
+    assert np.all(change[ground - 3 : ground + 2] < 0.25 * np.abs(step[ground - 3]))
+
+
+def test_scattering_angles_stand_for_azimuths(state, band, sun):
+    """The same lines and sources by azimuth and by the angle between them; the other quantities know neither."""
+    air, azimuth = BandAtmosphere.of(state, band), 50.0
+    places = replace(GRID, range_km=[2.0, 30.0], altitude_km=[1.0], elevation_deg=[-20.0, 10.0], source_elevation_deg=[5.0, 40.0])
+    by_azimuth = air.table(replace(places, source_azimuth_deg=[azimuth]), sun)
+    for row, line in enumerate(places.elevation_deg):
+        for number, source in enumerate(places.source_elevation_deg):
+            axes = [places.range_km, places.altitude_km, [line], [source], [scattering_angle(line, source, azimuth)]]
+            table = air.table(ScatteringGrid(*axes), sun, wanted=("path_radiance_ratio",))
+            assert table.ambient is table.direct is table.beta_star is None
+            expected = by_azimuth.path_radiance_ratio[:, 0, row, number, 0]
+            assert table.path_radiance_ratio[:, 0, 0, 0, 0] == pytest.approx(expected, rel=1e-5)
 
 
 def test_no_direct_light_at_night(table):

@@ -126,6 +126,14 @@ def test_own_folder_replaces_and_adds(own, monkeypatch, library):
     assert mine.version == f"{library.version}+{own.name}-2.3.4"
 
 
+def test_a_library_is_read_again_where_a_file_has_changed(own):
+    before = load_library(own)
+    assert load_library(own) is before
+    old = before["hangar_roof"].thermal
+    replace(own / "ht" / "hangar_roof.yaml", "density: {value: 1830", "density: {value: 2830")
+    assert load_library(own)["hangar_roof"].thermal != old == before["hangar_roof"].thermal
+
+
 def test_own_folder_must_not_take_a_code(own):
     replace(own / "mat.yaml", "code: 1001", "code: 26")
     with pytest.raises(InputError, match=r"mat\.yaml:4.*code 26 of 'hangar_roof' is that of 'concrete'.*free code"):

@@ -4,7 +4,7 @@ import json
 
 import click
 import pytest
-from skyshine.schemas.commands import CommandGroup, emit_json, quantity
+from skyshine.schemas.commands import CommandGroup, emit_json, quantity, write_measured
 from skyshine.schemas.errors import CheckFailed, InputError
 
 
@@ -48,3 +48,11 @@ def test_exit_status_and_complaint(group, capsys, arguments, status, complaint):
     if status == 0:
         read = json.loads(shown.out)
         assert read == {"a": {"units": "K", "values": [1.0, None]}, "b": {"units": "km", "value": 2.5}}
+
+
+def test_measured_figures_and_their_picture_stand_side_by_side(tmp_path):
+    write_measured(tmp_path / "new" / "a.json", {"b": 1}, lambda picture: picture.write_bytes(b"png"))
+    assert json.loads((tmp_path / "new" / "a.json").read_text()) == {"b": 1}
+    assert (tmp_path / "new" / "a.png").read_bytes() == b"png"
+    with pytest.raises(InputError, match="cannot be written"):
+        write_measured(tmp_path / "new" / "a.json" / "b.json", {}, lambda picture: None)

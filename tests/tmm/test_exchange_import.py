@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from skyshine.mat.tables.verify import problems
 from skyshine.tmm.cli import main
-from skyshine.tmm.database import open_tmm
+from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.imported import coarser_levels, write_imported
 from skyshine.tmm.exchange.indexed_png import write_png

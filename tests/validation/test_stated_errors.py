@@ -9,8 +9,7 @@ from skyshine.mat.accuracy.atmospheric import Scale
 from skyshine.mat.accuracy.grids import errors_at
 from skyshine.mat.accuracy.interpolation import random_places
 from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere_product import MAX_POINTS, path_grid
-from skyshine.mat.band_cache import cached_compile_band
+from skyshine.mat.atmosphere_product import compiled_band, path_grid
 from skyshine.mat.build import build
 from skyshine.mat.cli import main
 from skyshine.mat.job import load_job
@@ -44,11 +43,7 @@ def rebuilt(loaded, band, file):
     job, table, base = loaded.job, open_table(file), path_grid(loaded.job)
     state, response = atmospheric_state(job.site, job.states[0]), response_of(job.bands[band - 1])
     points = band_points(absorption_table().points(*response.wavenumber_range), response)
-    light = np.stack([source_irradiance(job, "sun", points.wavenumber, points.width)])
-    compiled, _ = cached_compile_band(
-        absorption_table(), state, points, base, light, tolerance=job.accuracy.spectral_tolerance, max_points=MAX_POINTS,
-        seed=job.accuracy.seed,
-    )  # fmt: skip
+    compiled, _ = compiled_band(loaded, state, points)
     axes = (table.root.axes[name].values for name in ("range", "altitude", "elevation", "source_elevation", "source_azimuth"))
     values = {key: table.root.variables[name].data.astype(float) for key, name in KEYS.items()}
     held = AtmosphericQuantities(**values, valid=None, transmittance=None)

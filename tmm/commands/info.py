@@ -10,7 +10,7 @@ from skyshine.schemas.commands import emit_json, json_option, quantity
 @json_option
 def command(file: str, as_json: bool) -> None:
     """Show what FILE holds: texture, materials, levels, quality."""
-    from skyshine.tmm.database import open_tmm
+    from skyshine.tmm.reader import open_tmm
 
     with open_tmm(file) as source:
         result = {

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.database import open_tmm
+from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.levels import Level
 
 

@@ -11,7 +11,8 @@ from scipy import sparse
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
-from skyshine.tmm.database import CHUNK, composite_layout, level_layout, open_tmm, texture_header
+from skyshine.tmm.layout import CHUNK, composite_layout, level_layout, texture_header
+from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.exchange.cdb import INDEX, CdbRaster, place_of, ranked_level
 from skyshine.tmm.exchange.cdb_table import parse_table, table_text
 from skyshine.tmm.exchange.image import MaterialImage

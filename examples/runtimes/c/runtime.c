@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { AXES = 5, KEPT = 16, NAME = 64, PATH_SIZE = 4096 };
+enum { AXES = 5, KEPT = 32, NAME = 64, PATH_SIZE = 4096 };
 
 static void fail(const char *format, ...)
 {
@@ -32,7 +32,7 @@ static void *allocate(size_t count, size_t size)
 }
 
 struct axis {
-    char name[NAME], interpolation[NAME];
+    char name[NAME], own[NAME], interpolation[NAME];
     double *nodes, period;
     size_t count;
     int clamps;
@@ -103,17 +103,22 @@ static int is_listed(const struct json *list, const char *name)
     return 0;
 }
 
-static const struct axis *axis_of(struct database *database, const char *name)
+/* The quantity's own axis where the file has one, else the one that quantities share. */
+static const struct axis *axis_of(struct database *database, const char *quantity, const char *name)
 {
+    char own[NAME];
+    snprintf(own, NAME, "%s_%s", quantity, name);
     for (size_t i = 0; i < database->axis_count; ++i)
-        if (!strcmp(database->axes[i].name, name)) return &database->axes[i];
+        if (!strcmp(database->axes[i].own, own)) return &database->axes[i];
     if (database->axis_count == KEPT) fail("%s: more than %d axes", database->path, KEPT);
     struct axis *axis = &database->axes[database->axis_count++];
+    const char *kept = H5Lexists(database->file, own, H5P_DEFAULT) > 0 ? own : name;
     snprintf(axis->name, NAME, "%s", name);
-    axis->nodes = read_values(database, name, H5T_NATIVE_DOUBLE, sizeof(double), &axis->count);
+    snprintf(axis->own, NAME, "%s", own);
+    axis->nodes = read_values(database, kept, H5T_NATIVE_DOUBLE, sizeof(double), &axis->count);
     if (!axis->count) fail("%s: the axis '%s' has no node", database->path, name);
     char policy[NAME];
-    hid_t dataset = H5Dopen2(database->file, name, H5P_DEFAULT);
+    hid_t dataset = H5Dopen2(database->file, kept, H5P_DEFAULT);
     read_text(dataset, "interpolation", axis->interpolation);
     read_text(dataset, "out_of_range", policy);
     if (H5Aexists(dataset, "period") > 0) {
@@ -180,7 +185,7 @@ static double value_at(struct database *database, const char *quantity, size_t a
     size_t sizes[AXES], count, expected = 1;
     const float *values = array_of(database, quantity, &count);
     for (size_t k = 0; k < axes; ++k) {
-        const struct axis *axis = axis_of(database, names[k]);
+        const struct axis *axis = axis_of(database, quantity, names[k]);
         places[k] = locate(axis, where[k]);
         expected *= sizes[k] = axis->count;
     }
@@ -212,7 +217,8 @@ static void open_database(struct database *database, const char *folder, const s
     read_text(database->file, "filetype", filetype);
     read_text(database->file, "format_version", version);
     int fits = !strcmp(filetype, prefix) || (!strcmp(prefix, "atmq") && !strcmp(filetype, "lunar_atmq"));
-    if (!fits || strncmp(version, "1.", 2)) fail("%s: holds '%s' %s; allowed: %s 1.x", path, filetype, version, prefix);
+    const char *format = strcmp(prefix, "atmq") ? "1." : "2.";
+    if (!fits || strncmp(version, format, 2)) fail("%s: holds '%s' %s; allowed: %s %sx", path, filetype, version, prefix, format);
 }
 
 /* Code of a material given by code or by name. */
@@ -230,7 +236,7 @@ static double material_code(struct database *database, const struct json *given)
     for (size_t i = 0; i < count; ++i) H5free_memory(names[i]);
     free(names);
     H5Tclose(type);
-    return axis_of(database, "material")->nodes[at];
+    return axis_of(database, "material_name", "material")->nodes[at];
 }
 
 static double number(const struct json *object, const char *key)
@@ -282,6 +288,15 @@ static double material_property(struct database *band, const char *name, double 
     return value_at(band, name, 1, axes, &code);
 }
 
+/* Angle between line of sight and source, all in degree. */
+static double scattering_angle(double elevation, double source_elevation, double azimuth)
+{
+    const double degree = acos(-1.0) / 180.0;
+    const double apart = sin((elevation - source_elevation) * degree / 2), turn = sin(azimuth * degree / 2);
+    const double half = apart * apart + cos(elevation * degree) * cos(source_elevation * degree) * turn * turn;
+    return 2.0 * asin(sqrt(fmin(fmax(half, 0.0), 1.0))) / degree;
+}
+
 /* Equations (1) to (44) for one pixel. */
 static void print_pixel(const struct json *scene, struct database *surface, struct database *band, struct database *air, const struct json *given)
 {
@@ -297,7 +312,13 @@ static void print_pixel(const struct json *scene, struct database *surface, stru
     const double rho = material_property(band, "reflectance", code), fraction = material_property(band, "specular_fraction", code);
     const double beta = value_at(air, "beta_star", 3, air_axes, centre);
     const double depth = 5.5 * number(given, "range") / beta, tau = exp(-depth); /* (9) */
-    const double path = value_at(air, "path_radiance_ratio", 5, air_axes, centre) * -expm1(-depth); /* (11) */
+    const char *path_axes[] = {"range", "altitude", "elevation", "source_elevation", "source_azimuth"};
+    double along[] = {centre[0], centre[1], centre[2], centre[3], centre[4]};
+    if (H5Lexists(air->file, "scattering_angle", H5P_DEFAULT) > 0) {
+        path_axes[4] = "scattering_angle";
+        along[4] = scattering_angle(centre[2], centre[3], centre[4]);
+    }
+    const double path = value_at(air, "path_radiance_ratio", 5, path_axes, along) * -expm1(-depth); /* (11) */
     const double skyshine = value_at(air, "ambient_radiance", 4, air_axes, centre) * rho * tau; /* (19) */
     double normal[3], to_source[3], to_observer[3];
     direction(given, "normal", normal);

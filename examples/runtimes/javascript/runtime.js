@@ -7,6 +7,7 @@ import h5wasm from "h5wasm/node";
 
 const VIEW = ["range", "altitude", "elevation"];
 const SOURCE = [...VIEW, "source_elevation"];
+const FORMATS = { htt: "1", band: "1", atmq: "2" };
 const FACE = ["material", "altitude", "azimuth", "slope", "time"];
 
 class SceneError extends Error {}
@@ -65,19 +66,22 @@ class Database {
       throw new SceneError(`${path}: is not a readable HDF5 file`);
     }
     const version = String(attribute(this.file, "format_version", ""));
-    if (!filetypes.includes(this.filetype) || version.split(".")[0] !== "1")
-      throw new SceneError(`${path}: holds '${this.filetype}' ${version}; allowed: ${filetypes.join(" or ")} 1.x`);
-    Object.assign(this, { clamped, axes: {}, arrays: {} });
+    const major = FORMATS[filetypes[0]];
+    if (!filetypes.includes(this.filetype) || version.split(".")[0] !== major)
+      throw new SceneError(`${path}: holds '${this.filetype}' ${version}; allowed: ${filetypes.join(" or ")} ${major}.x`);
+    Object.assign(this, { clamped, axes: {}, arrays: {}, names: new Set(this.file.keys()) });
   }
 
-  axis(name) {
-    return (this.axes[name] ??= new Axis(name, this.file.get(name), this.clamped.includes(name)));
+  // The quantity's own axis where the file has one, else the one that quantities share.
+  axis(quantity, name) {
+    const own = this.names.has(`${quantity}_${name}`) ? `${quantity}_${name}` : name;
+    return (this.axes[own] ??= new Axis(name, this.file.get(own), this.clamped.includes(name)));
   }
 
   // Linear interpolation in every axis: the weighted sum over the corners of one cell.
   value(quantity, axes, where) {
     const array = (this.arrays[quantity] ??= this.file.get(quantity).value);
-    const located = axes.map((name) => this.axis(name).locate(where[name]));
+    const located = axes.map((name) => this.axis(quantity, name).locate(where[name]));
     let total = 0;
     for (let corner = 0; corner < 1 << axes.length; corner++) {
       let share = 1;
@@ -85,7 +89,7 @@ class Database {
       located.forEach((place, k) => {
         const up = (corner >> k) & 1;
         share *= up ? place.weight : 1 - place.weight;
-        index = index * this.axis(axes[k]).nodes.length + (up ? place.upper : place.lower);
+        index = index * this.axis(quantity, axes[k]).nodes.length + (up ? place.upper : place.lower);
       });
       if (share) total += share * array[index];
     }
@@ -98,7 +102,7 @@ class Database {
     const names = Array.from(this.file.get("material_name").value);
     const at = names.indexOf(given);
     if (at < 0) throw new SceneError(`material: found '${given}'; allowed: ${names.join(", ")}`);
-    return this.axis("material").nodes[at];
+    return this.axis("material_name", "material").nodes[at];
   }
 }
 
@@ -108,6 +112,13 @@ function unit(vector) {
   const length = Array.isArray(vector) && vector.length === 3 ? Math.sqrt(dot(vector, vector)) : 0;
   if (!Number.isFinite(length) || length === 0) throw new SceneError("a direction must be three finite numbers that are not all 0");
   return vector.map((part) => part / length);
+}
+
+// Angle between line of sight and source, all in degree.
+function scatteringAngle(elevation, sourceElevation, azimuth) {
+  const [line, source, turn] = [elevation, sourceElevation, azimuth].map((angle) => (angle * Math.PI) / 180);
+  const half = Math.sin((line - source) / 2) ** 2 + Math.cos(line) * Math.cos(source) * Math.sin(turn / 2) ** 2;
+  return (2 * Math.asin(Math.sqrt(Math.min(Math.max(half, 0), 1))) * 180) / Math.PI;
 }
 
 // Equations (37) and (38): chi of the half vector to the power of the shininess.
@@ -145,7 +156,9 @@ function pixel(scene, surface, band, air, given) {
   const beta = air.value("beta_star", VIEW, centre);
   const depth = (5.5 * given.range) / beta;
   const tau = Math.exp(-depth); // (9)
-  const path = air.value("path_radiance_ratio", [...SOURCE, "source_azimuth"], centre) * -Math.expm1(-depth); // (11)
+  const source = air.names.has("scattering_angle") ? "scattering_angle" : "source_azimuth";
+  centre.scattering_angle = scatteringAngle(centre.elevation, centre.source_elevation, centre.source_azimuth);
+  const path = air.value("path_radiance_ratio", [...SOURCE, source], centre) * -Math.expm1(-depth); // (11)
   const skyshine = air.value("ambient_radiance", SOURCE, centre) * rho * tau; // (19)
   const [normal, toSource, toObserver] = [given.normal, given.to_source, given.to_observer].map(unit);
   const incidence = Math.max(dot(normal, toSource), 0);

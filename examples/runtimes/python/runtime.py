@@ -16,6 +16,7 @@ import numpy as np
 
 VIEW = ("range", "altitude", "elevation")
 SOURCE = (*VIEW, "source_elevation")
+FORMATS = {"htt": "1", "band": "1", "atmq": "2"}
 FACE = ("material", "altitude", "azimuth", "slope", "time")
 
 
@@ -65,20 +66,23 @@ class Database:
         except OSError:
             raise SceneError(f"{path}: is not a readable HDF5 file") from None
         filetype, version = (str(self.file.attrs.get(name, "")) for name in ("filetype", "format_version"))
-        if filetype not in filetypes or version.split(".")[0] != "1":
-            raise SceneError(f"{path}: holds '{filetype}' {version}; allowed: {' or '.join(filetypes)} 1.x")
+        major = FORMATS[filetypes[0]]
+        if filetype not in filetypes or version.split(".")[0] != major:
+            raise SceneError(f"{path}: holds '{filetype}' {version}; allowed: {' or '.join(filetypes)} {major}.x")
         self.clamped, self.axes, self.arrays = clamped, {}, {}
 
-    def axis(self, name):
-        if name not in self.axes:
-            self.axes[name] = Axis(name, self.file[name], name in self.clamped)
-        return self.axes[name]
+    def axis(self, quantity, name):
+        """The quantity's own axis where the file has one, else the one that quantities share."""
+        own = f"{quantity}_{name}" if f"{quantity}_{name}" in self.file else name
+        if own not in self.axes:
+            self.axes[own] = Axis(name, self.file[own], name in self.clamped)
+        return self.axes[own]
 
     def value(self, quantity, axes, where):
         """Linear interpolation in every axis: the weighted sum over the corners of one cell."""
         if quantity not in self.arrays:
             self.arrays[quantity] = self.file[quantity][()]
-        located = [self.axis(name).locate(where[name]) for name in axes]
+        located = [self.axis(quantity, name).locate(where[name]) for name in axes]
         total = 0.0
         for corner in itertools.product((0, 1), repeat=len(axes)):
             share = math.prod(weight if up else 1.0 - weight for up, (_, _, weight) in zip(corner, located))
@@ -104,6 +108,13 @@ def unit(vector):
     return vector / length
 
 
+def scattering_angle(elevation, source_elevation, azimuth):
+    """Angle between line of sight and source, all in degree."""
+    line, source = math.radians(elevation), math.radians(source_elevation)
+    half = math.sin((line - source) / 2) ** 2 + math.cos(line) * math.cos(source) * math.sin(math.radians(azimuth) / 2) ** 2
+    return 2 * math.degrees(math.asin(math.sqrt(min(max(half, 0.0), 1.0))))
+
+
 def lobe(normal, to_source, to_observer, shininess):
     """Equations (37) and (38): chi of the half vector to the power of the shininess."""
     between = to_source + to_observer
@@ -127,7 +138,11 @@ def pixel(scene, surface, band, air, given):
     }
     beta = air.value("beta_star", VIEW, centre)
     tau = math.exp(-5.5 * given["range"] / beta)  # (9)
-    path = air.value("path_radiance_ratio", (*SOURCE, "source_azimuth"), centre) * -math.expm1(-5.5 * given["range"] / beta)  # (11)
+    source = "source_azimuth"
+    if "scattering_angle" in air.file:
+        source = "scattering_angle"
+        centre[source] = scattering_angle(*(centre[name] for name in ("elevation", "source_elevation", "source_azimuth")))
+    path = air.value("path_radiance_ratio", (*SOURCE, source), centre) * -math.expm1(-5.5 * given["range"] / beta)  # (11)
     skyshine = air.value("ambient_radiance", SOURCE, centre) * rho * tau  # (19)
     normal, to_source, to_observer = (unit(given[name]) for name in ("normal", "to_source", "to_observer"))
     incidence = max(float(normal @ to_source), 0.0)

@@ -1,11 +1,13 @@
 """Bands and their reduction: weights, tolerance, repeatability, gases left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.band_targets import KINDS
-from skyshine.mat.atmosphere.compile import band_points, compile_band
+from skyshine.mat.atmosphere.compile import band_points, compile_band, fit_band, over_air
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.quantities import PathGrid
@@ -30,6 +32,14 @@ def state():
 def band():
     response = SpectralResponse.rectangular(8.5, 9.2)
     return band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+
+
+SETTINGS = {"tolerance": 1e-3, "max_points": 64, "seed": 0}
+
+
+@pytest.fixture(scope="module")
+def fitted(state, band):
+    return fit_band(over_air(state), band, GRID, solar_irradiance(band.wavenumber), **SETTINGS)
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +101,38 @@ def test_night_needs_no_source(state, band):
 
 def test_two_sources_share_a_band(state, band, compiled):
     sun = solar_irradiance(band.wavenumber)
-    moon = 1e-6 * sun * np.linspace(0.5, 2.0, sun.size)
+    moon = 1e-6 * sun * (band.wavenumber / band.wavenumber.mean()) ** 4
     both = compile_band(state, band, GRID, np.stack([sun, moon]))
     for kind, error in both.errors.items():
         assert error["rms"] < 3e-3, kind
+
+
+@pytest.mark.parametrize(("warmer", "brighter"), [(-40.0, 0.97), (0.0, 1.0), (40.0, 1.04)])
+def test_errors_in_a_state_of_the_same_air_are_those_computed_for_it(state, band, fitted, warmer, brighter):
+    """With what all points and the few give over this very ground, computed anew."""
+    state = replace(state, surface_temperature=state.surface_temperature + warmer)
+    sun = brighter * solar_irradiance(band.wavenumber)
+    own = fit_band(state, band, GRID, sun, **SETTINGS)
+    light, brightness = sun[None], np.array([sun.mean()])
+    exact = own.exact.mean(state.surface_temperature, light, brightness)
+    found = fitted.exact.mean(state.surface_temperature, light, brightness)
+    for kind, values in exact.items():
+        assert found[kind] == pytest.approx(values, rel=1e-6), kind
+    # The fitted points are as good there as points that are fitted there.
+    there, anew = (fit.measured(state.surface_temperature, sun).errors for fit in (fitted, own))
+    for kind in KINDS:
+        assert there[kind]["rms"] < max(2 * anew[kind]["rms"], 1e-3), kind
+
+
+def test_the_ground_shows_in_hazy_air_alone(state, band, fitted):
+    sun = solar_irradiance(band.wavenumber)[None]
+    cold, warm = (fitted.exact.mean(kelvin, sun, sun.mean(axis=1)) for kelvin in (250.0, 320.0))
+    assert np.array_equal(cold["transmittance"], warm["transmittance"])
+    assert np.all(cold["path_thermal"] <= warm["path_thermal"]) and np.any(cold["path_thermal"] < warm["path_thermal"])
+    clear = fit_band(replace(over_air(state), aerosols=()), band, GRID, sun, **SETTINGS)
+    assert not np.any(clear.exact.ground["path_thermal"])
+
+
+def test_irradiance_that_varies_within_an_interval_is_refused(state, band, fitted):
+    with pytest.raises(ValueError, match="same at all points of an interval"):
+        fitted.measured(state.surface_temperature, np.linspace(1.0, 2.0, band.weight.size))

@@ -108,7 +108,9 @@ def test_isothermal_air_shows_its_temperature_along_every_path(band, isothermal)
                     continue
                 absorbed = -np.expm1(-depth[node - 1])
                 expected = (absorbed * black) @ band.radiance_weight / (absorbed @ band.weight / band.weight.sum())
-                assert table.path_radiance_ratio[number, place, row] == pytest.approx(expected, rel=1e-6)
+                # Behind the ground it goes on with the mean of the last air before it.
+                close = 1e-6 if table.valid[number, place, row] else 0.01
+                assert table.path_radiance_ratio[number, place, row] == pytest.approx(expected, rel=close)
 
 
 def test_transmittance_is_the_same_from_either_end(band):

@@ -1,9 +1,15 @@
 """One small job, built once, for all tests of files and commands."""
 
+import numpy as np
 import pytest
 
 from skyshine.mat.build import build
 from skyshine.mat.job import load_job
+from skyshine.mat.quantities import PathGrid, ScatteringGrid
+from skyshine.mat.tables.atmq import atmq_group
+from skyshine.mat.tables.files import ATMQ
+from skyshine.mat.tables.gridded import QUANTITIES, Gridded
+from skyshine.schemas.hdf5 import Group, Header, write_file
 
 SMALL_JOB = """\
 skyshine: 1
@@ -58,3 +64,19 @@ def extra_build(extra_job):
     """Folder of its databases."""
     build(load_job(extra_job), jobs=1)
     return extra_job.parent / "built"
+
+
+@pytest.fixture(scope="session")
+def own_axes(tmp_path_factory):
+    """A database of random values with every quantity on axes of its own, path radiance by scattering angle; and its tables."""
+    draw, tables = np.random.default_rng(12), {}
+    ends = ((0.001, 20.0), (0.01, 1.0), (-90.0, 90.0), (-20.0, 60.0), (0.0, 180.0))
+    for number, (name, (_, count)) in enumerate(QUANTITIES.items()):
+        axes = [np.unique(np.concatenate([limits, draw.uniform(*limits, 2 + number)])) for limits in ends]
+        grid = (ScatteringGrid if count == 5 else PathGrid)(*axes)
+        values = draw.uniform(1.0, 9.0, grid.shape[:count]).astype(np.float32)
+        tables[name] = Gridded(grid, values, np.ones(grid.shape[:3], bool))
+    file = tmp_path_factory.mktemp("own") / "s01b01.atmq.h5"
+    group = atmq_group(tables, Group(), {"source": "sun", "state": "none", "wavelength_um": [8.0, 12.0]})
+    write_file(file, group, Header(ATMQ.name, ATMQ.format_version, "none", "none"))
+    return file, tables

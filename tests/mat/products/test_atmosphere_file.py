@@ -9,6 +9,7 @@ from skyshine.mat.job import load_job
 from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of
 from skyshine.mat.tables.atmq import atmq_group
+from skyshine.mat.tables.gridded import Gridded
 from skyshine.mat.quantities import PathGrid
 from skyshine.schemas.hdf5 import Group
 
@@ -26,7 +27,7 @@ def test_beta_star_as_stored_gives_the_transmittance_back(small_job):
     grid = PathGrid([0.001, 0.1, 1, 10, 100, 1000], [0.01, 5, 600], [-90, -20, -1, 0, 1, 45, 90], [45], [0])
     air = BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), few)
     quantities = air.table(grid, np.zeros(few.weight.size))
-    stored = atmq_group(quantities, grid, Group(), {}).variables["beta_star"].data.astype(np.float32)
+    stored = atmq_group(Gridded.all_of(quantities, grid), Group(), {}).variables["beta_star"].data.astype(np.float32)
     where = quantities.valid
     again = np.exp(-5.5 * grid.range_km[:, None, None] / stored.astype(float))
     assert np.max(np.abs(again - quantities.transmittance)[where]) <= 1e-6

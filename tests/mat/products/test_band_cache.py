@@ -1,6 +1,7 @@
 """Compiled bands kept by content: same bytes with and without, nothing taken from a broken or foreign file."""
 
 import json
+from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import pytest
 
 from skyshine.mat import band_cache
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.compile import band_points, compile_band
+from skyshine.mat.atmosphere.compile import band_points, fit_band, over_air
 from skyshine.mat.atmosphere.sources import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.band_cache import CACHE_VARIABLE, cache_folder, cached_compile_band, content_key
@@ -33,12 +34,13 @@ def compiling(monkeypatch, request):
     """The compilation itself is run once for all tests of this module but the last: here it is a costly constant."""
     if "small_build" not in request.fixturenames:
         result = request.getfixturevalue("result")
-        monkeypatch.setattr(band_cache, "compile_band", lambda *args, **settings: result)
+        monkeypatch.setattr(band_cache, "fit_band", lambda *args, **settings: result)
 
 
 @pytest.fixture(scope="module")
 def result(state, band):
-    return compile_band(state, band, GRID, solar_irradiance(band.wavenumber, band.width), max_points=12)
+    sun = solar_irradiance(band.wavenumber, band.width)
+    return fit_band(over_air(state), band, GRID, sun, tolerance=1e-3, max_points=12, seed=0)
 
 
 @pytest.fixture(scope="module")
@@ -52,9 +54,10 @@ def band():
     return band_points(TABLE.points(*response.wavenumber_range), response)
 
 
-def compiled(state, band, **changed):
+def compiled(state, band, distance=1.0, **changed):
     settings = {"tolerance": 1e-3, "max_points": 12, "seed": 0, **changed}
-    return cached_compile_band(TABLE, state, band, GRID, solar_irradiance(band.wavenumber, band.width), **settings)
+    sun = solar_irradiance(band.wavenumber, band.width)
+    return cached_compile_band(TABLE, state, band, GRID, sun / distance**2, sun, **settings)
 
 
 def same(first, second):
@@ -70,6 +73,22 @@ def test_the_second_time_gives_the_same_to_the_last_bit(folder, state, band):
     assert not found and len(list(folder.iterdir())) == 1
     second, found = compiled(state, band)
     assert found and same(first, second)
+
+
+def test_states_of_one_air_share_the_points_and_have_errors_of_their_own(folder, state, band, monkeypatch, result):
+    fits = []
+    monkeypatch.setattr(band_cache, "_fits", OrderedDict())
+    monkeypatch.setattr(band_cache, "fit_band", lambda *args, **settings: fits.append(args) or result)
+    first, _ = compiled(state, band)
+    warmer = replace(state, surface_temperature=state.surface_temperature + 20)
+    second, found = compiled(warmer, band, distance=1.01)
+    assert len(fits) == 1 and not found
+    assert np.array_equal(first.index, second.index) and np.array_equal(first.band.weight, second.band.weight)
+    assert first.errors["path_thermal"] != second.errors["path_thermal"]
+    assert first.errors["direct_irradiance"]["rms"] == pytest.approx(second.errors["direct_irradiance"]["rms"], rel=1e-12)
+    other = replace(state, temperature=state.temperature + 1.0)
+    compiled(other, band)
+    assert len(fits) == 2
 
 
 def test_another_state_tolerance_or_seed_is_compiled_anew(folder, state, band):

@@ -52,8 +52,11 @@ def test_the_same_job_gives_the_same_bytes_and_a_second_build_keeps_them(small_j
     other = tmp_path / "other"
     build(load_job(small_job), out=other, jobs=2)
     assert digests(other) == digests(small_build)
+    made = json.loads((other / "build.json").read_text(encoding="utf-8"))["files"]
     report = build(load_job(small_job), out=other, jobs=1)
     assert all(entry["kept"] for entry in report["files"].values())
+    # What a kept file cost is what it took to make it.
+    assert {name: entry["stages"] for name, entry in report["files"].items()} == {name: entry["stages"] for name, entry in made.items()}
 
 
 def test_only_what_changed_is_built_again(small_job, small_build, tmp_path):

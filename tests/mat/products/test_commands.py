@@ -1,6 +1,7 @@
 """The commands on a built job: results, JSON, exit statuses, clear lines."""
 
 import json
+import shutil
 
 import pytest
 
@@ -44,7 +45,23 @@ def test_info_shows_versions_axes_and_errors(mat, small_build):
     assert status == 0 and content["attributes"]["filetype"] == "atmq"
     assert content["axes"]["range"] == {"units": "km", "nodes": 4, "long_name": content["axes"]["range"]["long_name"], "from": 0.001, "to": 20.0}
     assert content["accuracy"]["rms_kelvin"]["values"]["beta_star"] > 0
-    assert "beta_star" in mat("info", small_build / "s01b01.atmq.h5")[1]
+    assert content["cost"]["tables"]["value"] > 0 and content["cost"]["tables"]["units"] == "s"
+    plain = mat("info", small_build / "s01b01.atmq.h5")[1]
+    assert "beta_star" in plain and "cost, with the files of the same task: compile" in plain
+
+
+@pytest.mark.parametrize("record", [None, "{", '{"files": []}', '{"files": {"s01.htt.h5": {"stages": 3}}}', "[" * 100_000])
+def test_info_without_a_sound_record_of_cost(mat, small_build, tmp_path, record):
+    shutil.copy(small_build / "s01.htt.h5", tmp_path)
+    if record is not None:
+        (tmp_path / "build.json").write_text(record, encoding="utf-8")
+    status, shown, _ = mat("info", tmp_path / "s01.htt.h5", "--json")
+    assert status == 0 and json.loads(shown)["cost"] == {}
+
+
+def test_a_folder_is_no_database(mat, small_build):
+    status, _, complaint = mat("info", small_build)
+    assert status == 2 and "is a folder; name one of the files in it" in complaint
 
 
 def test_verify_is_0_for_good_files_1_for_changed_ones(mat, small_build, tmp_path):

@@ -96,6 +96,24 @@ def test_a_material_is_read_through_its_class(thermal):
     assert read == pytest.approx(thermal.value("beta_star_thermal", material="asphalt_road", **place), rel=1e-12)
 
 
+def test_a_frame_reads_tables_on_axes_of_their_own_and_by_scattering_angle(own_axes):
+    whole, draw = skyshine.mat.open(own_axes[0]), np.random.default_rng(8)
+    place = {"range": draw.uniform(1, 20, 100), "elevation": draw.uniform(-20, -5, 100)}
+    still = {"altitude": 0.6, "source_elevation": 22.0}
+    azimuth = draw.uniform(-400, 400, 100)
+    frame = whole.part(**still, elevation=(-20.0, -5.0))
+    for name, extra in (("beta_star", {}), ("ambient_radiance", {}), ("path_radiance_ratio", {"source_azimuth": azimuth})):
+        source = {} if name == "beta_star" else {"source_elevation": 22.0}
+        expected = whole.value(name, altitude=0.6, **source, **place, **extra)
+        np.testing.assert_allclose(frame.value(name, **place, **extra), expected, rtol=1e-12)
+    expected = whole.value("path_radiance_ratio", **still, **place, source_azimuth=70.0)
+    np.testing.assert_allclose(whole.part(**still, elevation=(-20.0, -5.0), source_azimuth=70.0).value("path_radiance_ratio", **place), expected)
+    line = whole.part(**still, elevation=-9.0, source_azimuth=70.0)
+    assert line.root.variables["path_radiance_ratio"].data.ndim == 1
+    expected = whole.value("path_radiance_ratio", **still, range=place["range"], elevation=-9.0, source_azimuth=70.0)
+    np.testing.assert_allclose(line.value("path_radiance_ratio", range=place["range"]), expected, rtol=1e-12)
+
+
 def test_stated_errors_cover_both_what_is_read_and_what_classes_cost(thermal):
     read, materials = thermal.error("beta_star_thermal"), thermal.error("transmittance_of_materials")
     assert read["points"] > 100 and 0 < read["rms_kelvin"] < 10

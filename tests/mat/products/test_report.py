@@ -132,6 +132,13 @@ def test_another_band_than_the_job_has(small_job, capsys):
     assert stop.value.code == 2 and "allowed: 1 to 1" in capsys.readouterr().err
 
 
+def test_a_database_is_no_job(small_build, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["report", str(next(small_build.glob("*.h5")))])
+    assert end.value.code == 2
+    assert "is a database; name the job" in capsys.readouterr().err
+
+
 def test_not_built_yet(prepared, budget_of, tmp_path):
     with pytest.raises(Exception, match="build the job first"):
         budget_of(tmp_path)

@@ -133,6 +133,16 @@ def test_optional_arrays_of_a_newer_minor_version_are_passed_over(runtime, scene
     assert newer == (status, shown, complaint) and status == 0
 
 
+def test_tables_on_axes_of_their_own_are_read_alike(runtime, scene, own_axes):
+    """By scattering angle too, and with a name of its own for every axis."""
+    scene = scene | {"atmosphere": str(own_axes[0])}
+    status, shown, complaint = runtime(scene)
+    assert status == 0, complaint
+    expected = by_library(scene)
+    for name in ("transmittance", "path", "skyshine", "diffuse", "radiance"):
+        np.testing.assert_allclose([pixel[name] for pixel in json.loads(shown)["pixels"]], expected[name], rtol=1e-6, atol=1e-12, err_msg=name)
+
+
 def test_outside_an_axis_it_stops_or_clamps_as_the_scene_says(runtime, scene):
     high = scene["pixels"][0] | {"surface_altitude": 7.0}
     status, _, complaint = runtime(scene | {"pixels": [high]})

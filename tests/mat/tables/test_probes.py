@@ -5,6 +5,7 @@ import pytest
 
 from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.quantities import AtmosphericQuantities, PathGrid
+from skyshine.mat.tables.gridded import Gridded
 
 BASE = PathGrid([0.1, 1.0, 10.0, 30.0], [0.0, 1.0, 4.0], [-90.0, -5.0, 0.0, 90.0], [-5.0, 0.0, 60.0], [0.0, 180.0])
 
@@ -25,7 +26,8 @@ def table_of(grid):
     r, a, e, s, z = np.meshgrid(*vars(grid).values(), indexing="ij")
     path = (r + a + e)[..., 0, 0]
     direct = path[..., None] + grid.source_elevation_deg
-    return AtmosphericQuantities(path, r + a + e + s + z, direct, direct, path > 0, np.ones_like(path))
+    quantities = AtmosphericQuantities(path, r + a + e + s + z, direct, direct, path > 0, np.ones_like(path))
+    return Gridded.all_of(quantities, grid)
 
 
 @pytest.fixture
@@ -44,16 +46,16 @@ def test_every_cell_is_measured_as_often(probes):
 
 
 def test_linear_tables_have_no_error_and_a_wrong_node_shows(probes):
-    for name, error in probes.errors(table_of(BASE), BASE, None).items():
+    for name, error in probes.errors(table_of(BASE), None).items():
         assert np.abs(error).max() < 1e-9, name
     wrong = table_of(BASE)
-    wrong.beta_star[1, 1, 1] += 3.0
-    error = probes.errors(wrong, BASE, None)["beta_star"]
+    wrong["beta_star"].values[1, 1, 1] += 3.0
+    error = probes.errors(wrong, None)["beta_star"]
     assert 1.0 < np.abs(error).max() <= 3.0 and np.mean(np.abs(error) > 1e-9) < 0.8
 
 
 def test_points_behind_the_ground_do_not_count(probes):
     valid = np.count_nonzero(probes.truth.valid)
-    errors = probes.errors(table_of(BASE), BASE, None)
+    errors = probes.errors(table_of(BASE), None)
     assert errors["beta_star"].size == valid < probes.truth.valid.size
     assert errors["path_radiance_ratio"].size == 2 * valid

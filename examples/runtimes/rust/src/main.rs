@@ -146,20 +146,24 @@ impl Database {
         let file = hdf5::File::open(path).map_err(|_| format!("{shown}: is not a readable HDF5 file"))?;
         let filetype = text(&file, "filetype").unwrap_or_default();
         let version = text(&file, "format_version").unwrap_or_default();
-        if !filetypes.contains(&filetype.as_str()) || !version.starts_with("1.") {
+        let major = if filetypes[0] == "atmq" { "2" } else { "1" };
+        if !filetypes.contains(&filetype.as_str()) || version.split('.').next() != Some(major) {
             let allowed = filetypes.join(" or ");
-            return Err(format!("{shown}: holds '{filetype}' {version}; allowed: {allowed} 1.x").into());
+            return Err(format!("{shown}: holds '{filetype}' {version}; allowed: {allowed} {major}.x").into());
         }
         Ok(Database { file, clamped: clamped.to_vec(), axes: RefCell::default(), arrays: RefCell::default() })
     }
 
-    fn axis(&self, name: &str) -> Result<Rc<Axis>> {
-        if let Some(axis) = self.axes.borrow().get(name) {
+    /// The quantity's own axis where the file has one, else the one that quantities share.
+    fn axis(&self, quantity: &str, name: &str) -> Result<Rc<Axis>> {
+        let own = format!("{quantity}_{name}");
+        if let Some(axis) = self.axes.borrow().get(&own) {
             return Ok(axis.clone());
         }
         let clamped = self.clamped.iter().any(|each| each == name);
-        let axis = Rc::new(Axis::read(name, &self.file.dataset(name)?, clamped)?);
-        self.axes.borrow_mut().insert(name.to_owned(), axis.clone());
+        let kept = if self.file.link_exists(&own) { own.as_str() } else { name };
+        let axis = Rc::new(Axis::read(name, &self.file.dataset(kept)?, clamped)?);
+        self.axes.borrow_mut().insert(own, axis.clone());
         Ok(axis)
     }
 
@@ -177,7 +181,7 @@ impl Database {
         let array = self.array(quantity)?;
         let mut located = Vec::new();
         for (name, value) in place {
-            let axis = self.axis(name)?;
+            let axis = self.axis(quantity, name)?;
             located.push((axis.locate(*value)?, axis.nodes.len()));
         }
         let mut total = 0.0;
@@ -204,7 +208,7 @@ impl Database {
         let names = self.file.dataset("material_name")?.read_raw::<VarLenUnicode>()?;
         let at = names.iter().position(|known| known.as_str() == name);
         let at = at.ok_or_else(|| format!("material: found '{name}'; allowed: a name of the file"))?;
-        Ok(self.axis("material")?.nodes[at])
+        Ok(self.axis("material_name", "material")?.nodes[at])
     }
 }
 
@@ -218,6 +222,14 @@ fn unit(vector: &[f64; 3]) -> Result<[f64; 3]> {
         return Err("a direction must be three finite numbers that are not all 0".into());
     }
     Ok(vector.map(|part| part / length))
+}
+
+/// Angle between line of sight and source, all in degree.
+fn scattering_angle(elevation: f64, source_elevation: f64, azimuth: f64) -> f64 {
+    let (line, source) = (elevation.to_radians(), source_elevation.to_radians());
+    let turn = (azimuth.to_radians() / 2.0).sin().powi(2);
+    let half = ((line - source) / 2.0).sin().powi(2) + line.cos() * source.cos() * turn;
+    2.0 * half.clamp(0.0, 1.0).sqrt().asin().to_degrees()
 }
 
 /// Equations (37) and (38): chi of the half vector to the power of the shininess.
@@ -260,7 +272,11 @@ fn pixel(scene: &Scene, surface: &Database, band: &Database, air: &Database, giv
     let beta_star = air.value("beta_star", &centre[..3])?;
     let depth = 5.5 * given.range / beta_star;
     let transmittance = (-depth).exp(); // (9)
-    let path = air.value("path_radiance_ratio", &centre)? * -(-depth).exp_m1(); // (11)
+    let mut along = centre;
+    if air.file.link_exists("scattering_angle") {
+        along[4] = ("scattering_angle", scattering_angle(given.centre_elevation, given.source_elevation, given.source_azimuth));
+    }
+    let path = air.value("path_radiance_ratio", &along)? * -(-depth).exp_m1(); // (11)
     let skyshine = air.value("ambient_radiance", &centre[..4])? * rho * transmittance; // (19)
     let (normal, to_source, to_observer) = (unit(&given.normal)?, unit(&given.to_source)?, unit(&given.to_observer)?);
     let incidence = dot(&normal, &to_source).max(0.0);

@@ -1,0 +1,80 @@
+"""Measured sunlight and sky longwave in place of those of a state's clear sky."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.surface.site import SUN_STEPS, Site, sun_hours
+from skyshine.schemas.errors import InputError
+
+# A reading is shared among the times of its interval as the clear sky's light is, as long as that brings none of it to more than this
+# many times the clear one; cloud edges reach 1.5 for a minute, diffuse light under broken cloud a few times the clear one.
+_MOST_OF_CLEAR = 10.0
+_NIGHT = -1.0  # degree: elevation of the Sun's centre below which no direct light arrives
+_STRAY = 20.0  # W m^-2 that instruments may show then
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRadiation:
+    """Means over the intervals that end at given hours of a day that repeats, at the altitude of the weather.
+
+    Attributes
+    ----------
+    hours : (n,) ndarray
+        Local clock, ascending; each interval begins where the one before ends.
+    direct, diffuse : (n,) ndarray
+        Direct normal and diffuse horizontal irradiance [W m^-2].
+    longwave : (n,) ndarray or None
+        Of the sky on a level surface [W m^-2]; None takes that of the state.
+    """
+
+    hours: np.ndarray
+    direct: np.ndarray
+    diffuse: np.ndarray
+    longwave: np.ndarray | None = None
+
+    def sunlight(self, site: Site, direct: np.ndarray, diffuse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Direct normal and diffuse horizontal irradiance at `sun_hours()`, with the measured mean of every interval.
+
+        Parameters
+        ----------
+        site : Site
+        direct, diffuse : (SUN_STEPS,) ndarray
+            Of the clear sky at the altitude of the weather [W m^-2]: how light is shared within an interval.
+
+        Raises
+        ------
+        InputError
+            Direct light was measured while the Sun is down.
+        """
+        up = site.solar_elevation > _NIGHT
+        interval = self._intervals()
+        for number in np.flatnonzero(self.direct > _STRAY):
+            if not np.any(up[interval == number]):
+                raise InputError(
+                    f"found {self.direct[number]:g} W m^-2 of direct light in the time to {self.hours[number]:g} h, when the Sun is down; "
+                    "check date, place and utc_offset_h against the file"
+                )
+        lit = up.astype(float)
+        return self._shared(self.direct, interval, direct * up, lit), self._shared(self.diffuse, interval, diffuse, lit)
+
+    def sky_longwave(self) -> np.ndarray:
+        """At `sun_hours()`: linear between the middles of the intervals, (SUN_STEPS,)."""
+        before = np.append(self.hours[-1] - 24.0, self.hours[:-1])
+        return np.interp(sun_hours(), 0.5 * (before + self.hours) % 24.0, self.longwave, period=24.0)
+
+    def _intervals(self) -> np.ndarray:
+        """Number of the interval of each of `sun_hours()`; the time at which one ends is still in it."""
+        return np.searchsorted(self.hours, sun_hours(), side="left") % self.hours.size
+
+    def _shared(self, means: np.ndarray, interval: np.ndarray, clear: np.ndarray, lit: np.ndarray) -> np.ndarray:
+        """Readings at `sun_hours()` with the shape of the clear sky's light, evenly while the Sun is up where that is too weak."""
+        shared = np.zeros(SUN_STEPS)
+        for number in np.unique(interval):
+            inside, mean = interval == number, means[number]
+            shape = clear[inside] if mean <= _MOST_OF_CLEAR * clear[inside].mean() else lit[inside]
+            if shape.any():
+                shared[inside] = mean * shape / shape.mean()
+        return shared

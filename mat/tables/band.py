@@ -21,7 +21,7 @@ TEMPERATURES = np.arange(150.0, 1500.25, 0.5)  # K; linear interpolation is then
 PLANCK_TEMPERATURES = np.array([200.0, 250.0, 275.0, 300.0, 325.0, 350.0, 400.0, 500.0, 700.0, 1000.0])  # K
 SOURCE_ANGLES = np.arange(0.0, 90.0, 15.0)  # degree, those of Table 1 of DSTO-TN-0193
 # degree; closer by a constant factor towards grazing light, where N_s falls to 0 the faster the narrower the lobe.
-INCIDENCE_ANGLES = np.concatenate([[0.0], np.round(90.0 - np.geomspace(80.0, 0.2, 36), 3), [90.0]])
+INCIDENCE_ANGLES = np.concatenate([[0.0], np.round(90.0 - np.geomspace(80.0, 0.02, 48), 3), [90.0]])
 TEST_ANGLES = 200  # of each material, off the nodes
 RADIANCE = "W m^-2 sr^-1"
 

@@ -17,6 +17,7 @@ import yaml
 from pydantic import Field
 
 from skyshine.mat.jobs.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
+from skyshine.mat.jobs.extra_tables import ExtraTables
 from skyshine.mat.jobs.surface import HOURLY_QUANTITIES, SURFACE_HEIGHTS_KM, OperatedCelsius, Operation, SurfaceGrid, by_hour
 from skyshine.mat.jobs.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.mat.needs import Needs, needed
@@ -57,6 +58,9 @@ class Accuracy(StrictModel):
         "provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at most); 0 leaves none out.",
     )
     solver_steps: Literal[48, 96, 192, 288] = 96
+    class_tolerance: float = Field(
+        2e-3, ge=1e-4, le=0.1, description="Of transmittance, between materials that share a table of weighted transmittance."
+    )
     seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
 
 
@@ -91,6 +95,11 @@ class Job(StrictModel):
     accuracy: Accuracy = Accuracy()
     water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
         "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time. Heat balance keeps 4.3."
+    )
+    extra_tables: ExtraTables = Field(
+        [],
+        description="Beside the classic ones: transmittance of the light that each class of material emits (.thermal_atmq), N_s by angle "
+        "up to grazing light (in .band). mat report measures what each gains and costs.",
     )
     needs: Needs | None = Field(None, description="What scenes will ask for; nodes and sources that none of that reads are left out.")
     output: Output = Output()

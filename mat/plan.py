@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.job import Job, LoadedJob
+from skyshine.mat.jobs.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.needs import hours_around
-from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
+from skyshine.mat.tables.band import PLANCK_TEMPERATURES
+from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.load import job_materials
@@ -26,7 +28,7 @@ class Task:
     Attributes
     ----------
     kind : str
-        ``texture``, ``atmosphere``, ``temperature`` or ``band``.
+        ``texture``, ``atmosphere``, ``temperature``, ``thermal`` (weighted transmittance) or ``band``.
     index : int
         Of the texture, counted from 0, or of the state, counted from 1; of the band for ``band``.
     band : int
@@ -134,6 +136,10 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | N
         for band in job.needed_bands:
             files = tuple(atmosphere_file(state, band, source, states) for source in job.sources)
             tasks.append(Task("atmosphere", state, band, files, len(files) * _atmosphere_values(job)))
+            if WEIGHTED_TRANSMITTANCE in job.extra_tables:
+                # One class for each material is the most there can be.
+                size = len(materials) * PLANCK_TEMPERATURES.size * _paths(job)
+                tasks.append(Task("thermal", state, band, (thermal_file(state, band, states),), size))
         size = len(materials) * _surface_values(job)
         tasks.append(Task("temperature", state, 0, (state_file(state, states),), size))
     tasks += [Task("band", band, band, (band_file(band),), 0) for band in job.needed_bands]
@@ -142,8 +148,11 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | N
 
 def _atmosphere_values(job: Job) -> int:
     grid = job.atmosphere_grid
-    paths = len(grid.range_km) * len(job.observer_altitudes_km) * len(grid.elevation_deg)
-    return paths * (1 + len(grid.source_elevation_deg) * (2 + len(grid.source_azimuth_deg)))
+    return _paths(job) * (1 + len(grid.source_elevation_deg) * (2 + len(grid.source_azimuth_deg)))
+
+
+def _paths(job: Job) -> int:
+    return len(job.atmosphere_grid.range_km) * len(job.observer_altitudes_km) * len(job.atmosphere_grid.elevation_deg)
 
 
 def _surface_values(job: Job) -> int:

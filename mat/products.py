@@ -104,7 +104,7 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
     """
     begin, spent = time.perf_counter(), time.process_time()
     report = TaskReport(task.files)
-    if task.kind in ("atmosphere", "temperature"):
+    if task.kind in ("atmosphere", "temperature", "thermal"):
         loaded = loaded.of_state(task.index)
     _runner(task.kind)(task, loaded, folder, materials, fresh, report)
     if loaded.job.output.pictures:
@@ -140,12 +140,13 @@ def _draw(task: Task, loaded: LoadedJob, folder: Path, kept: bool) -> None:
 
 
 def _runner(kind: str) -> Callable:
-    from skyshine.mat import atmosphere_product, band_product, temperature_product, texture_product
+    from skyshine.mat import atmosphere_product, band_product, emission_product, temperature_product, texture_product
 
     modules = {
         "texture": texture_product,
         "band": band_product,
         "temperature": temperature_product,
         "atmosphere": atmosphere_product,
+        "thermal": emission_product,
     }
     return modules[kind].run

@@ -130,6 +130,12 @@ def test_every_term_agrees_with_the_library(runtime, scene):
         np.testing.assert_allclose([pixel[name] for pixel in pixels], values, rtol=1e-6, atol=1e-12, err_msg=name)
 
 
+def test_optional_arrays_of_a_newer_minor_version_are_passed_over(runtime, scene, extra_build):
+    status, shown, complaint = runtime(scene)
+    newer = runtime(scene | {"band": str(extra_build / FILES["band"])})
+    assert newer == (status, shown, complaint) and status == 0
+
+
 def test_tables_on_axes_of_their_own_are_read_alike(runtime, scene, own_axes):
     """By scattering angle too, and with a name of its own for every axis."""
     scene = scene | {"atmosphere": str(own_axes[0])}

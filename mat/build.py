@@ -96,7 +96,7 @@ def _run_all(
 ) -> list[TaskReport]:
     """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use."""
     first = [task for kind in ("texture", "atmosphere") for task in plan.tasks if task.kind == kind]
-    later = [task for task in plan.tasks if task.kind in ("temperature", "band")]
+    later = [task for task in plan.tasks if task.kind in ("temperature", "thermal", "band")]
     reports: dict[Task, TaskReport] = {}
     atmospheres = sum(task.kind == "atmosphere" for task in first)
     spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, open_table
+from skyshine.mat.tables.axes import PERIODIC
+from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
 
 SHOWN_PARTS = 8  # absorbers drawn in a spectrum
@@ -26,9 +27,9 @@ def draw(file: str | os.PathLike, picture: str | os.PathLike) -> Path:
     from matplotlib.figure import Figure
 
     table = open_table(file)
-    figure = Figure(figsize=(11.5, 9.2) if isinstance(table, AtmosphereTable) else (12, 4.6), layout="constrained")
+    figure = Figure(figsize=(11.5, 9.2) if type(table) is AtmosphereTable else (12, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
-    drawers = {TemperatureTable: _temperatures, BandTable: _band, AtmosphereTable: _atmosphere}
+    drawers = {TemperatureTable: _temperatures, BandTable: _band, AtmosphereTable: _atmosphere, ThermalTable: _thermal}
     drawers[type(table)](figure, table)
     figure.suptitle(f"{table.path.name}  ({table.attributes['title']})", fontsize=10)
     figure.savefig(picture, dpi=110, metadata={"Software": None})
@@ -87,7 +88,9 @@ def _colours(count: int) -> np.ndarray:
 
 def _temperatures(figure, table: Table) -> None:
     axes = table.root.axes
-    hours = np.append(axes["time"].values, axes["time"].values[0] + 24.0)
+    hours = axes["time"].values
+    if table.rules("temperature")[-1].interpolation == PERIODIC:
+        hours = np.append(hours, hours[0] + 24.0)
     low, faces = float(axes["altitude"].values[0]), axes["azimuth"].values
     codes = axes["material"].values[:SHOWN]
     names = {code: name for name, code in table.materials.items()}
@@ -140,6 +143,36 @@ def _atmosphere(figure, table: Table) -> None:
     source.semilogy(up[direct > 0], direct[direct > 0], label="direct")
     source.set(xlabel="source elevation, °", ylabel="W m$^{-2}$ sr$^{-1}$", title=f"light of sky and source at {low:g} km")
     source.legend(fontsize=7)
+
+
+def _thermal(figure, table: ThermalTable) -> None:
+    """Transmittance of each class over range along the level, and against the temperature of the surface at the range where it is a half."""
+    axes, variables = table.root.axes, table.root.variables
+    by_range, by_temperature = figure.subplots(1, 2)
+    low, level = float(axes["altitude"].values[0]), float(np.clip(0.0, *axes["elevation"].values[[0, -1]]))
+    classes = axes["material_class"].values[:SHOWN]
+    names = variables["material_name"].data[np.argsort(variables["class_of_material"].data, kind="stable")]
+    sizes = np.bincount(variables["class_of_material"].data)
+    ranges, kelvin = _ranges(table), axes["planck_temperature"].values
+    if not ranges.size:
+        return
+    where = {"altitude": low, "elevation": level, "out_of_range": {"range": "clamp"}}
+    first = 0
+    for number, colour in zip(classes, _colours(classes.size)):
+        count = sizes[number]
+        label = names[first] + (f" and {count - 1} more" if count > 1 else "")
+        first += count
+        tau = table.transmittance(
+            range=ranges, beta_star=table.value("beta_star_thermal", material_class=number, planck_temperature=300.0, range=ranges, **where)
+        )  # fmt: skip
+        by_range.semilogx(ranges, tau, color=colour, label=label)
+        half = ranges[np.argmin(np.abs(tau - 0.5))]
+        beta = table.value("beta_star_thermal", material_class=number, planck_temperature=kelvin, range=half, **where)
+        by_temperature.plot(kelvin, table.transmittance(range=half, beta_star=beta), color=colour, label=f"{half:.3g} km")
+    by_range.set(xlabel="range, km", ylabel="transmittance", title=f"emitted at 300 K, seen from {low:g} km at {level:g}°", ylim=(-0.02, 1.02))
+    by_temperature.set(xlabel="temperature of the surface, K", ylabel="transmittance", title="over one range")
+    for axis in (by_range, by_temperature):
+        axis.legend(fontsize=7)
 
 
 def _ranges(table: Table) -> np.ndarray:

@@ -417,7 +417,7 @@ class BandAtmosphere:
         if segments.index.size:
             thermal = self.air.thermal_radiance(segments, path.segment_depths) @ band.radiance_weight
             total[1:] += np.cumsum(thermal)[:, None]
-            if np.any(irradiance > 0):
+            if self.air.scatters and np.any(irradiance > 0):
                 ends = path.ends
                 to_source = source_cosine(ends, elevations, azimuths)[0]
                 deflection = _turned(scattering_cosine(ends, elevations, azimuths)[0], rest)
@@ -439,14 +439,15 @@ class BandAtmosphere:
         # The air of one metre at the density of the ground: any amount will do, this one stays inside single precision.
         air = 1e25 * np.array([[1 - share], [share]])
         point = transfer.Segments(np.zeros(1, int), np.array([layer]), *air, *(np.zeros(2),) * 4)
-        light = direct_transmittance(self.air.scaled_source_paths, np.array([path.local_altitude]), elevations)
-        unit = transfer.scattered_spectral(point, optics, light.astype(np.float32), np.stack([cosine, cosine]))
         extinction = point.column(optics.extinction)[0]
         rise = -np.sin(path.elevation)
         thermal = here(self.air.thermal.mean) + lean(rise) * here(self.air.thermal.tilt)
-        again = self.air.diffuse_light.at(layer, share, rise, np.sin(elevations), cosine)
-        unit = unit + extinction * again
-        source = extinction * thermal + unit * irradiance
+        source = np.broadcast_to(extinction * thermal, (cosine.size, extinction.size))
+        if self.air.scatters:
+            light = direct_transmittance(self.air.scaled_source_paths, np.array([path.local_altitude]), elevations)
+            unit = transfer.scattered_spectral(point, optics, light.astype(np.float32), np.stack([cosine, cosine]))
+            again = self.air.diffuse_light.at(layer, share, rise, np.sin(elevations), cosine)
+            source = source + (unit + extinction * again) * irradiance
         return source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())
 
 

@@ -146,3 +146,11 @@ def normalisation(fwhm, source_angles=SOURCE_ANGLES):
     if not np.all((angles >= 0.0) & (angles < 90.0)):
         raise InputError("source angles must be at least 0 and below 90 degree")
     return 2.0 * np.pi * np.cos(np.radians(angles)) / lobe_integral(shininess(fwhm), angles)
+
+
+def normalisation_to_grazing(fwhm, source_angles):
+    """`normalisation` up to 90 degree, where it is 0: no light falls on the surface, and half of the lobe still stands above it."""
+    angles = np.asarray(source_angles, dtype=float)
+    result = np.zeros(angles.shape)
+    result[angles != 90.0] = normalisation(fwhm, angles[angles != 90.0])
+    return result

@@ -12,24 +12,21 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.accuracy.columns import temperatures_at
+from skyshine.mat.accuracy.options import FIELDS_OF_VIEW, Option, Seen, frame_errors, options_of_averages, options_of_frames
 from skyshine.mat.accuracy.readings import Tables, frame_centres, vertices
-from skyshine.mat.accuracy.runtime import (
-    Finish, Readings, exact_normalisation, incidence, reflection, runtime_radiance, spectral_radiance,
-    spectral_thermal,
-)  # fmt: skip
+from skyshine.mat.accuracy.runtime import Finish, Readings, exact_normalisation, reflection, runtime_radiance, spectral_radiance
 from skyshine.mat.accuracy.viewing import Views, random_views
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere_product import compiled_band, path_grid
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.jobs.surface import at_kelvin
 from skyshine.mat.quantities import BandAtmosphere
-from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
+from skyshine.mat.radiometry import SpectralResponse
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
 from skyshine.mat.surface_inputs import scene_inputs, surface_materials
 from skyshine.materials.library import MaterialLibrary
 
 FINE_STEPS = 288  # solver times of the reference temperatures
-FIELDS_OF_VIEW = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0)  # degree
 SOURCES = {
     "reflectance": "reflectance averaged over the band, outside the integral",
     "transmittance": "transmittance of the thermal term outside the integral",
@@ -70,8 +67,10 @@ class Budget:
         Share of the texels of each material that are found to be each other.
     extrapolation : dict of str to (F, n, M) array
         The two errors of extrapolation for each of `FIELDS_OF_VIEW`.
-    options : dict of str to (before, after)
-        Errors (n, M) that other readings of a runtime remove, and what is left of them.
+    frames : dict of str to (F, n, M) array
+        Errors of the stored tables off the centre of a frame, for each of `options.READINGS` and `FIELDS_OF_VIEW`.
+    options : dict of str to Option
+        Errors that other tables and readings remove, what is left of them, and what that costs.
     """
 
     state: int
@@ -84,7 +83,8 @@ class Budget:
     errors: dict[str, np.ndarray] = field(default_factory=dict)
     found_share: np.ndarray | None = None
     extrapolation: dict[str, np.ndarray] = field(default_factory=dict)
-    options: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    frames: dict[str, np.ndarray] = field(default_factory=dict)
+    options: dict[str, Option] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +185,8 @@ class _Scene:
         mean = reflection(views, views.normal, finish)
         errors["normalisation"] = runtime_radiance(full, glow, mean, finish) - base
         self._of_materials(budget, full, glow, bounce, best)
-        self._options(budget, views, lines, fine, bounce, glow, full, base)
+        seen = Seen(views, lines, band, self.reflectance, fine, glow, bounce, full, truth, base)
+        budget.options = options_of_averages(tables, seen, errors["normalisation"]) | budget.options
         return budget
 
     def _finish(self, views, normal) -> Finish:
@@ -243,6 +244,9 @@ class _Scene:
         for name, values in budget.extrapolation.items():
             budget.errors[name] = values[chosen, row]
         budget.errors["all"] = together - budget.radiance
+        cold = tables.blackbody(own)
+        budget.frames = frame_errors(tables, views, self.grid, offset, here, lambda read: runtime_radiance(read, cold, bounce, finish))
+        budget.options |= options_of_frames(tables, views, self.grid, budget.frames, chosen)
 
     def _all_together(self, views, ends, read, centre, names):
         """What the runtime shows: tables at the centre pixel, vertices, mean N_s, the materials that the textures name."""
@@ -262,32 +266,3 @@ class _Scene:
         each = runtime_radiance(full, glow, bounce, finish)
         budget.found_share = share
         budget.errors["misclassification"] = each[:, None, :] - each[:, :, None]
-
-    def _options(self, budget, views, lines, kelvin, bounce, glow, full, base):
-        """What a runtime gains that reads more: the same errors before and after."""
-        tables, finish, errors = self.tables, self.tables.finish, budget.errors
-        rho, solar = tables.weighted_reflectance(kelvin)
-        reflected = full.ambient * finish.reflectance + full.direct * bounce * solar
-        path = full.path_radiance_ratio * (1 - full.transmittance)
-        weighted = (glow * (1 - rho) + reflected) * full.transmittance + path
-        averages = base - budget.radiance
-        thermal = spectral_thermal(lines.transmittance, self.exact.band, kelvin, self.reflectance)
-        own = glow * (1 - rho) * self._weighted_transmittance(lines, kelvin) - thermal
-        angles = Finish(
-            finish.reflectance, finish.specular_fraction, finish.shininess, tables.normalisation_at(incidence(views, views.normal))
-        )  # fmt: skip
-        by_angle = runtime_radiance(full, glow, reflection(views, views.normal, angles), finish)
-        centre = errors["transmittance_extrapolation"] + errors["radiance_extrapolation"] + errors["tables"]
-        budget.options = {
-            "weighted_reflectance": (averages, weighted - budget.radiance),
-            "weighted_transmittance": (glow * (1 - finish.reflectance) * full.transmittance - thermal, own),
-            "normalisation_by_angle": (errors["normalisation"], by_angle - base),
-            "read_every_pixel": (centre, errors["tables"]),
-        }
-
-    def _weighted_transmittance(self, lines, kelvin):
-        """Transmittance of the light that each material emits at its mean temperature, (n, M)."""
-        band = self.exact.band
-        glow = planck_wavenumber(band.wavenumber, kelvin.mean(axis=0)[:, None])
-        emitted = band.radiance_weight * glow * (1 - self.reflectance)
-        return lines.transmittance @ emitted.T / np.maximum(emitted.sum(axis=1), np.finfo(float).tiny)

@@ -9,14 +9,18 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.job import LoadedJob
+from skyshine.mat.jobs.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.plan import Plan
-from skyshine.mat.scene import absorption_table, response_of
+from skyshine.mat.scene import absorption_table, air_of, response_of
+from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
 COMPILE_POINT = 2.0e-3  # s for each spectral point of a band
 # s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44 points.
 TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 1.9e-3, 1.4e-6, 0.062, 44
 COMPILED_POINTS = 64  # the most that a compiled band has
 MEASURED = 1.4  # s for the lines of sight on which a table is measured, at TABLE_POINTS
+# s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines beside the table's.
+EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
 COLUMN = 1.6e-4  # s for each distinct surface column, its forcing included
 PICTURE = 0.8  # s for each file that is drawn
 TEXTURE = 2.0  # s for each texture of a megapixel or so
@@ -30,7 +34,8 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     job, grid = loaded.job, loaded.job.atmosphere_grid
     share = COMPILED_POINTS / TABLE_POINTS
     sets, sources = len(job.states), len(job.sources)
-    points = [absorption_table().points(*response_of(band).wavenumber_range).wavenumber.size for band in job.bands]
+    wanted = [job.bands[number - 1] for number in job.needed_bands]
+    points = [absorption_table().points(*band.wavenumber_range).wavenumber.size for band in map(response_of, wanted)]
     lines = len(job.observer_altitudes_km) * len(grid.elevation_deg)
     heights = len(grid.source_elevation_deg)
     nodes = lines * len(grid.range_km) * heights * len(grid.source_azimuth_deg)
@@ -39,12 +44,21 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
     planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
     columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
+    weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
+    emission = (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km) if WEIGHTED_TRANSMITTANCE in job.extra_tables else 0.0
     files = sum(len(task.files) for task in plan.tasks)
     return {
-        "compile": sets * COMPILE_POINT * sum(points),
+        "compile": distinct_airs(loaded) * COMPILE_POINT * sum(points),
         "atmosphere": sets * len(points) * sources * one,
         "accuracy": sets * len(points) * sources * MEASURED * share,
+        "weighted transmittance": sets * emission * sum(points),
         "temperature": sets * COLUMN * columns,
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }
+
+
+def distinct_airs(loaded: LoadedJob) -> int:
+    """For how many airs the points of the bands are chosen; moonlight is another each day."""
+    job = loaded.job
+    return len({(air_of(state), (state.date or job.site.date) if "moon" in loaded.whole.sources else None) for state in job.states})

@@ -9,7 +9,8 @@ from importlib import resources
 
 import numpy as np
 
-from skyshine.mat.accuracy.budget import FIELDS_OF_VIEW, Budget
+from skyshine.mat.accuracy.budget import Budget
+from skyshine.mat.accuracy.options import FIELDS_OF_VIEW
 from skyshine.mat.accuracy.summary import SLANTS, kelvin
 
 _TEMPLATE = "report.html.j2"
@@ -35,6 +36,7 @@ def render(report: dict, budgets: Sequence[Budget]) -> str:
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters["short"] = _short
+    environment.filters["thousandth"] = lambda value: _short(value if value is None else value / 1e3)
     source = resources.files(__package__).joinpath(_TEMPLATE).read_text(encoding="utf-8")
     plots = [_plot(described, budget) for described, budget in zip(report["budgets"], budgets)]
     pairs = list(zip(report["budgets"], plots))

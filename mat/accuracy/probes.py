@@ -44,14 +44,8 @@ class Probes:
         count: int = LINES, wanted: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
     ) -> Probes:  # fmt: skip
         """Draw so many lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
-        lines = np.arange(count)
-        cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
-        turn = generator.permutation(cells[0] * cells[1])[lines % (cells[0] * cells[1])]
-        altitude, elevation = (
-            _in_cell(nodes, cell, generator) for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
-        )
-        steps = max(1, base.range_km.size - 1)
-        ranges = _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
+        altitude, elevation, ranges = lines_in_cells(base, count, generator)
+        lines, steps = np.arange(count), ranges.shape[1]
         source, azimuth = (
             _spread(nodes, count * _SOURCES, generator).reshape(count, _SOURCES)
             for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
@@ -115,6 +109,17 @@ def errors_at(tables: dict[str, Gridded], places, truth, scale: Scale | None) ->
         error = read - exact if scale is None else scale.error(name, read, exact, truth.transmittance, at["range"])
         found[name] = error[truth.valid]
     return found
+
+
+def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Altitude, elevation (n,) and ranges (n, R) of lines, as many in each cell of altitude and elevation, a range in each cell of ranges."""
+    cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
+    turn = generator.permutation(cells[0] * cells[1])[np.arange(count) % (cells[0] * cells[1])]
+    altitude, elevation = (
+        _in_cell(nodes, cell, generator) for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
+    )
+    steps = max(1, base.range_km.size - 1)
+    return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
 
 
 def _in_cell(nodes: np.ndarray, cell: np.ndarray, generator) -> np.ndarray:

@@ -12,8 +12,9 @@ from skyshine.mat.accuracy.viewing import Views, direction, fold, on_axes, slope
 from skyshine.mat.atmosphere.geometry import EARTH_RADIUS
 from skyshine.mat.job import Job
 from skyshine.mat.quantities import PathGrid
-from skyshine.mat.tables.files import atmosphere_file, band_file, state_file
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, open_table
+from skyshine.mat.jobs.extra_tables import WEIGHTED_TRANSMITTANCE
+from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
+from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.reader import open_tmm
 
@@ -46,6 +47,7 @@ class Tables:
     surface: TemperatureTable
     band: BandTable
     air: AtmosphereTable
+    thermal: ThermalTable | None
     found_share: np.ndarray | None
 
     @classmethod
@@ -57,16 +59,19 @@ class Tables:
         InputError
             One is missing, damaged, or of other materials than the rest.
         """
-        names = state_file(state, len(job.states)), band_file(band), atmosphere_file(state, band, source, len(job.states))
+        names = [state_file(state, len(job.states)), band_file(band), atmosphere_file(state, band, source, len(job.states))]
+        if WEIGHTED_TRANSMITTANCE in job.extra_tables:
+            names.append(thermal_file(state, band, len(job.states)))
         for name in names:
             if not (folder / name).is_file():
                 raise InputError(f"holds no {name}; build the job first: mat build", file=folder)
-        surface, properties, air = (open_table(folder / name) for name in names)
-        if list(surface.materials.values()) != list(properties.materials.values()):
-            raise InputError(f"{names[0]} and {names[1]} hold different materials; build the job again", file=folder)
+        surface, properties, air, *rest = (open_table(folder / name) for name in names)
+        for name, other in ((names[1], properties), *zip(names[3:], rest)):
+            if list(surface.materials.values()) != list(other.materials.values()):
+                raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.textures]
         share = _found_shares([file for file in textures if file.is_file()], list(surface.materials))
-        return cls(surface, properties, air, share)
+        return cls(surface, properties, air, rest[0] if rest else None, share)
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -129,6 +134,20 @@ class Tables:
         codes = np.array(list(self.band.materials.values()))
         angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
         return self.band.value("normalisation_by_angle", material=codes, source_angle=angle, out_of_range="clamp")
+
+    def normalisation_to_grazing(self, cosine: np.ndarray) -> np.ndarray:
+        """The same from the finer table that a job may ask for."""
+        codes = np.array(list(self.band.materials.values()))
+        return self.band.normalisation(material=codes, angle=np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0))))
+
+    def emitted_transmittance(self, views: Views, temperature: np.ndarray) -> np.ndarray:
+        """Transmittance (n, M) of what the materials emit at their temperatures (n, M), from the table that a job may ask for."""
+        codes = np.array(list(self.thermal.materials.values()))
+        distance, altitude, elevation = (values[:, None] for values in (views.range, views.altitude, views.elevation))
+        beta = self.thermal.beta_star(
+            material=codes, temperature=temperature, range=distance, altitude=altitude, elevation=elevation, out_of_range="clamp"
+        )
+        return self.thermal.transmittance(range=distance, beta_star=beta)
 
     def found_names(self, generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
         """Which material each of (n, M) texels is found to be, drawn from the shares."""

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skyshine.mat.accuracy.budget import FIELDS_OF_VIEW, SOURCES, Budget
+from skyshine.mat.accuracy.budget import SOURCES, Budget
+from skyshine.mat.accuracy.options import FIELDS_OF_VIEW
 from skyshine.mat.accuracy.quantisation import BITS, PixelScale
 from skyshine.mat.accuracy.radiance import SHORTEST
 from skyshine.mat.radiometry import brightness_temperature
@@ -16,22 +17,29 @@ RADIANCE = "W m^-2 sr^-1"
 SLANTS = ((0.0, 3.0), (3.0, 10.0), (10.0, 30.0), (30.0, 90.0))  # degree of the line of sight from the horizon
 OPTIONS = {
     "weighted_reflectance": (
-        "reflectance_planck and reflectance_solar of the .band file in place of the flat mean",
-        "averages in all terms", "nothing: the tables are there",
+        "reflectance_planck and reflectance_solar of the .band file in place of the flat mean", "averages in all terms", "in every .band file",
     ),
     "weighted_transmittance": (
-        "with that, a beta* of the light that each material emits at its mean temperature", "averages in the thermal term",
-        "one more table of the size of beta* for each class of material",
+        "with reflectance_planck, beta_star_thermal of the material's class and temperature in place of beta*", "tau averaged in the thermal term",
+        "extra_tables: [weighted_transmittance]",
+    ),
+    "normalisation_in_steps": (
+        "normalisation_by_angle of the .band file, every 15 degree, in place of the mean N_s", "N_s averaged over source angles",
+        "in every .band file",
     ),
     "normalisation_by_angle": (
-        "normalisation_by_angle of the .band file in place of the mean N_s", "N_s", "one reading a face; the table is there"
+        "normalisation_fine of the .band file, to grazing light, in place of the mean N_s", "N_s averaged over source angles",
+        "extra_tables: [normalisation_by_angle]",
     ),
-    "read_every_pixel": (
-        "the .atmq tables read at every pixel in place of the centre's", "extrapolation and interpolation",
-        "four readings a pixel in place of four a frame",
+    "profile_of_the_tables": (
+        "the .atmq tables along the centre's line of sight, read once a frame (Table.part), at each pixel's own range",
+        "extrapolation in range; interpolation stays", "no table: a way of reading",
+    ),
+    "frame_of_the_tables": (
+        "the .atmq tables in the frame's elevations, read once a frame (Table.part), at each pixel: the same values as the whole tables read there",
+        "extrapolation in range and direction; interpolation stays", "no table: a way of reading",
     ),
 }  # fmt: skip
-
 
 def kelvin(budget: Budget, error: np.ndarray) -> np.ndarray:
     """Errors of radiance as differences of equivalent blackbody temperature, K; not a number below 2.5 um."""
@@ -72,7 +80,14 @@ def describe(budget: Budget) -> dict:
             "rms_kelvin": {name: quantity(_by_slant(budget, e), "K") for name, e in budget.extrapolation.items()},
             "rms": {name: quantity(_by_slant(budget, e, own=True), RADIANCE) for name, e in budget.extrapolation.items()},
         },
-        "options": {name: _option(budget, name) for name in budget.options},
+        "frames": {
+            "field_of_view": quantity(list(FIELDS_OF_VIEW), "degree"),
+            "rms_kelvin": {
+                name: quantity([measures(kelvin(budget, e))["rms"] for e in errors], "K") for name, errors in budget.frames.items()
+            },
+            "rms": {name: quantity([measures(e)["rms"] for e in errors], RADIANCE) for name, errors in budget.frames.items()},
+        },
+        "options": {name: _option(budget, name) for name in OPTIONS if name in budget.options},
         "radiance": quantity([float(budget.radiance.min()), float(budget.radiance.max())], RADIANCE),
         "pixel_scales": [_scale(budget, bits) for bits in BITS],
     }
@@ -111,12 +126,33 @@ def _by_slant(budget: Budget, error: np.ndarray, own: bool = False) -> list[list
 
 
 def _option(budget: Budget, name: str) -> dict:
-    before, after = (measures(kelvin(budget, error))["rms"] for error in budget.options[name])
-    radiance = [measures(error)["rms"] for error in budget.options[name]]
-    what, removes, cost = OPTIONS[name]
+    option = budget.options[name]
+    pair = option.before, option.after
+    warm = [kelvin(budget, error) for error in pair]
+    what, removes, source = OPTIONS[name]
+    cost = option.cost
     return {
-        "what": what, "removes": removes, "cost": cost,
-        "rms_kelvin": quantity([before, after], "K"), "rms": quantity(radiance, RADIANCE),
+        "what": what, "removes": removes, "from": source,
+        "basis": "stored tables" if option.stored else "computed exactly: the job does not ask for the table",
+        "rms_kelvin": quantity([measures(error)["rms"] for error in warm], "K"),
+        "rms": quantity([measures(error)["rms"] for error in pair], RADIANCE),
+        **({} if option.exact is None else {
+            "without_interpolation": {
+                "rms_kelvin": quantity([measures(kelvin(budget, error))["rms"] for error in option.exact], "K"),
+                "rms": quantity([measures(error)["rms"] for error in option.exact], RADIANCE),
+            }
+        }),
+        "rms_by_material": {
+            material: {
+                "radiance": quantity([measures(error[:, i])["rms"] for error in pair], RADIANCE),
+                "temperature": quantity([measures(error[:, i])["rms"] for error in warm], "K"),
+            }
+            for i, material in enumerate(budget.materials)
+        },
+        "cost": {
+            "size": quantity(cost.bytes, "byte"), "build": quantity(cost.seconds, "s"),
+            "values_per_frame": quantity(cost.per_frame, "1"), "values_per_pixel": quantity(cost.per_pixel, "1"),
+        },
     }  # fmt: skip
 
 

@@ -174,15 +174,17 @@ class State(StrictModel):
 class Band(StrictModel):
     """One spectral band of the sensor: a rectangle, or a table of the response."""
 
+    name: str | None = Field(None, pattern="^[A-Za-z][A-Za-z0-9_-]{0,39}$", description="For needs.bands; by default b01, b02 ... by order.")
     wavelength_um: Edges | None = Field(None, description="Lower and upper edge; the response is 1 between them.")
     wavenumber_cm: Edges | None = Field(None, description="Lower and upper edge, cm-1; the response is 1 between them.")
     response: JobFile | None = Field(None, description="CSV of wavelength[um] or wavenumber[cm-1], and response.")
 
     @pydantic.model_validator(mode="after")
     def _one(self):
-        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        ranges = [name for name in type(self).model_fields if name != "name"]
+        given = [name for name in ranges if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(f"found {' and '.join(given) or 'no range'}; allowed: one of {', '.join(type(self).model_fields)}")
+            raise ValueError(f"found {' and '.join(given) or 'no range'}; allowed: one of {', '.join(ranges)}")
         for name in given:
             edges = getattr(self, name)
             if name != "response" and not 0 < edges[0] < edges[1]:

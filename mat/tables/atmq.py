@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from skyshine.mat.tables.axes import FOLDED, LINEAR, table_axis
-from skyshine.mat.tables.gridded import ANGLE, AXES, Gridded
+from skyshine.mat.tables.gridded import ANGLE, AXES, FIELDS, Gridded
 from skyshine.schemas.hdf5 import Axis, Group, Variable
+
+if TYPE_CHECKING:
+    from skyshine.mat.quantities import PathGrid
 
 RADIANCE = "W m^-2 sr^-1"
 PATH = AXES[:3]
@@ -63,6 +67,11 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict)
         {"comment": "cells of 0 continue the quantities smoothly, for interpolation beside them only"},
     )  # fmt: skip
     return Group(axes, variables, {"accuracy": accuracy}, attributes)
+
+
+def path_axes(grid: PathGrid) -> dict[str, Axis]:
+    """The axes of the lines of sight of a grid."""
+    return {name: _axis(name, getattr(grid, field)) for name, field in zip(PATH, FIELDS)}
 
 
 def _axis(name: str, nodes: np.ndarray) -> Axis:

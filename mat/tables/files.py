@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,14 @@ class FileType:
         return int(self.format_version.split(".")[0])
 
 
-HTT = FileType("htt", "1.0.0", "Surface temperatures through the day")
+HTT = FileType("htt", "1.1.0", "Surface temperatures through the day")
 ATMQ = FileType("atmq", "2.0.0", "Atmospheric quantities with the Sun as source")
 LUNAR_ATMQ = FileType("lunar_atmq", "2.0.0", "Atmospheric quantities with the Moon as source")
+THERMAL_ATMQ = FileType("thermal_atmq", "1.0.0", "Transmittance of the light that classes of material emit")
 BAND = FileType("band", "1.0.0", "Blackbody radiance and material properties of a spectral band")
-FILE_TYPES = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, BAND)}
+# Of a file with optional arrays that 1.0.0 does not know; its readers read it.
+BAND_WITH_EXTRAS = replace(BAND, format_version="1.1.0")
+FILE_TYPES = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, THERMAL_ATMQ, BAND)}
 
 
 def state_label(state: int, states: int = 1) -> str:
@@ -47,6 +50,11 @@ def state_file(state: int, states: int = 1) -> str:
 def atmosphere_file(state: int, band: int, source: str, states: int = 1) -> str:
     """Name of the atmospheric table of a state, band and source ('sun' or 'moon')."""
     return f"{state_label(state, states)}b{band:02d}.{'atmq' if source == 'sun' else 'lunar_atmq'}.h5"
+
+
+def thermal_file(state: int, band: int, states: int = 1) -> str:
+    """Name of the table of weighted transmittance of a state and band."""
+    return f"{state_label(state, states)}b{band:02d}.{THERMAL_ATMQ.name}.h5"
 
 
 def band_file(band: int) -> str:

@@ -7,19 +7,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from skyshine.mat.scattering import scattering_angle
 from skyshine.mat.tables.axes import POLICIES, AxisRule
-from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT
+from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
+from skyshine.mat.tables.frame import part_of
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.schemas.hdf5 import Group, check_version, read_file
+from skyshine.schemas.hdf5 import Group, check_version, open_database, read_file
+
+
+_TURNED = ("elevation", "source_elevation", AXES[-1])  # give the scattering angle
 
 
 @dataclass(frozen=True)
@@ -33,12 +37,15 @@ class Table:
     root : Group
     attributes : dict
         The root attributes.
+    still : dict of str to float
+        Of a part of a table: axes that are gone, with the value that they were read at.
     """
 
     path: Path
     filetype: str
     root: Group
     attributes: dict
+    still: dict[str, float] = field(default_factory=dict)
 
     @property
     def quantities(self) -> list[str]:
@@ -94,6 +101,57 @@ class Table:
         if data.shape != tuple(rule.nodes.size for rule in rules) or data.dtype.kind not in "iuf":
             raise InputError(f"'{quantity}' does not fit its axes; build the file again", file=self.path)
         return interpolate(data, rules, where)
+
+    def part(self, *, out_of_range: str | Mapping[str, str] | None = None, **where):
+        """The part of the table that one frame reads; reading it gives what the whole table gives, with fewer values.
+
+        Parameters
+        ----------
+        out_of_range
+            As in `value`.
+        **where
+            For an axis, a number: its quantities are read there, and the axis is gone; or a pair, the least and the most that will be
+            asked for: the nodes around them stay. Other axes stay whole.
+
+        Returns
+        -------
+        Table
+            Of the same type, in memory.
+
+        Raises
+        ------
+        InputError
+            An unknown axis, a value outside its axis, or a pair on an axis that repeats.
+        """
+        if "material" in where:
+            where["material"] = self.material_codes(where["material"])
+        rules, places = {}, {}
+        for quantity in self.quantities:
+            rules[quantity] = self.rules(quantity)
+            places[quantity] = self._coordinates(quantity, where)
+        known = {rule.name for each in rules.values() for rule in each}
+        known |= {AXES[-1]} if ANGLE in known else set()
+        for name in where:
+            if name not in known:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
+        if out_of_range is not None:
+            for quantity, each in rules.items():
+                names = [rule.name for rule in each]
+                chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
+                rules[quantity] = self.rules(quantity, {name: policy for name, policy in chosen.items() if name in names})
+        still = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
+        return replace(self, root=part_of(self.root, rules, places), still=self.still | still)
+
+    def _coordinates(self, quantity: str, where: dict) -> dict:
+        """What `part` reads or cuts of a quantity's own axes."""
+        return where
+
+    def stored_bytes(self, quantity: str) -> int:
+        """What a quantity takes in the file, packed; of a flat export as it stands."""
+        if self.path.name.endswith(ENDING):
+            return int(self.root.variables[quantity].data.nbytes)
+        with open_database(self.path) as file:
+            return int(file[quantity].id.get_storage_size())
 
     def error(self, quantity: str) -> dict[str, float]:
         """The interpolation error that the file states for a quantity.
@@ -159,24 +217,78 @@ class BandTable(Table):
         """Band radiance of a black body, equation (7), W m^-2 sr^-1, at `temperature` in kelvin."""
         return self.value("blackbody_radiance", temperature=temperature)
 
+    def normalisation(self, *, material, angle, out_of_range=None):
+        """N_s of (43) at angles of incidence in degree.
+
+        From ``normalisation_fine`` (0 to 90 degree) where the job asked for it, else from ``normalisation_by_angle`` (0 to 75 degree).
+        """
+        fine = "normalisation_fine" in self.root.variables
+        name, axis = ("normalisation_fine", "incidence_angle") if fine else ("normalisation_by_angle", "source_angle")
+        return self.value(name, material=material, out_of_range=out_of_range, **{axis: angle})
+
 
 class AtmosphereTable(Table):
     """An ``.atmq`` or ``.lunar_atmq`` database."""
 
     def value(self, quantity, *, out_of_range=None, **where):
         """As `Table.value`; a table by scattering angle is read by source azimuth too."""
-        variable, azimuth = self.root.variables.get(quantity), AXES[-1]
-        if variable is not None and ANGLE in variable.dims and azimuth in where:
-            if missing := [name for name in ("elevation", "source_elevation") if name not in where]:
+        azimuth = AXES[-1]
+        if self._by_angle(quantity) and ANGLE not in where and azimuth in self.still | where:
+            place = self.still | where
+            if missing := [name for name in _TURNED if name not in place]:
                 raise InputError(f"the axis '{missing[0]}' is missing; give a value for it")
-            where[ANGLE] = scattering_angle(where["elevation"], where["source_elevation"], where.pop(azimuth))
+            where[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
+            where.pop(azimuth, None)
             if isinstance(out_of_range, Mapping):
                 out_of_range = {name: policy for name, policy in out_of_range.items() if name != azimuth}
         return super().value(quantity, out_of_range=out_of_range, **where)
 
+    def _by_angle(self, quantity: str) -> bool:
+        variable = self.root.variables.get(quantity)
+        return variable is not None and any(dim.endswith(ANGLE) for dim in variable.dims)
+
+    def _coordinates(self, quantity: str, where: dict) -> dict:
+        if not self._by_angle(quantity):
+            return where
+        place = self.still | where
+        own = {name: value for name, value in where.items() if name != AXES[-1]}
+        if ANGLE not in own and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
+            own[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
+        return own
+
     def transmittance(self, *, range, beta_star):  # noqa: A002 - the axis has this name
         """Transmittance over a range in km for a given beta*, equation (9)."""
         return np.exp(-5.5 * np.asarray(range, float) / np.asarray(beta_star, float))
+
+
+class ThermalTable(AtmosphereTable):
+    """A ``.thermal_atmq`` database."""
+
+    def beta_star(self, *, material, temperature, range, altitude, elevation, out_of_range=None):  # noqa: A002
+        """beta* in km of the light that materials emit, in place of beta* in equation (6).
+
+        Parameters
+        ----------
+        material : int, str or array
+            Code or name.
+        temperature : K
+            Of the surface.
+        range, altitude : km
+        elevation : degree
+        out_of_range
+            As in `value`.
+        """
+        return self.value(
+            "beta_star_thermal", material=material, planck_temperature=temperature, range=range, altitude=altitude,
+            elevation=elevation, out_of_range=out_of_range,
+        )  # fmt: skip
+
+    def value(self, quantity: str, *, out_of_range=None, **where) -> np.ndarray:
+        """As `Table.value`; for a material in place of its class too."""
+        if quantity == "beta_star_thermal" and "material" in where and "material_class" not in where:
+            number = super().value("class_of_material", material=where.pop("material"))
+            where["material_class"] = number.astype(int)
+        return super().value(quantity, out_of_range=out_of_range, **where)
 
 
 def open_table(path: str | os.PathLike) -> Table:
@@ -193,5 +305,5 @@ def open_table(path: str | os.PathLike) -> Table:
     if filetype not in FILE_TYPES:
         raise InputError(f"holds '{filetype}'; {nearest(filetype, FILE_TYPES)}; name another file", file=path)
     check_version(path, filetype, version, FILE_TYPES[filetype].major)
-    kinds = {HTT.name: TemperatureTable, BAND.name: BandTable}
+    kinds = {HTT.name: TemperatureTable, BAND.name: BandTable, THERMAL_ATMQ.name: ThermalTable}
     return kinds.get(filetype, AtmosphereTable)(path, filetype, root, attributes)

@@ -51,6 +51,22 @@ def small_build(small_job):
 
 
 @pytest.fixture(scope="session")
+def extra_job(tmp_path_factory):
+    """The small job with all extra tables."""
+    file = tmp_path_factory.mktemp("extra") / "job.yaml"
+    extra = "extra_tables: [weighted_transmittance, normalisation_by_angle]\n"
+    file.write_text(SMALL_JOB + extra, encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="session")
+def extra_build(extra_job):
+    """Folder of its databases."""
+    build(load_job(extra_job), jobs=1)
+    return extra_job.parent / "built"
+
+
+@pytest.fixture(scope="session")
 def own_axes(tmp_path_factory):
     """A database of random values with every quantity on axes of its own, path radiance by scattering angle; and its tables."""
     draw, tables = np.random.default_rng(12), {}

@@ -8,7 +8,8 @@ The path radiance is placed by scattering angle where the job's azimuths go all 
 
 Direct light begins with a step when the source rises over the horizon of a surface, at an elevation that falls with the surface's height. No
 grid of linear cells holds a step to twice a tolerance: in cells with the horizon inside, the tolerance bounds the share of reads that are
-worse, not the worst of them, and what is left is measured apart.
+worse, not the worst of them, and what is left is measured apart. Of other reads, too, a few in ten thousand may be worse than twice: lines
+that skim the ground towards a low Sun.
 """
 
 from __future__ import annotations

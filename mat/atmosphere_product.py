@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +13,18 @@ from skyshine.mat.accuracy.grids import Placed, placed_grids
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.accuracy.radiance import SHORTEST
+from skyshine.mat.atmosphere.air import SpectralAir
+from skyshine.mat.atmosphere.bounds import Bounds, Scattering
 from skyshine.mat.atmosphere.compile import BandPoints, CompiledBand, band_points, negligible_gases
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.band_cache import cached_compile_band
+from skyshine.mat.band_cache import Origin, cached_compile_band
 from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.jobs.fields import tolerance_parts
+from skyshine.mat.negligible import Negligible
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.quantities import BandAtmosphere, PathGrid
-from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance, usual_irradiance
+from skyshine.mat.scene import absorption_table, air_of, atmospheric_state, response_of, source_irradiance, usual_irradiance
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
@@ -40,19 +44,27 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     grid = path_grid(loaded.job)
     with report.stage("compile"):
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-        compiled, found = compiled_band(loaded, state, everything)
+        compiled, origin = compiled_band(loaded, state, everything)
     report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
-    if found:
-        report.notes.append("compiled band from the cache")
+    report.notes.append(origin.value)
     if compiled.dropped:
         report.notes.append(f"gases left out: {_left_out(compiled)}")
-    air = BandAtmosphere.of(state, compiled.band)
+    air, whole = BandAtmosphere.of(state, compiled.band), loaded.whole
+    most = Bounds.of(air.air, path_grid(whole), _irradiance(whole, compiled.band), compiled.band.radiance_weight)
+    left_out = Negligible.of(job, whole.sources, state, response, most)
+    if left_out.particles:
+        air = BandAtmosphere.of(left_out.without(state), compiled.band)
     for source, product in products.items():
-        _build_one(product, source, loaded, air, compiled, grid, response, report)
+        own = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
+        text, kelvin = left_out.text(source, state), left_out.bound(source)
+        notes = {"left_out": text or "none", "left_out_bound_kelvin": kelvin, "left_out_bound": kelvin * left_out.radiance}
+        if text:
+            report.notes.append(f"{source}: left out {text}")
+        _build_one(product, source, loaded, own, compiled, grid, response, report, notes)
 
 
-def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, bool]:
-    """All points of a band reduced as a job asks for one of its states, on that state's day; and whether they came from the cache."""
+def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, Origin]:
+    """All points of a band reduced as a job asks for one of its states, on that state's day; and where they came from."""
     job, whole = loaded.job, loaded.whole
     own, usual = (
         np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
@@ -64,29 +76,67 @@ def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPo
     )  # fmt: skip
 
 
-def gases_left_out(loaded: LoadedJob) -> list[LeftOut]:
-    """Gases that no band of a state needs, with what each changes at most; of states of one air, the first stands for all."""
-    job, grid, found, seen = loaded.job, path_grid(loaded.whole), [], set()
-    for (number, state), (band_number, band) in itertools.product(enumerate(job.states, 1), enumerate(job.bands, 1)):
-        key = band_number, state.model_dump_json(exclude={"date", "weather", "series"})
-        if key in seen:
-            continue
-        seen.add(key)
-        air, response = atmospheric_state(job.site, state), response_of(band)
-        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-        gases = negligible_gases(
-            air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
-        )
-        if gases:
-            place = f"{state_label(number, len(job.states))}b{band_number:02d}"
-            largest = max(gases.values())
-            found.append(
-                LeftOut(
-                    f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band",
-                    f"at most {largest:.1e} in transmittance", "a smaller accuracy.spectral_tolerance",
-                )
-            )  # fmt: skip
-    return found
+def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
+    """Points, gases, particles and scattered light that bands of states do not need, with what each changes at most.
+
+    Of states of one air, the first stands for all but their light. Bounds of particles and light are those at all points of a band; a
+    build takes those at the points that it computes tables from, which differ little.
+    """
+    job, whole, grid = loaded.job, loaded.whole, path_grid(loaded.whole)
+    bands, found, faint, known = {}, [], {}, {}
+    for number in job.needed_bands:
+        response = response_of(job.bands[number - 1])
+        bands[number] = response, band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        found += _points(job, bands[number][1].weight.size, number)
+    for (number, state), band in itertools.product(enumerate(job.states, 1), bands):
+        key = band, air_of(state)
+        place = f"{state_label(number, len(job.states))}b{band:02d}"
+        air, (response, everything) = atmospheric_state(job.site, state), bands[band]
+        irradiance = _irradiance(whole.of_state(number), everything)
+        if key not in known:
+            whole_air = SpectralAir.of(air, everything.points, everything.gases, everything.weight)
+            gases = negligible_gases(whole_air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed)
+            if gases:
+                found.append(_gases(gases, place))
+            known[key] = Bounds.of(whole_air, grid, irradiance, everything.radiance_weight), Scattering.of(whole_air)
+        bounds, scattering = known[key]
+        bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
+        left_out = Negligible.of(job, whole.sources, air, response, bounds)
+        changes = {f"scattered light of the {source}": left_out.scattered[source] for source in job.sources if source in left_out.scattered}
+        for what, change in (changes | {f"particles ({name})": change for name, change in left_out.names(air).items()}).items():
+            faint.setdefault(what, []).append((change, change * left_out.radiance, place))
+    return found + [_faint(what, cases) for what, cases in faint.items()]
+
+
+_RESTORE_SPECTRUM = "a smaller accuracy.spectral_tolerance"
+
+
+def _points(job: Job, count: int, band: int) -> list[LeftOut]:
+    """Spectral points of a band, which has so many."""
+    bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file holds what is measured"
+    what = f"all but {MAX_POINTS} or fewer of {count:,} spectral points in b{band:02d}"
+    return [LeftOut(what, "a few stand for all", bound, _RESTORE_SPECTRUM)] if count > MAX_POINTS else []
+
+
+def _gases(gases: dict[str, float], place: str) -> LeftOut:
+    bound = f"at most {max(gases.values()):.1e} in transmittance"
+    return LeftOut(f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM)
+
+
+def _faint(what: str, cases: list[tuple[float, float, str]]) -> LeftOut:
+    """Particles or light that can be left out at some places."""
+    kelvin, radiance, _ = max(cases)
+    places = [place for *_, place in cases]
+    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
+    return LeftOut(
+        f"{what} in {', '.join(places[:3])}{more}", "too faint to be seen",
+        f"at most {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen", "a smaller accuracy.negligible_k; 0 leaves nothing out",
+    )  # fmt: skip
+
+
+def _irradiance(job: Job, band: BandPoints) -> np.ndarray:
+    """Irradiance (B, P) of the job's sources outside the atmosphere at the points of a band."""
+    return np.stack([source_irradiance(job, source, band.wavenumber, band.width) for source in job.sources])
 
 
 def path_grid(job: Job) -> PathGrid:
@@ -110,13 +160,13 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
             {
                 "site": job.site.model_dump(mode="json"),
                 "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
-                "band": job.bands[task.band - 1].model_dump(mode="json"),
+                "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
                 "source": source,
                 "water_continuum": job.water_continuum,
                 "atmosphere_grid": {
                     **job.atmosphere_grid.model_dump(mode="json"), "altitude_km": job.observer_altitudes_km
                 },
-                "accuracy": job.accuracy.model_dump(mode="json", include={"spectral_tolerance", "seed"}),
+                "accuracy": job.accuracy.model_dump(mode="json", include={"spectral_tolerance", "negligible_k", "seed"}),
                 **scope,
             },
         )
@@ -128,7 +178,7 @@ def _scope(whole: Job) -> dict:
     return {"sources": whole.sources, **whole.atmosphere_grid.model_dump(mode="json"), "altitude_km": whole.observer_altitudes_km}
 
 
-def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report) -> None:
+def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report, left_out: dict) -> None:
     irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber, compiled.band.width)
     with report.stage("grid"):
         placed = _placed(loaded, air, base, irradiance, response)
@@ -145,7 +195,7 @@ def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathG
         if placed:
             nodes = ", ".join(f"{name} {found.table.values.size:,}" for name, found in placed.items())
             report.notes.append(f"{source}: nodes that hold the tolerance: {nodes}")
-        accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed, _notes(loaded.job.atmosphere_grid, placed))
+        accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed, left_out | _notes(loaded.job.atmosphere_grid, placed))
         product.write(atmq_group(tables, accuracy, attributes))
 
 
@@ -171,7 +221,9 @@ def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -
         return {}
     return placed_grids(
         lambda grid, key: air.table(grid, irradiance, wanted=(key,)),
-        lambda generator, sky: Probes.drawn(air, base, irradiance, generator, sky),
+        lambda generator, key, count: Probes.drawn(
+            air, base, irradiance, generator, sky=count if key == "ambient" else 0, count=count, wanted=(key,)
+        ),
         base, scales, seed=loaded.job.accuracy.seed, most=axes.most_nodes,
     )  # fmt: skip
 
@@ -181,12 +233,13 @@ def _notes(axes, placed: dict[str, Placed]) -> dict:
     notes = {}
     for name, found in placed.items():
         notes[f"{name}_tolerance"] = axes.tolerances[name]
+        notes[f"{name}_uniform_nodes"] = ", ".join(str(n) for n in found.uniform)
         notes[f"{name}_uniform_over_placed_nodes"] = found.ratio
     if "direct_radiance" in placed:
         notes["reads_on_the_horizon"] = placed["direct_radiance"].horizon_share
         notes["largest_error_on_the_horizon"] = placed["direct_radiance"].horizon_maximum
     if placed:
-        notes["uniform_nodes"] = "an estimate: equally spaced nodes that are as good on each axis by itself, multiplied, over those placed"
+        notes["uniform_method"] = "an estimate: equally spaced nodes (ranges in their logarithm) that are as good on each axis by itself"
     return notes
 
 

@@ -19,6 +19,7 @@ import threading
 import zipfile
 from collections import OrderedDict
 from collections.abc import Callable
+from enum import Enum
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
@@ -33,6 +34,14 @@ FORMAT = 1  # raised when the layout of the kept files changes
 _MOST_FITS = 8  # of some 10 MB each
 _fits: OrderedDict[str, FittedBand] = OrderedDict()  # the latest last
 _lock = threading.Lock()
+
+
+class Origin(Enum):
+    """Where a compiled band came from."""
+
+    FITTED = "points chosen for this air"
+    SHARED = "points of another state of this air"
+    CACHE = "compiled band from the cache"
 
 
 def cache_folder() -> Path | None:
@@ -60,8 +69,7 @@ def cached_compile_band(table, state, band, grid, source_irradiance, usual_irrad
     Returns
     -------
     compiled : CompiledBand
-    found : bool
-        Whether it came from the folder.
+    origin : Origin
     """
     folder = cache_folder()
     settings = {"tolerance": float(tolerance), "max_points": int(max_points), "seed": int(seed)}
@@ -71,12 +79,14 @@ def cached_compile_band(table, state, band, grid, source_irradiance, usual_irrad
     path = None if folder is None else folder / f"{content_key(*air, *own)}.npz"
     compiled = None if path is None else _read(path, band)
     if compiled is not None:
-        return compiled, True
-    fit = _kept_fit(content_key(*air), lambda: fit_band(over_air(state), band, grid, usual, **settings))
+        return compiled, Origin.CACHE
+    key = content_key(*air)
+    origin = Origin.SHARED if key in _fits else Origin.FITTED
+    fit = _kept_fit(key, lambda: fit_band(over_air(state), band, grid, usual, **settings))
     compiled = fit.measured(*own)
     if path is not None:
         _write(path, compiled)
-    return compiled, False
+    return compiled, origin
 
 
 def _kept_fit(key: str, fit: Callable[[], FittedBand]) -> FittedBand:

@@ -19,7 +19,7 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     library = load_library()
     band = loaded.job.bands[task.band - 1]
     resolved = {
-        "band": band.model_dump(mode="json"),
+        "band": band.model_dump(mode="json", exclude={"name"}),
         "materials": list(materials),
         "materials_sha256": materials_digest(library, materials),
     }

@@ -29,7 +29,7 @@ def write_record(folder: Path, reports: Sequence[TaskReport], seconds: float) ->
     Returns
     -------
     dict
-        What was written: folder, seconds, and for each file whether it was kept, its seconds, stages, peak memory and notes.
+        What was written: folder, seconds, and for each file whether it was kept, its seconds by clock and processor, stages, peak memory and notes.
     """
     files = {}
     for report in reports:
@@ -54,6 +54,7 @@ def _entry(report: TaskReport) -> dict:
     return {
         "kept": report.kept,
         "seconds": round(report.seconds, 3),
+        "processor_seconds": round(report.processor_seconds, 3),
         "stages": {stage: round(value, 3) for stage, value in report.stages.items()},
         "peak_memory_bytes": report.peak_memory,
         "notes": list(report.notes),

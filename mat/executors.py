@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
 import multiprocessing.connection
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -13,6 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
 
+from skyshine.mat.atmosphere import threads
 from skyshine.schemas.errors import CheckFailed, InputError
 
 # One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what cores are
@@ -20,6 +23,10 @@ from skyshine.schemas.errors import CheckFailed, InputError
 THREAD_LIMITS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 DASK = "dask:"
 CONNECT_SECONDS = 30
+# Dask's nannies let glibc give every freed array back to the system (distributed.nanny.pre-spawn-environ), and tasks then take twice as
+# long. Its own values (mallopt(3): M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX) are those that a process comes to by itself.
+DASK_TRIM = "65536"
+MEMORY_KEPT = {-1: 1 << 28, -3: 1 << 25, -8: 1}
 WORKERS_LOST = 5  # times that a task may lose its worker before it counts as the cause
 
 
@@ -77,6 +84,7 @@ def _dask(address: str) -> Iterator[Executor]:
         words = " ".join(str(error).split())[:120]
         raise InputError(f"found --executor 'dask:{address}', where no scheduler answers ({words}); start one there") from None
     with client:
+        client.register_plugin(_worker_plugin())
         executor = client.get_executor(pure=False, retries=WORKERS_LOST)
         try:
             yield executor
@@ -84,6 +92,28 @@ def _dask(address: str) -> Iterator[Executor]:
             raise CheckFailed(f"the cluster lost its workers ({error}); finished files are kept: run it again") from None
         finally:
             executor.shutdown(wait=False)
+
+
+def _worker_plugin():
+    """Of the workers of a cluster, of those that come later too: one thread a task, and memory kept between arrays."""
+    from distributed import WorkerPlugin
+
+    class Prepared(WorkerPlugin):
+        name, idempotent = "skyshine", True
+
+        def setup(self, worker):
+            prepare_worker()
+
+    return Prepared()
+
+
+def prepare_worker() -> None:
+    """Set what a Dask worker does otherwise than a process of a local build, unless its environment says how it is to be."""
+    os.environ.setdefault(threads.VARIABLE, "1")
+    if os.environ.get("MALLOC_TRIM_THRESHOLD_") == DASK_TRIM and sys.platform == "linux":
+        mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+        for setting, value in MEMORY_KEPT.items() if mallopt else ():
+            mallopt(setting, value)
 
 
 class _Pool(ProcessPoolExecutor):

@@ -75,9 +75,9 @@ def _axes(content: dict) -> list[str]:
     lines = ["", "| axis | type | unit | read | what |", "|---|---|---|---|---|"]
     for name, rule in axes.items():
         has = rule["properties"]
-        read = has.get("interpolation", {}).get("const", "")
+        read = _value(has["interpolation"]) if "interpolation" in has else ""
         period = has.get("period", {}).get("const")
-        read = f"`{read}`" + (f", period {period:g}" if period else "") if read else ""
+        read += f", period {period:g}" if read and period else ""
         what = rule.get("description", "") + ("" if name in required else " (may be absent)")
         lines.append(f"| `{name}` | {_type(has)} | {_value(has['units'])} | {read} | {what.strip()} |")
     return lines
@@ -127,7 +127,7 @@ def describe_fields(layout: dict, root: Group) -> None:
                 continue
             rule.setdefault("description", item.long_name)
             for key in ("interpolation", "period"):
-                if key in item.attributes:
+                if key in item.attributes and "enum" not in rule["properties"].get(key, {}):
                     value = item.attributes[key]
                     rule["properties"][key] = {"const": value if isinstance(value, str) else float(value)}
                     rule["required"] += [key] if key not in rule["required"] else []

@@ -23,7 +23,7 @@ from skyshine.mat.jobs.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.mat.needs import Needs, needed
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 from skyshine.tmm.job import MaterialName, TextureJob, check_distinct_names
 
@@ -50,6 +50,13 @@ class Accuracy(StrictModel):
     """How closely the tables are to be computed and measured."""
 
     spectral_tolerance: float = Field(1e-3, ge=1e-4, le=0.05, description="Relative, of a compiled band.")
+    negligible_k: float = Field(
+        0.02,
+        ge=0,
+        le=1,
+        description="Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where all that "
+        "provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at most); 0 leaves none out.",
+    )
     solver_steps: Literal[48, 96, 192, 288] = 96
     class_tolerance: float = Field(
         2e-3, ge=1e-4, le=0.1, description="Of transmittance, between materials that share a table of weighted transmittance."
@@ -112,6 +119,17 @@ class Job(StrictModel):
         """Altitudes of the temperature table."""
         return self.surface_grid.altitude_km or [round(self.site.altitude_km + h, 9) for h in SURFACE_HEIGHTS_KM]
 
+    @property
+    def band_names(self) -> list[str]:
+        """Of all bands, in their order."""
+        return [band.name or f"b{number:02d}" for number, band in enumerate(self.bands, 1)]
+
+    @property
+    def needed_bands(self) -> list[int]:
+        """Numbers of the bands that are built, counted from 1."""
+        wanted = None if self.needs is None else self.needs.bands
+        return [number for number, name in enumerate(self.band_names, 1) if wanted is None or name in wanted]
+
     def of_state(self, index: int) -> Job:
         """The job with its site on the date of a state, counted from 1."""
         day = self.states[index - 1].date or self.site.date
@@ -145,6 +163,9 @@ class Job(StrictModel):
                 "found 'materials: used' without textures; allowed: used with textures, all, or a list of names; "
                 "name the materials"
             )
+        for name in self.band_names:
+            if self.band_names.count(name) > 1:
+                raise ValueError(f"found the band '{name}' twice; allowed: names once each, b01, b02 ... for bands without one; rename it")
         check_distinct_names(self.textures)
         if len(set(self.sources)) != len(self.sources):
             raise ValueError("found a source twice; allowed: sun and moon once each; remove one")
@@ -213,6 +234,9 @@ def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) ->
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_series(parse_model(document, Job, context), document, context)
+    for i, name in enumerate((job.needs and job.needs.bands) or []):
+        if name not in job.band_names:
+            raise document.error(("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}")
     whole = _with_weather_files(job, document)
     return LoadedJob(needed(whole), document, whole)
 

@@ -45,10 +45,13 @@ class Needs(StrictModel):
     elevation_deg: span(-90, 90) | None = Field(None, description="Of the line of sight, with all pixels of the frame.")
     surface_altitude_km: span(-0.5, 9) | None = None
     slope_deg: span(0, 180) | None = None
+    bands: Annotated[list[str], Field(min_length=1, max_length=99)] | None = Field(
+        None, description="Names of bands, or b01, b02 ... by their order in the job; no file is built for the others."
+    )
     hours: tuple[TimeOfDay, TimeOfDay] | None = Field(
         None,
-        description="Local clock, first and last; over midnight where the first is later. Elevations that a source never has then, "
-        "and sources that are below all of their tables, are left out.",
+        description="Local clock, first and last; over midnight where the first is later. Times of the temperature tables, elevations "
+        "that a source never has then, and sources that are below all of their tables, are left out.",
     )
 
 
@@ -87,6 +90,22 @@ def around(nodes: list[float], low: float, high: float) -> list[float]:
     first = max(0, min(bisect_right(nodes, low) - 1, len(nodes) - 1))
     last = max(0, min(bisect_left(nodes, high), len(nodes) - 1))
     return nodes[first : last + 1]
+
+
+def hours_around(times: list[float], hours: Span | None) -> list[float]:
+    """Times of day between two of the clock, the first and the last, with the next beyond each; all of them where that is nearly all.
+
+    Those after midnight follow as 24 and more, so that they ascend.
+    """
+    if hours is None:
+        return times
+    first, last = hours
+    turns = [time + turn for turn in (-24.0, 0.0, 24.0, 48.0) for time in times]
+    last += 24.0 if last < first else 0.0
+    kept = turns[bisect_right(turns, first) - 1 : bisect_left(turns, last) + 1]
+    if len(kept) >= len(times):
+        return times
+    return [time + 24.0 for time in kept] if kept[0] < 0 else kept
 
 
 def source_elevations(job: Job) -> dict[str, Span]:

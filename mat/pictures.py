@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.tables.axes import PERIODIC
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
 
@@ -87,7 +88,9 @@ def _colours(count: int) -> np.ndarray:
 
 def _temperatures(figure, table: Table) -> None:
     axes = table.root.axes
-    hours = np.append(axes["time"].values, axes["time"].values[0] + 24.0)
+    hours = axes["time"].values
+    if table.rules("temperature")[-1].interpolation == PERIODIC:
+        hours = np.append(hours, hours[0] + 24.0)
     low, faces = float(axes["altitude"].values[0]), axes["azimuth"].values
     codes = axes["material"].values[:SHOWN]
     names = {code: name for name, code in table.materials.items()}

@@ -8,6 +8,7 @@ import numpy as np
 
 from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.jobs.extra_tables import WEIGHTED_TRANSMITTANCE
+from skyshine.mat.needs import hours_around
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.materials.library import MaterialLibrary
@@ -16,8 +17,8 @@ from skyshine.tmm.load import job_materials
 from skyshine.tmm.usage import read_usage
 
 FLOAT_BYTES = 4
-# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it.
-STEP_BOUND = "0.1 % of a value"
+# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it, before the ground.
+STEP_BOUND = "0.1 % of a value; of path radiance some percent in cells that reach behind the ground"
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | N
     tasks = [Task("texture", i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.textures))]
     states = len(job.states)
     for state in range(1, states + 1):
-        for band in range(1, len(job.bands) + 1):
+        for band in job.needed_bands:
             files = tuple(atmosphere_file(state, band, source, states) for source in job.sources)
             tasks.append(Task("atmosphere", state, band, files, len(files) * _atmosphere_values(job)))
             if WEIGHTED_TRANSMITTANCE in job.extra_tables:
@@ -141,7 +142,7 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | N
                 tasks.append(Task("thermal", state, band, (thermal_file(state, band, states),), size))
         size = len(materials) * _surface_values(job)
         tasks.append(Task("temperature", state, 0, (state_file(state, states),), size))
-    tasks += [Task("band", band, band, (band_file(band),), 0) for band in range(1, len(job.bands) + 1)]
+    tasks += [Task("band", band, band, (band_file(band),), 0) for band in job.needed_bands]
     return Plan(tuple(tasks), materials, tuple(_left_out(loaded, library, materials)))
 
 
@@ -156,7 +157,11 @@ def _paths(job: Job) -> int:
 
 def _surface_values(job: Job) -> int:
     grid = job.surface_grid
-    return len(job.surface_altitudes_km) * len(grid.azimuth_deg) * len(grid.slope_deg) * len(grid.time)
+    return len(job.surface_altitudes_km) * len(grid.azimuth_deg) * len(grid.slope_deg) * len(_times(job))
+
+
+def _times(job: Job) -> list[float]:
+    return hours_around(job.surface_grid.time, job.needs and job.needs.hours)
 
 
 def _left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tuple[str, ...]) -> list[LeftOut]:
@@ -196,10 +201,15 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
         ("source elevations", "hours", whole.atmosphere_grid.source_elevation_deg, job.atmosphere_grid.source_elevation_deg, "none"),
         ("surface altitudes", "surface_altitude_km", whole.surface_altitudes_km, job.surface_altitudes_km, "none"),
         ("slopes", "slope_deg", whole.surface_grid.slope_deg, job.surface_grid.slope_deg, "none"),
+        ("times of day", "hours", whole.surface_grid.time, _times(job), "none"),
     )
     found = [
         LeftOut(f"{len(nodes) - len(kept)} of {len(nodes)} {name}", f"no read within needs.{key} touches them", bound, wide.format(key))
         for name, key, nodes, kept, bound in axes if len(kept) < len(nodes)
+    ]  # fmt: skip
+    found += [
+        LeftOut(f"all files of the band {name}", "needs.bands does not name it", "none", f"{name} in needs.bands, or none")
+        for number, name in enumerate(job.band_names, 1) if number not in job.needed_bands
     ]  # fmt: skip
     found += [
         LeftOut(f"tables of the {source}", "it is below all their elevations in the hours needed", "none", wide.format("hours"))

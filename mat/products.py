@@ -28,6 +28,8 @@ class TaskReport:
     kept : bool
         The files were there already, from the same job.
     seconds : float
+    processor_seconds : float
+        Of the whole process meanwhile.
     stages : dict of str to float
         Seconds by stage.
     peak_memory : int
@@ -39,6 +41,7 @@ class TaskReport:
     files: tuple[str, ...]
     kept: bool = False
     seconds: float = 0.0
+    processor_seconds: float = 0.0
     stages: dict[str, float] = field(default_factory=dict)
     peak_memory: int = 0
     notes: list[str] = field(default_factory=list)
@@ -99,7 +102,7 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
     ------
     InputError
     """
-    begin = time.perf_counter()
+    begin, spent = time.perf_counter(), time.process_time()
     report = TaskReport(task.files)
     if task.kind in ("atmosphere", "temperature", "thermal"):
         loaded = loaded.of_state(task.index)
@@ -108,6 +111,7 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
         with report.stage("pictures"):
             _draw(task, loaded, folder, report.kept)
     report.seconds = time.perf_counter() - begin
+    report.processor_seconds = time.process_time() - spent
     report.peak_memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     return report
 

@@ -207,7 +207,10 @@ class BandAtmosphere:
             results.append(result)
         return AtmosphericQuantities(**{name: np.array([r[name].item() for r in results]) for name in results[0]})
 
-    def along_lines(self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, ambient_at, source_irradiance):
+    def along_lines(
+        self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, ambient_at, source_irradiance, *,
+        wanted=QUANTITIES,
+    ):  # fmt: skip
         """The quantities on n lines of sight at R ranges and for S sources each, computed directly; ambient at one range of some.
 
         Parameters
@@ -220,6 +223,8 @@ class BandAtmosphere:
         ambient_at : (m,) int array
             Number of the range at which it is computed, for each of the first m lines.
         source_irradiance : (P,) array
+        wanted : names out of `QUANTITIES`
+            Only these are computed; the others are None, but ambient, which is computed wherever it is asked for by `ambient_at`.
 
         Returns
         -------
@@ -230,20 +235,22 @@ class BandAtmosphere:
         ranges, altitude = (np.asarray(a, float) * 1e3 for a in (range_km, altitude_km))
         elevation, source, azimuth = (np.radians(a) for a in (elevation_deg, source_elevation_deg, source_azimuth_deg))
         rays = trace(self.air.shells, altitude, elevation, ranges)
-        found = {name: [] for name in AtmosphericQuantities.__dataclass_fields__ if name != "ambient"}
+        found = {name: [] for name in ("valid", "transmittance", *wanted) if name != "ambient"}
         end, seen = np.empty(len(ambient_at)), np.empty((len(ambient_at), irradiance.size))
         for row in range(altitude.size):
             path = LineOfSight.of(self.air, rays, row, altitude[row], elevation[row], ranges[row])
             weight = self._radiance_weight(path)
-            direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source[row])
             ln_tau, absorbed = _in_band(path.depth, self.band.weight)
-            values = {
-                "beta_star": self._beta(path), "valid": path.valid, "transmittance": np.exp(ln_tau),
-                "path_radiance_ratio": self._path_radiance_ratio(path, absorbed, source[row], azimuth[row], irradiance),
-                "direct": np.einsum("rp,rsp->rs", weight * irradiance, direct),
-            }  # fmt: skip
-            for name, value in values.items():
-                found[name].append(value)
+            found["valid"].append(path.valid)
+            found["transmittance"].append(np.exp(ln_tau))
+            if "beta_star" in wanted:
+                found["beta_star"].append(self._beta(path))
+            if "path_radiance_ratio" in wanted:
+                ratio = self._path_radiance_ratio(path, absorbed, source[row], azimuth[row], irradiance)
+                found["path_radiance_ratio"].append(ratio)
+            if "direct" in wanted:
+                direct = direct_transmittance(self.air.source_paths, path.surface_altitude, source[row])
+                found["direct"].append(np.einsum("rp,rsp->rs", weight * irradiance, direct))
             if row < end.size:
                 end[row], seen[row] = path.surface_altitude[ambient_at[row]], weight[ambient_at[row]]
         ambient, first = np.empty(end.size), source[: end.size, 0]
@@ -251,7 +258,8 @@ class BandAtmosphere:
             rows = first == one
             sky = self._sky_at(end[rows], self._sky(end[rows], np.array([one]), irradiance))[:, 0]
             ambient[rows] = np.sum(seen[rows] * sky, axis=1)
-        return AtmosphericQuantities(ambient=ambient, **{name: np.array(values) for name, values in found.items()})
+        rest = dict.fromkeys(QUANTITIES) | {"ambient": ambient}
+        return AtmosphericQuantities(**rest | {name: np.array(values) for name, values in found.items()})
 
     def spectral_at_points(
         self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, source_irradiance
@@ -409,7 +417,7 @@ class BandAtmosphere:
         if segments.index.size:
             thermal = self.air.thermal_radiance(segments, path.segment_depths) @ band.radiance_weight
             total[1:] += np.cumsum(thermal)[:, None]
-            if np.any(irradiance > 0):
+            if self.air.scatters and np.any(irradiance > 0):
                 ends = path.ends
                 to_source = source_cosine(ends, elevations, azimuths)[0]
                 deflection = _turned(scattering_cosine(ends, elevations, azimuths)[0], rest)
@@ -431,14 +439,15 @@ class BandAtmosphere:
         # The air of one metre at the density of the ground: any amount will do, this one stays inside single precision.
         air = 1e25 * np.array([[1 - share], [share]])
         point = transfer.Segments(np.zeros(1, int), np.array([layer]), *air, *(np.zeros(2),) * 4)
-        light = direct_transmittance(self.air.scaled_source_paths, np.array([path.local_altitude]), elevations)
-        unit = transfer.scattered_spectral(point, optics, light.astype(np.float32), np.stack([cosine, cosine]))
         extinction = point.column(optics.extinction)[0]
         rise = -np.sin(path.elevation)
         thermal = here(self.air.thermal.mean) + lean(rise) * here(self.air.thermal.tilt)
-        again = self.air.diffuse_light.at(layer, share, rise, np.sin(elevations), cosine)
-        unit = unit + extinction * again
-        source = extinction * thermal + unit * irradiance
+        source = np.broadcast_to(extinction * thermal, (cosine.size, extinction.size))
+        if self.air.scatters:
+            light = direct_transmittance(self.air.scaled_source_paths, np.array([path.local_altitude]), elevations)
+            unit = transfer.scattered_spectral(point, optics, light.astype(np.float32), np.stack([cosine, cosine]))
+            again = self.air.diffuse_light.at(layer, share, rise, np.sin(elevations), cosine)
+            source = source + (unit + extinction * again) * irradiance
         return source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())
 
 

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.aerosol_column import BOUNDARY_MODELS
 from skyshine.mat.atmosphere.profiles import load_profile
 from skyshine.mat.atmosphere.rain import RainLayer
 from skyshine.mat.atmosphere.sounding import read_sounding
@@ -56,6 +57,12 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
         surface_temperature=mean,
         surface_albedo=state.surface_albedo,
     )
+
+
+def air_of(state: State) -> tuple[str, float | None]:
+    """What of a state its air follows from: the same for states that differ in day, ground temperature and weather alone."""
+    wind = _mean_wind(state.weather) if BOUNDARY_MODELS.get(state.aerosol, 0.0) is None else None
+    return state.model_dump_json(exclude={"date", "series", "weather"}), wind
 
 
 def _mean_wind(weather) -> float:

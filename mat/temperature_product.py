@@ -9,14 +9,15 @@ import numpy as np
 from skyshine.mat.accuracy.interpolation import ErrorMeasure, accuracy_group, measure, random_places
 from skyshine.mat.accuracy.surface_grids import refined_axes
 from skyshine.mat.job import LoadedJob
-from skyshine.mat.jobs.fields import tolerance_parts
+from skyshine.mat.jobs.fields import clock_text, tolerance_parts
 from skyshine.mat.jobs.surface import at_kelvin
-from skyshine.mat.plan import Task
+from skyshine.mat.needs import hours_around
+from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
 from skyshine.mat.scene import materials_digest
 from skyshine.mat.surface.table import TemperatureTable, temperature_table
 from skyshine.mat.surface_inputs import scene_inputs, surface_materials
-from skyshine.mat.tables.axes import EXACT, PERIODIC, AxisRule
+from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.htt import htt_group
 from skyshine.mat.tables.interpolation import interpolate
@@ -36,6 +37,7 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         "slope_deg": job.surface_grid.slope_deg,
         "time_h": job.surface_grid.time,
     }
+    hours = None if job.needs is None else job.needs.hours
     resolved = {
         "site": job.site.model_dump(mode="json"),
         "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
@@ -43,6 +45,7 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         "accuracy": job.accuracy.model_dump(mode="json", include={"solver_steps", "seed"}),
         "materials": list(materials),
         "operated": {name: job.operated[name].model_dump(mode="json") for name in materials if name in job.operated},
+        **({} if hours is None else {"hours": [clock_text(time) for time in hours]}),
         "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
         "materials_sha256": materials_digest(library, materials),
     }
@@ -55,19 +58,25 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
     solver = _Solver(surface_materials(chosen, job.operated), scene_inputs(job, task.index), given)
     steps = job.accuracy.solver_steps
-    base, placed = axes, {}
+    base, placed = dict(axes), {}
     if job.surface_grid.tolerance is not None:
         with report.stage("grid"):
             refined = refined_axes(
                 lambda at: solver.table(at, steps).temperature, axes, len(chosen), tolerance_parts(job.surface_grid.tolerance)[0],
                 seed=job.accuracy.seed, most=job.surface_grid.most_nodes,
             )  # fmt: skip
-        axes, placed = refined.axes, {"tolerance": job.surface_grid.tolerance}
+        axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
         report.notes.append(f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}")
+    # The whole day is solved, and its nodes are placed for all of it; the file holds the hours that are asked for.
+    kept = hours_around(list(axes["time_h"]), hours)
+    whole_day = len(kept) == len(axes["time_h"])
+    axes["time_h"] = np.array(kept)
+    if not whole_day:
+        base["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
     with report.stage("tables"):
         table = solver.table(axes, steps)
     with report.stage("accuracy"):
-        error, solver_error = _errors(solver, table, codes, axes, base, steps, job.accuracy.seed)
+        error, solver_error = _errors(solver, table, codes, axes, base, steps, job.accuracy.seed, whole_day)
     with report.stage("write"):
         notes = {
             "seed": job.accuracy.seed,
@@ -79,8 +88,21 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         }
         attributes = {"state": job.states[task.index - 1].profile, "date": job.site.date.isoformat()}
         accuracy = accuracy_group([error], {}, {}, notes)
-        product.write(htt_group(table, codes, materials, axes, accuracy, attributes))
+        product.write(htt_group(table, codes, materials, axes, accuracy, attributes, whole_day=whole_day))
     report.notes.append(f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K")
+
+
+def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOut]:
+    """Materials whose heat balance is that of another, by name the first of each."""
+    library, job = load_library(), loaded.job
+    every = surface_materials([library[name] for name in materials], job.operated)
+    solved = [material for material in every if material.name not in job.temperatures_c]
+    first: dict[tuple, str] = {}
+    twins = {each.name: first[each.physics] for each in solved if first.setdefault(each.physics, each.name) != each.name}
+    return [
+        LeftOut(f"the heat balance of {name}", f"it is that of {other}: solved once and copied", "none", "nothing to restore: the table holds it")
+        for name, other in twins.items()
+    ]  # fmt: skip
 
 
 class _Solver:
@@ -92,13 +114,13 @@ class _Solver:
     def table(self, axes: dict, steps: int) -> TemperatureTable:
         metres = [1e3 * altitude for altitude in axes["altitude_km"]]
         return temperature_table(
-            self.materials, *self.inputs, metres, axes["azimuth_deg"], axes["slope_deg"], axes["time_h"],
+            self.materials, *self.inputs, metres, axes["azimuth_deg"], axes["slope_deg"], np.mod(axes["time_h"], 24.0),
             steps=steps, given=self.given,
         )  # fmt: skip
 
 
 def _errors(
-    solver: _Solver, table: TemperatureTable, codes: np.ndarray, axes: dict, base: dict, steps: int, seed: int
+    solver: _Solver, table: TemperatureTable, codes: np.ndarray, axes: dict, base: dict, steps: int, seed: int, whole_day: bool
 ) -> tuple[ErrorMeasure, ErrorMeasure]:
     """Errors of interpolation and of the solver's step, at random places of the job's own axes."""
     generator = np.random.default_rng(seed)
@@ -106,7 +128,7 @@ def _errors(
     places = {}
     for name, nodes in base.items():
         nodes = np.asarray(nodes, float)
-        if name in closed and nodes.size > 1:
+        if name in closed and nodes.size > 1 and (whole_day or name != "time_h"):
             nodes = np.append(nodes, nodes[0] + closed[name])
         count = PROBES[name.split("_")[0]] if nodes.size > 1 else 1
         places[name] = np.mod(random_places(nodes, count, generator), closed.get(name, np.inf))
@@ -116,7 +138,7 @@ def _errors(
         AxisRule("altitude", np.asarray(axes["altitude_km"], float)),
         AxisRule("azimuth", np.asarray(axes["azimuth_deg"], float), PERIODIC, 360.0),
         AxisRule("slope", np.asarray(axes["slope_deg"], float)),
-        AxisRule("time", np.asarray(axes["time_h"], float), PERIODIC, 24.0),
+        AxisRule("time", np.asarray(axes["time_h"], float), PERIODIC if whole_day else LINEAR, 24.0),
     ]
     mesh = np.meshgrid(codes, *places.values(), indexing="ij", sparse=True)
     read = interpolate(table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh)))

@@ -165,7 +165,7 @@ def _stamps(folder: Path) -> tuple[tuple[str, int, int], ...]:
 
 
 @lru_cache(maxsize=4)
-def _library(folder: Path | None, packaged_files: tuple, own_files: tuple | None) -> MaterialLibrary:
+def _library(folder: Path | None, _packaged_files: tuple, _own_files: tuple | None) -> MaterialLibrary:
     packaged, places = _read_index(materials.path())
     if folder is None:
         return MaterialLibrary(packaged.data_version, packaged.references, places)

@@ -147,7 +147,8 @@ def write_file(
         # Made in memory, packed, unless it is streamed: HDF5 cannot close a file on a full disk without writing to standard error.
         # What is streamed comes in whole chunks, so that a cache of chunks for each array would only hold memory.
         how = {"driver": "core", "backing_store": False} if fill is None else {"rdcc_nbytes": 0}
-        with h5py.File(part, "w", track_order=True, **how) as file:
+        # Everything that HDF5 1.10 keeps of arrays and groups has a checksum; the indexes of chunks before it have none.
+        with h5py.File(part, "w", libver=("v110", "v110"), track_order=True, **how) as file:
             _write_group(file, root)
             if fill is not None:
                 _write_group(file, fill(file))
@@ -220,10 +221,17 @@ def _write_group(target: h5py.Group, group: Group) -> None:
         _write_group(target.create_group(name, track_order=True), child)
 
 
+_REFERENCE, _COMPACT_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which holds 64 KB
+
+
 def _write_array(target, name, data, described, float_type, chunks) -> h5py.Dataset:
     kind = np.dtype(data.dtype)
     if kind.kind in "UO":
-        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True)
+        # The library follows damaged references to text out of the file; within the header of the array they are under its checksum.
+        place = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        if _REFERENCE * data.size <= _COMPACT_LIMIT:
+            place.set_layout(h5py.h5d.COMPACT)
+        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True, dcpl=place)
     else:
         kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
         content = {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}

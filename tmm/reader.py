@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import open_database
+from skyshine.schemas.hdf5 import open_database, sound
 from skyshine.tmm.layout import CHUNK, FILETYPE, FORMAT_VERSION
 from skyshine.tmm.levels import WEIGHT_TOTAL
 from skyshine.tmm.raster import file_sha256
@@ -31,36 +31,41 @@ class TmmFile:
     def __init__(self, file):
         self._file = file
         self._planes: dict[tuple[int, str], np.ndarray] = {}
-        group = file["materials"]
-        self.materials = dict(zip(group["material"][()].tolist(), group["name"].asstr()[()].tolist()))
-        self.levels = len(file["levels"])
-        self.height, self.width = file["levels/0/code"].shape
+        with sound(file.filename):
+            group = file["materials"]
+            self.materials = dict(zip(group["material"][()].tolist(), group["name"].asstr()[()].tolist()))
+            self.levels = len(file["levels"])
+            self.height, self.width = file["levels/0/code"].shape
 
     def size(self, level: int) -> tuple[int, int]:
         """Height and width of a level."""
-        return self._file[f"levels/{level}/code"].shape
+        with sound(self._file.filename):
+            return self._file[f"levels/{level}/code"].shape
 
     @property
     def attributes(self) -> dict:
         """Root attributes and provenance."""
-        return {**self._file.attrs, **self._file["provenance"].attrs}
+        with sound(self._file.filename):
+            return {**self._file.attrs, **self._file["provenance"].attrs}
 
     def group_attributes(self, name: str) -> dict:
         """Attributes of ``usage``, ``quality`` or another group."""
-        return {key: value.item() if hasattr(value, "item") else value for key, value in self._file[name].attrs.items()}
+        with sound(self._file.filename):
+            return {key: value.item() if hasattr(value, "item") else value for key, value in self._file[name].attrs.items()}
 
     def rows(self, name: str, rows: slice, step: int = 1) -> np.ndarray:
         """Rows of an array of level 0, such as ``code``; every `step`-th row and column of them."""
-        return self._file[f"levels/0/{name}"][rows][::step, ::step]
+        return self.array(f"levels/0/{name}", rows)[::step, ::step]
 
     def thinned(self, name: str, step: int) -> np.ndarray:
         """Every `step`-th row and column of an array of level 0."""
         band = CHUNK * step
         return np.concatenate([self.rows(name, slice(top, top + band), step) for top in range(0, self.height, band)])
 
-    def array(self, name: str) -> np.ndarray:
-        """A whole array by its path in the file, such as ``levels/0/confidence``."""
-        return self._file[name][()]
+    def array(self, name: str, rows: slice = slice(None)) -> np.ndarray:
+        """Rows of an array by its path in the file, such as ``levels/0/confidence``; by default all of it."""
+        with sound(self._file.filename):
+            return self._file[name][rows]
 
     def has(self, name: str) -> bool:
         """Whether the file holds an array of this path."""
@@ -69,7 +74,7 @@ class TmmFile:
     @property
     def usage(self) -> dict[str, float]:
         """Share of the texels with data that have each material."""
-        return dict(zip(self.materials.values(), self._file["usage/share"][()].astype(float).tolist()))
+        return dict(zip(self.materials.values(), self.array("usage/share").astype(float).tolist()))
 
     def code(self, x, y, level: int = 0, outside: Literal["error", "clamp"] = "error") -> np.ndarray:
         """Material code at points.
@@ -109,7 +114,7 @@ class TmmFile:
         if not 0 <= level < self.levels:
             raise InputError(f"found level {level}; allowed: 0 to {self.levels - 1}", file=self._file.filename)
         if (level, name) not in self._planes:
-            self._planes[level, name] = self._file[f"levels/{level}/{name}"][()]
+            self._planes[level, name] = self.array(f"levels/{level}/{name}")
         plane = self._planes[level, name]
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         if outside == "clamp":

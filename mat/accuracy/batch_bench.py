@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.band_cache import CACHE_VARIABLE
+from skyshine.mat.accuracy.cost import distinct_airs
+from skyshine.mat.band_cache import CACHE_VARIABLE, Origin
 from skyshine.mat.build import build
 from skyshine.mat.job import LoadedJob
 
@@ -25,18 +26,50 @@ class BatchTiming:
     Attributes
     ----------
     place : str
+    workers : int
     seconds : float
-        By the clock, start of the processes included.
+        By the clock; of processes of this machine their start included.
+    processor_seconds : float
+        Of all tasks: what does not change with the load of the machine.
     stages : dict of str to float
         Seconds by stage, added over all tasks.
+    further : float
+        Seconds that the tasks of one more state take a process which has its points.
+    choice : float
+        Seconds that a process takes to choose the points of all bands for another air.
     same : bool
         Whether the files are those of the first place, byte for byte.
     """
 
     place: str
+    workers: int
     seconds: float
+    processor_seconds: float
     stages: dict[str, float]
+    further: float
+    choice: float
     same: bool
+
+    def whole(self, sample: Size, batch: Size) -> float:
+        """Seconds of the whole batch: those of the sample, and the further states and airs evenly on all workers.
+
+        Each process chooses the points of an air that it meets, and meets it if there are as many states of it.
+        """
+        meets = min(self.workers, batch.states / batch.airs)
+        more = (batch.states - sample.states) * self.further + (batch.airs - sample.airs) * meets * self.choice
+        return self.seconds + more / self.workers
+
+
+@dataclass(frozen=True)
+class Size:
+    """How many states a job has, and how many airs these are of."""
+
+    states: int
+    airs: int
+
+    @classmethod
+    def of(cls, loaded: LoadedJob) -> Size:
+        return cls(len(loaded.job.states), distinct_airs(loaded))
 
 
 def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
@@ -50,36 +83,45 @@ def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
 def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] = lambda _: None) -> list[BatchTiming]:
     """Time a job in one process, in `workers` processes, and on a local Dask cluster of as many workers, if Dask is there.
 
-    Bands are compiled anew each time, as the states of a batch differ.
+    No band comes from the cache folder; what a process keeps, it keeps for this job alone.
     """
     found: list[BatchTiming] = []
     with tempfile.TemporaryDirectory() as place, _no_cache():
         first = Path(place) / "1"
 
-        def timed(name: str, folder: Path, **where) -> None:
+        def timed(name: str, count: int, folder: Path, **where) -> None:
             begin = time.perf_counter()
             report = build(loaded, out=folder, **where)
-            seconds, stages = time.perf_counter() - begin, {}
-            for entry in _by_task(report):
-                for stage, spent in entry["stages"].items():
-                    stages[stage] = stages.get(stage, 0.0) + spent
-            found.append(BatchTiming(name, seconds, stages, _contents(folder) == _contents(first)))
+            seconds = time.perf_counter() - begin
+            found.append(_timing(name, count, seconds, report, _contents(folder) == _contents(first)))
             advance(1)
 
-        timed("one process", first, jobs=1)
-        timed(f"{workers} processes", Path(place) / "n", jobs=workers)
+        timed("one process", 1, first, jobs=1)
+        timed(f"{workers} processes", workers, Path(place) / "n", jobs=workers)
         try:
             import distributed
         except ImportError:
             return found
         with distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:
-            timed(f"Dask, {workers} workers", Path(place) / "dask", executor=f"dask:{cluster.scheduler_address}")
+            timed(f"Dask, {workers} workers", workers, Path(place) / "dask", executor=f"dask:{cluster.scheduler_address}")
     return found
 
 
-def _by_task(report: dict) -> list[dict]:
-    """One entry a task: the tables of Sun and Moon, s01b01.atmq and s01b01.lunar_atmq, share their stages."""
-    return list({name.split(".")[0]: entry for name, entry in report["files"].items()}.values())
+def _timing(place: str, workers: int, seconds: float, report: dict, same: bool) -> BatchTiming:
+    # One entry a task: the tables of Sun and Moon, s01b01.atmq and s01b01.lunar_atmq, share theirs.
+    tasks = {name.split(".")[0]: entry for name, entry in report["files"].items()}
+    of_states = {name: entry for name, entry in tasks.items() if name.startswith("s")}
+    states = {name.split("b")[0] for name in of_states}
+    stages: dict[str, float] = {}
+    for entry in tasks.values():
+        for stage, spent in entry["stages"].items():
+            stages[stage] = stages.get(stage, 0.0) + spent
+    chosen = {name: entry["stages"]["compile"] for name, entry in of_states.items() if Origin.FITTED.value in entry["notes"]}
+    further = (sum(entry["seconds"] for entry in of_states.values()) - sum(chosen.values())) / len(states)
+    bands = {name.split("b")[1] for name in chosen}
+    choice = sum(float(np.mean([spent for name, spent in chosen.items() if name.endswith(f"b{band}")])) for band in bands)
+    work = sum(entry["processor_seconds"] for entry in tasks.values())
+    return BatchTiming(place, workers, seconds, work, stages, further, choice, same)
 
 
 def _contents(folder: Path) -> dict[str, bytes]:

@@ -11,7 +11,7 @@ import numpy as np
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.jobs.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.plan import Plan
-from skyshine.mat.scene import absorption_table, response_of
+from skyshine.mat.scene import absorption_table, air_of, response_of
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
 COMPILE_POINT = 2.0e-3  # s for each spectral point of a band
@@ -34,7 +34,8 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     job, grid = loaded.job, loaded.job.atmosphere_grid
     share = COMPILED_POINTS / TABLE_POINTS
     sets, sources = len(job.states), len(job.sources)
-    points = [absorption_table().points(*response_of(band).wavenumber_range).wavenumber.size for band in job.bands]
+    wanted = [job.bands[number - 1] for number in job.needed_bands]
+    points = [absorption_table().points(*band.wavenumber_range).wavenumber.size for band in map(response_of, wanted)]
     lines = len(job.observer_altitudes_km) * len(grid.elevation_deg)
     heights = len(grid.source_elevation_deg)
     nodes = lines * len(grid.range_km) * heights * len(grid.source_azimuth_deg)
@@ -47,7 +48,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     emission = (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km) if WEIGHTED_TRANSMITTANCE in job.extra_tables else 0.0
     files = sum(len(task.files) for task in plan.tasks)
     return {
-        "compile": sets * COMPILE_POINT * sum(points),
+        "compile": distinct_airs(loaded) * COMPILE_POINT * sum(points),
         "atmosphere": sets * len(points) * sources * one,
         "accuracy": sets * len(points) * sources * MEASURED * share,
         "weighted transmittance": sets * emission * sum(points),
@@ -55,3 +56,9 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }
+
+
+def distinct_airs(loaded: LoadedJob) -> int:
+    """For how many airs the points of the bands are chosen; moonlight is another each day."""
+    job = loaded.job
+    return len({(air_of(state), (state.date or job.site.date) if "moon" in loaded.whole.sources else None) for state in job.states})

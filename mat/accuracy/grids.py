@@ -27,14 +27,17 @@ from skyshine.schemas.errors import CheckFailed
 
 # Scattering angles [degree], closer towards the source, in place of the job's azimuths.
 _ANGLES = np.array([0, 1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 90, 120, 150, 180], float)
-_START = 1.5  # of the tolerance, for each axis looked at by itself
+_START = 1.0  # of the tolerance, for each axis looked at by itself
+_LOOSEST = 20.0  # tolerances: that loose the start may be where the table would be too large
 _DRAWS = 2  # of random lines in each pass
-_PASSES = 16
-_GROWTH, _FAST_GROWTH, _SMALL = 1.6, 4.0, 10_000  # of a table in one pass, at most; of one of fewer nodes than that
-_SKY_LINES = 240  # on which sky light is measured too
+_PASSES = 20
+_GROWTH, _FAST_GROWTH, _SMALL = 1.6, 2.5, 100_000  # of a table in one pass, at most; of one of fewer nodes than that
+# Lines in each draw: few for sky light, which takes as long as all the rest and has no rare large errors.
+_LINES = {"beta_star": 2000, "path_radiance_ratio": 1000, "ambient": 240, "direct": 2000}
 _OVER = 0.003  # of the reads of a quantity may be worse than the tolerance: those of all four together are then less than 1 %
 _MARGIN = 0.95  # of the tolerance, there: other points are a little worse
-_WORST = 2.0  # tolerances, that no read may exceed
+_WORST = 1.6  # tolerances: the worst of a thousand other points may be as much as two
+_FAR = 5e-5  # of the reads may be worse even so: where the sun shines along the horizon, no bearable table holds the last of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +69,12 @@ class Placed:
 
 
 TableOf = Callable[[PathGrid, str], AtmosphericQuantities]
+ProbesOf = Callable[[np.random.Generator, str, int], Probes]
 
 
 def placed_grids(
-    table_of: TableOf, probes_of: Callable[[np.random.Generator, int], Probes], base: PathGrid, scales: Mapping[str, tuple[Scale, float]],
-    *, seed: int, most: int,
-) -> dict[str, Placed]:  # fmt: skip
+    table_of: TableOf, probes_of: ProbesOf, base: PathGrid, scales: Mapping[str, tuple[Scale, float]], *, seed: int, most: int
+) -> dict[str, Placed]:
     """For each quantity the fewest nodes, between the ends of a job's axes, that hold its tolerance.
 
     Parameters
@@ -79,7 +82,7 @@ def placed_grids(
     table_of : callable
         On a grid, the one quantity that is named as in `AtmosphericQuantities`.
     probes_of : callable
-        Random lines of sight on the job's axes, drawn with a generator, with sky light on so many of them.
+        Random lines of sight on the job's axes, drawn with a generator, with the one quantity on them; how many.
     base : PathGrid
         The job's axes: their ends, and by their cells how the random points lie.
     scales : mapping of str to (Scale, float)
@@ -92,35 +95,30 @@ def placed_grids(
     CheckFailed
         A tolerance cannot be reached with so many nodes.
     """
-    drawn: dict[tuple[int, int], Probes] = {}
-
-    def probes(number: int, sky: int) -> Probes:
-        if (number, sky) not in drawn:
-            drawn[number, sky] = probes_of(np.random.default_rng([seed, 3, number]), sky)
-        return drawn[number, sky]
-
     return {
-        name: _placed(name, table_of, probes, base, *scales[name], np.random.default_rng([seed, 4, number]), most)
+        name: _placed(name, table_of, probes_of, base, *scales[name], np.random.default_rng([seed, 3, number]), most)
         for number, name in enumerate(QUANTITIES) if name in scales
     }  # fmt: skip
 
 
-def _placed(name: str, table_of: TableOf, probes_of: Callable[[int, int], Probes], base, scale, tolerance: float, generator, most: int) -> Placed:
+def _placed(name: str, table_of: TableOf, probes_of: ProbesOf, base, scale, tolerance: float, generator, most: int) -> Placed:
     key, count = QUANTITIES[name]
     if name == "path_radiance_ratio" and base.source_azimuth_deg[0] == 0 and base.source_azimuth_deg[-1] == 180:
         base = ScatteringGrid(*(getattr(base, field) for field in FIELDS[:4]), _ANGLES)
     profiles = [Profile.of(name, axis, table_of, base, scale, generator) for axis in range(count)]
-    axes = [profile.nodes(_START * tolerance) for profile in profiles]
-    found, guilty = None, None
-    for number in range(_PASSES):
-        size = int(np.prod([nodes.size for nodes in axes]))
-        if size > most:
+    axes, allowed = [profile.nodes(_START * tolerance) for profile in profiles], _START * tolerance
+    while _size(axes) > most and allowed < _LOOSEST * tolerance:
+        allowed *= 1.5
+        axes = [profile.nodes(allowed) for profile in profiles]
+    found, guilty, lines = None, None, []
+    for _ in range(_PASSES):
+        if _size(axes) > most:
             break
         grid = type(base)(*axes, *(getattr(base, field)[:1] for field in FIELDS[count:]))
         quantities = table_of(grid, key)
         table = Gridded(grid, getattr(quantities, key), quantities.valid)
         # Lines that were measured before are measured again, so that what is mended stays mended; whether it holds, fresh lines say.
-        lines = [probes_of(draw, _SKY_LINES if key == "ambient" else 0) for draw in range(_DRAWS * (number + 1))]
+        lines += [probes_of(generator, key, _LINES[key]) for _ in range(_DRAWS)]
         errors = [_Measured.of(name, table, probes, scale, tolerance) for probes in lines]
         found = _Measured.together(errors[-_DRAWS:])
         if found.holds:
@@ -130,9 +128,13 @@ def _placed(name: str, table_of: TableOf, probes_of: Callable[[int, int], Probes
     axis = FIELDS[int(np.argmax([nodes.size for nodes in axes])) if guilty is None else guilty].rsplit("_", 1)[0]
     raise CheckFailed(
         f"atmosphere_grid.tolerance {tolerance:g} cannot be held for {name} with {most:,} nodes: it takes more than "
-        f"{' x '.join(str(nodes.size) for nodes in axes)} = {size:,}{error}, most for the {axis.replace('_', ' ')}; raise it, shorten that "
+        f"{' x '.join(str(nodes.size) for nodes in axes)} = {_size(axes):,}{error}, most for the {axis.replace('_', ' ')}; raise it, shorten that "
         "axis, or allow more with atmosphere_grid.most_nodes"
     )
+
+
+def _size(axes: list[np.ndarray]) -> int:
+    return int(np.prod([nodes.size for nodes in axes]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +166,8 @@ class _Measured:
 
     @property
     def holds(self) -> bool:
-        return not self.too_many and np.max(self.error, where=~self.rising, initial=0.0) <= _WORST
+        far = np.count_nonzero((self.error > _WORST) & ~self.rising)
+        return not self.too_many and far <= _FAR * self.counts
 
     @property
     def summary(self) -> tuple[float, float, float, float]:

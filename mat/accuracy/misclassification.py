@@ -138,7 +138,7 @@ def surface_radiance(
         A table lacks a material, the surface is outside the table, or `air` is of the Moon or of another band.
     """
     names = tuple(names)
-    times = surface.root.axes["time"].values.astype(float)
+    times = np.mod(surface.root.axes["time"].values.astype(float), 24.0)
     altitude = float(surface.root.axes["altitude"].values[0]) if altitude is None else altitude
     column = {"material": np.array(names)[:, np.newaxis], "altitude": altitude, "azimuth": azimuth, "slope": slope}
     temperature = surface.temperature(**column, time=times)

@@ -39,17 +39,20 @@ class Probes:
     truth: AtmosphericQuantities
 
     @classmethod
-    def drawn(cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator, sky: int = AMBIENT) -> Probes:
-        """Draw lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
-        altitude, elevation, ranges = lines_in_cells(base, LINES, generator)
-        lines, steps = np.arange(LINES), ranges.shape[1]
+    def drawn(
+        cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator, *, sky: int = AMBIENT,
+        count: int = LINES, wanted: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
+    ) -> Probes:  # fmt: skip
+        """Draw so many lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
+        altitude, elevation, ranges = lines_in_cells(base, count, generator)
+        lines, steps = np.arange(count), ranges.shape[1]
         source, azimuth = (
-            _spread(nodes, LINES * _SOURCES, generator).reshape(LINES, _SOURCES)
+            _spread(nodes, count * _SOURCES, generator).reshape(count, _SOURCES)
             for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
         )
         source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
         ambient_at = generator.permutation(sky) % steps
-        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance)
+        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, wanted=wanted)
         places = (ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None])
         return cls(dict(zip(AXES, places)), ambient_at, truth)
 

@@ -10,7 +10,7 @@ import numpy as np
 from skyshine.mat.accuracy.atmospheric import Scale
 from skyshine.mat.quantities import AtmosphericQuantities, PathGrid
 from skyshine.mat.tables.gridded import FIELDS, QUANTITIES
-from skyshine.mat.tables.refinement import fewest_nodes, level, subdivided, uniform_nodes
+from skyshine.mat.tables.refinement import fewest_nodes, percentile_99, subdivided, uniform_nodes
 
 PARTS = (8, 8, 12, 8, 8)  # of each cell of the job's axes: the places that may become nodes
 _TWILIGHT, _TWILIGHT_PARTS = -10.0, 40  # degree: from there to 0, where the horizon of heights up to 100 km lies
@@ -73,11 +73,11 @@ class Profile:
         return self.places[np.union1d(chosen, self.places.size // 2) if chosen.size == 2 else chosen]
 
     def uniform(self, nodes: np.ndarray) -> int:
-        """How many nodes, equally spaced, are as good on this axis as those given."""
+        """How many nodes, equally spaced, are as good on this axis as those given: 99 % of the errors within the same."""
         if self.places.size == 1:
             return 1
         forth, back = (np.log, np.exp) if self.logarithmic else (np.array, np.array)
-        allowed = level(self._error(self._read(nodes)))
+        allowed = percentile_99(self._error(self._read(nodes)))
         return uniform_nodes(forth(self.places), lambda at: self._error(self._read(back(at))), allowed, _MOST_UNIFORM)
 
     def _cell_error(self, start: int, end: int) -> np.ndarray:

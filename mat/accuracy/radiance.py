@@ -13,14 +13,14 @@ _STEP = 0.5  # K, half the width of the central difference
 SHORTEST = 2.5  # um; in bands that end before it a scene at 300 K emits next to nothing, and kelvin mean nothing
 
 
-def kelvin_per_radiance(response: SpectralResponse) -> float:
-    """Change of a black body's temperature at 300 K that changes its band radiance by 1 W m^-2 sr^-1.
+def kelvin_per_radiance(response: SpectralResponse, temperature: float = REFERENCE) -> float:
+    """Change of a black body's temperature that changes its band radiance by 1 W m^-2 sr^-1.
 
     Not a number for bands that end before 2.5 um: radiance errors there have no equivalent temperature.
     """
     if response.upper < SHORTEST:
         return float("nan")
-    low, high = band_radiance(response, np.array([REFERENCE - _STEP, REFERENCE + _STEP]))
+    low, high = band_radiance(response, np.array([temperature - _STEP, temperature + _STEP]))
     return 2 * _STEP / float(high - low)
 
 

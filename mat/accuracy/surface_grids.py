@@ -53,7 +53,7 @@ def refined_axes(
     CheckFailed
         The tolerance cannot be reached with so many nodes.
     """
-    generator = np.random.default_rng([seed, 4])
+    generator, size = np.random.default_rng([seed, 4]), 0
     closed = {name: _closed(name, nodes) for name, nodes in base.items()}
     profiles = {name: _profile(name, temperature, closed, generator) for name in base}
     places = {name: np.mod(random_places(closed[name], n, generator), PERIODS.get(name, np.inf)) for name, n in _TESTS.items()}
@@ -70,9 +70,11 @@ def refined_axes(
             return RefinedAxes(axes, p99, maximum)
         reached = f"; an error of {p99:.2g} K (99 %), {maximum:.2g} K (worst) is left with {size:,}"
         share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, 2 / maximum), 0.25, 0.8))
+    widest = max(axes, key=lambda name: axes[name].size)
     raise CheckFailed(
-        f"surface_grid.tolerance {tolerance:g} K cannot be held with {most:,} nodes{reached}; raise it, shorten the axes, allow more "
-        "with surface_grid.most_nodes, or name closer axes to start from"
+        f"surface_grid.tolerance {tolerance:g} K cannot be held with {most:,} nodes: it takes {size:,}{reached}, most for the "
+        f"{widest.rsplit('_', 1)[0]}, {axes[widest].size}; raise it, shorten that axis, allow more with surface_grid.most_nodes, or name "
+        "closer axes to start from"
     )
 
 

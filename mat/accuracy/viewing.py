@@ -135,7 +135,9 @@ def _candidates(job, source, grid, axes, shells, generator) -> Views:
     sine = _sine_of_elevation(altitude, surface, distance)
     elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     heading = generator.uniform(0.0, 360.0, _BATCH)
-    time = generator.uniform(0.0, 24.0, _BATCH) if axes["time"].size > 1 else np.full(_BATCH, axes["time"][0])
+    part = job.needs is not None and job.needs.hours is not None  # the times are those asked for, beyond 24 after midnight
+    day = (axes["time"][0], axes["time"][-1]) if part else (0.0, 24.0)
+    time = np.mod(generator.uniform(*day, _BATCH), 24.0) if axes["time"].size > 1 else np.full(_BATCH, axes["time"][0])
     where = position(source, local_times_utc(job.site, time), job.site.latitude_deg, job.site.longitude_deg)
     normal = _normals(axes, direction(where.elevation, where.azimuth), -direction(elevation, heading), generator)
     along = np.cross(normal, generator.normal(size=(_BATCH, 3)))

@@ -162,7 +162,8 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
 
     def held(tolerance):
         found = placed_grids(
-            lambda grid, key: air.table(grid, sun, wanted=(key,)), lambda drawn, sky: Probes.drawn(air, GRID, sun, drawn, sky), GRID,
+            lambda grid, key: air.table(grid, sun, wanted=(key,)),
+            lambda drawn, key, count: Probes.drawn(air, GRID, sun, drawn, sky=count if key == "ambient" else 0, count=count, wanted=(key,)), GRID,
             dict.fromkeys(QUANTITIES, (scale, tolerance)), seed=1, most=20_000_000,
         )  # fmt: skip
         return {name: placed.table for name, placed in found.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,6 +30,8 @@ class SpectralAir:
     source_rays : SourceRays
     streams : bool
         Light scattered more than once is that of `streams.StreamLight`, not of the two streams of `multiple.DiffuseLight`.
+    scatters : bool
+        Light of the source is scattered; False leaves it out of paths and sky, and lets it fall on surfaces directly.
     """
 
     state: AtmosphericState
@@ -37,6 +39,7 @@ class SpectralAir:
     optics: SpectralOptics
     source_rays: SourceRays
     streams: bool = False
+    scatters: bool = True
 
     @classmethod
     def of(cls, state, points, gases=None, weight=None, *, streams=False):
@@ -60,11 +63,11 @@ class SpectralAir:
 
     def part(self, points):
         """The same air at a slice of the points."""
-        return SpectralAir(self.state, self.shells, self.optics.at(points), self.source_rays, self.streams)
+        return replace(self, optics=self.optics.at(points))
 
     def prepare(self):
         """Compute what is kept, before several threads ask for it."""
-        for kept in ("source_paths", "thermal", "scaled_extinction", "scaled_source_paths", "diffuse_light"):
+        for kept in ("source_paths", "thermal", *(("scaled_extinction", "scaled_source_paths", "diffuse_light") if self.scatters else ())):
             getattr(self, kept)
 
     @cached_property

@@ -245,19 +245,20 @@ def _light(source_irradiance):
     return irradiance, np.maximum(irradiance.mean(axis=1), np.finfo(float).tiny)
 
 
-def negligible_gases(state, band, grid, *, tolerance=1e-3, seed=0):
+def negligible_gases(air, band, grid, *, tolerance=1e-3, seed=0):
     """Gases that `compile_band` leaves out, with the largest change each makes in an in-band transmittance.
 
     Parameters
     ----------
-    state, band, grid, tolerance, seed
+    air : SpectralAir
+        At all points of the band.
+    band, grid, tolerance, seed
         As `compile_band`.
 
     Returns
     -------
     dict of str to float
     """
-    air = SpectralAir.of(state, band.points, band.gases, band.weight)
     training = Sample.of(air.shells, grid, _TRAINING_RAYS, np.random.default_rng(seed))
     return _drop_gases(air, band, training, tolerance * _GAS_SHARE)[1]
 

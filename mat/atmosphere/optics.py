@@ -183,14 +183,11 @@ def _aerosol(state, wavenumber):
     phase = np.zeros((PHASE_ANGLES.size, state.altitude.size, nodes.size))
     total = np.zeros((state.altitude.size, nodes.size))
     for component in state.particles:
-        amount = (component.extinction_550 / state.number_density)[:, None]
-        optics = component.model.optics(wavenumber, state.relative_humidity)
-        extinction += amount * optics.extinction
-        part = amount * optics.extinction * optics.single_scattering_albedo
+        dims, part, asymmetry = sections(state, component, wavenumber)
+        extinction += dims
         scattering += part
-        forward += part * optics.asymmetry
-        optics = component.model.optics(nodes, state.relative_humidity)
-        part = amount * optics.extinction * optics.single_scattering_albedo
+        forward += part * asymmetry
+        _, part, _ = sections(state, component, nodes)
         phase += part * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
         total += part
     phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
@@ -200,6 +197,13 @@ def _aerosol(state, wavenumber):
         phase = phase[:, filled[np.argmin(np.abs(np.arange(shape[0])[:, None] - filled), axis=1)]]
     asymmetry = np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
     return extinction, scattering, asymmetry, phase, share
+
+
+def sections(state, component, wavenumber):
+    """Extinction and scattering by one kind of particle, m^2 per molecule of air, and asymmetry; (N, P) each."""
+    amount = (component.extinction_550 / state.number_density)[:, None]
+    optics = component.model.optics(wavenumber, state.relative_humidity)
+    return amount * optics.extinction, amount * optics.extinction * optics.single_scattering_albedo, optics.asymmetry
 
 
 def normalised(phase):

@@ -57,6 +57,9 @@ def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths
     turn, turn_weight = np.polynomial.legendre.leggauss(azimuths)
     turn, turn_weight = 0.5 * np.pi * (turn + 1), np.pi * turn_weight  # both halves: the weights sum to 2 pi
     altitude, source_elevation = np.asarray(altitude, dtype=float), np.asarray(source_elevation, dtype=float)
+    if source_elevation.size and not air.scatters:
+        thermal = sky_irradiance(air, altitude, np.zeros(0), zeniths=zeniths).thermal
+        return SkyIrradiance(thermal, np.zeros((altitude.size, source_elevation.size, thermal.shape[1])))
     if air.streams and source_elevation.size:
         thermal = sky_irradiance(air, altitude, np.zeros(0), zeniths=zeniths).thermal
         direct = direct_transmittance(air.source_paths, altitude, source_elevation)

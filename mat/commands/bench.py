@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from skyshine.mat.commands.batch import batch
 from skyshine.mat.commands.leaving_out import leaving_out
 from skyshine.mat.commands.stability import stability
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity, write_measured
@@ -26,6 +27,7 @@ def command(context, out, quick, textures, as_json):
         run(quick, out, textures, as_json)
 
 
+command.add_command(batch)
 command.add_command(stability)
 command.add_command(leaving_out)
 
@@ -328,59 +330,3 @@ def loader(points, as_json):
         for name, each in measured.items()
     ]
     echo_table(["table", "nodes", "values/s", "scipy", "difference"], rows)
-
-
-@command.command()
-@click.argument("job", type=click.Path())
-@click.option("--states", "count", type=click.IntRange(1, 1000), default=4, show_default=True, help="Built, evenly spread over the job's.")
-@click.option("--workers", type=click.IntRange(1, 1000), default=2, show_default=True, help="Processes, and workers of the cluster.")
-@json_option
-def batch(job, count, workers, as_json):
-    """Many states: a sample of those of JOB in one process, in several, and on a local Dask cluster, by stage.
-
-    The time of all states is the sample's times their ratio; on a machine that does other work it is that machine's.
-
-    \b
-    Example: mat bench batch year/every_day.yaml --states 4
-    """
-    import time
-
-    from skyshine.mat.accuracy.batch_bench import bench_batch, sampled
-    from skyshine.mat.job import load_job
-    from skyshine.mat.plan import make_plan
-    from skyshine.materials.library import load_library
-
-    begin = time.perf_counter()
-    loaded = load_job(job)
-    tasks = len(make_plan(loaded, load_library()).tasks)
-    planned = time.perf_counter() - begin
-    few = sampled(loaded, count)
-    with progress(3, "building the sample") as advance:
-        found = bench_batch(few, workers, advance)
-    built, states = len(few.job.states), len(loaded.job.states)
-    if as_json:
-        emit_json(
-            {
-                "states": states, "sampled": built, "tasks": tasks, "planning": quantity(planned, "s"),
-                "places": [
-                    {
-                        "name": each.place, "time": quantity(each.seconds, "s"), "same_bytes": each.same,
-                        "speed": quantity(found[0].seconds / each.seconds, "1"),
-                        "all_states": quantity(each.seconds * states / built, "s"),
-                        "stages": {stage: quantity(spent, "s") for stage, spent in each.stages.items()},
-                    }
-                    for each in found
-                ],
-            }
-        )  # fmt: skip
-        return
-    click.echo(f"{states} states, {tasks} tasks, planned in {planned:.1f} s; {built} states built, without kept bands")
-    stages = list(found[0].stages)
-    rows = [
-        [
-            each.place, f"{each.seconds:.1f}", f"{found[0].seconds / each.seconds:.2f}", f"{each.seconds * states / built / 3600:.2f}",
-            *(f"{each.stages.get(stage, 0.0):.1f}" for stage in stages), "yes" if each.same else "no",
-        ]
-        for each in found
-    ]  # fmt: skip
-    echo_table(["where", "seconds", "times one", "hours for all", *stages, "same bytes"], rows)

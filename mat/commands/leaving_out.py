@@ -1,4 +1,4 @@
-"""``mat bench leaving-out``: what a job's needs save, measured against the whole."""
+"""``mat bench leaving-out``: what a job leaves out, measured against the whole."""
 
 import click
 
@@ -11,7 +11,7 @@ from skyshine.schemas.errors import CheckFailed
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the places that are read.")
 @json_option
 def leaving_out(job, seed, as_json):
-    """Build JOB as it is and whole, and compare: seconds, bytes, and every answer within what it needs.
+    """Build JOB as it is and whole, and compare: processor time, bytes, and every answer within what it needs.
 
     \b
     Example:
@@ -40,7 +40,7 @@ def leaving_out(job, seed, as_json):
         )  # fmt: skip
     else:
         rows = [(name, f"{cost.seconds:.2f}", f"{cost.size / 1e6:.2f}") for name, cost in (("as it is", found.kept), ("whole", found.whole))]
-        echo_table(("build", "seconds", "MB"), rows)
+        echo_table(("build", "processor seconds", "MB"), rows)
         echo_table(("largest difference", "found", "bound"), [(n, f"{a:.2g}", f"{b:g}") for n, (a, b) in found.differences.items()])
     beyond = [name for name, (value, bound) in found.differences.items() if not value <= bound]
     if beyond:

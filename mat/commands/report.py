@@ -33,9 +33,9 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
 
     loaded, library = load_job(_job_file(job)), load_library()
     folder = Path(built) if built else loaded.output_folder
-    bands = range(1, len(loaded.job.bands) + 1)
+    bands = loaded.job.needed_bands
     if band is not None and band not in bands:
-        raise InputError(f"found --band {band}; allowed: 1 to {len(loaded.job.bands)}, the bands of the job")
+        raise InputError(f"found --band {band}; allowed: {', '.join(map(str, bands))}, the bands that the job builds")
     sets = list(product(range(1, len(loaded.job.states) + 1), bands if band is None else [band]))
     budgets, notes = [], []
     with progress(len(sets) * len(loaded.job.sources), "measuring") as advance:

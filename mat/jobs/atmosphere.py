@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.cloud import TYPES as CLOUD_TYPES
 from skyshine.mat.atmosphere.profiles import GASES, PROFILES
 from skyshine.mat.atmosphere.rain import RATES
 from skyshine.mat.atmosphere.windblown import DEFAULT_AIR_MASS
-from skyshine.mat.jobs.fields import Fraction, Tolerance, axis
+from skyshine.mat.jobs.fields import Fraction, Tolerance, axis, tolerance
 from skyshine.mat.jobs.files import JobFile
 from skyshine.mat.jobs.presets import presets, with_preset
 from skyshine.mat.jobs.series import Series
@@ -174,15 +174,17 @@ class State(StrictModel):
 class Band(StrictModel):
     """One spectral band of the sensor: a rectangle, or a table of the response."""
 
+    name: str | None = Field(None, pattern="^[A-Za-z][A-Za-z0-9_-]{0,39}$", description="For needs.bands; by default b01, b02 ... by order.")
     wavelength_um: Edges | None = Field(None, description="Lower and upper edge; the response is 1 between them.")
     wavenumber_cm: Edges | None = Field(None, description="Lower and upper edge, cm-1; the response is 1 between them.")
     response: JobFile | None = Field(None, description="CSV of wavelength[um] or wavenumber[cm-1], and response.")
 
     @pydantic.model_validator(mode="after")
     def _one(self):
-        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        ranges = [name for name in type(self).model_fields if name != "name"]
+        given = [name for name in ranges if getattr(self, name) is not None]
         if len(given) != 1:
-            raise ValueError(f"found {' and '.join(given) or 'no range'}; allowed: one of {', '.join(type(self).model_fields)}")
+            raise ValueError(f"found {' and '.join(given) or 'no range'}; allowed: one of {', '.join(ranges)}")
         for name in given:
             edges = getattr(self, name)
             if name != "response" and not 0 < edges[0] < edges[1]:
@@ -202,6 +204,11 @@ class Tolerances(StrictModel):
     direct_radiance: Tolerance | None = None
 
 
+def _of_all(value: Any) -> Any:
+    """One tolerance stands for all quantities."""
+    return value if value is None or isinstance(value, (dict, list, Tolerances)) else dict.fromkeys(Tolerances.model_fields, tolerance(str(value)))
+
+
 class AtmosphereGrid(StrictModel):
     """Nodes of the atmospheric tables."""
 
@@ -214,7 +221,7 @@ class AtmosphereGrid(StrictModel):
     elevation_deg: axis(-90, 90) = [
         -90, -60, -40, -30, -20, -15, -10, -7, -5, -3, -2, -1, 0, 1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 90,
     ]  # fmt: skip
-    tolerance: Tolerance | Tolerances | None = Field(
+    tolerance: Annotated[Tolerances | None, pydantic.BeforeValidator(_of_all, json_schema_input_type=Tolerance | Tolerances | None)] = Field(
         None,
         description="Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, the worst within "
         "twice, in kelvin or radiance of a scene at 300 K (in kelvin a surface reflects 0.3 of sky and source, in radiance all); direct light "
@@ -222,12 +229,10 @@ class AtmosphereGrid(StrictModel):
     )
     most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
 
+    source_elevation_deg: axis(-90, 90) = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
+    source_azimuth_deg: axis(0, 180) = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]
+
     @property
     def tolerances(self) -> dict[str, str]:
         """Those that are named, by quantity."""
-        if isinstance(self.tolerance, Tolerances):
-            return {name: value for name, value in self.tolerance if value is not None}
-        return {} if self.tolerance is None else dict.fromkeys(Tolerances.model_fields, self.tolerance)
-
-    source_elevation_deg: axis(-90, 90) = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
-    source_azimuth_deg: axis(0, 180) = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]
+        return {name: value for name, value in self.tolerance or () if value is not None}

@@ -52,14 +52,21 @@ def tolerance_parts(text: str) -> tuple[float, str]:
     return float(match[1]), match[2]
 
 
-def _tolerance(value: str) -> str:
+def tolerance(value: str) -> str:
+    """A tolerance with its unit, as it is written.
+
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
     if not _TOLERANCE.match(value) or not SMALLEST_TOLERANCE <= tolerance_parts(value)[0] <= 1e3:
         raise ValueError(f"found '{value}'; allowed: a number and its unit, 0.1 K or 0.01 W m^-2 sr^-1; write it so")
     return value
 
 
 Tolerance = Annotated[
-    str, pydantic.AfterValidator(_tolerance), pydantic.WithJsonSchema({"type": "string", "pattern": _TOLERANCE.pattern})
+    str, pydantic.AfterValidator(tolerance), pydantic.WithJsonSchema({"type": "string", "pattern": _TOLERANCE.pattern})
 ]
 TimeOfDay = Annotated[
     float,

@@ -23,8 +23,9 @@ class AxisRule:
     nodes : (n,) ndarray
         Strictly ascending.
     interpolation : str
-        ``linear``; ``linear_periodic`` (the axis closes after `period`); ``linear_folded`` (an angle and its
-        mirror image are the same: the nodes span half the `period`); ``exact`` (codes).
+        ``linear`` (with a `period`: the nodes hold a part of it, and values come back after it); ``linear_periodic`` (the axis
+        closes after `period`); ``linear_folded`` (an angle and its mirror image are the same: the nodes span half the `period`);
+        ``exact`` (codes).
     period : float
         0 where the axis does not repeat.
     out_of_range : str
@@ -93,6 +94,9 @@ class AxisRule:
         elif self.interpolation == FOLDED:
             values = np.abs(np.mod(values + self.period / 2, self.period) - self.period / 2)
             values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]))
+        elif self.period > 0:
+            given, values = values, values - self.period * np.floor((values - nodes[0]) / self.period)
+            values = self._bounded(values, nodes, values.min(initial=nodes[0]), values.max(initial=nodes[0]), given)
         else:
             values = self._bounded(values, nodes, lowest, highest)
         if nodes.size == 1:
@@ -104,11 +108,11 @@ class AxisRule:
         upper = lower + 1
         return lower, upper % self.nodes.size if self.interpolation == PERIODIC else upper, weight
 
-    def _bounded(self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float) -> np.ndarray:
+    def _bounded(self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float, given: np.ndarray | None = None) -> np.ndarray:
         if lowest >= nodes[0] and highest <= nodes[-1]:
             return values
         if self.out_of_range == "error":
-            found = np.ravel(values[(values < nodes[0]) | (values > nodes[-1])])[0]
+            found = np.ravel((values if given is None else given)[(values < nodes[0]) | (values > nodes[-1])])[0]
             raise InputError(
                 f"{self.name}: found {found:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or ask for "
                 "out_of_range='clamp'"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
+from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, table_axis
 from skyshine.schemas.hdf5 import Group, Variable
 
 if TYPE_CHECKING:
@@ -18,7 +18,8 @@ COLUMN = ("material", "altitude", "azimuth", "slope")
 
 
 def htt_group(
-    table: TemperatureTable, codes: Sequence[int], names: Sequence[str], axes: dict, accuracy: Group, attributes: dict
+    table: TemperatureTable, codes: Sequence[int], names: Sequence[str], axes: dict, accuracy: Group, attributes: dict,
+    *, whole_day: bool = True,
 ) -> Group:
     """Arrange the temperatures of a state for writing.
 
@@ -33,6 +34,8 @@ def htt_group(
     accuracy : Group
     attributes : dict
         State, site and weather, for the root.
+    whole_day : bool
+        The times close to a day; otherwise they are a part of it, from 0 on and beyond 24 after midnight.
     """
     column_axes = {
         "material": table_axis(np.asarray(codes, np.int32), "1", "material code", interpolation=EXACT),
@@ -47,7 +50,7 @@ def htt_group(
         "slope": table_axis(axes["slope_deg"], "degree", "slope of the surface; 0 faces up, 90 is a wall"),
     }
     all_axes = column_axes | {
-        "time": table_axis(axes["time_h"], "h", "local clock time of day", interpolation=PERIODIC, period=24.0)
+        "time": table_axis(axes["time_h"], "h", "local clock time of day", interpolation=PERIODIC if whole_day else LINEAR, period=24.0)
     }
     variables = {
         "temperature": Variable((*COLUMN, "time"), table.temperature, "K", "surface temperature"),

@@ -47,7 +47,7 @@ def fewest_nodes(places: np.ndarray, error: Callable[[int, int], np.ndarray], al
 
 
 def uniform_nodes(places: np.ndarray, error_of: Callable[[np.ndarray], np.ndarray], allowed: float, most: int) -> int:
-    """Number of equally spaced nodes that hold the same: the smallest of a sequence that grows by a quarter.
+    """Number of equally spaced nodes with 99 % of the errors within the same: the smallest of a sequence that grows by a quarter.
 
     Parameters
     ----------
@@ -56,13 +56,13 @@ def uniform_nodes(places: np.ndarray, error_of: Callable[[np.ndarray], np.ndarra
     error_of : callable
         Errors at all places for the nodes given.
     allowed : float
-        As in `fewest_nodes`, over all places.
+        See `percentile_99`.
     most : int
         Given up there.
     """
     count = 2
     while count < most:
-        if holds(error_of(np.linspace(places[0], places[-1], count)), allowed):
+        if percentile_99(error_of(np.linspace(places[0], places[-1], count))) <= allowed:
             return count
         count += max(1, count // 4)
     return most
@@ -70,15 +70,16 @@ def uniform_nodes(places: np.ndarray, error_of: Callable[[np.ndarray], np.ndarra
 
 def holds(error: np.ndarray, allowed: float) -> bool:
     """Whether errors keep to what is allowed: all but `ALLOWED_SHARE` within it, none beyond twice."""
-    return level(error) <= allowed
-
-
-def level(error: np.ndarray) -> float:
-    """The least that could be allowed of errors that hold; those that are not a number count as none."""
-    size = np.sort(np.abs(error[np.isfinite(error)]))
+    size = np.abs(error[np.isfinite(error)])
     if not size.size:
-        return 0.0
-    return float(max(size[-1] / 2, size[size.size - 1 - int(ALLOWED_SHARE * size.size)]))
+        return True
+    return float(size.max()) <= 2 * allowed and float(np.mean(size > allowed)) <= ALLOWED_SHARE
+
+
+def percentile_99(error: np.ndarray) -> float:
+    """Of the size of errors; those that are not a number count as none."""
+    size = np.abs(error[np.isfinite(error)])
+    return float(np.percentile(size, 99)) if size.size else 0.0
 
 
 def subdivided(nodes: np.ndarray, parts: int, logarithmic: bool = False) -> np.ndarray:

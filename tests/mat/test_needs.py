@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skyshine.mat.job import load_job
-from skyshine.mat.needs import around
+from skyshine.mat.needs import around, hours_around
 from skyshine.mat.plan import make_plan
 from skyshine.materials.library import load_library
+from skyshine.mat.tables.axes import LINEAR, AxisRule
 from skyshine.schemas.errors import InputError
 
 JOB = """\
@@ -53,6 +54,37 @@ def test_axes_shrink_and_the_plan_says_so(tmp_path):
     said = {item.what: item.restore for item in plan.left_out}
     assert said["13 of 24 ranges"] == "a wider needs.range_km, or none" and "6 of 12 observer altitudes" in said and "6 of 10 slopes" in said
     assert plan.bytes < 0.3 * make_plan(loaded(tmp_path, ""), load_library()).bytes
+
+
+@given(
+    nodes=st.lists(st.integers(0, 95), min_size=1, max_size=40, unique=True).map(lambda quarters: sorted(q / 4 for q in quarters)),
+    hours=st.tuples(st.integers(0, 1439), st.integers(0, 1439)).map(lambda minutes: tuple(m / 60 for m in minutes)), share=st.floats(0, 1),
+)  # fmt: skip
+def test_hours_inside_do_not_change(nodes, hours, share):
+    """Periodic in the whole day, linear in the part: the same value at every time between the two hours, also over midnight."""
+    kept = hours_around(nodes, hours)
+    length = (hours[1] - hours[0]) % 24.0
+    time = hours[0] + share * length
+    value = {node: np.sin(node) for node in nodes}
+    if kept == nodes:
+        return
+    assert len(kept) < len(nodes) and kept == sorted(kept) and 0 <= kept[0] < 24.0
+    assert {node % 24.0 for node in kept} <= set(nodes)
+    whole = np.interp(time, nodes, [value[node] for node in nodes], period=24.0)
+    rule = AxisRule("time", np.array(kept), LINEAR, 24.0)
+    lower, upper, weight = rule.locate(np.array([time, time % 24.0]))
+    read = [value[kept[a] % 24.0] * (1 - w) + value[kept[b] % 24.0] * w for a, b, w in zip(lower, upper, weight)]
+    assert read == pytest.approx([whole, whole], abs=1e-9)
+
+
+def test_only_the_bands_that_are_named_are_built(tmp_path):
+    bands = "needs: {bands: [long, b02]}\n"
+    text = JOB.replace("  - wavelength_um: [8, 12]", "  - {name: long, wavelength_um: [8, 12]}\n  - wavelength_um: [4, 5]\n  - wavelength_um: [3, 4]")
+    (tmp_path / "job.yaml").write_text(text + bands, encoding="utf-8")
+    job = load_job(tmp_path / "job.yaml")
+    plan = make_plan(job, load_library())
+    assert job.job.needed_bands == [1, 2] and {task.band for task in plan.tasks if task.kind != "temperature"} == {1, 2}
+    assert [(item.what, item.restore) for item in plan.left_out][-1] == ("all files of the band b03", "b03 in needs.bands, or none")
 
 
 def test_noon_needs_no_low_sun_and_night_none_at_all(tmp_path):

@@ -1,4 +1,4 @@
-"""A build on a Dask cluster of two workers, one of them killed in mid-build: the same bytes as on this machine."""
+"""Builds on Dask clusters of two workers, one of them killed in mid-build: the same bytes as on this machine."""
 
 import os
 import signal
@@ -6,39 +6,17 @@ import threading
 
 import pytest
 
+from skyshine.mat.accuracy.batch_bench import Size, bench_batch, sampled
 from skyshine.mat.build import build
 from skyshine.mat.job import load_job
 
 pytestmark = pytest.mark.validation
-JOB = """\
-skyshine: 1
-name: kills
-site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
-states:
-  - profile: midlatitude_summer
-    weather: {air_temperature_c: [22, 33]}
-    series: {first: 2026-06-01, last: 2026-06-02}
-bands:
-  - wavelength_um: [10.0, 10.2]
-materials: [asphalt_road]
-output: {folder: built, pictures: false}
-atmosphere_grid:
-  range_km: [0.001, 5]
-  altitude_km: [0.01, 1]
-  elevation_deg: [-90, 0, 90]
-  source_elevation_deg: [-20, 60]
-  source_azimuth_deg: [0, 180]
-surface_grid: {altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}
-"""
+THREE_DAYS = "{first: 2026-06-01, last: 2026-06-03}"
 
 
-def contents(folder):
-    return {path.name: path.read_bytes() for path in folder.glob("*.h5")}
-
-
-def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(tmp_path):
+def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(tmp_path, tiny_job, contents):
     distributed = pytest.importorskip("distributed")
-    (tmp_path / "job.yaml").write_text(JOB.replace("2026-06-02", "2026-06-03"), encoding="utf-8")
+    (tmp_path / "job.yaml").write_text(tiny_job(THREE_DAYS), encoding="utf-8")
     loaded = load_job(tmp_path / "job.yaml")
     build(loaded, out=tmp_path / "local", jobs=2)
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
@@ -59,5 +37,23 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(tmp_path):
             was_killed = killed.is_set()
             killed.set()
             watcher.join()
-    assert was_killed and len(report["files"]) == 10
+        with distributed.Client(cluster) as client:
+            client.wait_for_workers(2)
+            assert set(client.run(os.getenv, "SKYSHINE_THREADS").values()) == {"1"}  # of the worker that took the place too
+    assert was_killed and len(report["files"]) == 7
     assert contents(tmp_path / "cluster") == contents(tmp_path / "local")
+
+
+def test_a_batch_is_timed_in_every_place_and_has_the_same_bytes_there(tmp_path, tiny_job):
+    pytest.importorskip("distributed")
+    (tmp_path / "job.yaml").write_text(tiny_job(THREE_DAYS), encoding="utf-8")
+    loaded = load_job(tmp_path / "job.yaml")
+    few = sampled(loaded, 2)
+    found = bench_batch(few, 2)
+    assert [each.place for each in found] == ["one process", "2 processes", "Dask, 2 workers"]
+    assert all(each.same for each in found)
+    sample, batch = Size.of(few), Size.of(loaded)
+    assert (sample, batch) == (Size(2, 1), Size(3, 1))
+    for each in found:
+        assert 0 < each.further < each.processor_seconds * 3 and each.choice > 0
+        assert each.whole(sample, batch) == pytest.approx(each.seconds + each.further / each.workers)

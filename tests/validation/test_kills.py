@@ -16,38 +16,14 @@ import pytest
 from skyshine.mat.tables.verify import problems
 
 pytestmark = pytest.mark.validation
-SMALL_DISK = 28 * 4096  # bytes: a table of the job below, not all of them
+SMALL_DISK = 28 * 4096  # bytes: a table of the tiny job, not all of them
 KILLS = int(os.environ.get("SKYSHINE_KILLS", "100"))
-JOB = """\
-skyshine: 1
-name: kills
-site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
-states:
-  - profile: midlatitude_summer
-    weather: {air_temperature_c: [22, 33]}
-bands:
-  - wavelength_um: [10.0, 10.2]
-sources: [sun]
-materials: [asphalt_road]
-output: {folder: built, pictures: false}
-atmosphere_grid:
-  range_km: [0.001, 5]
-  altitude_km: [0.01, 1]
-  elevation_deg: [-90, 0, 90]
-  source_elevation_deg: [-20, 60]
-  source_azimuth_deg: [0, 180]
-surface_grid: {altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}
-"""
 COMMAND = [sys.executable, "-c", "from skyshine.mat.cli import main; main()", "build"]
 
 
-def contents(folder):
-    return {path.name: path.read_bytes() for path in folder.glob("*.h5")}
-
-
-def test_builds_killed_at_random_moments_leave_no_unreadable_file_and_complete_to_the_same_bytes(tmp_path):
+def test_builds_killed_at_random_moments_leave_no_unreadable_file_and_complete_to_the_same_bytes(tmp_path, tiny_job, contents):
     job, folder = tmp_path / "job.yaml", tmp_path / "built"
-    job.write_text(JOB, encoding="utf-8")
+    job.write_text(tiny_job(), encoding="utf-8")
     command = [*COMMAND, str(job), "--jobs", "2"]
     subprocess.run(command, check=True, capture_output=True)
     expected = contents(folder)
@@ -95,9 +71,9 @@ def small_disk(tmp_path):
     subprocess.run(["umount", str(folder)], check=True)
 
 
-def test_a_full_disk_stops_a_build_that_completes_when_there_is_space(tmp_path, small_disk):
+def test_a_full_disk_stops_a_build_that_completes_when_there_is_space(tmp_path, small_disk, tiny_job, contents):
     job = tmp_path / "job.yaml"
-    job.write_text(JOB, encoding="utf-8")
+    job.write_text(tiny_job(), encoding="utf-8")
     subprocess.run([*COMMAND, str(job), "--jobs", "1"], check=True, capture_output=True)
     expected = contents(tmp_path / "built")
     assert sum(map(len, expected.values())) > SMALL_DISK > max(map(len, expected.values()))

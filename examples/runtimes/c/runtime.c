@@ -160,6 +160,7 @@ static struct place locate(const struct axis *axis, double value)
     const double first = axis->nodes[0];
     int periodic = !strcmp(axis->interpolation, "linear_periodic");
     if (periodic) value = first + modulo(value - first, axis->period);
+    if (!strcmp(axis->interpolation, "linear") && axis->period > 0) value -= axis->period * floor((value - first) / axis->period);
     if (!strcmp(axis->interpolation, "linear_folded"))
         value = fabs(modulo(value + axis->period / 2, axis->period) - axis->period / 2);
     const double last = periodic ? first + axis->period : axis->nodes[count - 1];

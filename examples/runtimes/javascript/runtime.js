@@ -37,6 +37,8 @@ class Axis {
     if (this.interpolation === "linear_periodic") {
       nodes = [...nodes, nodes[0] + this.period];
       value = nodes[0] + modulo(value - nodes[0], this.period);
+    } else if (this.interpolation === "linear" && this.period > 0) {
+      value -= this.period * Math.floor((value - nodes[0]) / this.period);
     } else if (this.interpolation === "linear_folded") {
       value = Math.abs(modulo(value + this.period / 2, this.period) - this.period / 2);
     }

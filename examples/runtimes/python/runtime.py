@@ -46,6 +46,8 @@ class Axis:
         if self.interpolation == "linear_periodic":
             nodes = np.append(nodes, nodes[0] + self.period)
             value = nodes[0] + (value - nodes[0]) % self.period
+        elif self.interpolation == "linear" and self.period > 0:
+            value -= self.period * math.floor((value - nodes[0]) / self.period)
         elif self.interpolation == "linear_folded":
             value = abs((value + self.period / 2) % self.period - self.period / 2)
         if not self.clamps and not nodes[0] <= value <= nodes[-1]:

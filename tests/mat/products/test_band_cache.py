@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.compile import band_points, fit_band, over_air
 from skyshine.mat.atmosphere.sources import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.band_cache import CACHE_VARIABLE, cache_folder, cached_compile_band, content_key
+from skyshine.mat.band_cache import CACHE_VARIABLE, Origin, cache_folder, cached_compile_band, content_key
 from skyshine.mat.build import build
 from skyshine.mat.job import load_job
 from skyshine.mat.quantities import PathGrid
@@ -69,33 +69,33 @@ def same(first, second):
 
 
 def test_the_second_time_gives_the_same_to_the_last_bit(folder, state, band):
-    first, found = compiled(state, band)
-    assert not found and len(list(folder.iterdir())) == 1
-    second, found = compiled(state, band)
-    assert found and same(first, second)
+    first, origin = compiled(state, band)
+    assert origin is not Origin.CACHE and len(list(folder.iterdir())) == 1
+    second, origin = compiled(state, band)
+    assert origin is Origin.CACHE and same(first, second)
 
 
 def test_states_of_one_air_share_the_points_and_have_errors_of_their_own(folder, state, band, monkeypatch, result):
     fits = []
     monkeypatch.setattr(band_cache, "_fits", OrderedDict())
     monkeypatch.setattr(band_cache, "fit_band", lambda *args, **settings: fits.append(args) or result)
-    first, _ = compiled(state, band)
+    first, origin = compiled(state, band)
+    assert origin is Origin.FITTED
     warmer = replace(state, surface_temperature=state.surface_temperature + 20)
-    second, found = compiled(warmer, band, distance=1.01)
-    assert len(fits) == 1 and not found
+    second, origin = compiled(warmer, band, distance=1.01)
+    assert len(fits) == 1 and origin is Origin.SHARED
     assert np.array_equal(first.index, second.index) and np.array_equal(first.band.weight, second.band.weight)
     assert first.errors["path_thermal"] != second.errors["path_thermal"]
     assert first.errors["direct_irradiance"]["rms"] == pytest.approx(second.errors["direct_irradiance"]["rms"], rel=1e-12)
     other = replace(state, temperature=state.temperature + 1.0)
-    compiled(other, band)
-    assert len(fits) == 2
+    assert compiled(other, band)[1] is Origin.FITTED and len(fits) == 2
 
 
 def test_another_state_tolerance_or_seed_is_compiled_anew(folder, state, band):
     compiled(state, band)
     warmer = replace(state, temperature=state.temperature + 1e-9)
     assert not any(
-        found for _, found in (compiled(warmer, band), compiled(state, band, tolerance=2e-3), compiled(state, band, seed=1))
+        origin is Origin.CACHE for _, origin in (compiled(warmer, band), compiled(state, band, tolerance=2e-3), compiled(state, band, seed=1))
     )
 
 
@@ -104,25 +104,25 @@ def test_a_broken_file_counts_as_absent_and_is_replaced(folder, state, band, dam
     first, _ = compiled(state, band)
     (file,) = folder.iterdir()
     file.write_bytes(damage(file.read_bytes()))
-    second, found = compiled(state, band)
-    assert not found and same(first, second) and compiled(state, band)[1]
+    second, origin = compiled(state, band)
+    assert origin is not Origin.CACHE and same(first, second) and compiled(state, band)[1] is Origin.CACHE
 
 
 def test_several_writers_at_once_leave_one_whole_file(folder, state, band):
     with ThreadPoolExecutor(4) as threads:
         results = [one.result()[0] for one in [threads.submit(compiled, state, band) for _ in range(4)]]
     assert all(same(results[0], other) for other in results)
-    assert len(list(folder.iterdir())) == 1 and compiled(state, band)[1]
+    assert len(list(folder.iterdir())) == 1 and compiled(state, band)[1] is Origin.CACHE
 
 
 def test_a_folder_that_cannot_be_made_or_is_switched_off_costs_nothing_but_time(tmp_path, monkeypatch, state, band):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "file"))
-    first, found = compiled(state, band)
+    first, origin = compiled(state, band)
     monkeypatch.setenv(CACHE_VARIABLE, "")
-    assert not found and cache_folder() is None
-    second, found = compiled(state, band)
-    assert not found and same(first, second)
+    assert origin is not Origin.CACHE and cache_folder() is None
+    second, origin = compiled(state, band)
+    assert origin is not Origin.CACHE and same(first, second)
 
 
 def test_the_key_tells_values_and_shapes_apart():

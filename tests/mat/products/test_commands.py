@@ -39,6 +39,14 @@ def test_check_prints_what_is_built_and_when_the_sources_are_up(mat, small_job):
     assert "left out" in mat("check", small_job)[1]
 
 
+@pytest.mark.parametrize(("tolerance", "words"), [("0.2 K", "until 0.2 K holds"), ("{direct_radiance: 1 K}", "until 1 K of direct_radiance holds")])
+def test_check_says_why_it_does_not_know_how_many_nodes_a_tolerance_takes(mat, small_job, tmp_path, tolerance, words):
+    job = tmp_path / "job.yaml"
+    job.write_text(small_job.read_text(encoding="utf-8").replace("atmosphere_grid:", f"atmosphere_grid:\n  tolerance: {tolerance}"), encoding="utf-8")
+    shown = mat("check", job)[1]
+    assert words in shown and "not known before the build" in shown and "at most 20,000,000 nodes" in shown
+
+
 def test_info_shows_versions_axes_and_errors(mat, small_build):
     status, shown, _ = mat("info", small_build / "s01b01.atmq.h5", "--json")
     content = json.loads(shown)

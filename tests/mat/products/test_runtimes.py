@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -15,6 +16,8 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.specular import specular_lobe
+from skyshine.mat.tables.axes import table_axis
+from skyshine.schemas.hdf5 import Header, read_file, write_file
 
 RUNTIMES = Path(__file__).parents[3] / "examples" / "runtimes"
 FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5"}
@@ -150,6 +153,24 @@ def test_outside_an_axis_it_stops_or_clamps_as_the_scene_says(runtime, scene):
     status, shown, _ = runtime(scene | {"pixels": [high], "clamp": ["altitude"]})
     _, expected, _ = runtime(scene | {"pixels": [high | {"surface_altitude": 1.0}]})
     assert status == 0 and json.loads(shown) == json.loads(expected)
+
+
+def test_a_table_of_part_of_the_day_reads_over_midnight_and_refuses_noon(runtime, scene, tmp_path):
+    """Times 18, 24 and 30 h, as needs.hours leaves them."""
+    root, _ = read_file(scene["surface"])
+    night, hours = [3, 0, 1], np.array([18.0, 24.0, 30.0])  # of the times 0, 6, 12, 18
+    axes = root.axes | {"time": table_axis(hours, "h", "local clock time of day", period=24.0)}
+    temperature = root.variables["temperature"]
+    variables = root.variables | {"temperature": replace(temperature, data=temperature.data[..., night])}
+    part = tmp_path / "night.htt.h5"
+    write_file(part, replace(root, axes=axes, variables=variables), Header("htt", "1.1.0", "data", "job"))
+    at_night = [pixel | {"time": (19.0 + number / 20) % 24} for number, pixel in enumerate(scene["pixels"])]
+    status, shown, complaint = runtime(scene | {"surface": str(part), "pixels": at_night})
+    assert status == 0, complaint
+    whole = by_library(scene | {"pixels": at_night})["temperature"]
+    np.testing.assert_allclose([pixel["temperature"] for pixel in json.loads(shown)["pixels"]], whole, rtol=1e-6)
+    status, shown, complaint = runtime(scene | {"surface": str(part), "pixels": [at_night[0] | {"time": 12.0}]})
+    assert status == 1 and complaint.startswith("time: found ") and "allowed: 18 to 30" in complaint
 
 
 def test_another_version_another_kind_and_damage_are_refused_in_one_line(runtime, scene, tmp_path):

@@ -13,7 +13,7 @@ BASE = PathGrid([0.1, 1.0, 10.0, 30.0], [0.0, 1.0, 4.0], [-90.0, -5.0, 0.0, 90.0
 class LinearAir:
     """Quantities that are linear in every coordinate; behind 20 km there is ground."""
 
-    def along_lines(self, ranges, altitude, elevation, source, azimuth, ambient_at, irradiance):
+    def along_lines(self, ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, *, wanted):
         path = ranges + altitude[:, None] + elevation[:, None]
         lit = path[:, :, None] + source[:, None] + azimuth[:, None]
         row = np.arange(len(ambient_at))

@@ -114,6 +114,9 @@ impl Axis {
                 nodes.push(nodes[0] + self.period);
                 value = nodes[0] + (value - nodes[0]).rem_euclid(self.period);
             }
+            "linear" if self.period > 0.0 => {
+                value -= self.period * ((value - nodes[0]) / self.period).floor();
+            }
             "linear_folded" => {
                 value = ((value + self.period / 2.0).rem_euclid(self.period) - self.period / 2.0).abs();
             }

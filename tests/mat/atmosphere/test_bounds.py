@@ -1,0 +1,115 @@
+"""Bounds of what may be left out hold against the whole computation, in every kind of air, and are not far beyond it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skyshine.mat.accuracy.radiance import REFERENCE
+from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.bounds import Scattering, particle_bounds, table_lines
+from skyshine.mat.atmosphere.cloud import CloudLayer
+from skyshine.mat.atmosphere.compile import band_points
+from skyshine.mat.atmosphere.solar import solar_irradiance
+from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.quantities import BandAtmosphere, PathGrid
+from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
+
+# Observers from the ground to space, lines through the tangent point, the Sun in front, behind, above and below the horizon.
+GRID = PathGrid(
+    range_km=[0.0, 0.05, 1.0, 20.0, 300.0, 3000.0],
+    altitude_km=[0.002, 1.0, 9.0, 30.0, 500.0],
+    elevation_deg=[-90.0, -20.0, -3.0, 0.0, 2.0, 35.0, 90.0],
+    source_elevation_deg=[-20.0, -5.0, 0.0, 2.0, 35.0, 90.0],
+    source_azimuth_deg=[0.0, 4.0, 90.0, 180.0],
+)
+BANDS = {"3.8 um": (3.8, 3.82), "10.5 um": (10.5, 10.56)}
+STATES = {
+    "clear": {"name": "us_standard", "visibility_km": 300.0},
+    "hazy": {"name": "tropical", "visibility_km": 5.0, "aerosol": "maritime"},
+    "visibility 0.1 km": {"name": "midlatitude_summer", "visibility_km": 0.1},
+    "thick cloud": {"name": "midlatitude_summer", "clouds": [CloudLayer("water", 500.0, 1500.0, 8.0, 60.0)]},
+    "thin cirrus": {"name": "us_standard", "clouds": [CloudLayer("ice", 9e3, 10e3, 30.0, 0.5)]},
+    "volcano": {"name": "us_standard", "stratosphere": "extreme_fresh"},
+    "polar night": {"name": "subarctic_winter", "surface_temperature": 220.0, "surface_albedo": 0.6},
+    "no particles": {"name": "us_standard", "aerosol": "none"},
+}
+
+
+def made(name, **more):
+    settings = {**STATES[name], **more}
+    return AtmosphericState.from_profile(settings.pop("name"), **settings)
+
+
+def band_of(name):
+    response = SpectralResponse.rectangular(*BANDS[name])
+    return band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+
+
+def seen(table):
+    """Path, sky and direct radiance as an observer gets them, W m^-2 sr^-1."""
+    through = table.transmittance[..., None]
+    return {
+        "path": table.path_radiance_ratio * (1 - through)[..., None], "sky": table.ambient * through, "direct": table.direct * through,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize("name", STATES)
+def test_scattered_light_stays_below_its_bound(name, band):
+    points = band_of(band)
+    air = BandAtmosphere.of(made(name), points)
+    sun = solar_irradiance(points.wavenumber)
+    bound = Scattering.of(air.air).radiance(sun, points.radiance_weight)
+    whole, dark = air.table(GRID, sun), replace(air, air=replace(air.air, scatters=False)).table(GRID, sun)
+    differences = {kind: np.abs(value - seen(dark)[kind]) for kind, value in seen(whole).items()}
+    assert max(differences["path"].max(), differences["sky"].max()) <= bound * (1 + 1e-6)
+    assert not np.any(differences["direct"]) and np.array_equal(whole.beta_star, dark.beta_star)
+    print(f"{name}, {band}: bound over largest {bound / max(differences['path'].max(), differences['sky'].max()):.2g}")
+
+
+def test_light_is_bounded_by_the_source_itself():
+    """Water absorbs in the cloud, so that a bound exists; between a white ground and the air there is none, and light is never left out."""
+    points = band_of("3.8 um")
+    bounds = Scattering.of(BandAtmosphere.of(made("thick cloud"), points).air)
+    assert np.all(np.isfinite(bounds.light) & (bounds.light > 0)) and np.all(np.isfinite(bounds.field) & np.isfinite(bounds.gain))
+    white = Scattering.of(BandAtmosphere.of(made("clear", surface_albedo=1.0), points).air)
+    assert np.all(np.isinf(white.field)) and np.all(np.isinf(white.light))
+
+
+@pytest.mark.parametrize("band", ["3.8 um", "10.5 um"])
+@pytest.mark.parametrize(("name", "layer"), [
+    ("clear", CloudLayer("ice", 9e3, 10e3, 30.0, 1e-5)), ("hazy", CloudLayer("water", 500.0, 900.0, 8.0, 1e-4)),
+    ("thick cloud", CloudLayer("ice", 6e3, 9e3, 30.0, 1e-4)), ("polar night", CloudLayer("ice", 50.0, 300.0, 10.0, 1e-5)),
+])  # fmt: skip
+def test_thin_layers_stay_below_their_bound(name, layer, band):
+    state, points = made(name, clouds=[layer, *STATES[name].get("clouds", [])]), band_of(band)
+    air, sun = BandAtmosphere.of(state, points), solar_irradiance(points.wavenumber)
+    bounds = particle_bounds(air.air, Scattering.of(air.air), table_lines(air.air, GRID), sun, points.radiance_weight)
+    place = len(state.aerosols)  # of the layer that is written first
+    assert bounds.shape == (len(state.particles),) and 0 < bounds[place] < np.inf
+    less = replace(state, hydrometeors=state.hydrometeors[1:])
+    whole, without = air.table(GRID, sun), BandAtmosphere.of(less, points).table(GRID, sun)
+    largest = max(np.abs(value - seen(without)[kind]).max() for kind, value in seen(whole).items())
+    background = planck_wavenumber(points.wavenumber, REFERENCE) @ points.radiance_weight
+    largest = max(largest, np.abs(whole.transmittance - without.transmittance).max() * background)
+    assert 0 < largest <= bounds[place]
+    print(f"{name}, {band}: bound over largest {bounds[place] / largest:.2g}")
+
+
+def test_layers_without_particles_change_nothing():
+    points = band_of("10.5 um")
+    state = made("hazy", clouds=[CloudLayer("ice", 9e3, 10e3, 30.0, 0.0)])
+    air, sun = BandAtmosphere.of(state, points), solar_irradiance(points.wavenumber)
+    bounds = particle_bounds(air.air, Scattering.of(air.air), table_lines(air.air, GRID), sun, points.radiance_weight)
+    assert bounds[-1] == 0.0 and np.all(bounds[:-1] > 0)
+    tables = [BandAtmosphere.of(one, points).table(GRID, sun) for one in (state, replace(state, hydrometeors=()))]
+    for name in vars(tables[0]):
+        assert np.array_equal(*(getattr(table, name) for table in tables))
+
+
+def test_lines_end_at_the_range():
+    air = BandAtmosphere.of(made("no particles"), band_of("10.5 um")).air
+    lines = table_lines(air, PathGrid([0.1], [0.0, 50.0], [0.0], [30.0], [0.0]))
+    assert lines.sum(axis=1)[0] == pytest.approx(100.0 * air.state.number_density[0], rel=1e-3)
+    assert np.all(table_lines(air, GRID) >= 0)

@@ -1,0 +1,160 @@
+"""Databases of a job that leaves things out: as the whole ones within what they say, the same bytes each time, restored by one key."""
+
+import dataclasses
+import json
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+
+import skyshine.mat
+from skyshine import materials
+from skyshine.mat.atmosphere_product import compiled_band, path_grid
+from skyshine.mat.atmosphere.compile import band_points
+from skyshine.mat.build import build
+from skyshine.mat.job import load_job
+from skyshine.mat.quantities import BandAtmosphere
+from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.tables.verify import problems
+from skyshine.mat.temperature_product import twins_left_out
+from skyshine.schemas.errors import InputError
+
+JOB = """\
+skyshine: 1
+name: left out
+site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
+states:
+  - profile: midlatitude_summer
+    visibility_km: 23
+    clouds: [{phase: ice, height_km: [9, 10], optical_depth: 0}]
+    weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
+bands: [{name: unused, wavelength_um: [3, 5]}, {name: used, wavelength_um: [10.5, 10.8]}]
+sources: [moon]
+materials: [asphalt_road, grass_green]
+output: {pictures: false}
+atmosphere_grid:
+  range_km: [0.001, 5, 300]
+  altitude_km: [0.01, 1, 700]
+  elevation_deg: [-90, -5, 0, 30]
+  source_elevation_deg: [-10, 0, 45]
+  source_azimuth_deg: [0, 90, 180]
+surface_grid: {altitude_km: [0, 1], azimuth_deg: [0, 180], slope_deg: [0, 45]}
+"""
+NAMES = ("beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance")
+
+
+def made(folder, more=""):
+    folder.mkdir()
+    (folder / "job.yaml").write_text(JOB + more, encoding="utf-8")
+    loaded = load_job(folder / "job.yaml")
+    return loaded, build(loaded, jobs=1), folder / "built"
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    needs = 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n'
+    return made(tmp_path_factory.mktemp("kept") / "job", needs)
+
+
+@pytest.fixture(scope="module")
+def restored(tmp_path_factory):
+    return made(tmp_path_factory.mktemp("restored") / "job", "needs: {bands: [used]}\naccuracy: {negligible_k: 0}\n")
+
+
+def opened(built, name="s01b02.lunar_atmq.h5"):
+    return skyshine.mat.open(built[2] / name)
+
+
+def test_only_the_named_band_is_there(kept):
+    assert {path.name for path in kept[2].glob("*.h5")} == {"s01b02.lunar_atmq.h5", "s01.htt.h5", "b02.band.h5"}
+    assert all(problems(path) == [] for path in kept[2].glob("*.h5"))
+
+
+def test_the_file_says_what_it_lacks_and_by_how_much(kept, restored):
+    notes = opened(kept).root.groups["accuracy"].attributes
+    assert "scattered light of the moon" in notes["left_out"] and "ice cloud (0.0e+00 K)" in notes["left_out"]
+    assert 0 < notes["left_out_bound_kelvin"] <= 0.02 and 0 < notes["left_out_bound"] < 0.02
+    assert opened(restored).root.groups["accuracy"].attributes["left_out"] == "none"
+    said = json.loads((kept[2] / "build.json").read_text())["files"]["s01b02.lunar_atmq.h5"]["notes"]
+    assert any("scattered light of the moon" in note for note in said)
+
+
+def test_no_read_differs_by_more_than_that(kept, restored):
+    generator = np.random.default_rng(3)
+    tables = opened(kept), opened(restored)
+    where = {name: generator.uniform(axis.values[0], axis.values[-1], 4000) for name, axis in tables[0].root.axes.items()}
+    read = [
+        {name: table.value(name, **{axis: where[axis] for axis in table.root.variables[name].dims}) for name in NAMES} for table in tables
+    ]
+    bound = tables[0].root.groups["accuracy"].attributes["left_out_bound"]
+    through = [np.exp(-5.5 * where["range"] / one["beta_star"]) for one in read]
+    path = [one["path_radiance_ratio"] * (1 - t) for one, t in zip(read, through)]
+    sky = [one["ambient_radiance"] * t for one, t in zip(read, through)]
+    assert 0 < np.max(np.abs(path[0] - path[1])) <= bound and 0 < np.max(np.abs(sky[0] - sky[1])) <= bound
+    for name in ("beta_star", "direct_radiance"):
+        assert np.array_equal(read[0][name], read[1][name])
+
+
+def test_zero_restores_the_whole_computation_to_the_last_bit(restored):
+    job = restored[0].job.of_state(1)
+    state, response, table = atmospheric_state(job.site, job.states[0]), response_of(job.bands[1]), absorption_table()
+    everything = band_points(table.points(*response.wavenumber_range), response)
+    compiled, _ = compiled_band(restored[0].of_state(1), state, everything)
+    own = source_irradiance(job, "moon", compiled.band.wavenumber, compiled.band.width)
+    whole = BandAtmosphere.of(state, compiled.band).table(path_grid(job), own)
+    variables = opened(restored).root.variables
+    for name, values in zip(NAMES, (whole.beta_star, whole.path_radiance_ratio, whole.ambient, whole.direct)):
+        assert np.array_equal(variables[name].data, values.astype(np.float32))
+
+
+def test_part_of_a_day_reads_like_the_whole(kept, restored):
+    night, day = (opened(built, "s01.htt.h5") for built in (kept, restored))
+    assert night.root.axes["time"].values[[0, -1]].tolist() == [22.0, 28.5] and day.root.axes["time"].values.size == 48
+    times = np.concatenate([np.linspace(22, 24, 40), np.linspace(0, 4.5, 40)])
+    place = {"material": "grass_green", "altitude": 0.3, "azimuth": 300.0, "slope": 20.0}
+    assert np.allclose(night.temperature(**place, time=times), day.temperature(**place, time=times), atol=1e-4)
+    assert np.allclose(night.temperature(**place, time=times[:-1]), night.temperature(**place, time=times[:-1] + 24.0), atol=1e-9)
+    with pytest.raises(InputError, match="time: found 12; allowed: 22 to 28.5"):
+        night.temperature(**place, time=12.0)
+    assert night.error("temperature")["maximum"] < 5.0  # azimuths stand half a turn apart
+
+
+def test_the_same_job_gives_the_same_bytes(kept, tmp_path):
+    _, _, again = made(tmp_path / "job", 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n')
+    for path in kept[2].glob("*.h5"):
+        assert path.read_bytes() == (again / path.name).read_bytes()
+
+
+def test_another_tolerance_is_built_anew_and_the_same_is_kept(kept):
+    loaded = kept[0]
+    assert all(file["kept"] for file in build(loaded, jobs=1)["files"].values())
+    accuracy = loaded.job.accuracy.model_copy(update={"negligible_k": 0.019})
+    other = dataclasses.replace(loaded, job=loaded.job.model_copy(update={"accuracy": accuracy}))
+    again = build(other, jobs=1)["files"]
+    assert not again["s01b02.lunar_atmq.h5"]["kept"] and again["s01.htt.h5"]["kept"]
+    build(loaded, jobs=1)
+
+
+def test_a_tolerance_of_the_surface_grid_places_times_of_the_whole_day(tmp_path):
+    text = JOB.replace("slope_deg: [0, 45]}", "slope_deg: [0, 45], tolerance: 1 K}")
+    (tmp_path / "job.yaml").write_text(text + 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n', encoding="utf-8")
+    build(load_job(tmp_path / "job.yaml"), jobs=1)
+    with h5py.File(tmp_path / "built" / "s01.htt.h5") as file:
+        times, read = file["time"][()], file["time"].attrs["interpolation"]
+    assert read == "linear" and times[0] <= 22 + 1 / 6 and times[-1] >= 28 + 1 / 6 and np.all(np.diff(times) > 0) and times.size < 24
+
+
+def test_a_material_of_equal_heat_balance_is_solved_once(tmp_path, monkeypatch):
+    """A user's copy of a material under another name."""
+    for folder, ending in (("ht", "yaml"), ("ref", "csv"), ("spec", "yaml")):
+        (tmp_path / folder).mkdir()
+        shutil.copy(materials.path(f"{folder}/brick_red.{ending}"), tmp_path / folder / f"my_brick.{ending}")
+    line = "data_version: 1.0.0\nmaterials:\n  - {code: 1001, name: my_brick, group: brick, description: ours}\n"
+    (tmp_path / "mat.yaml").write_text(line, encoding="utf-8")
+    (tmp_path / "job.yaml").write_text(JOB, encoding="utf-8")
+    loaded = load_job(tmp_path / "job.yaml")
+    assert twins_left_out(loaded, ("asphalt_road", "grass_green")) == []
+    monkeypatch.setenv("MATERIALS_DATABASE", str(tmp_path))
+    (found,) = twins_left_out(loaded, ("asphalt_road", "brick_red", "my_brick"))
+    assert found.what == "the heat balance of my_brick" and "brick_red" in found.why and found.bound == "none"

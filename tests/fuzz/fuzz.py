@@ -99,13 +99,14 @@ def fuzz(target: str, seconds: float) -> None:
             home.cleanup()
             os._exit(0)  # libFuzzer takes any other end for a crash
 
-    with tempfile.TemporaryDirectory(dir=began) as start:
-        for number, seed in enumerate(corpus):
-            (Path(start) / str(number)).write_bytes(seed)
-        longest = 2 * max(map(len, corpus))
-        options = ["-verbosity=0", f"-max_len={longest}", f"-timeout={10 * SLOWEST}", f"-artifact_prefix={began}/"]
-        atheris.Setup([sys.argv[0], *options, start], one)
-        atheris.Fuzz()
+    start = Path(home.name) / "start"
+    start.mkdir()
+    for number, seed in enumerate(corpus):
+        (start / str(number)).write_bytes(seed)
+    longest = 2 * max(map(len, corpus))
+    options = ["-verbosity=0", f"-max_len={longest}", f"-timeout={10 * SLOWEST}", f"-artifact_prefix={began}/"]
+    atheris.Setup([sys.argv[0], *options, str(start)], one)
+    atheris.Fuzz()
 
 
 def main() -> None:

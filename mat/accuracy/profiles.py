@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ PARTS = (8, 8, 12, 8, 8)  # of each cell of the job's axes: the places that may 
 _TWILIGHT, _TWILIGHT_PARTS = -10.0, 40  # degree: from there to 0, where the horizon of heights up to 100 km lies
 # Random values of the other axes at which each axis is looked at.
 _OTHERS = {0: (0, 10, 24, 6, 6), 1: (20, 0, 30, 6, 6), 2: (12, 10, 0, 8, 10), 3: (12, 6, 24, 0, 8), 4: (12, 6, 24, 12, 0)}
-_MOST_UNIFORM = 4096
+_MOST_UNIFORM, _ROWS = 4096, 1000  # nodes; values of the other axes that the comparison with them takes
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +77,11 @@ class Profile:
         if self.places.size == 1:
             return 1
         forth, back = (np.log, np.exp) if self.logarithmic else (np.array, np.array)
-        allowed = percentile_99(self._error(self._read(nodes)))
-        return uniform_nodes(forth(self.places), lambda at: self._error(self._read(back(at))), allowed, _MOST_UNIFORM)
+        some = slice(None, None, -(-len(self.values) // _ROWS))
+        arrays = {name: getattr(self, name)[some] for name in ("values", "transmittance", "distance", "counts")}
+        few = replace(self, **arrays)
+        allowed = percentile_99(few._error(few._read(nodes)))
+        return uniform_nodes(forth(self.places), lambda at: few._error(few._read(back(at))), allowed, _MOST_UNIFORM)
 
     def _cell_error(self, start: int, end: int) -> np.ndarray:
         """Errors (K, m) inside a cell; none where a source rises in it, which no linear cell holds."""

@@ -223,9 +223,9 @@ class AtmosphereGrid(StrictModel):
     ]  # fmt: skip
     tolerance: Annotated[Tolerances | None, pydantic.BeforeValidator(_of_all, json_schema_input_type=Tolerance | Tolerances | None)] = Field(
         None,
-        description="Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, the worst within "
-        "twice, in kelvin or radiance of a scene at 300 K (in kelvin a surface reflects 0.3 of sky and source, in radiance all); direct light "
-        "at sunrise apart. One for all quantities, or one by quantity: those not named keep the axes as written.",
+        description="Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, all but one or two "
+        "in ten thousand within twice, in kelvin or radiance of a scene at 300 K (in kelvin a surface reflects 0.3 of sky and source, in "
+        "radiance all); direct light at sunrise apart. One for all quantities, or one by quantity: those not named keep the axes as written.",
     )
     most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
 

@@ -228,11 +228,12 @@ def _cost(table, where) -> Cost:
 
 
 def _seconds(path: Path, stage: str | None = None) -> float | None:
-    """What the build of a file took, or one stage of it."""
+    """What the build of a file took without its picture, or one stage of it."""
     cost = cost_of(path)
     if cost is None:
         return None
-    return cost["seconds"] if stage is None else cost["stages"].get(stage)
+    stages = cost["stages"]
+    return cost["seconds"] - stages.get("pictures", 0.0) if stage is None else stages.get(stage)
 
 
 def _corners(root: Group, name: str) -> int:

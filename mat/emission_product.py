@@ -73,7 +73,7 @@ def _resolved(task: Task, loaded: LoadedJob, library, materials: tuple[str, ...]
     return {
         "site": job.site.model_dump(mode="json", exclude={"date"}),
         "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
-        "band": job.bands[task.band - 1].model_dump(mode="json"),
+        "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
         "water_continuum": job.water_continuum,
         "atmosphere_grid": {axis: nodes.tolist() for axis, nodes in _path_axes(path_grid(job)).items()},
         "grouped_on": {axis: nodes.tolist() for axis, nodes in _path_axes(path_grid(loaded.whole)).items()},

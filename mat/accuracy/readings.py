@@ -12,7 +12,7 @@ from skyshine.mat.accuracy.viewing import Views, direction, fold, on_axes, slope
 from skyshine.mat.atmosphere.geometry import EARTH_RADIUS
 from skyshine.mat.job import Job
 from skyshine.mat.quantities import PathGrid
-from skyshine.mat.jobs.extra_tables import WEIGHTED_TRANSMITTANCE
+from skyshine.mat.jobs.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
@@ -69,6 +69,8 @@ class Tables:
         for name, other in ((names[1], properties), *zip(names[3:], rest)):
             if list(surface.materials.values()) != list(other.materials.values()):
                 raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
+        if NORMALISATION_BY_ANGLE in job.extra_tables and "normalisation_fine" not in properties.root.variables:
+            raise InputError(f"{names[1]} lacks the {NORMALISATION_BY_ANGLE} that the job asks for; build the job again: mat build", file=folder)
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.textures]
         share = _found_shares([file for file in textures if file.is_file()], list(surface.materials))
         return cls(surface, properties, air, rest[0] if rest else None, share)

@@ -62,7 +62,7 @@ def part_of(root: Group, rules: Mapping[str, Sequence[AxisRule]], places: Mappin
 
 def _around(rule: AxisRule, wanted: np.ndarray) -> slice:
     """The nodes from the one below the lesser value to the one above the greater."""
-    if rule.interpolation in (PERIODIC, FOLDED, EXACT):
+    if rule.interpolation in (PERIODIC, FOLDED, EXACT) or rule.period > 0:
         raise InputError(f"{rule.name}: found a pair; allowed: one value, or leave the axis whole; it is read by '{rule.interpolation}'")
     if wanted.shape != (2,) or not wanted[0] <= wanted[1]:
         raise InputError(f"{rule.name}: found {wanted.tolist()}; allowed: a number, or the least and the most")

@@ -195,6 +195,10 @@ def test_the_report_reads_the_stored_tables_and_counts_their_cost(prepared, extr
     assert options["profile_of_the_tables"]["cost"]["values_per_pixel"]["value"] == 4 * 2
 
 
-def test_a_table_that_is_asked_for_and_missing(prepared, small_build):
+def test_a_table_that_is_asked_for_and_missing(prepared, small_build, extra_build, tmp_path):
     with pytest.raises(InputError, match=f"holds no {THERMAL}; build the job first"):
         error_budget(prepared, small_build, load_library(), source="sun", scenes=4, seed=3)
+    folder = shutil.copytree(small_build, tmp_path / "built")
+    shutil.copyfile(extra_build / THERMAL, folder / THERMAL)
+    with pytest.raises(InputError, match="b01.band.h5 lacks the normalisation_by_angle that the job asks for; build the job again"):
+        error_budget(prepared, folder, load_library(), source="sun", scenes=4, seed=3)

@@ -8,8 +8,8 @@ The path radiance is placed by scattering angle where the job's azimuths go all 
 
 Direct light begins with a step when the source rises over the horizon of a surface, at an elevation that falls with the surface's height. No
 grid of linear cells holds a step to twice a tolerance: in cells with the horizon inside, the tolerance bounds the share of reads that are
-worse, not the worst of them, and what is left is measured apart. Of other reads, too, a few in ten thousand may be worse than twice: lines
-that skim the ground towards a low Sun.
+worse, not the worst of them, and what is left is measured apart. Of other reads of path radiance and direct light, too, a few in ten thousand may be
+worse than twice: lines that skim the ground towards a low Sun.
 """
 
 from __future__ import annotations
@@ -34,11 +34,12 @@ _DRAWS = 2  # of random lines in each pass
 _PASSES = 20
 _GROWTH, _FAST_GROWTH, _SMALL = 1.6, 2.5, 100_000  # of a table in one pass, at most; of one of fewer nodes than that
 # Lines in each draw: few for sky light, which takes as long as all the rest and has no rare large errors.
-_LINES = {"beta_star": 2000, "path_radiance_ratio": 1000, "ambient": 240, "direct": 2000}
+_LINES = {"beta_star": 2000, "path_radiance_ratio": 1000, "ambient": 480, "direct": 2000}
 _OVER = 0.003  # of the reads of a quantity may be worse than the tolerance: those of all four together are then less than 1 %
 _MARGIN = 0.95  # of the tolerance, there: other points are a little worse
 _WORST = 1.6  # tolerances: the worst of a thousand other points may be as much as two
-_FAR = 1.5e-4  # of the reads may be worse even so: where the sun shines along the horizon, no bearable table holds the last of them
+# Of the reads of a quantity, those that may be worse even so: where the sun shines along the horizon, no bearable table holds the last.
+_FAR = {"path_radiance_ratio": 1.5e-4, "direct_radiance": 1.5e-4}
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +143,7 @@ def _size(axes: list[np.ndarray]) -> int:
 class _Measured:
     """Errors of a quantity in tolerances at n points: 0 behind the ground; where the source rises in the cell; how many are above ground."""
 
+    name: str
     error: np.ndarray
     rising: np.ndarray
     counts: int
@@ -153,12 +155,12 @@ class _Measured:
         above = probes.above_ground(name, error)
         lit = probes.lit(table) if name == "direct_radiance" else np.zeros(error.shape)
         rising = above & (lit > 0) & (lit < 1)
-        return cls(np.where(above, error, 0.0), rising, int(np.count_nonzero(above)), tolerance)
+        return cls(name, np.where(above, error, 0.0), rising, int(np.count_nonzero(above)), tolerance)
 
     @classmethod
     def together(cls, parts: list[_Measured]) -> _Measured:
         error, rising = (np.concatenate([np.ravel(getattr(part, name)) for part in parts]) for name in ("error", "rising"))
-        return cls(error, rising, sum(part.counts for part in parts), parts[0].tolerance)
+        return cls(parts[0].name, error, rising, sum(part.counts for part in parts), parts[0].tolerance)
 
     @property
     def too_many(self) -> bool:
@@ -168,7 +170,7 @@ class _Measured:
     @property
     def holds(self) -> bool:
         far = np.count_nonzero((self.error > _WORST) & ~self.rising)
-        return not self.too_many and far <= _FAR * self.counts
+        return not self.too_many and far <= _FAR.get(self.name, 0.0) * self.counts
 
     @property
     def summary(self) -> tuple[float, float, float, float]:

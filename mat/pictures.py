@@ -146,7 +146,7 @@ def _atmosphere(figure, table: Table) -> None:
 
 
 def _thermal(figure, table: ThermalTable) -> None:
-    """Transmittance of each class over range along the level, and against the temperature of the surface at the range where it is a half."""
+    """Transmittance of each class over range along the level, and against the temperature of the surface at one range."""
     axes, variables = table.root.axes, table.root.variables
     by_range, by_temperature = figure.subplots(1, 2)
     low, level = float(axes["altitude"].values[0]), float(np.clip(0.0, *axes["elevation"].values[[0, -1]]))
@@ -157,7 +157,7 @@ def _thermal(figure, table: ThermalTable) -> None:
     if not ranges.size:
         return
     where = {"altitude": low, "elevation": level, "out_of_range": {"range": "clamp"}}
-    first = 0
+    first, half = 0, None
     for number, colour in zip(classes, _colours(classes.size)):
         count = sizes[number]
         label = names[first] + (f" and {count - 1} more" if count > 1 else "")
@@ -166,13 +166,12 @@ def _thermal(figure, table: ThermalTable) -> None:
             range=ranges, beta_star=table.value("beta_star_thermal", material_class=number, planck_temperature=300.0, range=ranges, **where)
         )  # fmt: skip
         by_range.semilogx(ranges, tau, color=colour, label=label)
-        half = ranges[np.argmin(np.abs(tau - 0.5))]
+        half = ranges[np.argmin(np.abs(tau - 0.5))] if half is None else half
         beta = table.value("beta_star_thermal", material_class=number, planck_temperature=kelvin, range=half, **where)
-        by_temperature.plot(kelvin, table.transmittance(range=half, beta_star=beta), color=colour, label=f"{half:.3g} km")
+        by_temperature.plot(kelvin, table.transmittance(range=half, beta_star=beta), color=colour)
     by_range.set(xlabel="range, km", ylabel="transmittance", title=f"emitted at 300 K, seen from {low:g} km at {level:g}°", ylim=(-0.02, 1.02))
-    by_temperature.set(xlabel="temperature of the surface, K", ylabel="transmittance", title="over one range")
-    for axis in (by_range, by_temperature):
-        axis.legend(fontsize=7)
+    by_temperature.set(xlabel="temperature of the surface, K", ylabel="transmittance", title=f"over {half:.3g} km")
+    by_range.legend(fontsize=7)
 
 
 def _ranges(table: Table) -> np.ndarray:

@@ -23,7 +23,8 @@ from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.negligible import Negligible
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
-from skyshine.mat.quantities import BandAtmosphere, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.scene import absorption_table, air_of, atmospheric_state, response_of, source_irradiance, usual_irradiance
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label

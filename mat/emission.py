@@ -18,7 +18,8 @@ from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.compile import BandPoints
 from skyshine.mat.atmosphere.geometry import trace
 from skyshine.mat.atmosphere.sight import LineOfSight
-from skyshine.mat.quantities import BETA_CAP_KM, BETA_FACTOR, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import BETA_CAP_KM, BETA_FACTOR
 from skyshine.mat.radiometry import planck_wavenumber
 
 # Below this a sum of transmittances over the largest of them is taken again from logarithms.

@@ -16,7 +16,8 @@ from skyshine.mat.emission import EmissionClasses, beta_star, beta_star_table, e
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Task
 from skyshine.mat.products import Product, TaskReport
-from skyshine.mat.quantities import BETA_FACTOR, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import BETA_FACTOR
 from skyshine.mat.scene import absorption_table, atmospheric_state, materials_digest, response_of
 from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES

@@ -21,7 +21,8 @@ from skyshine.mat.atmosphere.sky import sky_irradiance
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.jobs.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid
-from skyshine.mat.quantities import BandAtmosphere, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse
 
 BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}

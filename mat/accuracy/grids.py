@@ -22,7 +22,8 @@ import numpy as np
 from skyshine.mat.accuracy.atmospheric import Scale
 from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.accuracy.profiles import Profile
-from skyshine.mat.quantities import AtmosphericQuantities, PathGrid, ScatteringGrid
+from skyshine.mat.path_grid import PathGrid, ScatteringGrid
+from skyshine.mat.quantities import AtmosphericQuantities
 from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded
 from skyshine.schemas.errors import CheckFailed
 

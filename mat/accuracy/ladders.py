@@ -11,7 +11,7 @@ from skyshine.mat.atmosphere.profiles import load_profile
 from skyshine.mat.atmosphere.selection import select_points
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.quantities import PathGrid
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.spectroscopy.training import TRAINING_PROFILES
 
 # Choice of points in wider intervals: as many as an interval of the table has, as exact.

@@ -18,7 +18,8 @@ from skyshine.mat.atmosphere.compile import BandPoints
 from skyshine.mat.build_record import cost_of
 from skyshine.mat.emission import emission_weights
 from skyshine.mat.jobs.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
-from skyshine.mat.quantities import PathGrid, SpectralLines
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import SpectralLines
 from skyshine.schemas.hdf5 import Group
 
 FIELDS_OF_VIEW = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0)  # degree

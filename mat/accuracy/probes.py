@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.accuracy.atmospheric import Scale
-from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import AtmosphericQuantities, BandAtmosphere
 from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
 
 LINES = 500

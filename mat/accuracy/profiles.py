@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.accuracy.atmospheric import Scale
-from skyshine.mat.quantities import AtmosphericQuantities, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import AtmosphericQuantities
 from skyshine.mat.tables.gridded import FIELDS, QUANTITIES
 from skyshine.mat.tables.refinement import fewest_nodes, percentile_99, subdivided, uniform_nodes
 

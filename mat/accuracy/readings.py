@@ -11,7 +11,7 @@ from skyshine.mat.accuracy.runtime import Finish, Readings
 from skyshine.mat.accuracy.viewing import Views, direction, fold, on_axes, slope_and_azimuth
 from skyshine.mat.atmosphere.geometry import EARTH_RADIUS
 from skyshine.mat.job import Job
-from skyshine.mat.quantities import PathGrid
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.jobs.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table

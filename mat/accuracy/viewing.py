@@ -10,7 +10,7 @@ from skyshine.mat.accuracy.interpolation import random_places
 from skyshine.mat.atmosphere.ephemeris import position
 from skyshine.mat.atmosphere.geometry import EARTH_RADIUS, Shells, trace
 from skyshine.mat.job import Job, local_times_utc
-from skyshine.mat.quantities import PathGrid
+from skyshine.mat.path_grid import PathGrid
 
 RANGES_KM = (0.05, 40.0)  # drawn evenly in their logarithm, as far as the tables reach
 FACES_M = (1.0, 100.0)  # lengths of faces, likewise

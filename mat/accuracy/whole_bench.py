@@ -134,7 +134,8 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
     from skyshine.mat.accuracy.probes import Probes, errors_at
     from skyshine.mat.atmosphere.solar import solar_irradiance
     from skyshine.mat.atmosphere.state import AtmosphericState
-    from skyshine.mat.quantities import BandAtmosphere, PathGrid
+    from skyshine.mat.path_grid import PathGrid
+    from skyshine.mat.quantities import BandAtmosphere
     from skyshine.mat.radiometry import SpectralResponse
     from skyshine.mat.scene import absorption_table
     from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded

@@ -60,7 +60,7 @@ class Sample:
         Parameters
         ----------
         shells : Shells
-        grid : quantities.PathGrid
+        grid : path_grid.PathGrid
         count : int
             Lines of sight; those that meet no air are left out.
         rng : numpy.random.Generator

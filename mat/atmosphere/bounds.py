@@ -83,7 +83,7 @@ class Bounds:
 
     @classmethod
     def of(cls, air, grid, irradiance, weight) -> Bounds:
-        """Bounds of an `air.SpectralAir` on a `quantities.PathGrid`, for the irradiance (B, P) of sources; `weight` as `Scattering.radiance`."""
+        """Bounds of an `air.SpectralAir` on a `path_grid.PathGrid`, for the irradiance (B, P) of sources; `weight` as `Scattering.radiance`."""
         scattering = Scattering.of(air)
         return cls(scattering.radiance(irradiance, weight), particle_bounds(air, scattering, table_lines(air, grid), irradiance.sum(axis=0), weight))
 
@@ -160,7 +160,7 @@ def by_level(layer, lower, upper, count):
 
 
 def table_lines(air, grid):
-    """Air (M, N) of the lines of sight of a table, to the longest range, as `particle_bounds` takes it; of a `quantities.PathGrid`."""
+    """Air (M, N) of the lines of sight of a table, to the longest range, as `particle_bounds` takes it; of a `path_grid.PathGrid`."""
     altitude, elevation = (a.ravel() for a in np.meshgrid(grid.altitude_km * 1e3, np.radians(grid.elevation_deg), indexing="ij"))
     rays = trace(air.shells, altitude, elevation, np.full((altitude.size, 1), grid.range_km[-1] * 1e3))
     before = rays.distance[:, 1:] <= grid.range_km[-1] * 1e3 * (1 + 1e-9)

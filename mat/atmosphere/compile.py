@@ -176,7 +176,7 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     state : AtmosphericState
     band : BandPoints
         All points, from `band_points`.
-    grid : quantities.PathGrid
+    grid : path_grid.PathGrid
         The job's own axes.
     source_irradiance : (P,) or (B, P) array
         At all points, W m^-2 (cm^-1)^-1, of one source or of each of several that are to share the compiled band; the same at all

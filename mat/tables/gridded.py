@@ -12,7 +12,8 @@ from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 
 if TYPE_CHECKING:
-    from skyshine.mat.quantities import AtmosphericQuantities, PathGrid
+    from skyshine.mat.path_grid import PathGrid
+    from skyshine.mat.quantities import AtmosphericQuantities
 
 AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 FIELDS = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")

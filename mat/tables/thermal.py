@@ -14,7 +14,7 @@ from skyshine.schemas.hdf5 import Group, Variable
 
 if TYPE_CHECKING:
     from skyshine.mat.emission import EmissionClasses
-    from skyshine.mat.quantities import PathGrid
+    from skyshine.mat.path_grid import PathGrid
     from skyshine.materials.library import Material
 
 QUANTITY = "beta_star_thermal"

@@ -9,7 +9,8 @@ from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.emission import EmissionClasses, beta_star_table, emission_weights, ln_transmittance
-from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
 
 GRID = PathGrid(

@@ -9,7 +9,8 @@ from skyshine.mat.atmosphere.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere, PathGrid, ScatteringGrid
+from skyshine.mat.path_grid import PathGrid, ScatteringGrid
+from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, band_radiance
 from skyshine.mat.scattering import scattering_angle
 from skyshine.schemas.errors import InputError

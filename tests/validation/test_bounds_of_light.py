@@ -15,7 +15,8 @@ from skyshine.mat.atmosphere.profiles import PROFILES
 from skyshine.mat.atmosphere.rain import RainLayer
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.quantities import BandAtmosphere, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse
 
 pytestmark = pytest.mark.validation

@@ -9,7 +9,7 @@ from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.emission import EmissionClasses, emission_weights, lines_of_sight
-from skyshine.mat.quantities import PathGrid
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
 from skyshine.mat.scene import absorption_table
 from skyshine.materials.library import load_library

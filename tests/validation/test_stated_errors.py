@@ -14,7 +14,8 @@ from skyshine.mat.atmosphere_product import compiled_band, path_grid
 from skyshine.mat.build import build
 from skyshine.mat.cli import main
 from skyshine.mat.job import load_job
-from skyshine.mat.quantities import BandAtmosphere, ScatteringGrid
+from skyshine.mat.path_grid import ScatteringGrid
+from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
 from skyshine.mat.surface.table import temperature_table
 from skyshine.mat.surface_inputs import scene_inputs, surface_materials

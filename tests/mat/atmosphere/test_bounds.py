@@ -12,7 +12,8 @@ from skyshine.mat.atmosphere.cloud import CloudLayer
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.quantities import BandAtmosphere, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
 
 # Observers from the ground to space, lines through the tangent point, the Sun in front, behind, above and below the horizon.

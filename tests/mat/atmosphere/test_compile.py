@@ -10,7 +10,7 @@ from skyshine.mat.atmosphere.band_targets import KINDS
 from skyshine.mat.atmosphere.compile import band_points, compile_band, fit_band, over_air
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.quantities import PathGrid
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.radiometry import SpectralResponse
 from skyshine.schemas.errors import InputError
 

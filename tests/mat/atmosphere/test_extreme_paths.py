@@ -11,7 +11,8 @@ from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere.geometry import trace
 from skyshine.mat.atmosphere.solar import solar_irradiance
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.quantities import BandAtmosphere, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, band_radiance
 
 RESPONSE = SpectralResponse.rectangular(3.95, 4.05)

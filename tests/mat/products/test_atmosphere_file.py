@@ -10,7 +10,7 @@ from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.gridded import Gridded
-from skyshine.mat.quantities import PathGrid
+from skyshine.mat.path_grid import PathGrid
 from skyshine.schemas.hdf5 import Group
 
 

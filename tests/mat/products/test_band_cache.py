@@ -16,7 +16,7 @@ from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.band_cache import CACHE_VARIABLE, Origin, cache_folder, cached_compile_band, content_key
 from skyshine.mat.build import build
 from skyshine.mat.job import load_job
-from skyshine.mat.quantities import PathGrid
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.radiometry import SpectralResponse
 
 GRID = PathGrid([0.0, 1.0, 10.0], [0.01, 2.0], [-30.0, 0.0, 60.0], [10.0, 50.0], [0.0, 180.0])

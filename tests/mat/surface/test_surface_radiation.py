@@ -8,7 +8,6 @@ import numpy as np
 import pvlib
 import pytest
 
-from skyshine.mat.job import load_job
 from skyshine.mat.jobs.weather_files import read_weather
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.measured import MeasuredRadiation
@@ -103,32 +102,15 @@ def test_tmy3_of_greensboro():
     assert sum(measured.direct_normal_w_m2) == sum(float(row[7]) for row in rows) > 1000
 
 
-JOB = """\
-skyshine: 1
-name: light
-site: {{latitude_deg: 39.7, longitude_deg: -105.2, date: 2026-06-22, utc_offset_h: -7, altitude_km: 1.8}}
-states:
-  - profile: midlatitude_summer
-    weather: {weather}
-bands: [{{wavelength_um: [8, 12]}}]
-materials: [concrete]
-"""
-
-
-def load(folder, weather):
-    (folder / "job.yaml").write_text(JOB.format(weather=weather), encoding="utf-8")
-    return load_job(folder / "job.yaml").job
-
-
-def test_a_job_takes_measured_light_from_a_table(tmp_path):
+def test_a_job_takes_measured_light_from_a_table(tmp_path, load_weather):
     light = np.where((HOURS > 6) & (HOURS < 19), 600.0, 0.0)
     rows = [f"{hour % 24:02d}:00,20,{light[hour - 1]:g},{light[hour - 1] / 6:g},350" for hour in (24, *range(1, 24))]
     (tmp_path / "day.csv").write_text("\n".join(["time,air_temperature[C],direct_normal,diffuse,lw_down", *rows]) + "\n")
-    site, weather, sky = scene_inputs(load(tmp_path, "{file: day.csv, radiation: measured}"), 1)
+    site, weather, sky = scene_inputs(load_weather("{file: day.csv, radiation: measured}"), 1)
     forcing = Scene(site, weather, sky, np.array([1800.0]), np.array([0.0]), np.array([0.0])).forcing(SUN_STEPS)
     assert hourly_means(forcing.shortwave_diffuse[0])[11] == pytest.approx(100.0, rel=0.01)
     assert forcing.longwave_sky[0, SUN_STEPS // 2] == pytest.approx(350.0, rel=1e-9)
-    _, computed, _ = scene_inputs(load(tmp_path, "{file: day.csv}"), 1)
+    _, computed, _ = scene_inputs(load_weather("{file: day.csv}"), 1)
     assert computed.radiation is None
 
 
@@ -146,12 +128,12 @@ TABLE = f"time: {EIGHT}, air_temperature_c: {[20] * 8}"
         (f"{{hourly: {{{TABLE}, direct_normal_w_m2: {[0] * 7}, diffuse_w_m2: {[0] * 8}}}, radiation: measured}}", "found 7 values of direct_normal"),
     ],
 )
-def test_what_does_not_fit_is_placed_in_the_job(tmp_path, weather, message):
+def test_what_does_not_fit_is_placed_in_the_job(tmp_path, load_weather, weather, message):
     with pytest.raises(InputError, match=rf"job.yaml:6:\d+: .*{message}"):
-        load(tmp_path, weather)
+        load_weather(weather)
 
 
-def test_a_file_without_light_is_named(tmp_path):
+def test_a_file_without_light_is_named(tmp_path, load_weather):
     (tmp_path / "day.csv").write_text("time,air_temperature[C]\n" + "".join(f"{hour:02d}:00,20\n" for hour in range(0, 24, 3)))
     with pytest.raises(InputError, match="day.csv.*direct_normal"):
-        load(tmp_path, "{file: day.csv, radiation: measured}")
+        load_weather("{file: day.csv, radiation: measured}")

@@ -7,7 +7,6 @@ import numpy as np
 import pvlib
 import pytest
 
-from skyshine.mat.job import load_job
 from skyshine.mat.jobs.weather_files import read_weather
 from skyshine.mat.surface.balance import saturation_pressure
 from skyshine.mat.surface.forcing import Scene
@@ -146,26 +145,9 @@ def test_wrong_csv_files_are_placed(tmp_path, rows, message):
         read_weather(csv(tmp_path, rows), date(2026, 6, 21), 0)
 
 
-JOB = """\
-skyshine: 1
-name: weather
-site: {{latitude_deg: 39.7, longitude_deg: -105.2, date: 2026-06-22, utc_offset_h: -7, altitude_km: 1.8}}
-states:
-  - profile: midlatitude_summer
-    weather: {weather}
-bands: [{{wavelength_um: [8, 12]}}]
-materials: [concrete]
-"""
-
-
-def load(folder, weather):
-    (folder / "job.yaml").write_text(JOB.format(weather=weather), encoding="utf-8")
-    return load_job(folder / "job.yaml").job
-
-
-def test_a_job_takes_a_file_and_its_own_keys_before_it(tmp_path):
+def test_a_job_takes_a_file_and_its_own_keys_before_it(tmp_path, load_weather):
     epw(tmp_path)
-    job = load(tmp_path, "{file: test.epw, cloud_fraction: 0}")
+    job = load_weather("{file: test.epw, cloud_fraction: 0}")
     _, weather, _ = scene_inputs(job, 1)
     noon = 12 * len(sun_hours()) // 24
     assert weather.air_temperature[noon] == pytest.approx(273.15 + 12) and weather.altitude == 1829.0
@@ -173,11 +155,11 @@ def test_a_job_takes_a_file_and_its_own_keys_before_it(tmp_path):
     assert job.states[0].weather.mean_air_temperature_c == pytest.approx(12.5, abs=0.3)
 
 
-def test_a_job_takes_one_temperature_for_the_day(tmp_path):
-    _, weather, _ = scene_inputs(load(tmp_path, "{air_temperature_c: 20}"), 1)
+def test_a_job_takes_one_temperature_for_the_day(tmp_path, load_weather):
+    _, weather, _ = scene_inputs(load_weather("{air_temperature_c: 20}"), 1)
     assert np.all(weather.air_temperature == 293.15) and weather.altitude == 1800.0
 
 
-def test_a_missing_file_is_placed_in_the_job(tmp_path):
+def test_a_missing_file_is_placed_in_the_job(tmp_path, load_weather):
     with pytest.raises(InputError, match=r"job.yaml:6:21: states.0.weather.file: found 'none.epw', which is no file"):
-        load(tmp_path, "{file: none.epw}")
+        load_weather("{file: none.epw}")

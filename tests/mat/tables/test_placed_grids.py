@@ -7,7 +7,8 @@ from skyshine.mat.accuracy.atmospheric import Scale
 from skyshine.mat.accuracy.grids import placed_grids
 from skyshine.mat.accuracy.probes import Probes
 from skyshine.mat.jobs.atmosphere import AtmosphereGrid
-from skyshine.mat.quantities import AtmosphericQuantities, PathGrid
+from skyshine.mat.path_grid import PathGrid
+from skyshine.mat.quantities import AtmosphericQuantities
 from skyshine.mat.scattering import scattering_angle
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.schemas.errors import CheckFailed

@@ -34,8 +34,9 @@ _LOOSEST = 20.0  # tolerances: that loose the start may be where the table would
 _DRAWS = 2  # of random lines in each pass
 _PASSES = 20
 _GROWTH, _FAST_GROWTH, _SMALL = 1.6, 2.5, 100_000  # of a table in one pass, at most; of one of fewer nodes than that
-# Lines in each draw: few for sky light, which takes as long as all the rest and has no rare large errors.
-_LINES = {"beta_star": 2000, "path_radiance_ratio": 1000, "ambient": 480, "direct": 2000}
+# Lines in each draw: few for sky light, which takes as long as all the rest.
+_LINES = {"beta_star": 2000, "path_radiance_ratio": 1000, "ambient": 240, "direct": 2000}
+_CAUTION = {"ambient_radiance": 0.6}  # of the tolerance, where so few reads do not show how bad the worst of others is
 _OVER = 0.003  # of the reads of a quantity may be worse than the tolerance: those of all four together are then less than 1 %
 _MARGIN = 0.95  # of the tolerance, there: other points are a little worse
 _WORST = 1.6  # tolerances: the worst of a thousand other points may be as much as two
@@ -105,7 +106,7 @@ def placed_grids(
 
 
 def _placed(name: str, table_of: TableOf, probes_of: ProbesOf, base, scale, tolerance: float, generator, most: int) -> Placed:
-    key, count = QUANTITIES[name]
+    (key, count), asked, tolerance = QUANTITIES[name], tolerance, tolerance * _CAUTION.get(name, 1.0)
     if name == "path_radiance_ratio" and base.source_azimuth_deg[0] == 0 and base.source_azimuth_deg[-1] == 180:
         base = ScatteringGrid(*(getattr(base, field) for field in FIELDS[:4]), _ANGLES)
     profiles = [Profile.of(name, axis, table_of, base, scale, generator) for axis in range(count)]
@@ -130,7 +131,7 @@ def _placed(name: str, table_of: TableOf, probes_of: ProbesOf, base, scale, tole
     error = f" after an error of {found.summary[0]:.2g} (99 %), {found.summary[1]:.2g} (worst)" if found else ""
     axis = FIELDS[int(np.argmax([nodes.size for nodes in axes])) if guilty is None else guilty].rsplit("_", 1)[0]
     raise CheckFailed(
-        f"atmosphere_grid.tolerance {tolerance:g} cannot be held for {name} with {most:,} nodes: it takes more than "
+        f"atmosphere_grid.tolerance {asked:g} cannot be held for {name} with {most:,} nodes: it takes more than "
         f"{' x '.join(str(nodes.size) for nodes in axes)} = {_size(axes):,}{error}, most for the {axis.replace('_', ' ')}; raise it, shorten that "
         "axis, or allow more with atmosphere_grid.most_nodes"
     )

@@ -1,6 +1,6 @@
 """What a build will take, estimated from its plan by a measured model.
 
-Constants are fits to builds of the starter job and to tables of 35 thousand to 12 million nodes on one core of a 2.5 GHz server, in
+Constants are fits to builds of the starter job and of the default grid with one to 82 materials on one core of a 2.5 GHz server, in
 processor seconds; tests/validation/test_build_cost.py says how good they are. Another machine takes its own multiple.
 """
 
@@ -14,16 +14,17 @@ from skyshine.mat.plan import Plan
 from skyshine.mat.scene import absorption_table, air_of, response_of
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
-COMPILE_POINT = 2.0e-3  # s for each spectral point of a band
+COMPILE_BAND, COMPILE_POINT = 0.5, 8.0e-4  # s for each band, and for each of its spectral points
 # s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44 points.
-TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 1.9e-3, 1.4e-6, 0.062, 44
+TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 6.3e-7, 0.028, 44
 COMPILED_POINTS = 64  # the most that a compiled band has
-MEASURED = 1.4  # s for the lines of sight on which a table is measured, at TABLE_POINTS
+MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABLE_POINTS
 # s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines beside the table's.
 EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
-COLUMN = 1.6e-4  # s for each distinct surface column, its forcing included
-PICTURE = 0.8  # s for each file that is drawn
-TEXTURE = 2.0  # s for each texture of a megapixel or so
+# s for the sky of a state, for each material under it, and for each distinct surface column, its forcing included.
+SKY, MATERIAL, COLUMN = 0.2, 0.02, 2.0e-5
+PICTURE = 0.45  # s for each file that is drawn
+TEXTURE = 1.0  # s for each texture of a megapixel or so
 
 
 def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
@@ -48,11 +49,11 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     emission = (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km) if WEIGHTED_TRANSMITTANCE in job.extra_tables else 0.0
     files = sum(len(task.files) for task in plan.tasks)
     return {
-        "compile": distinct_airs(loaded) * COMPILE_POINT * sum(points),
+        "compile": distinct_airs(loaded) * (COMPILE_BAND * len(points) + COMPILE_POINT * sum(points)),
         "atmosphere": sets * len(points) * sources * one,
         "accuracy": sets * len(points) * sources * MEASURED * share,
         "weighted transmittance": sets * emission * sum(points),
-        "temperature": sets * COLUMN * columns,
+        "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns),
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }

@@ -65,7 +65,7 @@ def test_optics_are_bounded(model):
     assert np.all((optics.extinction > 0) & np.isfinite(optics.extinction))
     assert np.all((optics.single_scattering_albedo >= 0) & (optics.single_scattering_albedo <= 1))
     assert np.all(np.abs(optics.asymmetry) < 1)
-    np.testing.assert_array_equal(optics.extinction[-3], optics.extinction[-1])  # beyond 99 %
+    np.testing.assert_allclose(optics.extinction[-3], optics.extinction[-1], rtol=1e-12)  # beyond 99 %; rows of a product may round apart
 
 
 def test_phase_function_conserves_energy(model):

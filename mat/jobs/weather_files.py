@@ -139,7 +139,7 @@ def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float,
 
     try:
         data, station = iotools.read_epw(file) if kind is _EPW else iotools.read_tmy3(file, map_variables=True)
-    except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:  # what pvlib stumbles over
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"is not a file that pvlib reads as {kind.name}: {reason}; check it", file=file) from None
     begin = data.index - kind.label

@@ -163,3 +163,10 @@ def test_a_job_takes_one_temperature_for_the_day(tmp_path, load_weather):
 def test_a_missing_file_is_placed_in_the_job(tmp_path, load_weather):
     with pytest.raises(InputError, match=r"job.yaml:6:21: states.0.weather.file: found 'none.epw', which is no file"):
         load_weather("{file: none.epw}")
+
+
+def test_a_tmy3_file_with_times_that_are_numbers_is_refused_in_one_line(tmp_path):
+    file = tmp_path / "year.csv"
+    file.write_text("723170,TEST,NC,-5.0,36.1,-79.95,273\nDate (MM/DD/YYYY),Time (HH:MM),ETR (W/m^2)\n06/21/1988,1400,0\n")
+    with pytest.raises(InputError, match="year.csv: is not a file that pvlib reads as TMY3: .*; check it"):
+        read_weather(file, date(2026, 6, 21), -5)

@@ -19,7 +19,7 @@ from skyshine.mat.atmosphere.compile import BandPoints
 from skyshine.mat.atmosphere.geometry import trace
 from skyshine.mat.atmosphere.sight import LineOfSight
 from skyshine.mat.path_grid import PathGrid
-from skyshine.mat.quantities import BETA_CAP_KM, BETA_FACTOR
+from skyshine.mat.quantities import beta_star
 from skyshine.mat.radiometry import planck_wavenumber
 
 # Below this a sum of transmittances over the largest of them is taken again from logarithms.
@@ -112,17 +112,13 @@ def ln_transmittance(depth: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return np.where(absorbed < 0.5, np.log1p(-np.minimum(absorbed, 0.5)), thick)
 
 
-def beta_star(air: SpectralAir, path: LineOfSight, weights: np.ndarray) -> np.ndarray:
+def emission_beta_star(air: SpectralAir, path: LineOfSight, weights: np.ndarray) -> np.ndarray:
     """beta* [km] of each range of a line of sight for weights (K, P), (R, K), equation (8).
 
     Where the range is 0, its limit; behind the ground, as through the air above it: the rules of the classic beta*.
     """
-    on = path.beyond[:, None] * (air.shells.number_density[0] * air.optics.extinction[0])
-    length = (path.length + path.beyond)[:, None]
-    here = weights @ path.local_extinction  # m^-1
-    with np.errstate(divide="ignore", invalid="ignore"):
-        beta = np.where(length > 0, BETA_FACTOR * length / np.abs(ln_transmittance(path.depth + on, weights)), BETA_FACTOR / here)
-    return np.minimum(beta * 1e-3, BETA_CAP_KM)
+    ln_tau = ln_transmittance(path.depth + path.depth_behind(air), weights)
+    return beta_star((path.length + path.beyond)[:, None], ln_tau, weights @ path.local_extinction)
 
 
 def beta_star_table(air: SpectralAir, grid: PathGrid, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -132,6 +128,6 @@ def beta_star_table(air: SpectralAir, grid: PathGrid, weights: np.ndarray) -> tu
     reach = np.broadcast_to(grid.range_km, (shape[2], shape[0]))
     for place, altitude in enumerate(grid.altitude_km):
         for row, path in enumerate(lines_of_sight(air, reach, np.full(shape[2], altitude), grid.elevation_deg)):
-            beta[:, :, place, row] = beta_star(air, path, weights).T
+            beta[:, :, place, row] = emission_beta_star(air, path, weights).T
             valid[:, place, row] = path.valid
     return beta, valid

@@ -12,7 +12,7 @@ from skyshine.mat.accuracy.probes import lines_in_cells
 from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.compile import BandPoints, band_points
 from skyshine.mat.atmosphere_product import path_grid
-from skyshine.mat.emission import EmissionClasses, beta_star, beta_star_table, emission_weights, lines_of_sight, ln_transmittance
+from skyshine.mat.emission import EmissionClasses, beta_star_table, emission_beta_star, emission_weights, lines_of_sight, ln_transmittance
 from skyshine.mat.job import LoadedJob
 from skyshine.mat.plan import Task
 from skyshine.mat.products import Product, TaskReport
@@ -125,7 +125,7 @@ class _Emission:
             weights = emission_weights(self.band, self.reflectance, kelvin[number])
             place = dict(zip(axes, (kelvin[number], ranges[number, path.valid, None], altitude[number], elevation[number])))
             read = interpolate(beta, rules, {"class": np.arange(classes.count)} | place)
-            exact = beta_star(self.air, path, classes.means(weights))[path.valid]
+            exact = emission_beta_star(self.air, path, classes.means(weights))[path.valid]
             seen = np.exp(-BETA_FACTOR * place["range"] / read)
             own.append((read - exact).ravel())
             warm.append((seen - np.exp(-BETA_FACTOR * place["range"] / exact)).ravel())

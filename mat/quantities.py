@@ -340,17 +340,13 @@ class BandAtmosphere:
         distance = path.segments.distance
         start = int(np.clip(np.searchsorted(distance, distance[end] * (1 - _LAST_STRETCH)) - 1, 0, max(end - 1, 0)))
         stretch = _in_band(path.segment_depths.before[[start, end]], weight)[1]
-        absorbed = _in_band(path.depth[behind] + self._depth_behind(path)[behind], weight)[1]
+        absorbed = _in_band(path.depth[behind] + path.depth_behind(self.air)[behind], weight)[1]
         grown = stretch[1] - stretch[0]
         if grown > 1e-6 * stretch[1]:
             slope = (along[end] - along[start]) / grown
         else:
             slope = along[end] / stretch[1] if stretch[1] > 0 else np.zeros_like(along[end])
         return along[end] + np.maximum(absorbed - stretch[1], 0.0)[:, None] * slope, absorbed
-
-    def _depth_behind(self, path):
-        """Optical depth (R, P) of what of each range is behind the ground, as if the air of the ground went on."""
-        return path.beyond[:, None] * (self.air.shells.number_density[0] * self.air.optics.extinction[0])
 
     def _radiance_weight(self, path):
         """Weights (R, P) that turn irradiance at the end of each range into (20) and (36)."""
@@ -359,18 +355,10 @@ class BandAtmosphere:
         return through * band.radiance_weight / (np.pi * (through @ band.weight / band.weight.sum()))[:, None]
 
     def _beta(self, path):
-        """beta* [km] of each range; where the range is 0, its limit.
-
-        Behind the ground the line goes on through the air above it: beta* of neighbours in the table then differ no more than
-        their lines do.
-        """
+        """beta* [km] of each range."""
         band = self.band
-        ln_tau = _in_band(path.depth + self._depth_behind(path), band.weight)[0]
-        length = path.length + path.beyond
-        here = path.local_extinction @ band.weight / band.weight.sum()  # m^-1
-        with np.errstate(divide="ignore", invalid="ignore"):
-            beta = np.where(length > 0, BETA_FACTOR * length / np.abs(ln_tau), BETA_FACTOR / here) * 1e-3
-        return np.minimum(beta, BETA_CAP_KM)
+        ln_tau = _in_band(path.depth + path.depth_behind(self.air), band.weight)[0]
+        return beta_star(path.length + path.beyond, ln_tau, path.local_extinction @ band.weight / band.weight.sum())
 
     def _radiance_along(self, path, elevations, azimuths, irradiance, rest=0.0):
         """In-band path radiance (K+1, S) up to each segment end."""
@@ -435,6 +423,24 @@ class SpectralLines:
     direct_irradiance: np.ndarray
     path_radiance: np.ndarray
     valid: np.ndarray
+
+
+def beta_star(length, ln_tau, extinction):
+    """beta* [km], equation (8), at most `BETA_CAP_KM`; arguments broadcast against each other.
+
+    Parameters
+    ----------
+    length : array
+        Of the path, m; what is behind the ground counts as going on through the air above it, so that beta* of neighbours in a table
+        differ no more than their lines do.
+    ln_tau : array
+        Logarithm of its transmittance.
+    extinction : array
+        Of the air at the observer, m^-1: where the length is 0, beta* is the limit.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        beta = np.where(length > 0, BETA_FACTOR * length / np.abs(ln_tau), BETA_FACTOR / extinction) * 1e-3
+    return np.minimum(beta, BETA_CAP_KM)
 
 
 def _in_band(depth, weight):

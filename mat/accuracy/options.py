@@ -38,8 +38,8 @@ class Cost:
     seconds : float or None
         Of its build; None where it was not built, where its record is lost, or where it is part of another table's.
     per_frame, per_pixel : float
-        Not a number where the number of classes is not known.
-        Table values that a runtime reads beyond the 72 a frame of the classic tables (fewer where an axis has one node).
+        Table values that a runtime reads beyond the 72 a frame of the classic tables (fewer where an axis has one node); not a number
+        where the number of classes is not known.
     """
 
     bytes: int | None

@@ -33,6 +33,8 @@ class Profile:
     values, transmittance, distance : (K, n) arrays
     counts : (K, n) bool array
         False behind the ground, and where no azimuth gives the scattering angle.
+    scale : Scale
+        In what errors count.
     """
 
     quantity: str
@@ -48,7 +50,7 @@ class Profile:
     def of(
         cls, quantity: str, axis: int, table_of: Callable[[PathGrid, str], AtmosphericQuantities], base: PathGrid, scale: Scale, generator
     ) -> Profile:  # fmt: skip
-        """Along one axis of a grid, by its number; arguments as `grids.placed_grid`."""
+        """Along one axis of a grid, by its number; arguments as `grids.placed_grids`."""
         key, count = QUANTITIES[quantity]
         nodes = [getattr(base, field) for field in FIELDS]
         places = _candidates(axis, nodes[axis])

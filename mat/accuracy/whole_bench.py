@@ -253,4 +253,5 @@ def plot(ladders: Sequence[Ladder], picture: Path) -> None:
             axes.loglog(rung.seconds, max(rung.error, 1e-9), "o", color=colour)
             axes.annotate(rung.name, (rung.seconds, max(rung.error, 1e-9)), fontsize=6, xytext=(3, 3), textcoords="offset points")
         axes.set(title=ladder.name, xlabel=f"processor seconds for {ladder.work}", ylabel=ladder.units)
+        axes.tick_params(axis="x", which="both", labelrotation=40)
     figure.savefig(picture, dpi=110, metadata={"Software": None})

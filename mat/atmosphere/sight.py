@@ -89,6 +89,10 @@ class LineOfSight:
             local, layer, share, density * section,
         )  # fmt: skip
 
+    def depth_behind(self, air) -> np.ndarray:
+        """Optical depth (R, P) of what of each range is behind the ground, as if the air of the ground went on."""
+        return self.beyond[:, None] * (air.shells.number_density[0] * air.optics.extinction[0])
+
 
 def _ends(rays, row, segments):
     """The segment ends of one ray, in the shape that `geometry` takes."""

@@ -9,10 +9,10 @@ import numpy as np
 from skyshine.mat.surface.site import SUN_STEPS, Site, sun_hours
 from skyshine.schemas.errors import InputError
 
-# A reading is shared among the times of its interval as the clear sky's light is, as long as that brings none of it to more than this
-# many times the clear one; cloud edges reach 1.5 for a minute, diffuse light under broken cloud a few times the clear one.
+# A reading is shared among the times of its interval as the clear sky's light is, unless it is more than this many times the clear one's
+# mean: at sunrise, where a little light has no shape worth following.
 _MOST_OF_CLEAR = 10.0
-_NIGHT = -1.0  # degree: elevation of the Sun's centre below which no direct light arrives
+_NIGHT = -1.0  # degree: elevation of the Sun's centre below which an interval counts as night
 _STRAY = 20.0  # W m^-2 that instruments may show then
 
 
@@ -47,16 +47,18 @@ class MeasuredRadiation:
         Raises
         ------
         InputError
-            Direct light was measured while the Sun is down.
+            Light was measured while the Sun is down.
         """
         up = site.solar_elevation > _NIGHT
         interval = self._intervals()
-        for number in np.flatnonzero(self.direct > _STRAY):
-            if not np.any(up[interval == number]):
-                raise InputError(
-                    f"found {self.direct[number]:g} W m^-2 of direct light in the time to {self.hours[number]:g} h, when the Sun is down; "
-                    "check date, place and utc_offset_h against the file"
-                )
+        for name in ("direct", "diffuse"):
+            means = getattr(self, name)
+            for number in np.flatnonzero(means > _STRAY):
+                if not np.any(up[interval == number]):
+                    raise InputError(
+                        f"found {means[number]:g} W m^-2 of {name} light in the time to {self.hours[number]:g} h, when the Sun is down; "
+                        "check date, place and utc_offset_h against the file"
+                    )
         lit = up.astype(float)
         return self._shared(self.direct, interval, direct * up, lit), self._shared(self.diffuse, interval, diffuse, lit)
 

@@ -27,3 +27,9 @@ def test_what_is_not_finite_or_out_of_bounds_fails():
     trials = stability.run(0.0, 1, {"bad": bad, "broken": broken})
     assert len(trials["bad"].failures) == 2 and trials["bad"].worst["residual"] == np.inf
     assert trials["broken"].failures == ["broken, seed 1, case 0: ArithmeticError: no root"]
+
+
+def test_most_textures_are_mapped_and_the_rest_refused():
+    cases = [stability.texture_case(np.random.default_rng([9, k])) for k in range(16)]
+    assert sum("not finite" in case for case in cases) >= 8
+    assert all(value <= allowed for case in cases for value, allowed in case.values())

@@ -57,6 +57,13 @@ def test_direct_light_at_night_is_refused_and_a_little_is_stray(site, clear):
         MeasuredRadiation(HOURS, direct, np.zeros(24)).sunlight(site, *clear)
 
 
+def test_diffuse_light_at_night_is_refused(site, clear):
+    diffuse = np.zeros(24)
+    diffuse[1] = 80.0
+    with pytest.raises(InputError, match="of diffuse light in the time to 2 h, when the Sun is down"):
+        MeasuredRadiation(HOURS, np.zeros(24), diffuse).sunlight(site, *clear)
+
+
 def test_polar_night_is_dark(make_site, sky):
     site = make_site(85.0, -23.0)
     dark = [part[0] for part in sky.irradiance(site, 0.0, np.array([0.0]))]

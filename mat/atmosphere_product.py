@@ -21,11 +21,18 @@ from skyshine.mat.band_cache import Origin, cached_compile_band
 from skyshine.mat.job import Job, LoadedJob
 from skyshine.mat.jobs.fields import tolerance_parts
 from skyshine.mat.negligible import Negligible
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.plan import LeftOut, Task
 from skyshine.mat.products import Product, TaskReport
-from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.quantities import BandAtmosphere
-from skyshine.mat.scene import absorption_table, air_of, atmospheric_state, response_of, source_irradiance, usual_irradiance
+from skyshine.mat.scene import (
+    absorption_table,
+    air_of,
+    atmospheric_state,
+    response_of,
+    source_irradiance,
+    usual_irradiance,
+)
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
@@ -34,7 +41,9 @@ from skyshine.schemas.hdf5 import Axis, Group, Variable
 MAX_POINTS = 64
 
 
-def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport) -> None:
+def run(
+    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
+) -> None:
     """Build the tables of a state and a band with each source of the job; arguments as `products.run_task`."""
     products = _products(task, loaded, folder)
     if not fresh and all(product.is_there() for product in products.values()):
@@ -58,36 +67,52 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     for source, product in products.items():
         own = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
         text, kelvin = left_out.text(source, state), left_out.bound(source)
-        notes = {"left_out": text or "none", "left_out_bound_kelvin": kelvin, "left_out_bound": kelvin * left_out.radiance}
+        notes = {
+            "left_out": text or "none",
+            "left_out_bound_kelvin": kelvin,
+            "left_out_bound": kelvin * left_out.radiance,
+        }
         if text:
             report.notes.append(f"{source}: left out {text}")
         _build_one(product, source, loaded, own, compiled, grid, response, report, notes)
 
 
 def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, Origin]:
-    """All points of a band reduced as a job asks for one of its states, on that state's day; and where they came from."""
+    """All points of a band reduced as a job asks for one of its states, on that state's day; and where they came
+    from.
+    """
     job, whole = loaded.job, loaded.whole
     own, usual = (
         np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
         for light in (source_irradiance, usual_irradiance)
     )
     return cached_compile_band(
-        absorption_table(job.water_continuum), state, everything, path_grid(whole), own, usual,
-        tolerance=job.accuracy.spectral_tolerance, max_points=MAX_POINTS, seed=job.accuracy.seed,
-    )  # fmt: skip
+        absorption_table(job.water_continuum),
+        state,
+        everything,
+        path_grid(whole),
+        own,
+        usual,
+        tolerance=job.accuracy.spectral_tolerance,
+        max_points=MAX_POINTS,
+        seed=job.accuracy.seed,
+    )
 
 
 def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     """Points, gases, particles and scattered light that bands of states do not need, with what each changes at most.
 
-    Of states of one air, the first stands for all but their light. Bounds of particles and light are those at all points of a band; a
-    build takes those at the points that it computes tables from, which differ little.
+    Of states of one air, the first stands for all but their light. Bounds of particles and light are those at all
+    points of a band; a build takes those at the points that it computes tables from, which differ little.
     """
     job, whole, grid = loaded.job, loaded.whole, path_grid(loaded.whole)
     bands, found, faint, known = {}, [], {}, {}
     for number in job.needed_bands:
         response = response_of(job.bands[number - 1])
-        bands[number] = response, band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        bands[number] = (
+            response,
+            band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response),
+        )
         found += _points(job, bands[number][1].weight.size, number)
     for (number, state), band in itertools.product(enumerate(job.states, 1), bands):
         key = band, air_of(state)
@@ -96,15 +121,23 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         irradiance = _irradiance(whole.of_state(number), everything)
         if key not in known:
             whole_air = SpectralAir.of(air, everything.points, everything.gases, everything.weight)
-            gases = negligible_gases(whole_air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed)
+            gases = negligible_gases(
+                whole_air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
+            )
             if gases:
                 found.append(_gases(gases, place))
             known[key] = Bounds.of(whole_air, grid, irradiance, everything.radiance_weight), Scattering.of(whole_air)
         bounds, scattering = known[key]
         bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
         left_out = Negligible.of(job, whole.sources, air, response, bounds)
-        changes = {f"scattered light of the {source}": left_out.scattered[source] for source in job.sources if source in left_out.scattered}
-        for what, change in (changes | {f"particles ({name})": change for name, change in left_out.names(air).items()}).items():
+        changes = {
+            f"scattered light of the {source}": left_out.scattered[source]
+            for source in job.sources
+            if source in left_out.scattered
+        }
+        for what, change in (
+            changes | {f"particles ({name})": change for name, change in left_out.names(air).items()}
+        ).items():
             faint.setdefault(what, []).append((change, change * left_out.radiance, place))
     return found + [_faint(what, cases) for what, cases in faint.items()]
 
@@ -121,7 +154,9 @@ def _points(job: Job, count: int, band: int) -> list[LeftOut]:
 
 def _gases(gases: dict[str, float], place: str) -> LeftOut:
     bound = f"at most {max(gases.values()):.1e} in transmittance"
-    return LeftOut(f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM)
+    return LeftOut(
+        f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM
+    )
 
 
 def _faint(what: str, cases: list[tuple[float, float, str]]) -> LeftOut:
@@ -130,9 +165,11 @@ def _faint(what: str, cases: list[tuple[float, float, str]]) -> LeftOut:
     places = [place for *_, place in cases]
     more = f" and {len(places) - 3} more" if len(places) > 3 else ""
     return LeftOut(
-        f"{what} in {', '.join(places[:3])}{more}", "too faint to be seen",
-        f"at most {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen", "a smaller accuracy.negligible_k; 0 leaves nothing out",
-    )  # fmt: skip
+        f"{what} in {', '.join(places[:3])}{more}",
+        "too faint to be seen",
+        f"at most {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen",
+        "a smaller accuracy.negligible_k; 0 leaves nothing out",
+    )
 
 
 def _irradiance(job: Job, band: BandPoints) -> np.ndarray:
@@ -165,21 +202,30 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
                 "source": source,
                 "water_continuum": job.water_continuum,
                 "atmosphere_grid": {
-                    **job.atmosphere_grid.model_dump(mode="json"), "altitude_km": job.observer_altitudes_km
+                    **job.atmosphere_grid.model_dump(mode="json"),
+                    "altitude_km": job.observer_altitudes_km,
                 },
-                "accuracy": job.accuracy.model_dump(mode="json", include={"spectral_tolerance", "negligible_k", "seed"}),
+                "accuracy": job.accuracy.model_dump(
+                    mode="json", include={"spectral_tolerance", "negligible_k", "seed"}
+                ),
                 **scope,
             },
         )
         for source, name in zip(job.sources, task.files)
-    }  # fmt: skip
+    }
 
 
 def _scope(whole: Job) -> dict:
-    return {"sources": whole.sources, **whole.atmosphere_grid.model_dump(mode="json"), "altitude_km": whole.observer_altitudes_km}
+    return {
+        "sources": whole.sources,
+        **whole.atmosphere_grid.model_dump(mode="json"),
+        "altitude_km": whole.observer_altitudes_km,
+    }
 
 
-def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report, left_out: dict) -> None:
+def _build_one(
+    product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report, left_out: dict
+) -> None:
     irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber, compiled.band.width)
     with report.stage("grid"):
         placed = _placed(loaded, air, base, irradiance, response)
@@ -196,7 +242,9 @@ def _build_one(product, source, loaded, air, compiled: CompiledBand, base: PathG
         if placed:
             nodes = ", ".join(f"{name} {found.table.values.size:,}" for name, found in placed.items())
             report.notes.append(f"{source}: nodes that hold the tolerance: {nodes}")
-        accuracy = _accuracy(measures, compiled, loaded.job.accuracy.seed, left_out | _notes(loaded.job.atmosphere_grid, placed))
+        accuracy = _accuracy(
+            measures, compiled, loaded.job.accuracy.seed, left_out | _notes(loaded.job.atmosphere_grid, placed)
+        )
         product.write(atmq_group(tables, accuracy, attributes))
 
 
@@ -214,8 +262,8 @@ def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -
         if unit == "K" and response.upper < SHORTEST:
             raise loaded.document.error(
                 ("atmosphere_grid", "tolerance"),
-                f"found '{text}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for bands that end before "
-                f"{SHORTEST:g} um, where a scene at 300 K does not glow; write 0.01 W m^-2 sr^-1, say",
+                f"found '{text}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for bands that"
+                f" end before {SHORTEST:g} um, where a scene at 300 K does not glow; write 0.01 W m^-2 sr^-1, say",
             )
         scales[name] = (Scale.kelvin(response) if unit == "K" else Scale.radiance(response)), tolerance
     if not scales:
@@ -225,8 +273,11 @@ def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -
         lambda generator, key, count: Probes.drawn(
             air, base, irradiance, generator, sky=count if key == "ambient" else 0, count=count, wanted=(key,)
         ),
-        base, scales, seed=loaded.job.accuracy.seed, most=axes.most_nodes,
-    )  # fmt: skip
+        base,
+        scales,
+        seed=loaded.job.accuracy.seed,
+        most=axes.most_nodes,
+    )
 
 
 def _notes(axes, placed: dict[str, Placed]) -> dict:
@@ -240,11 +291,15 @@ def _notes(axes, placed: dict[str, Placed]) -> dict:
         notes["reads_on_the_horizon"] = placed["direct_radiance"].horizon_share
         notes["largest_error_on_the_horizon"] = placed["direct_radiance"].horizon_maximum
     if placed:
-        notes["uniform_method"] = "an estimate: equally spaced nodes (ranges in their logarithm) that are as good on each axis by itself"
+        notes["uniform_method"] = (
+            "an estimate: equally spaced nodes (ranges in their logarithm) that are as good on each axis by itself"
+        )
     return notes
 
 
-def _interpolation_errors(air: BandAtmosphere, tables: dict[str, Gridded], base: PathGrid, irradiance, response, seed: int) -> list[ErrorMeasure]:
+def _interpolation_errors(
+    air: BandAtmosphere, tables: dict[str, Gridded], base: PathGrid, irradiance, response, seed: int
+) -> list[ErrorMeasure]:
     """Tables against direct computation on random lines of the job's own axes, above the ground."""
     probes = Probes.drawn(air, base, irradiance, np.random.default_rng(seed))
     own, warm = (probes.errors(tables, scale) for scale in (None, Scale.kelvin(response)))
@@ -265,8 +320,11 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, p
     }
     notes = {
         "seed": seed,
-        "method": "linear interpolation against direct computation on random lines of sight, as many in every cell, above the ground; "
-        f"kelvin: change of a black body at 300 K seen through the path; a surface that reflects {REFLECTANCE:g} faces sky and source",
+        "method": (
+            "linear interpolation against direct computation on random lines of sight, as many in every cell, above"
+            " the ground; kelvin: change of a black body at 300 K seen through the path; a surface that reflects"
+            f" {REFLECTANCE:g} faces sky and source"
+        ),
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),
         "gases_left_out": _left_out(compiled),

@@ -1,11 +1,13 @@
 """Compiled bands kept by content, so that the same band of the same state is compiled once on a machine.
 
-Within a process the choice of points is kept too, for states of the same air: another day's ground and source change its errors, which
-are measured for each state, and not the points. It is the same choice in every process, whatever that has built before.
+Within a process the choice of points is kept too, for states of the same air: another day's ground and source change
+its errors, which are measured for each state, and not the points. It is the same choice in every process, whatever that
+has built before.
 
-The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the absorption table
-and the source code that compiles. What is kept is what compiling gave, to the last bit; a file that cannot be read is as good as
-absent. The folder may be deleted at any time. `SKYSHINE_CACHE` names another folder, or none at all if it is empty.
+The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the
+absorption table and the source code that compiles. What is kept is what compiling gave, to the last bit; a file that
+cannot be read is as good as absent. The folder may be deleted at any time. `SKYSHINE_CACHE` names another folder, or
+none at all if it is empty.
 """
 
 from __future__ import annotations
@@ -147,7 +149,12 @@ def _write(path: Path, compiled: CompiledBand) -> None:
         "errors": compiled.errors,
         "dropped": compiled.dropped,
     }
-    arrays = {"index": compiled.index, "weight": compiled.band.weight, "ladder": compiled.ladder, "about": json.dumps(about)}
+    arrays = {
+        "index": compiled.index,
+        "weight": compiled.band.weight,
+        "ladder": compiled.ladder,
+        "about": json.dumps(about),
+    }
     part = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -14,7 +14,9 @@ from skyshine.mat.tables.files import BAND, BAND_WITH_EXTRAS
 from skyshine.materials.library import load_library
 
 
-def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport) -> None:
+def run(
+    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
+) -> None:
     """Build the properties of a band; arguments as `products.run_task`."""
     library = load_library()
     band = loaded.job.bands[task.band - 1]
@@ -26,7 +28,9 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     fine = NORMALISATION_BY_ANGLE in loaded.job.extra_tables
     if fine:
         resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": loaded.job.accuracy.seed}
-    product = Product(folder / task.files[0], BAND_WITH_EXTRAS if fine else BAND, f"materials {library.version}", resolved)
+    product = Product(
+        folder / task.files[0], BAND_WITH_EXTRAS if fine else BAND, f"materials {library.version}", resolved
+    )
     if not fresh and product.is_there():
         report.kept = True
         return

@@ -77,7 +77,9 @@ def build(
 
 @contextmanager
 def _only_build_in(folder: Path) -> Iterator[None]:
-    """Keep other builds out of a folder; clear what a killed one left half-written. The system frees the lock of a killed process."""
+    """Keep other builds out of a folder; clear what a killed one left half-written. The system frees the lock of a
+    killed process.
+    """
     lock = FileLock(folder / LOCK, timeout=0)
     try:
         with lock:
@@ -86,7 +88,9 @@ def _only_build_in(folder: Path) -> Iterator[None]:
                     part.unlink(missing_ok=True)
             yield
     except Timeout:
-        raise InputError("another build writes into this folder; wait for it, or name another --out", file=folder) from None
+        raise InputError(
+            "another build writes into this folder; wait for it, or name another --out", file=folder
+        ) from None
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=folder) from None
 

@@ -1,4 +1,6 @@
-"""``build.json``: what each file of a folder cost. The files themselves hold nothing of it, so that the same job gives the same bytes."""
+"""``build.json``: what each file of a folder cost. The files themselves hold nothing of it, so that the same job gives
+the same bytes.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,8 @@ def write_record(folder: Path, reports: Sequence[TaskReport], seconds: float) ->
     Returns
     -------
     dict
-        What was written: folder, seconds, and for each file whether it was kept, its seconds by clock and processor, stages, peak memory and notes.
+        What was written: folder, seconds, and for each file whether it was kept, its seconds by clock and processor,
+        stages, peak memory and notes.
     """
     files = {}
     for report in reports:

@@ -1,7 +1,8 @@
-"""Transmittance of the light that surfaces emit: weighted by emissivity and Planck's law, for classes of materials, equation (5).
+"""Transmittance of the light that surfaces emit: weighted by emissivity and Planck's law, for classes of materials,
+equation (5).
 
-A band mean of transmittance over wavelength alone is wrong for emitted light wherever transmittance and emission vary together. With
-tau weighted by phi (1 - rho) L_bb, and (1 - rho) weighted by phi L_bb, equation (6) is the integral (5).
+A band mean of transmittance over wavelength alone is wrong for emitted light wherever transmittance and emission vary
+together. With tau weighted by phi (1 - rho) L_bb, and (1 - rho) weighted by phi L_bb, equation (6) is the integral (5).
 """
 
 from __future__ import annotations
@@ -62,7 +63,8 @@ class EmissionClasses:
 
     @classmethod
     def of(cls, transmittance: np.ndarray, tolerance: float) -> EmissionClasses:
-        """Group materials so that no two of a class differ by more than a tolerance; a class has the mean of its materials.
+        """Group materials so that no two of a class differ by more than a tolerance; a class has the mean of its
+        materials.
 
         Parameters
         ----------
@@ -73,7 +75,11 @@ class EmissionClasses:
         """
         count = transmittance.shape[1]
         apart = np.array([np.abs(transmittance - one[:, None]).max(axis=0, initial=0.0) for one in transmittance.T])
-        found = fcluster(linkage(squareform(apart, checks=False), "complete"), tolerance, "distance") if count > 1 else np.ones(1, int)
+        found = (
+            fcluster(linkage(squareform(apart, checks=False), "complete"), tolerance, "distance")
+            if count > 1
+            else np.ones(1, int)
+        )
         order = {label: place for place, label in enumerate(dict.fromkeys(found.tolist()), 1)}
         number = np.array([order[label] for label in found.tolist()])
         difference = np.empty(count)
@@ -92,7 +98,9 @@ class EmissionClasses:
         return np.array([values[self.number == one].mean(axis=0) for one in range(1, self.count + 1)])
 
 
-def lines_of_sight(air: SpectralAir, range_km: np.ndarray, altitude_km: np.ndarray, elevation_deg: np.ndarray) -> Iterable[LineOfSight]:
+def lines_of_sight(
+    air: SpectralAir, range_km: np.ndarray, altitude_km: np.ndarray, elevation_deg: np.ndarray
+) -> Iterable[LineOfSight]:
     """The lines of sight from n observers to the ranges (n, R) of each, one after the other."""
     ranges, altitude, elevation = np.asarray(range_km) * 1e3, np.asarray(altitude_km) * 1e3, np.radians(elevation_deg)
     rays = trace(air.shells, altitude, elevation, ranges)
@@ -101,7 +109,9 @@ def lines_of_sight(air: SpectralAir, range_km: np.ndarray, altitude_km: np.ndarr
 
 
 def ln_transmittance(depth: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Logarithm of transmittance (R, K) of optical depths (R, P) for weights (K, P) of sum 1: exact near 0 and near 1."""
+    """Logarithm of transmittance (R, K) of optical depths (R, P) for weights (K, P) of sum 1: exact near 0 and near
+    1.
+    """
     absorbed = -np.expm1(-depth) @ weights.T
     least = depth.min(axis=1, keepdims=True)
     seen = np.exp(least - depth) @ weights.T
@@ -122,7 +132,9 @@ def emission_beta_star(air: SpectralAir, path: LineOfSight, weights: np.ndarray)
 
 
 def beta_star_table(air: SpectralAir, grid: PathGrid, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """beta* [km] for weights (K, P) on the path axes of a grid, (K, R, A, E), and where the range ends in air, (R, A, E)."""
+    """beta* [km] for weights (K, P) on the path axes of a grid, (K, R, A, E), and where the range ends in air, (R, A,
+    E).
+    """
     shape = grid.shape[:3]
     beta, valid = np.empty((len(weights), *shape)), np.empty(shape, dtype=bool)
     reach = np.broadcast_to(grid.range_km, (shape[2], shape[0]))

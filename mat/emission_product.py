@@ -12,11 +12,18 @@ from skyshine.mat.accuracy.probes import lines_in_cells
 from skyshine.mat.atmosphere.air import SpectralAir
 from skyshine.mat.atmosphere.compile import BandPoints, band_points
 from skyshine.mat.atmosphere_product import path_grid
-from skyshine.mat.emission import EmissionClasses, beta_star_table, emission_beta_star, emission_weights, lines_of_sight, ln_transmittance
+from skyshine.mat.emission import (
+    EmissionClasses,
+    beta_star_table,
+    emission_beta_star,
+    emission_weights,
+    lines_of_sight,
+    ln_transmittance,
+)
 from skyshine.mat.job import LoadedJob
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.plan import Task
 from skyshine.mat.products import Product, TaskReport
-from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.quantities import BETA_FACTOR
 from skyshine.mat.scene import absorption_table, atmospheric_state, materials_digest, response_of
 from skyshine.mat.tables.axes import EXACT, AxisRule
@@ -31,20 +38,25 @@ TEST_LINES = 400  # others, on which the table is measured
 MATERIALS = "transmittance_of_materials"
 
 
-def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport) -> None:
+def run(
+    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
+) -> None:
     """Build the weighted transmittance of a state and a band; arguments as `products.run_task`."""
     job, library = loaded.job, load_library()
     product = Product(
-        folder / task.files[0], THERMAL_ATMQ, f"absorption {absorption_table().version}, materials {library.version}",
+        folder / task.files[0],
+        THERMAL_ATMQ,
+        f"absorption {absorption_table().version}, materials {library.version}",
         _resolved(task, loaded, library, materials),
-    )  # fmt: skip
+    )
     if not fresh and product.is_there():
         report.kept = True
         return
     state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
     chosen, grid, seed = [library[name] for name in materials], path_grid(job), job.accuracy.seed
     with report.stage("classes"):
-        # All spectral points: those of a compiled band stand for absorption, not for the wavelengths at which surfaces emit.
+        # All spectral points: those of a compiled band stand for absorption, not for the wavelengths at which surfaces
+        # emit.
         band = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         air = SpectralAir.of(state, band.points, band.gases, band.weight)
         micron = 1e4 / band.wavenumber
@@ -58,15 +70,22 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     with report.stage("write"):
         notes = {
             "seed": seed,
-            "method": "linear interpolation against direct computation on random lines of sight, as many in every cell, above the ground, at "
-            f"random temperatures; {QUANTITY}: of the classes; {MATERIALS}: each material's own transmittance against that read of its "
-            "class; kelvin: change of a black body at 300 K seen through the path",
+            "method": (
+                "linear interpolation against direct computation on random lines of sight, as many in every cell,"
+                f" above the ground, at random temperatures; {QUANTITY}: of the classes; {MATERIALS}: each material's"
+                " own transmittance against that read of its class; kelvin: change of a black body at 300 K seen"
+                " through the path"
+            ),
             "class_tolerance": job.accuracy.class_tolerance,
             "spectral_points": int(band.weight.size),
         }
         attributes = {"state": state.name, "wavelength_um": [response.lower, response.upper]}
-        product.write(thermal_group(beta, valid, grid, chosen, classes, accuracy_group(measures, {}, {}, notes), attributes))
-    report.notes.append(f"{len(chosen)} materials in {classes.count} classes, within {classes.difference.max():.1e} of transmittance")
+        product.write(
+            thermal_group(beta, valid, grid, chosen, classes, accuracy_group(measures, {}, {}, notes), attributes)
+        )
+    report.notes.append(
+        f"{len(chosen)} materials in {classes.count} classes, within {classes.difference.max():.1e} of transmittance"
+    )
 
 
 def _resolved(task: Task, loaded: LoadedJob, library, materials: tuple[str, ...]) -> dict:
@@ -97,39 +116,53 @@ class _Emission:
     def classes(self, whole: PathGrid, tolerance: float, seed: int) -> EmissionClasses:
         """Group the materials by what random lines of sight let through of them, at all temperatures."""
         altitude, elevation, ranges = lines_in_cells(whole, GROUPING_LINES, np.random.default_rng([seed, 4]))
-        weights = np.concatenate([emission_weights(self.band, self.reflectance, kelvin) for kelvin in PLANCK_TEMPERATURES])
+        weights = np.concatenate(
+            [emission_weights(self.band, self.reflectance, kelvin) for kelvin in PLANCK_TEMPERATURES]
+        )
         through = [
-            np.exp(ln_transmittance(path.depth[path.valid], weights)) for path in lines_of_sight(self.air, ranges, altitude, elevation)
+            np.exp(ln_transmittance(path.depth[path.valid], weights))
+            for path in lines_of_sight(self.air, ranges, altitude, elevation)
             if path.valid.any()
-        ]  # fmt: skip
+        ]
         count = len(self.reflectance)
         found = np.concatenate(through) if through else np.zeros((0, len(weights)))
         return EmissionClasses.of(found.reshape(-1, count), tolerance)
 
     def table(self, grid: PathGrid, classes: EmissionClasses) -> tuple[np.ndarray, np.ndarray]:
         """beta* (C, T, R, A, E) and validity (R, A, E)."""
-        by_temperature = [classes.means(emission_weights(self.band, self.reflectance, kelvin)) for kelvin in PLANCK_TEMPERATURES]
+        by_temperature = [
+            classes.means(emission_weights(self.band, self.reflectance, kelvin)) for kelvin in PLANCK_TEMPERATURES
+        ]
         weights = np.stack(by_temperature, axis=1)
         beta, valid = beta_star_table(self.air, grid, weights.reshape(-1, weights.shape[-1]))
         return beta.reshape(*weights.shape[:2], *valid.shape), valid
 
-    def errors(self, beta: np.ndarray, grid: PathGrid, classes: EmissionClasses, scale: Scale, seed: int) -> list[ErrorMeasure]:
+    def errors(
+        self, beta: np.ndarray, grid: PathGrid, classes: EmissionClasses, scale: Scale, seed: int
+    ) -> list[ErrorMeasure]:
         """The table read off its nodes against direct computation: for the classes, and for each material by itself."""
         generator = np.random.default_rng([seed, 5])
         altitude, elevation, ranges = lines_in_cells(grid, TEST_LINES, generator)
         kelvin = random_places(PLANCK_TEMPERATURES, TEST_LINES, generator)
         axes = {"planck_temperature": PLANCK_TEMPERATURES} | _path_axes(grid)
-        rules = [AxisRule("class", np.arange(classes.count), EXACT), *(AxisRule(name, nodes) for name, nodes in axes.items())]
+        rules = [
+            AxisRule("class", np.arange(classes.count), EXACT),
+            *(AxisRule(name, nodes) for name, nodes in axes.items()),
+        ]
         own, warm, materials = [], [], []
         for number, path in enumerate(lines_of_sight(self.air, ranges, altitude, elevation)):
             weights = emission_weights(self.band, self.reflectance, kelvin[number])
-            place = dict(zip(axes, (kelvin[number], ranges[number, path.valid, None], altitude[number], elevation[number])))
+            place = dict(
+                zip(axes, (kelvin[number], ranges[number, path.valid, None], altitude[number], elevation[number]))
+            )
             read = interpolate(beta, rules, {"class": np.arange(classes.count)} | place)
             exact = emission_beta_star(self.air, path, classes.means(weights))[path.valid]
             seen = np.exp(-BETA_FACTOR * place["range"] / read)
             own.append((read - exact).ravel())
             warm.append((seen - np.exp(-BETA_FACTOR * place["range"] / exact)).ravel())
-            materials.append((seen[:, classes.number - 1] - np.exp(ln_transmittance(path.depth[path.valid], weights))).ravel())
+            materials.append(
+                (seen[:, classes.number - 1] - np.exp(ln_transmittance(path.depth[path.valid], weights))).ravel()
+            )
         own, warm, materials = (np.concatenate(errors) for errors in (own, warm, materials))
         glow = scale.background * scale.factor
         return [measure(QUANTITY, own, warm * glow), measure(MATERIALS, materials, materials * glow)]

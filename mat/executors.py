@@ -18,13 +18,14 @@ from pathlib import Path
 from skyshine.mat.atmosphere import threads
 from skyshine.schemas.errors import CheckFailed, InputError
 
-# One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what cores are
-# left over.
+# One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what
+# cores are left over.
 THREAD_LIMITS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 DASK = "dask:"
 CONNECT_SECONDS = 30
-# Dask's nannies let glibc give every freed array back to the system (distributed.nanny.pre-spawn-environ), and tasks then take twice as
-# long. Its own values (mallopt(3): M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX) are those that a process comes to by itself.
+# Dask's nannies let glibc give every freed array back to the system (distributed.nanny.pre-spawn-environ), and tasks
+# then take twice as long. Its own values (mallopt(3): M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX) are those that a
+# process comes to by itself.
 DASK_TRIM = "65536"
 MEMORY_KEPT = {-1: 1 << 28, -3: 1 << 25, -8: 1}
 WORKERS_LOST = 5  # times that a task may lose its worker before it counts as the cause
@@ -82,14 +83,18 @@ def _dask(address: str) -> Iterator[Executor]:
         client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError) as error:
         words = " ".join(str(error).split())[:120]
-        raise InputError(f"found --executor 'dask:{address}', where no scheduler answers ({words}); start one there") from None
+        raise InputError(
+            f"found --executor 'dask:{address}', where no scheduler answers ({words}); start one there"
+        ) from None
     with client:
         client.register_plugin(_worker_plugin())
         executor = client.get_executor(pure=False, retries=WORKERS_LOST)
         try:
             yield executor
         except KilledWorker as error:
-            raise CheckFailed(f"the cluster lost its workers ({error}); finished files are kept: run it again") from None
+            raise CheckFailed(
+                f"the cluster lost its workers ({error}); finished files are kept: run it again"
+            ) from None
         finally:
             executor.shutdown(wait=False)
 
@@ -108,7 +113,9 @@ def _worker_plugin():
 
 
 def prepare_worker() -> None:
-    """Set what a Dask worker does otherwise than a process of a local build, unless its environment says how it is to be."""
+    """Set what a Dask worker does otherwise than a process of a local build, unless its environment says how it is to
+    be.
+    """
     os.environ.setdefault(threads.VARIABLE, "1")
     if os.environ.get("MALLOC_TRIM_THRESHOLD_") == DASK_TRIM and sys.platform == "linux":
         mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
@@ -117,7 +124,9 @@ def prepare_worker() -> None:
 
 
 class _Pool(ProcessPoolExecutor):
-    """Processes that stop with the build: what is running is dropped, with its part files, when it fails or is interrupted."""
+    """Processes that stop with the build: what is running is dropped, with its part files, when it fails or is
+    interrupted.
+    """
 
     def __init__(self, jobs: int, folder: Path):
         super().__init__(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_follow_parent)

@@ -1,7 +1,8 @@
 """Writes the pages that describe the file formats, from the layout schemas that `mat verify` checks files by.
 
 Run ``python -m skyshine.mat.format_pages FOLDER [FILE.h5 ...]`` after changing a layout; FOLDER is ``schemas`` of the
-checkout. With files, what each field is (its ``long_name``) and how axes are read is first taken from them into the layouts.
+checkout. With files, what each field is (its ``long_name``) and how axes are read is first taken from them into the
+layouts.
 """
 
 from __future__ import annotations
@@ -15,9 +16,18 @@ from pathlib import Path
 from skyshine.schemas.hdf5 import Group, read_file
 
 TYPES = {
-    "f4": "float32", "f8": "float64", "i1": "int8", "i2": "int16", "i4": "int32", "i8": "int64",
-    "u1": "uint8", "u2": "uint16", "u4": "uint32", "u8": "uint64", "text": "UTF-8 text of variable length",
-}  # fmt: skip
+    "f4": "float32",
+    "f8": "float64",
+    "i1": "int8",
+    "i2": "int16",
+    "i4": "int32",
+    "i8": "int64",
+    "u1": "uint8",
+    "u2": "uint16",
+    "u4": "uint32",
+    "u8": "uint64",
+    "text": "UTF-8 text of variable length",
+}
 INTRODUCTION = """\
 An HDF5 file that netCDF-4 and xarray open as it is. Arrays are little-endian, in row-major order of the axes named below, packed
 with deflate, shuffle and Fletcher-32. Every axis is a dimension scale of its group, with the attributes `units`, `long_name` and,
@@ -50,8 +60,18 @@ def page(layout: dict, name: str) -> str:
     root = layout["properties"]
     lines = [f"# `.{filetype}` format {major}: {layout['title']}", "", "Generated from the layout schema "]
     lines[-1] += f"`schemas/{name}.layout.json` by `mat/format_pages.py`."
-    lines += ["", INTRODUCTION.replace("{major}", major), "## Root attributes", "", "| attribute | value | what |", "|---|---|---|"]
-    lines += [f"| `{key}` | {_value(rule)} | {ATTRIBUTES.get(key, '')} |" for key, rule in root["attributes"]["properties"].items()]
+    lines += [
+        "",
+        INTRODUCTION.replace("{major}", major),
+        "## Root attributes",
+        "",
+        "| attribute | value | what |",
+        "|---|---|---|",
+    ]
+    lines += [
+        f"| `{key}` | {_value(rule)} | {ATTRIBUTES.get(key, '')} |"
+        for key, rule in root["attributes"]["properties"].items()
+    ]
     for place, content in _groups(root, ""):
         lines += ["", f"## {f'Group `{place}`' if place else 'Root group'}"]
         lines += _axes(content["axes"]) + _arrays(content["variables"])
@@ -63,7 +83,9 @@ def page(layout: dict, name: str) -> str:
 def _groups(content: dict, place: str) -> Iterator[tuple[str, dict]]:
     yield place, content
     rules = content["groups"]
-    children = rules.get("properties", {}) | {f"<{key}>": rule for key, rule in rules.get("patternProperties", {}).items()}
+    children = rules.get("properties", {}) | {
+        f"<{key}>": rule for key, rule in rules.get("patternProperties", {}).items()
+    }
     for name, rule in children.items():
         yield from _groups(rule["properties"], f"{place}/{name}".lstrip("/"))
 
@@ -144,7 +166,9 @@ def layout_names(folder: Path) -> list[str]:
 
 
 def main(folder: Path, files: list[str]) -> None:
-    layouts = {name: json.loads((folder / f"{name}.layout.json").read_text(encoding="utf-8")) for name in layout_names(folder)}
+    layouts = {
+        name: json.loads((folder / f"{name}.layout.json").read_text(encoding="utf-8")) for name in layout_names(folder)
+    }
     for file in files:
         root, attributes = read_file(file)
         describe_fields(layouts[f"{attributes['filetype']}-{attributes['format_version'].split('.')[0]}"], root)

@@ -18,8 +18,15 @@ from pydantic import Field
 
 from skyshine.mat.jobs.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
 from skyshine.mat.jobs.extra_tables import ExtraTables
-from skyshine.mat.jobs.surface import HOURLY_QUANTITIES, SURFACE_HEIGHTS_KM, OperatedCelsius, Operation, SurfaceGrid, by_hour
 from skyshine.mat.jobs.series import MEMBER_LIMIT, Series, changed, members
+from skyshine.mat.jobs.surface import (
+    HOURLY_QUANTITIES,
+    SURFACE_HEIGHTS_KM,
+    OperatedCelsius,
+    Operation,
+    SurfaceGrid,
+    by_hour,
+)
 from skyshine.mat.needs import Needs, needed
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
@@ -54,12 +61,18 @@ class Accuracy(StrictModel):
         0.02,
         ge=0,
         le=1,
-        description="Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where all that "
-        "provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at most); 0 leaves none out.",
+        description=(
+            "Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where"
+            " all that provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at"
+            " most); 0 leaves none out."
+        ),
     )
     solver_steps: Literal[48, 96, 192, 288] = 96
     class_tolerance: float = Field(
-        2e-3, ge=1e-4, le=0.1, description="Of transmittance, between materials that share a table of weighted transmittance."
+        2e-3,
+        ge=1e-4,
+        le=0.1,
+        description="Of transmittance, between materials that share a table of weighted transmittance.",
     )
     seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
 
@@ -81,9 +94,7 @@ class Job(StrictModel):
     bands: list[Band] = Field(min_length=1, max_length=99)
     sources: list[Literal["sun", "moon"]] = Field(["sun", "moon"], min_length=1, max_length=2)
     textures: Annotated[tuple[TextureJob, ...], Field(max_length=10_000)] = ()
-    materials: MaterialChoice = Field(
-        "used", description="Those the textures use, all of the library, or names."
-    )
+    materials: MaterialChoice = Field("used", description="Those the textures use, all of the library, or names.")
     operated: dict[MaterialName, Operation] = Field(
         {}, description="What goes on behind materials in operation: engines, heated rooms, cold stores."
     )
@@ -94,19 +105,29 @@ class Job(StrictModel):
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
     water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
-        "mt_ckd_4.3", description="Water vapour continuum of the bands; the older one for comparison with codes of its time. Heat balance keeps 4.3."
+        "mt_ckd_4.3",
+        description=(
+            "Water vapour continuum of the bands; the older one for comparison with codes of its time. Heat balance"
+            " keeps 4.3."
+        ),
     )
     extra_tables: ExtraTables = Field(
         [],
-        description="Beside the classic ones: transmittance of the light that each class of material emits (.thermal_atmq), N_s by angle "
-        "up to grazing light (in .band). mat report measures what each gains and costs.",
+        description=(
+            "Beside the classic ones: transmittance of the light that each class of material emits (.thermal_atmq), N_s"
+            " by angle up to grazing light (in .band). mat report measures what each gains and costs."
+        ),
     )
-    needs: Needs | None = Field(None, description="What scenes will ask for; nodes and sources that none of that reads are left out.")
+    needs: Needs | None = Field(
+        None, description="What scenes will ask for; nodes and sources that none of that reads are left out."
+    )
     output: Output = Output()
 
     @property
     def observer_altitudes_km(self) -> list[float]:
-        """Altitudes of the atmospheric tables; by default with the base and the top of every cloud, where the view changes."""
+        """Altitudes of the atmospheric tables; by default with the base and the top of every cloud, where the view
+        changes.
+        """
         if self.atmosphere_grid.altitude_km:
             return self.atmosphere_grid.altitude_km
         layers = [cloud.layer() for state in self.states for cloud in state.clouds]
@@ -153,7 +174,9 @@ class Job(StrictModel):
         if isinstance(self.materials, list):
             for name in [*self.operated, *self.temperatures_c]:
                 if name not in self.materials:
-                    raise ValueError(f"found the operated '{name}', which is not in materials; add it there or remove it here")
+                    raise ValueError(
+                        f"found the operated '{name}', which is not in materials; add it there or remove it here"
+                    )
         return self
 
     @pydantic.model_validator(mode="after")
@@ -165,7 +188,10 @@ class Job(StrictModel):
             )
         for name in self.band_names:
             if self.band_names.count(name) > 1:
-                raise ValueError(f"found the band '{name}' twice; allowed: names once each, b01, b02 ... for bands without one; rename it")
+                raise ValueError(
+                    f"found the band '{name}' twice; allowed: names once each, b01, b02 ... for bands without one;"
+                    " rename it"
+                )
         check_distinct_names(self.textures)
         if len(set(self.sources)) != len(self.sources):
             raise ValueError("found a source twice; allowed: sun and moon once each; remove one")
@@ -236,7 +262,9 @@ def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) ->
     job = _with_series(parse_model(document, Job, context), document, context)
     for i, name in enumerate((job.needs and job.needs.bands) or []):
         if name not in job.band_names:
-            raise document.error(("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}")
+            raise document.error(
+                ("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}"
+            )
     whole = _with_weather_files(job, document)
     return LoadedJob(needed(whole), document, whole)
 
@@ -258,10 +286,14 @@ def _with_series(job: Job, document: Document, context: dict) -> Job:
                 problem = error.errors(include_url=False)[0]
                 message = f"{'.'.join(map(str, problem['loc']))}: {problem['msg'].removeprefix('Value error, ')}"
                 if member.file is None:
-                    raise document.error(("states", i), f"states.{i}: in member {number} of its series, {message}") from None
+                    raise document.error(
+                        ("states", i), f"states.{i}: in member {number} of its series, {message}"
+                    ) from None
                 raise InputError(message, file=member.file, line=member.line) from None
     if len(states) > MEMBER_LIMIT:
-        raise document.error(("states",), f"states: found {len(states)} with all series; allowed: at most {MEMBER_LIMIT}")
+        raise document.error(
+            ("states",), f"states: found {len(states)} with all series; allowed: at most {MEMBER_LIMIT}"
+        )
     return job.model_copy(update={"states": states})
 
 
@@ -270,7 +302,9 @@ def _inside(series: Series, document: Document, state: int, context: dict) -> Se
         try:
             job_path(context["folder"], series.table)
         except ValueError as error:
-            raise document.error(("states", state, "series", "table"), f"states.{state}.series.table: {error}") from None
+            raise document.error(
+                ("states", state, "series", "table"), f"states.{state}.series.table: {error}"
+            ) from None
     return series
 
 
@@ -290,7 +324,8 @@ def _with_weather_files(job: Job, document: Document) -> Job:
             if not file.is_file():
                 raise document.error(
                     _place(document, i),
-                    f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the job's folder",
+                    f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the"
+                    " job's folder",
                 )
             measured = state.weather.radiation == "measured"
             hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h, radiation=measured)

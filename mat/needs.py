@@ -1,7 +1,8 @@
 """What the scenes of a job will ask for, and the nodes of its tables that none of them reads.
 
-A table read linearly between two nodes needs these two and no other: a node that lies outside what is asked for, and is not the first
-beyond it, changes no answer. So leaving it out has no error, and asking for more than was said is refused by the reader.
+A table read linearly between two nodes needs these two and no other: a node that lies outside what is asked for, and is
+not the first beyond it, changes no answer. So leaving it out has no error, and asking for more than was said is refused
+by the reader.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from skyshine.mat.job import Job
 
 Span = tuple[float, float]
-# The source stands elsewhere at the far end of a line of sight, and in another second: degree beyond its own elevations.
+# The source stands elsewhere at the far end of a line of sight, and in another second: degree beyond its own
+# elevations.
 SOURCE_MARGIN = 5.0
 STEP_H = 1 / 12  # between the times at which the sources are placed
 
@@ -50,8 +52,10 @@ class Needs(StrictModel):
     )
     hours: tuple[TimeOfDay, TimeOfDay] | None = Field(
         None,
-        description="Local clock, first and last; over midnight where the first is later. Times of the temperature tables, elevations "
-        "that a source never has then, and sources that are below all of their tables, are left out.",
+        description=(
+            "Local clock, first and last; over midnight where the first is later. Times of the temperature tables,"
+            " elevations that a source never has then, and sources that are below all of their tables, are left out."
+        ),
     )
 
 
@@ -93,7 +97,8 @@ def around(nodes: list[float], low: float, high: float) -> list[float]:
 
 
 def hours_around(times: list[float], hours: Span | None) -> list[float]:
-    """Times of day between two of the clock, the first and the last, with the next beyond each; all of them where that is nearly all.
+    """Times of day between two of the clock, the first and the last, with the next beyond each; all of them where that
+    is nearly all.
 
     Those after midnight follow as 24 and more, so that they ascend.
     """
@@ -109,16 +114,22 @@ def hours_around(times: list[float], hours: Span | None) -> list[float]:
 
 
 def source_elevations(job: Job) -> dict[str, Span]:
-    """Lowest and highest elevation [degree] of each source in the hours that are asked for, over the dates of all states, with a margin."""
+    """Lowest and highest elevation [degree] of each source in the hours that are asked for, over the dates of all
+    states, with a margin.
+    """
     from skyshine.mat.atmosphere.sources import position
     from skyshine.mat.job import local_times_utc
 
     first, last = job.needs.hours
-    hours = np.append(np.arange(first, last + (24.0 if last < first else 0.0), STEP_H), last + (24.0 if last < first else 0.0))
+    hours = np.append(
+        np.arange(first, last + (24.0 if last < first else 0.0), STEP_H), last + (24.0 if last < first else 0.0)
+    )
     found = {}
     for source in job.sources:
         heights = [
-            position(source, local_times_utc(job.of_state(k).site, hours), job.site.latitude_deg, job.site.longitude_deg).elevation
+            position(
+                source, local_times_utc(job.of_state(k).site, hours), job.site.latitude_deg, job.site.longitude_deg
+            ).elevation
             for k in range(1, len(job.states) + 1)
         ]
         found[source] = (float(np.min(heights)) - SOURCE_MARGIN, float(np.max(heights)) + SOURCE_MARGIN)

@@ -1,4 +1,6 @@
-"""What the air of a state does in a band that is not worth computing: particles, and light of Sun or Moon that is scattered."""
+"""What the air of a state does in a band that is not worth computing: particles, and light of Sun or Moon that is
+scattered.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +29,8 @@ class Negligible:
     scattered : dict of str to float
         Sources whose light is not scattered, K.
     radiance : float
-        That is 1 K, W m^-2 sr^-1: of a black body as warm as the ground, at most 300 K; 0 below 2.5 um, where kelvin mean nothing and
-        nothing is left out that is there.
+        That is 1 K, W m^-2 sr^-1: of a black body as warm as the ground, at most 300 K; 0 below 2.5 um, where kelvin
+        mean nothing and nothing is left out that is there.
     """
 
     particles: dict[int, float]
@@ -36,7 +38,9 @@ class Negligible:
     radiance: float
 
     @classmethod
-    def of(cls, job: Job, sources: list[str], state: AtmosphericState, response: SpectralResponse, bounds: Bounds) -> Negligible:
+    def of(
+        cls, job: Job, sources: list[str], state: AtmosphericState, response: SpectralResponse, bounds: Bounds
+    ) -> Negligible:
         """Decide for a job.
 
         Parameters
@@ -50,7 +54,8 @@ class Negligible:
         tolerance, particles, radiance = job.accuracy.negligible_k, {}, 0.0 if np.isnan(warmth) else 1 / warmth
         if tolerance == 0:
             return cls({}, {}, radiance)
-        # Bounds of particles hold at the nodes that a job names, not at those which a tolerance of its grid may place elsewhere.
+        # Bounds of particles hold at the nodes that a job names, not at those which a tolerance of its grid may place
+        # elsewhere.
         allowed = 0.0 if job.atmosphere_grid.tolerances else _PARTICLES_SHARE * tolerance
         for place in np.argsort(bounds.particles, kind="stable"):
             change = float(bounds.particles[place] * warmth) if bounds.particles[place] > 0 else 0.0
@@ -87,5 +92,7 @@ class Negligible:
 
     def text(self, source: str, state: AtmosphericState) -> str:
         """One line for the tables of a source, empty where they hold everything."""
-        things = [f"scattered light of the {source} ({self.scattered[source]:.1e} K)"] if source in self.scattered else []
+        things = (
+            [f"scattered light of the {source} ({self.scattered[source]:.1e} K)"] if source in self.scattered else []
+        )
         return ", ".join(things + [f"{name} ({change:.1e} K)" for name, change in self.names(state).items()])

@@ -42,6 +42,8 @@ class PathGrid:
 
 
 class ScatteringGrid(PathGrid):
-    """Axes of which the last holds the angle between line of sight and source, 0 to 180 degree, in place of the source's azimuth."""
+    """Axes of which the last holds the angle between line of sight and source, 0 to 180 degree, in place of the
+    source's azimuth.
+    """
 
     by_scattering_angle = True

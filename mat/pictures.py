@@ -50,7 +50,11 @@ def draw_spectrum(spectrum, title: str, picture: str | os.PathLike) -> Path:
     figure = Figure(figsize=(12, 7), layout="constrained")
     FigureCanvasAgg(figure)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    parts = {**spectrum.transmittance_by_gas, "Rayleigh": spectrum.transmittance_rayleigh, "aerosol": spectrum.transmittance_aerosol}
+    parts = {
+        **spectrum.transmittance_by_gas,
+        "Rayleigh": spectrum.transmittance_rayleigh,
+        "aerosol": spectrum.transmittance_aerosol,
+    }
     strongest = sorted(parts, key=lambda name: np.mean(parts[name]))[:SHOWN_PARTS]
     for name, colour in zip(strongest, _colours(len(strongest))):
         upper.plot(spectrum.wavenumber, parts[name], color=colour, lw=0.8, alpha=0.8, label=name)
@@ -103,9 +107,7 @@ def _temperatures(figure, table: Table) -> None:
     day.legend(fontsize=7)
     steep = float(axes["slope"].values[np.argmin(np.abs(axes["slope"].values - 60.0))])
     facing = np.append(faces, faces[0] + 360.0)
-    grid = table.temperature(
-        material=codes[0], altitude=low, azimuth=facing[:, None], slope=steep, time=hours[None, :]
-    )  # fmt: skip
+    grid = table.temperature(material=codes[0], altitude=low, azimuth=facing[:, None], slope=steep, time=hours[None, :])
     mesh = aspect.pcolormesh(hours, facing, grid - 273.15, shading="gouraud", cmap="inferno")
     aspect.set(xlabel="local time, h", ylabel="facing, ° from north", title=f"{names[int(codes[0])]}, slope {steep:g}°")
     figure.colorbar(mesh, ax=aspect, label="temperature, °C")
@@ -141,12 +143,16 @@ def _atmosphere(figure, table: Table) -> None:
     source.semilogy(up, table.value("ambient_radiance", **place, source_elevation=up), label="ambient")
     direct = table.value("direct_radiance", **place, source_elevation=up)
     source.semilogy(up[direct > 0], direct[direct > 0], label="direct")
-    source.set(xlabel="source elevation, °", ylabel="W m$^{-2}$ sr$^{-1}$", title=f"light of sky and source at {low:g} km")
+    source.set(
+        xlabel="source elevation, °", ylabel="W m$^{-2}$ sr$^{-1}$", title=f"light of sky and source at {low:g} km"
+    )
     source.legend(fontsize=7)
 
 
 def _thermal(figure, table: ThermalTable) -> None:
-    """Transmittance of each class over range along the level, and against the temperature of the surface at one range."""
+    """Transmittance of each class over range along the level, and against the temperature of the surface at one
+    range.
+    """
     axes, variables = table.root.axes, table.root.variables
     by_range, by_temperature = figure.subplots(1, 2)
     low, level = float(axes["altitude"].values[0]), float(np.clip(0.0, *axes["elevation"].values[[0, -1]]))
@@ -163,13 +169,21 @@ def _thermal(figure, table: ThermalTable) -> None:
         label = names[first] + (f" and {count - 1} more" if count > 1 else "")
         first += count
         tau = table.transmittance(
-            range=ranges, beta_star=table.value("beta_star_thermal", material_class=number, planck_temperature=300.0, range=ranges, **where)
-        )  # fmt: skip
+            range=ranges,
+            beta_star=table.value(
+                "beta_star_thermal", material_class=number, planck_temperature=300.0, range=ranges, **where
+            ),
+        )
         by_range.semilogx(ranges, tau, color=colour, label=label)
         half = ranges[np.argmin(np.abs(tau - 0.5))] if half is None else half
         beta = table.value("beta_star_thermal", material_class=number, planck_temperature=kelvin, range=half, **where)
         by_temperature.plot(kelvin, table.transmittance(range=half, beta_star=beta), color=colour)
-    by_range.set(xlabel="range, km", ylabel="transmittance", title=f"emitted at 300 K, seen from {low:g} km at {level:g}°", ylim=(-0.02, 1.02))
+    by_range.set(
+        xlabel="range, km",
+        ylabel="transmittance",
+        title=f"emitted at 300 K, seen from {low:g} km at {level:g}°",
+        ylim=(-0.02, 1.02),
+    )
     by_temperature.set(xlabel="temperature of the surface, K", ylabel="transmittance", title=f"over {half:.3g} km")
     by_range.legend(fontsize=7)
 
@@ -215,7 +229,9 @@ def _section(figure, axis, table: Table, altitude: float) -> None:
 
 
 def _sky(figure, axis, table: Table, low: float) -> None:
-    """Path radiance to the end of the range axis over the sky: the zenith in the middle, the source's azimuth at the top."""
+    """Path radiance to the end of the range axis over the sky: the zenith in the middle, the source's azimuth at the
+    top.
+    """
     axes = table.root.axes
     axis.set_theta_zero_location("N")
     axis.set_thetagrids(range(0, 360, 45), [f"{min(a, 360 - a)}°" for a in range(0, 360, 45)])

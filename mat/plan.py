@@ -17,7 +17,8 @@ from skyshine.tmm.load import job_materials
 from skyshine.tmm.usage import read_usage
 
 FLOAT_BYTES = 4
-# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it, before the ground.
+# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it, before
+# the ground.
 STEP_BOUND = "0.1 % of a value; of path radiance some percent in cells that reach behind the ground"
 
 
@@ -177,14 +178,18 @@ def _left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tuple[str,
         total = len(job.surface_grid.slope_deg) * len(job.surface_grid.azimuth_deg)
         found.append(
             LeftOut(
-                f"{spared} of {total} orientations", "level surfaces face no azimuth: solved once and copied", "none",
+                f"{spared} of {total} orientations",
+                "level surfaces face no azimuth: solved once and copied",
+                "none",
                 "nothing to restore: the table holds them",
-            )  # fmt: skip
+            )
         )
     found += _not_needed(loaded)
     for source, kind in (("sun", "atmq"), ("moon", "lunar_atmq")):
         if source not in loaded.whole.sources:
-            found.append(LeftOut(f"{kind} tables", f"sources does not name the {source}", "none", f"sources: [{source}]"))
+            found.append(
+                LeftOut(f"{kind} tables", f"sources does not name the {source}", "none", f"sources: [{source}]")
+            )
     return found
 
 
@@ -198,21 +203,42 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
         ("ranges", "range_km", whole.atmosphere_grid.range_km, job.atmosphere_grid.range_km, STEP_BOUND),
         ("observer altitudes", "observer_altitude_km", whole.observer_altitudes_km, job.observer_altitudes_km, "none"),
         ("elevations", "elevation_deg", whole.atmosphere_grid.elevation_deg, job.atmosphere_grid.elevation_deg, "none"),
-        ("source elevations", "hours", whole.atmosphere_grid.source_elevation_deg, job.atmosphere_grid.source_elevation_deg, "none"),
+        (
+            "source elevations",
+            "hours",
+            whole.atmosphere_grid.source_elevation_deg,
+            job.atmosphere_grid.source_elevation_deg,
+            "none",
+        ),
         ("surface altitudes", "surface_altitude_km", whole.surface_altitudes_km, job.surface_altitudes_km, "none"),
         ("slopes", "slope_deg", whole.surface_grid.slope_deg, job.surface_grid.slope_deg, "none"),
         ("times of day", "hours", whole.surface_grid.time, _times(job), "none"),
     )
     found = [
-        LeftOut(f"{len(nodes) - len(kept)} of {len(nodes)} {name}", f"no read within needs.{key} touches them", bound, wide.format(key))
-        for name, key, nodes, kept, bound in axes if len(kept) < len(nodes)
-    ]  # fmt: skip
+        LeftOut(
+            f"{len(nodes) - len(kept)} of {len(nodes)} {name}",
+            f"no read within needs.{key} touches them",
+            bound,
+            wide.format(key),
+        )
+        for name, key, nodes, kept, bound in axes
+        if len(kept) < len(nodes)
+    ]
     found += [
-        LeftOut(f"all files of the band {name}", "needs.bands does not name it", "none", f"{name} in needs.bands, or none")
-        for number, name in enumerate(job.band_names, 1) if number not in job.needed_bands
-    ]  # fmt: skip
+        LeftOut(
+            f"all files of the band {name}", "needs.bands does not name it", "none", f"{name} in needs.bands, or none"
+        )
+        for number, name in enumerate(job.band_names, 1)
+        if number not in job.needed_bands
+    ]
     found += [
-        LeftOut(f"tables of the {source}", "it is below all their elevations in the hours needed", "none", wide.format("hours"))
-        for source in whole.sources if source not in job.sources
-    ]  # fmt: skip
+        LeftOut(
+            f"tables of the {source}",
+            "it is below all their elevations in the hours needed",
+            "none",
+            wide.format("hours"),
+        )
+        for source in whole.sources
+        if source not in job.sources
+    ]
     return found

@@ -134,7 +134,9 @@ def _draw(task: Task, loaded: LoadedJob, folder: Path, kept: bool) -> None:
                 draw(folder / name, part)
             os.replace(part, picture)
         except OSError as error:
-            raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=picture) from None
+            raise InputError(
+                f"cannot be written: {error.strerror or error}; check space and rights", file=picture
+            ) from None
         finally:
             part.unlink(missing_ok=True)
 

@@ -1,8 +1,8 @@
 """The four quantities of the atmospheric tables, equations (8), (10), (20) and (36), for a state, a band and a source.
 
-Angles: source elevation is geometric (without refraction), line-of-sight elevation apparent. For the path radiance both source
-angles are those at the observer, azimuth counted from that of the line of sight; for ambient and direct the source elevation is
-that at the surface point, the end of the line of sight.
+Angles: source elevation is geometric (without refraction), line-of-sight elevation apparent. For the path radiance both
+source angles are those at the observer, azimuth counted from that of the line of sight; for ambient and direct the
+source elevation is that at the surface point, the end of the line of sight.
 
 In-band transmittance weights wavelengths: integral of phi tau dlambda over integral of phi dlambda.
 """
@@ -39,8 +39,28 @@ _SKY_PART = 3
 # Heights above the ground [m] at which sky irradiance is computed; between them it is exponential. Aerosol ends steeply
 # above 2 km.
 SKY_HEIGHTS = (
-    0, 250, 500, 1e3, 1.5e3, 2e3, 2.25e3, 2.5e3, 3e3, 4e3, 5e3, 6.5e3, 8e3, 10e3, 12e3, 14e3, 17e3, 22e3, 30e3, 40e3, 60e3,
-)  # fmt: skip
+    0,
+    250,
+    500,
+    1e3,
+    1.5e3,
+    2e3,
+    2.25e3,
+    2.5e3,
+    3e3,
+    4e3,
+    5e3,
+    6.5e3,
+    8e3,
+    10e3,
+    12e3,
+    14e3,
+    17e3,
+    22e3,
+    30e3,
+    40e3,
+    60e3,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +76,8 @@ class AtmosphericQuantities:
     ambient, direct : (R, A, E, SE) arrays
         W m^-2 sr^-1; direct is the irradiance normal to the beam over pi.
     valid : (R, A, E) bool array
-        False where the range would pass through the ground: beta_star and the path radiance go on there as through the air above the
-        ground, the other quantities are held at their values on the ground.
+        False where the range would pass through the ground: beta_star and the path radiance go on there as through the
+        air above the ground, the other quantities are held at their values on the ground.
     transmittance : (R, A, E) array
     """
 
@@ -76,7 +96,8 @@ class BandAtmosphere:
     Attributes
     ----------
     band : BandPoints
-        All points of the band (`compile.band_points`) or the compiled ones (`compile.compile_band`); the response is in their weights.
+        All points of the band (`compile.band_points`) or the compiled ones (`compile.compile_band`); the response is in
+        their weights.
     air : air.SpectralAir
     """
 
@@ -165,15 +186,26 @@ class BandAtmosphere:
             one = slice(row, row + 1)
             sky = self._sky(path.surface_altitude, source[one], irradiance)
             result = _empty((1, 1, 1, 1, 1), QUANTITIES)
-            self._fill(result, (slice(None), 0, 0), path, source[one], (source[one], azimuth[one], 0.0), irradiance, sky)
+            self._fill(
+                result, (slice(None), 0, 0), path, source[one], (source[one], azimuth[one], 0.0), irradiance, sky
+            )
             results.append(result)
         return AtmosphericQuantities(**{name: np.array([r[name].item() for r in results]) for name in results[0]})
 
     def along_lines(
-        self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, ambient_at, source_irradiance, *,
+        self,
+        range_km,
+        altitude_km,
+        elevation_deg,
+        source_elevation_deg,
+        source_azimuth_deg,
+        ambient_at,
+        source_irradiance,
+        *,
         wanted=QUANTITIES,
-    ):  # fmt: skip
-        """The quantities on n lines of sight at R ranges and for S sources each, computed directly; ambient at one range of some.
+    ):
+        """The quantities on n lines of sight at R ranges and for S sources each, computed directly; ambient at one
+        range of some.
 
         Parameters
         ----------
@@ -186,7 +218,8 @@ class BandAtmosphere:
             Number of the range at which it is computed, for each of the first m lines.
         source_irradiance : (P,) array
         wanted : names out of `QUANTITIES`
-            Only these are computed; the others are None, but ambient, which is computed wherever it is asked for by `ambient_at`.
+            Only these are computed; the others are None, but ambient, which is computed wherever it is asked for by
+            `ambient_at`.
 
         Returns
         -------
@@ -243,7 +276,9 @@ class BandAtmosphere:
         through, sky, direct = (np.concatenate(values, axis=1) for values in list(zip(*parts, strict=True))[:3])
         return SpectralLines(through, sky, direct, sum(part[3] for part in parts), parts[0][4])
 
-    def _spectral_part(self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, irradiance):
+    def _spectral_part(
+        self, range_km, altitude_km, elevation_deg, source_elevation_deg, source_azimuth_deg, irradiance
+    ):
         """The fields of `SpectralLines` at the points of this band."""
         ranges, altitude = (np.asarray(a, float) * 1e3 for a in (range_km, altitude_km))
         elevation, source, azimuth = (np.radians(a) for a in (elevation_deg, source_elevation_deg, source_azimuth_deg))
@@ -255,8 +290,12 @@ class BandAtmosphere:
             path = LineOfSight.of(self.air, rays, row, altitude[row], elevation[row], ranges[row : row + 1])
             one = slice(row, row + 1)
             through[row] = np.exp(-path.depth[0])
-            sky[row] = self._sky_at(path.surface_altitude, self._sky(path.surface_altitude, source[one], irradiance))[0, 0]
-            direct[row] = irradiance * direct_transmittance(self.air.source_paths, path.surface_altitude, source[one])[0, 0]
+            sky[row] = self._sky_at(path.surface_altitude, self._sky(path.surface_altitude, source[one], irradiance))[
+                0, 0
+            ]
+            direct[row] = (
+                irradiance * direct_transmittance(self.air.source_paths, path.surface_altitude, source[one])[0, 0]
+            )
             radiance[row] = self._radiance_along(path, source[one], azimuth[one], irradiance)[path.node[0], 0]
             valid[row] = path.valid[0]
         return through, sky, direct, radiance, valid
@@ -272,7 +311,9 @@ class BandAtmosphere:
         return irradiance
 
     def _sky(self, altitude, source_elevation, irradiance):
-        """Altitudes (Z,) [m], increasing, and the logarithm of sky irradiance (Z, SE, P) [W m^-2 (cm^-1)^-1] at them."""
+        """Altitudes (Z,) [m], increasing, and the logarithm of sky irradiance (Z, SE, P) [W m^-2 (cm^-1)^-1] at
+        them.
+        """
         altitude = np.unique(np.minimum(altitude, self.air.shells.top))
 
         def total(height):
@@ -283,7 +324,9 @@ class BandAtmosphere:
         return altitude, np.log(np.maximum(np.concatenate(each(total, parts)), np.finfo(float).tiny))
 
     def _sky_at(self, altitude, sky):
-        """Sky irradiance (R, SE, P) at altitudes (R,): exponential between those of `_sky`, falling with the pressure above."""
+        """Sky irradiance (R, SE, P) at altitudes (R,): exponential between those of `_sky`, falling with the pressure
+        above.
+        """
         nodes, log_irradiance = sky
         lower = np.clip(np.searchsorted(nodes, altitude, side="right") - 1, 0, nodes.size - 1)
         upper = np.minimum(lower + 1, nodes.size - 1)
@@ -297,7 +340,9 @@ class BandAtmosphere:
         return irradiance * np.minimum(pressure / state.pressure_at(nodes[-1]), 1.0)[:, None, None]
 
     def _fill(self, result, cell, path, source_elevation, sources, irradiance, sky):
-        """Put the quantities of one line of sight into the arrays of the result that are there; `sources` as `_sources` gives them."""
+        """Put the quantities of one line of sight into the arrays of the result that are there; `sources` as `_sources`
+        gives them.
+        """
         band = self.band
         ln_tau, absorbed = _in_band(path.depth, band.weight)
         result["valid"][cell] = path.valid
@@ -307,7 +352,9 @@ class BandAtmosphere:
         if result["path_radiance_ratio"] is not None:
             elevations, azimuths, rest = sources
             ratio = self._path_radiance_ratio(path, absorbed, elevations, azimuths, irradiance, rest)
-            result["path_radiance_ratio"][cell] = ratio.reshape(-1, source_elevation.size, elevations.size // source_elevation.size)
+            result["path_radiance_ratio"][cell] = ratio.reshape(
+                -1, source_elevation.size, elevations.size // source_elevation.size
+            )
         if result["ambient"] is None and result["direct"] is None:
             return
         weight = self._radiance_weight(path)
@@ -318,7 +365,9 @@ class BandAtmosphere:
             result["direct"][cell] = np.einsum("rp,rsp->rs", weight * irradiance, direct)
 
     def _path_radiance_ratio(self, path, absorbed, elevations, azimuths, irradiance, rest=0.0):
-        """Path radiance over what each range absorbs, (R, S), with its limit where that is nothing; `rest` as `scattering.azimuth_at`."""
+        """Path radiance over what each range absorbs, (R, S), with its limit where that is nothing; `rest` as
+        `scattering.azimuth_at`.
+        """
         along = self._radiance_along(path, elevations, azimuths, irradiance, rest)
         radiance, behind = along[path.node], path.beyond > 0
         if np.any(behind) and path.segments.index.size:
@@ -333,8 +382,8 @@ class BandAtmosphere:
     def _behind_ground(self, path, behind, along):
         """Path radiance (B, S) and what is absorbed (B,) at the ranges behind the ground.
 
-        The line goes on as for beta*, through air as bright as that before the ground, so that the ratio of the two passes smoothly
-        through the ground.
+        The line goes on as for beta*, through air as bright as that before the ground, so that the ratio of the two
+        passes smoothly through the ground.
         """
         end, weight = path.node[behind][0], self.band.weight
         distance = path.segments.distance
@@ -431,8 +480,8 @@ def beta_star(length, ln_tau, extinction):
     Parameters
     ----------
     length : array
-        Of the path, m; what is behind the ground counts as going on through the air above it, so that beta* of neighbours in a table
-        differ no more than their lines do.
+        Of the path, m; what is behind the ground counts as going on through the air above it, so that beta* of
+        neighbours in a table differ no more than their lines do.
     ln_tau : array
         Logarithm of its transmittance.
     extinction : array
@@ -444,7 +493,9 @@ def beta_star(length, ln_tau, extinction):
 
 
 def _in_band(depth, weight):
-    """ln(transmittance) and 1 - transmittance of a band, both (R,), from optical depths (R, P): exact near 0 and near 1."""
+    """ln(transmittance) and 1 - transmittance of a band, both (R,), from optical depths (R, P): exact near 0 and near
+    1.
+    """
     absorbed = -np.expm1(-depth) @ weight / weight.sum()
     least = depth.min(axis=1)
     thick = np.log(np.exp(least[:, None] - depth) @ weight / weight.sum()) - least
@@ -452,7 +503,9 @@ def _in_band(depth, weight):
 
 
 def _sources(elevation, source_elevation, source, by_scattering_angle):
-    """Elevations, azimuths and rests (S,) of all sources of a line of sight; `source` holds azimuths or scattering angles."""
+    """Elevations, azimuths and rests (S,) of all sources of a line of sight; `source` holds azimuths or scattering
+    angles.
+    """
     elevations, last = np.repeat(source_elevation, source.size), np.tile(source, source_elevation.size)
     return (elevations, *azimuth_at(elevation, elevations, last)) if by_scattering_angle else (elevations, last, 0.0)
 

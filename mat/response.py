@@ -13,8 +13,8 @@ UNITS = {
     "wavelength": {"um": 1.0, "nm": 1e-3, "m": 1e6},
     "wavenumber": {"cm-1": 1.0, "cm^-1": 1.0, "1/cm": 1.0, "m-1": 1e-2},
 }
-# Between nodes of a wavenumber table the response is linear in wavenumber; a part of this ratio is linear in wavelength too, to
-# (ratio - 1) / 4 of the change across it.
+# Between nodes of a wavenumber table the response is linear in wavenumber; a part of this ratio is linear in wavelength
+# too, to (ratio - 1) / 4 of the change across it.
 _RATIO = 1.01
 
 
@@ -36,8 +36,8 @@ def parse_response(text, file):
     Raises
     ------
     InputError
-        With file:line:column of another column or unit, values that are not in order or not above 0, a negative response; and for
-        a response that is 0 everywhere.
+        With file:line:column of another column or unit, values that are not in order or not above 0, a negative
+        response; and for a response that is 0 everywhere.
     """
     table = parse_table(text, file)
     for index, name in enumerate(table.names):
@@ -45,21 +45,27 @@ def parse_response(text, file):
             raise table.error(-1, index, f"found the column '{name}'; {nearest(name, [*UNITS, 'response'])}")
     if len(table.names) != 2 or "response" not in table.names:
         found = " and ".join(table.names)
-        raise table.error(-1, 0, f"found the columns {found}; allowed: response, and one of wavelength[um], wavenumber[cm-1]")
+        raise table.error(
+            -1, 0, f"found the columns {found}; allowed: response, and one of wavelength[um], wavenumber[cm-1]"
+        )
     value = table.names.index("response")
     index = 1 - value
     kind, unit = table.names[index], table.units[index]
     if unit not in UNITS[kind]:
-        raise table.error(-1, index, f"found {f'the unit {unit!r}' if unit else 'no unit'} of {kind}; {nearest(unit, UNITS[kind])}")
+        raise table.error(
+            -1, index, f"found {f'the unit {unit!r}' if unit else 'no unit'} of {kind}; {nearest(unit, UNITS[kind])}"
+        )
     axis, response = table.values[:, index] * UNITS[kind][unit], table.values[:, value]
     for row in np.flatnonzero(axis <= 0)[:1]:
         raise table.error(row, index, f"found {axis[row]:g}; allowed: a {kind} above 0")
     step = np.diff(axis) * (1.0 if axis[-1] > axis[0] else -1.0)
     for row in np.flatnonzero(step <= 0)[:1]:
         raise table.error(
-            row + 1, index, f"found {axis[row + 1]:g} after {axis[row]:g}; allowed: a {kind} that rises, or falls, from row to row; "
+            row + 1,
+            index,
+            f"found {axis[row + 1]:g} after {axis[row]:g}; allowed: a {kind} that rises, or falls, from row to row; "
             "sort the rows and merge repeated ones",
-        )  # fmt: skip
+        )
     for row in np.flatnonzero(response < 0)[:1]:
         raise table.error(row, value, f"found {response[row]:g}; allowed: a response of at least 0; cut the noise off")
     lit = np.flatnonzero(response > 0)

@@ -35,7 +35,10 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
     profile = load_profile(state.profile)
     if state.sounding is not None:
         profile = read_sounding(state.sounding.text, state.sounding.path, profile)
-    amounts = {unit: {gas: getattr(a, unit) for gas, a in state.gases.items() if getattr(a, unit) is not None} for unit in _AMOUNTS}
+    amounts = {
+        unit: {gas: getattr(a, unit) for gas, a in state.gases.items() if getattr(a, unit) is not None}
+        for unit in _AMOUNTS
+    }
     winter = state.profile.endswith("winter")
     return AtmosphericState.from_profile(
         profile,
@@ -60,7 +63,9 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
 
 
 def air_of(state: State) -> tuple[str, float | None]:
-    """What of a state its air follows from: the same for states that differ in day, ground temperature and weather alone."""
+    """What of a state its air follows from: the same for states that differ in day, ground temperature and weather
+    alone.
+    """
     wind = _mean_wind(state.weather) if BOUNDARY_MODELS.get(state.aerosol, 0.0) is None else None
     return state.model_dump_json(exclude={"date", "series", "weather"}), wind
 
@@ -123,7 +128,8 @@ def check_scene(loaded: LoadedJob) -> None:
 
 
 def source_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.ndarray | None = None) -> np.ndarray:
-    """Irradiance (P,) of a source outside the atmosphere on the day of the job, W m^-2 (cm^-1)^-1; mean over widths in cm^-1.
+    """Irradiance (P,) of a source outside the atmosphere on the day of the job, W m^-2 (cm^-1)^-1; mean over widths in
+    cm^-1.
 
     The Sun at its distance at noon; the Moon at its phase and distance at local midnight, the middle of the night
     that its tables are for.
@@ -173,5 +179,7 @@ def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, st
     for source in job.sources:
         up = position(source, times, job.site.latitude_deg, job.site.longitude_deg).elevation > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], up, [False]]).astype(int)))
-        spans[source] = [(clock_text(hours[a]), clock_text(hours[b - 1] + step)) for a, b in zip(edges[::2], edges[1::2])]
+        spans[source] = [
+            (clock_text(hours[a]), clock_text(hours[b - 1] + step)) for a, b in zip(edges[::2], edges[1::2])
+        ]
     return spans

@@ -149,7 +149,9 @@ def normalisation(fwhm, source_angles=SOURCE_ANGLES):
 
 
 def normalisation_to_grazing(fwhm, source_angles):
-    """`normalisation` up to 90 degree, where it is 0: no light falls on the surface, and half of the lobe still stands above it."""
+    """`normalisation` up to 90 degree, where it is 0: no light falls on the surface, and half of the lobe still stands
+    above it.
+    """
     angles = np.asarray(source_angles, dtype=float)
     result = np.zeros(angles.shape)
     result[angles != 90.0] = normalisation(fwhm, angles[angles != 90.0])

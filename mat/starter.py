@@ -22,7 +22,8 @@ def example_names() -> list[str]:
 
 
 def starter_files(name: str = STARTER) -> list[Path]:
-    """The files of a packaged job, `job.yaml` first: its YAML, its tables and description, its photograph, where it has one.
+    """The files of a packaged job, `job.yaml` first: its YAML, its tables and description, its photograph, where it has
+    one.
 
     Raises
     ------

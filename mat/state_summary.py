@@ -52,13 +52,17 @@ def summary_line(summary: dict) -> str:
     """A summary in one line of text."""
     parts = [summary["profile"] if summary["sounding"] is None else f"{summary['sounding']} below {summary['profile']}"]
     parts.append(f"water vapour {summary['water_vapour']['value']:.3g} mm, ozone {summary['ozone']['value']:.3g} DU")
-    parts.append(f"aerosol {summary['aerosol']}, optical depth {summary['aerosol_optical_depth_550']['value']:.2g} at 0.55 um")
+    parts.append(
+        f"aerosol {summary['aerosol']}, optical depth {summary['aerosol_optical_depth_550']['value']:.2g} at 0.55 um"
+    )
     if summary["stratosphere"] != "background":
         parts.append(f"stratosphere {summary['stratosphere']}")
     for cloud in summary["clouds"]:
         base, top = cloud["height"]["values"]
         depth, path = cloud["optical_depth_550"]["value"], cloud["water_path"]["value"]
-        parts.append(f"{cloud['phase']} cloud {base:g} to {top:g} km above ground, optical depth {depth:.3g} ({path:.3g} g/m2)")
+        parts.append(
+            f"{cloud['phase']} cloud {base:g} to {top:g} km above ground, optical depth {depth:.3g} ({path:.3g} g/m2)"
+        )
     if summary["rain"] is not None:
         parts.append(f"rain {summary['rain']['rate']['value']:g} mm/h below {summary['rain']['top']['value']:g} km")
     return "; ".join(parts)

@@ -13,10 +13,10 @@ from skyshine.mat.atmosphere.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.sources import position
 from skyshine.mat.atmosphere.state import AtmosphericState
 from skyshine.mat.job import Job, load_job, local_times_utc
-from skyshine.mat.reflectance import solar_absorptance, thermal_emissivity
-from skyshine.mat.scene import ZERO_CELSIUS, atmospheric_state, solar_spectrum
 from skyshine.mat.jobs.surface import HourlyWeather, Operation
 from skyshine.mat.jobs.surface import Weather as WeatherModel
+from skyshine.mat.reflectance import solar_absorptance, thermal_emissivity
+from skyshine.mat.scene import ZERO_CELSIUS, atmospheric_state, solar_spectrum
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.measured import MeasuredRadiation
@@ -28,7 +28,9 @@ from skyshine.schemas.errors import InputError
 SKY_STEP = 250.0  # m between the altitudes at which the sky is described
 # degree: elevations of the Sun at which it is; close where the beam grows through the lowest, longest paths. Below, no
 # light arrives that would warm anything.
-SUN_ELEVATIONS = np.concatenate([np.arange(-8, -1, 1), np.arange(-1, 6, 0.5), np.arange(6, 20, 1), np.arange(20, 91, 2.5)])
+SUN_ELEVATIONS = np.concatenate(
+    [np.arange(-8, -1, 1), np.arange(-1, 6, 0.5), np.arange(6, 20, 1), np.arange(20, 91, 2.5)]
+)
 
 
 def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
@@ -72,7 +74,10 @@ def _weather(site: Site, given: WeatherModel) -> Weather:
         site.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
         np.array(table.time),
         np.array(table.air_temperature_c) + ZERO_CELSIUS,
-        *(np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)),
+        *(
+            np.asarray(all_day if hours is None else hours, float)
+            for all_day, hours in zip(daily, by_hour, strict=True)
+        ),
         None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
         _radiation(table) if given.radiation == "measured" else None,
     )
@@ -81,7 +86,10 @@ def _weather(site: Site, given: WeatherModel) -> Weather:
 def _radiation(table: HourlyWeather) -> MeasuredRadiation:
     longwave = table.longwave_down_w_m2
     return MeasuredRadiation(
-        np.array(table.time), np.array(table.direct_normal_w_m2), np.array(table.diffuse_w_m2), None if longwave is None else np.array(longwave)
+        np.array(table.time),
+        np.array(table.direct_normal_w_m2),
+        np.array(table.diffuse_w_m2),
+        None if longwave is None else np.array(longwave),
     )
 
 

@@ -28,7 +28,9 @@ PROBES = {"altitude": 3, "azimuth": 5, "slope": 5, "time": 24}
 FINE_STEPS = 288  # of the finer solution that the solver's error is measured against
 
 
-def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport) -> None:
+def run(
+    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
+) -> None:
     """Build the temperature table of a state; arguments as `products.run_task`."""
     library, job = load_library(), loaded.job
     axes = {
@@ -62,11 +64,17 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
     if job.surface_grid.tolerance is not None:
         with report.stage("grid"):
             refined = refined_axes(
-                lambda at: solver.table(at, steps).temperature, axes, len(chosen), tolerance_parts(job.surface_grid.tolerance)[0],
-                seed=job.accuracy.seed, most=job.surface_grid.most_nodes,
-            )  # fmt: skip
+                lambda at: solver.table(at, steps).temperature,
+                axes,
+                len(chosen),
+                tolerance_parts(job.surface_grid.tolerance)[0],
+                seed=job.accuracy.seed,
+                most=job.surface_grid.most_nodes,
+            )
         axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
-        report.notes.append(f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}")
+        report.notes.append(
+            f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}"
+        )
     # The whole day is solved, and its nodes are placed for all of it; the file holds the hours that are asked for.
     kept = hours_around(list(axes["time_h"]), hours)
     whole_day = len(kept) == len(axes["time_h"])
@@ -89,7 +97,9 @@ def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...],
         attributes = {"state": job.states[task.index - 1].profile, "date": job.site.date.isoformat()}
         accuracy = accuracy_group([error], {}, {}, notes)
         product.write(htt_group(table, codes, materials, axes, accuracy, attributes, whole_day=whole_day))
-    report.notes.append(f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K")
+    report.notes.append(
+        f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
+    )
 
 
 def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOut]:
@@ -98,11 +108,18 @@ def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOu
     every = surface_materials([library[name] for name in materials], job.operated)
     solved = [material for material in every if material.name not in job.temperatures_c]
     first: dict[tuple, str] = {}
-    twins = {each.name: first[each.physics] for each in solved if first.setdefault(each.physics, each.name) != each.name}
+    twins = {
+        each.name: first[each.physics] for each in solved if first.setdefault(each.physics, each.name) != each.name
+    }
     return [
-        LeftOut(f"the heat balance of {name}", f"it is that of {other}: solved once and copied", "none", "nothing to restore: the table holds it")
+        LeftOut(
+            f"the heat balance of {name}",
+            f"it is that of {other}: solved once and copied",
+            "none",
+            "nothing to restore: the table holds it",
+        )
         for name, other in twins.items()
-    ]  # fmt: skip
+    ]
 
 
 class _Solver:
@@ -114,13 +131,26 @@ class _Solver:
     def table(self, axes: dict, steps: int) -> TemperatureTable:
         metres = [1e3 * altitude for altitude in axes["altitude_km"]]
         return temperature_table(
-            self.materials, *self.inputs, metres, axes["azimuth_deg"], axes["slope_deg"], np.mod(axes["time_h"], 24.0),
-            steps=steps, given=self.given,
-        )  # fmt: skip
+            self.materials,
+            *self.inputs,
+            metres,
+            axes["azimuth_deg"],
+            axes["slope_deg"],
+            np.mod(axes["time_h"], 24.0),
+            steps=steps,
+            given=self.given,
+        )
 
 
 def _errors(
-    solver: _Solver, table: TemperatureTable, codes: np.ndarray, axes: dict, base: dict, steps: int, seed: int, whole_day: bool
+    solver: _Solver,
+    table: TemperatureTable,
+    codes: np.ndarray,
+    axes: dict,
+    base: dict,
+    steps: int,
+    seed: int,
+    whole_day: bool,
 ) -> tuple[ErrorMeasure, ErrorMeasure]:
     """Errors of interpolation and of the solver's step, at random places of the job's own axes."""
     generator = np.random.default_rng(seed)

@@ -12,7 +12,9 @@ from skyshine.tmm.build import map_texture
 from skyshine.tmm.database import is_current, write_texture
 
 
-def run(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport) -> None:
+def run(
+    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
+) -> None:
     """Build the material codes of a texture; arguments as `products.run_task`."""
     library, job = load_library(), loaded.job.textures[task.index]
     path = folder / task.files[0]

@@ -76,7 +76,9 @@ class BackFile(StrictModel):
 
     @model_validator(mode="after")
     def _complete(self):
-        refuse_incomplete_back(self, self.kind.value, {name: name for name in ("temperature", "coefficient", "heat_flux")})
+        refuse_incomplete_back(
+            self, self.kind.value, {name: name for name in ("temperature", "coefficient", "heat_flux")}
+        )
         return self
 
     def back(self) -> Back:

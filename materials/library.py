@@ -13,7 +13,7 @@ from typing import Annotated
 from pydantic import Field, StringConstraints, field_validator
 
 from skyshine import materials
-from skyshine.materials.files import Text, load_specular, load_spectrum, load_thermal
+from skyshine.materials.files import Text, load_spectrum, load_specular, load_thermal
 from skyshine.materials.records import (
     Back,
     Layer,
@@ -136,7 +136,8 @@ class MaterialLibrary:
 
 
 def load_library(folder: str | os.PathLike | None = None) -> MaterialLibrary:
-    """The packaged library with the user's folder on top; what this process has read before, as long as no file has changed.
+    """The packaged library with the user's folder on top; what this process has read before, as long as no file has
+    changed.
 
     Parameters
     ----------

@@ -20,9 +20,14 @@ from skyshine.schemas.paths import allow_outside
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
 # Packages that only some commands need, with the extra that installs them.
 EXTRAS = {
-    "numba": "spectroscopy", "hapi": "spectroscopy", "netCDF4": "spectroscopy", "casadi": "oracle", "distributed": "dask",
-    "lxml": "exchange", "sklearn": "train",
-}  # fmt: skip
+    "numba": "spectroscopy",
+    "hapi": "spectroscopy",
+    "netCDF4": "spectroscopy",
+    "casadi": "oracle",
+    "distributed": "dask",
+    "lxml": "exchange",
+    "sklearn": "train",
+}
 PIPE_WIDTH = 200  # columns of a table that no terminal shows
 
 
@@ -69,7 +74,8 @@ class CommandGroup(click.Group):
             if error.name not in EXTRAS:
                 raise
             status = self._complain(
-                f"this command needs the package '{error.name}'; install it with: pip install 'skyshine[{EXTRAS[error.name]}]'",
+                f"this command needs the package '{error.name}'; install it with: pip install"
+                f" 'skyshine[{EXTRAS[error.name]}]'",
                 INPUT_WRONG,
             )
         except click.exceptions.NoArgsIsHelpError as error:

@@ -86,7 +86,8 @@ def parse_table(text: str, file: str | os.PathLike, least_rows: int = 2) -> CsvT
     ]
     if not least_rows < len(lines) <= ROW_LIMIT:
         raise InputError(
-            f"found {max(len(lines) - 1, 0)} rows of numbers; allowed: {least_rows} to {ROW_LIMIT} below a line of column names",
+            f"found {max(len(lines) - 1, 0)} rows of numbers; allowed: {least_rows} to {ROW_LIMIT} below a line of"
+            " column names",
             file=file,
         )
     number, line = lines[0]
@@ -97,7 +98,10 @@ def parse_table(text: str, file: str | os.PathLike, least_rows: int = 2) -> CsvT
         heads.append((name.strip(), unit.rstrip("] ").strip()))
         if heads[-1][0] in [name for name, _ in heads[:-1]]:
             raise InputError(
-                f"found the column '{heads[-1][0]}' twice; allowed: once; remove one", file=file, line=number, column=column
+                f"found the column '{heads[-1][0]}' twice; allowed: once; remove one",
+                file=file,
+                line=number,
+                column=column,
             )
     rows = [_row(file, heads, row, *line, places) for row, line in enumerate(lines[1:])]
     names, units = zip(*heads, strict=True)
@@ -131,7 +135,9 @@ def _row(file, heads, row, number, line, places):
         if not np.isfinite(value):
             raise InputError(
                 f"{heads[index][0]}: found '{cell[:40]}'; allowed: a finite number; mend or remove the line",
-                file=file, line=number, column=column,
-            )  # fmt: skip
+                file=file,
+                line=number,
+                column=column,
+            )
         values.append(value)
     return values

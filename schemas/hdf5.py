@@ -30,8 +30,14 @@ DEPTH_LIMIT = 16  # of groups in groups
 # Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more holds a forged shape.
 PACKING_LIMIT, SMALL = 1100, 1 << 20
 _SCALE_ATTRIBUTES = {
-    "CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates", "_FillValue",
-}  # fmt: skip
+    "CLASS",
+    "NAME",
+    "REFERENCE_LIST",
+    "DIMENSION_LIST",
+    "_Netcdf4Dimid",
+    "_Netcdf4Coordinates",
+    "_FillValue",
+}
 
 
 @dataclass(frozen=True)
@@ -144,10 +150,12 @@ def write_file(
     part = part_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Made in memory, packed, unless it is streamed: HDF5 cannot close a file on a full disk without writing to standard error.
-        # What is streamed comes in whole chunks, so that a cache of chunks for each array would only hold memory.
+        # Made in memory, packed, unless it is streamed: HDF5 cannot close a file on a full disk without writing to
+        # standard error. What is streamed comes in whole chunks, so that a cache of chunks for each array would only
+        # hold memory.
         how = {"driver": "core", "backing_store": False} if fill is None else {"rdcc_nbytes": 0}
-        # Everything that HDF5 1.10 keeps of arrays and groups has a checksum; the indexes of chunks before it have none.
+        # Everything that HDF5 1.10 keeps of arrays and groups has a checksum; the indexes of chunks before it have
+        # none.
         with h5py.File(part, "w", libver=("v110", "v110"), track_order=True, **how) as file:
             _write_group(file, root)
             if fill is not None:
@@ -227,11 +235,14 @@ _REFERENCE, _COMPACT_LIMIT = 16, 60_000  # bytes of one to a text; that fit into
 def _write_array(target, name, data, described, float_type, chunks) -> h5py.Dataset:
     kind = np.dtype(data.dtype)
     if kind.kind in "UO":
-        # The library follows damaged references to text out of the file; within the header of the array they are under its checksum.
+        # The library follows damaged references to text out of the file; within the header of the array they are under
+        # its checksum.
         place = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         if _REFERENCE * data.size <= _COMPACT_LIMIT:
             place.set_layout(h5py.h5d.COMPACT)
-        dataset = target.create_dataset(name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True, dcpl=place)
+        dataset = target.create_dataset(
+            name, data=data.astype(object), dtype=h5py.string_dtype(), track_order=True, dcpl=place
+        )
     else:
         kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
         content = {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
@@ -239,8 +250,12 @@ def _write_array(target, name, data, described, float_type, chunks) -> h5py.Data
         if np.prod(data.shape) > 1:
             shape = tuple(min(c, n) for c, n in zip(chunks, data.shape)) if chunks else True
             filters = {
-                "chunks": shape, "compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True,
-            }  # fmt: skip
+                "chunks": shape,
+                "compression": "gzip",
+                "compression_opts": 4,
+                "shuffle": True,
+                "fletcher32": True,
+            }
         dataset = target.create_dataset(name, dtype=kind, track_order=True, **content, **filters)
     dataset.attrs["units"] = described.units
     dataset.attrs["long_name"] = described.long_name
@@ -307,7 +322,9 @@ def open_database(path: str | os.PathLike, filetype: str | None = None, major: i
     except IsADirectoryError:
         raise InputError("is a folder; name one of the files in it", file=path) from None
     except OSError:
-        raise InputError("is not a readable HDF5 file (damaged or of another kind); build it again", file=path) from None
+        raise InputError(
+            "is not a readable HDF5 file (damaged or of another kind); build it again", file=path
+        ) from None
     try:
         with sound(path):
             _check_kind(file, path, filetype, major)
@@ -398,9 +415,10 @@ def _refuse_forged(file: h5py.File, dataset: h5py.Dataset) -> None:
     claimed, held = dataset.size * dataset.dtype.itemsize, os.path.getsize(file.filename)
     if claimed > PACKING_LIMIT * held + SMALL:
         raise InputError(
-            f"'{dataset.name}' claims {claimed} bytes, and the file has {held}; allowed: at most {PACKING_LIMIT} times that; "
-            "build it again", file=file.filename,
-        )  # fmt: skip
+            f"'{dataset.name}' claims {claimed} bytes, and the file has {held}; allowed: at most {PACKING_LIMIT} times"
+            " that; build it again",
+            file=file.filename,
+        )
 
 
 def _read_group(source: h5py.Group, variable: Callable, depth: int = 0) -> Group:

@@ -9,7 +9,8 @@ import struct
 
 from skyshine.schemas.errors import InputError
 
-# Global heaps hold the text of a file (HDF5 File Format Specification 3.0, III.E): signature, version 1, three zero bytes, size.
+# Global heaps hold the text of a file (HDF5 File Format Specification 3.0, III.E): signature, version 1, three zero
+# bytes, size.
 _COLLECTION = re.compile(rb"GCOL\x01\0\0\0")
 _HEAD = 16  # bytes before the first object; and of the head of each object
 _WORD = 1 << 64
@@ -31,7 +32,9 @@ def refuse_endless_heaps(path: str | os.PathLike) -> None:
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             for found in _COLLECTION.finditer(content):
                 if _endless(content, found.start()):
-                    raise InputError("is damaged (a text heap with an object without length); build it again", file=path)
+                    raise InputError(
+                        "is damaged (a text heap with an object without length); build it again", file=path
+                    )
 
 
 def _endless(content: mmap.mmap, start: int) -> bool:

@@ -37,7 +37,7 @@ def job_path(folder: str | os.PathLike, name: str, *, written: bool = False) -> 
     escapes = written if absolute else ".." in Path(os.path.normpath(name)).parts
     if escapes and os.environ.get(ALLOW_OUTSIDE) != "1":
         raise ValueError(
-            f"found '{name}', which leads out of the job's folder; allowed: a path inside it; move it there, or give --allow-outside "
-            f"(or set {ALLOW_OUTSIDE}=1)"
+            f"found '{name}', which leads out of the job's folder; allowed: a path inside it; move it there, or give"
+            f" --allow-outside (or set {ALLOW_OUTSIDE}=1)"
         )
     return path

@@ -66,7 +66,9 @@ def palette_colour(key: str, dtype: np.dtype, path: Path) -> tuple[int, int, int
     return (int(key),) * 3
 
 
-def nearest_palette(palette: Palette, names: tuple[str, ...], texture: Windowed, path: Path) -> tuple[GaussianModel, np.ndarray]:
+def nearest_palette(
+    palette: Palette, names: tuple[str, ...], texture: Windowed, path: Path
+) -> tuple[GaussianModel, np.ndarray]:
     """A model whose most probable colour is the nearest one in CIELAB, and the material (P,) of each of its colours."""
     colours = np.array([palette_colour(key, texture.dtype, path) for key in palette.colours], texture.dtype)
     if texture.channels > 3:
@@ -93,7 +95,9 @@ class RuleMapper:
     """Rules on colours and further layers; the first that holds gives the material."""
 
     def __init__(self, texture: Windowed, rules: Rules, names: tuple[str, ...], base_folder: Path, path: Path):
-        """Open the layers; raises InputError where one cannot be read, has another size, or near infrared is missing."""
+        """Open the layers; raises InputError where one cannot be read, has another size, or near infrared is
+        missing.
+        """
         self._texture, self._rules, self.names = texture, rules.rules, names
         self._layers = {name: Raster(base_folder / file) for name, file in rules.layers.items()}
         for layer in self._layers.values():
@@ -141,7 +145,10 @@ def _quantities(name: str, colours: np.ndarray, encoding: str) -> dict[str, np.n
     scale = np.iinfo(colours.dtype).max if colours.dtype.kind == "u" else 1.0
     values = colours / np.float64(scale)
     if name != "excess_green":
-        return {channel: values[:, i] for i, channel in enumerate(("red", "green", "blue", "near_infrared")[: values.shape[1]])}
+        return {
+            channel: values[:, i]
+            for i, channel in enumerate(("red", "green", "blue", "near_infrared")[: values.shape[1]])
+        }
     total = values[:, :3].sum(axis=1)
     share = np.divide(values[:, 1], total, out=np.full_like(total, 1 / 3), where=total != 0)
     return {"excess_green": 3 * share - 1}  # the chromaticities sum to 1

@@ -28,7 +28,12 @@ OURS = {
     for radius in (0, 4, 8, 12)
 }
 PEERS = ("scikit-learn QDA", "scikit-learn random forest")
-FOREST = {"n_estimators": 50, "min_samples_leaf": 5, "random_state": 0, "n_jobs": 1}  # enough trees that more change little
+FOREST = {
+    "n_estimators": 50,
+    "min_samples_leaf": 5,
+    "random_state": 0,
+    "n_jobs": 1,
+}  # enough trees that more change little
 
 
 class Truth(StrictModel):
@@ -96,14 +101,23 @@ def bench(job: TmmJob, folder: Path, truth: Path, library) -> Iterator[tuple[Tex
     for entry in job.textures:
         if entry.seeds is None or entry.name not in labels:
             missing = "seeds" if entry.seeds is None else "truth"
-            raise InputError(f"'{entry.name}' has no {missing}; textures with truth: {nearest(entry.name, labels)}", file=truth)
+            raise InputError(
+                f"'{entry.name}' has no {missing}; textures with truth: {nearest(entry.name, labels)}", file=truth
+            )
         texture, colours, _, seeds = load_texture(entry, folder, library)
         known = Labels(labels[entry.name], truth.parent, names).fits(texture.height, texture.width)
         for row in rows:
             started = time.process_time()
             classify, own = _trained(row.name, entry, texture, colours, seeds)
             row.training += time.process_time() - started
-            _run(row, classify, np.array([*(names.index(n) if n in names else -1 for n in own), -1]), texture, known, seeds)
+            _run(
+                row,
+                classify,
+                np.array([*(names.index(n) if n in names else -1 for n in own), -1]),
+                texture,
+                known,
+                seeds,
+            )
         yield entry, colours.number, rows
 
 
@@ -138,7 +152,9 @@ def _trained(
     return peer, seeds.names
 
 
-def _run(row: Row, classify: Classify, index: np.ndarray, texture: TextureFile, known: Labels, seeds: SeedTexels) -> None:
+def _run(
+    row: Row, classify: Classify, index: np.ndarray, texture: TextureFile, known: Labels, seeds: SeedTexels
+) -> None:
     for top in range(0, texture.height, BAND):
         rows = slice(top, min(top + BAND, texture.height))
         truth = known.rows(rows.start, rows.stop).copy()
@@ -165,7 +181,9 @@ def plot(rows: list[Row], path: Path) -> None:
     for row in rows:
         seconds = 1e6 / row.rate
         axis.plot(seconds, 1 - row.quality.mean_iou, "o" if row.name in OURS else "s")
-        axis.annotate(row.name, (seconds, 1 - row.quality.mean_iou), xytext=(4, 3), textcoords="offset points", fontsize=8)
+        axis.annotate(
+            row.name, (seconds, 1 - row.quality.mean_iou), xytext=(4, 3), textcoords="offset points", fontsize=8
+        )
     axis.set_xscale("log")
     axis.set_xlabel("processor seconds a million texels")
     axis.set_ylabel("1 - mean intersection over union")

@@ -126,7 +126,9 @@ def map_texture(job: TextureJob, base_folder: Path, library) -> TextureMap:
     )
 
 
-def _trained(job: TextureJob, texture: TextureFile, colours: DistinctColours, seeds: SeedTexels) -> tuple[Mapper, HeldOut]:
+def _trained(
+    job: TextureJob, texture: TextureFile, colours: DistinctColours, seeds: SeedTexels
+) -> tuple[Mapper, HeldOut]:
     """What is trained on all seeds, and its quality on seeds held out."""
     settings, random_seed = job.classifier, job.held_out.random_seed
     known = examples(texture, seeds, random_seed) if settings.method == "textured" else None

@@ -15,7 +15,8 @@ PRIOR = 1.0  # regions that the identity counts as: few held-out regions hardly 
 class Calibration:
     """Platt scaling: log-odds of being right = slope x log-odds of the confidence + offset.
 
-    Platt 1999, "Probabilistic outputs for support vector machines", in: Advances in Large Margin Classifiers, MIT Press.
+    Platt 1999, "Probabilistic outputs for support vector machines", in: Advances in Large Margin Classifiers, MIT
+    Press.
     """
 
     slope: float

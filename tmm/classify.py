@@ -161,7 +161,9 @@ def log_prior(names: tuple[str, ...], counts: np.ndarray, prior: str | dict[str,
     return np.log(weights / weights.sum())
 
 
-def fit_seeds(seeds: SeedTexels, encoding: str, settings: Classifier, chosen: np.ndarray | None = None) -> GaussianModel:
+def fit_seeds(
+    seeds: SeedTexels, encoding: str, settings: Classifier, chosen: np.ndarray | None = None
+) -> GaussianModel:
     """Fit the model to the seeds of a texture, or to those that `chosen` (N,) bool keeps."""
     keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
     names, material = np.unique(seeds.material[keep], return_inverse=True)
@@ -303,7 +305,9 @@ def _largest_by_plane(pairs: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarr
 
 
 def _members(valid: np.ndarray, radius: int, inner: tuple[slice, slice]) -> np.ndarray:
-    """Number of texels with data in the box about each inner texel, float32, at least 1: those that its mean is over."""
+    """Number of texels with data in the box about each inner texel, float32, at least 1: those that its mean is
+    over.
+    """
     if not valid.all():
         return np.maximum(_box_sum(valid, radius, inner), 1).astype(np.float32)
     ends = zip(valid.shape, inner)
@@ -312,7 +316,8 @@ def _members(valid: np.ndarray, radius: int, inner: tuple[slice, slice]) -> np.n
 
 
 def _box_sum(plane: np.ndarray, radius: int, inner: tuple[slice, slice]) -> np.ndarray:
-    """Sum over the square of `radius` about each inner texel, with nothing beyond the edge: uint64 of pairs, else uint32.
+    """Sum over the square of `radius` about each inner texel, with nothing beyond the edge: uint64 of pairs, else
+    uint32.
 
     Running sums in integers are exact, whatever the block; they may wrap, their differences are right while the sum
     itself fits, which MAX_RADIUS ensures.

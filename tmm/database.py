@@ -113,7 +113,10 @@ class _RowWriter:
         self._height, width = self._arrays[0].shape
         # Of the wide levels of a large texture these rows are the most that is held: materials are kept as their
         # number, in one byte where that does, and the third weight follows from the others.
-        self._materials, kind = np.append(0, materials).astype(np.uint16), np.uint8 if len(materials) < 256 else np.uint16
+        self._materials, kind = (
+            np.append(0, materials).astype(np.uint16),
+            np.uint8 if len(materials) < 256 else np.uint16,
+        )
         rows = min(CHUNK, self._height)
         self._numbers, self._weights = np.empty((rows, width, 3), kind), np.empty((rows, width, 2), np.uint16)
         self._kept, self._done = 0, 0

@@ -50,7 +50,16 @@ def _geotiff(image: Path) -> GeoReference | None:
     try:
         with tifffile.TiffFile(image) as file:
             tags = file.pages[0].geotiff_tags or {}
-    except (tifffile.TiffFileError, struct.error, ValueError, TypeError, IndexError, KeyError, OverflowError, ZeroDivisionError):
+    except (
+        tifffile.TiffFileError,
+        struct.error,
+        ValueError,
+        TypeError,
+        IndexError,
+        KeyError,
+        OverflowError,
+        ZeroDivisionError,
+    ):
         return None  # OpenImageIO reads images whose tags tifffile does not
     try:
         affine = _affine(tags)

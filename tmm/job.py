@@ -225,7 +225,9 @@ class TextureJob(StrictModel):
         description="Encoding of the colours; auto: by the file, else sRGB for integers, linear for floats.",
     )
     near_infrared: str | None = Field(
-        default=None, min_length=1, description="Name or number, from 1, of the channel of near infrared, if there is one."
+        default=None,
+        min_length=1,
+        description="Name or number, from 1, of the channel of near infrared, if there is one.",
     )
     classifier: Classifier = Classifier()
     held_out: HeldOut = HeldOut()

@@ -1,7 +1,7 @@
 """What a ``.tmm.h5`` database holds.
 
-``/materials`` (codes, names), ``/usage``, ``/quality``, ``/composites``, ``/provenance`` and, for each mip level, ``/levels/k`` with
-``code``, ``mix_code`` and ``mix_weight``; level 0 also has ``confidence`` and ``typicality``.
+``/materials`` (codes, names), ``/usage``, ``/quality``, ``/composites``, ``/provenance`` and, for each mip level,
+``/levels/k`` with ``code``, ``mix_code`` and ``mix_weight``; level 0 also has ``confidence`` and ``typicality``.
 """
 
 from __future__ import annotations

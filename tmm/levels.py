@@ -160,7 +160,9 @@ def _running_sum(mask: np.ndarray) -> np.ndarray:
 
 
 def _column_parts(rows: np.ndarray, parts: int) -> np.ndarray:
-    """Sums (n, parts) over equal parts of rows (n, W), in units of 1 / parts; within a texel a running sum is linear."""
+    """Sums (n, parts) over equal parts of rows (n, W), in units of 1 / parts; within a texel a running sum is
+    linear.
+    """
     length = rows.shape[1]
     running = np.zeros((len(rows), length + 1), np.int64)
     np.cumsum(rows, axis=1, out=running[:, 1:])

@@ -72,5 +72,7 @@ def _seeds(job: TextureJob, names: tuple[str, ...], texture: TextureFile, base_f
     seeded = {*labelled, *(name for name, _ in seed_polygons(job.seeds, base_folder))}
     for name in job.classifier.prior if isinstance(job.classifier.prior, dict) else ():
         if name not in seeded:
-            raise InputError(f"'{job.name}' has a prior for '{name}', which has no seeds; {nearest(name, sorted(seeded))}")
+            raise InputError(
+                f"'{job.name}' has a prior for '{name}', which has no seeds; {nearest(name, sorted(seeded))}"
+            )
     return seed_texels(job, tuple(name for name in names if name in seeded), texture, texture.path, base_folder)

@@ -100,8 +100,8 @@ class TrainedModel:
             return TexturedMapper(texture, colours, self, radius)
         if self.colour.means.shape[1] != texture.channels:
             raise InputError(
-                f"the model was trained on {self.colour.means.shape[1]} channels and the texture has {texture.channels}; "
-                "name 'near_infrared' for both or for neither"
+                f"the model was trained on {self.colour.means.shape[1]} channels and the texture has"
+                f" {texture.channels}; name 'near_infrared' for both or for neither"
             )
         return ColourMapper(texture, colours, self.colour, radius, tabulate)
 
@@ -182,7 +182,10 @@ def write_model(model: TrainedModel, path: str | os.PathLike, job: str, data_ver
 
 
 def _colour_group(colour: GaussianModel, materials: dict[str, Axis], size: int) -> Group:
-    axes = {name: Axis(np.arange(size, dtype=np.int32), "1", "coordinate: L*, a*, b*, 100 NDVI") for name in ("row", "column")}
+    axes = {
+        name: Axis(np.arange(size, dtype=np.int32), "1", "coordinate: L*, a*, b*, 100 NDVI")
+        for name in ("row", "column")
+    }
     return Group(
         materials | axes,
         {
@@ -229,7 +232,9 @@ def read_model(path: str | os.PathLike) -> TrainedModel:
         if "network" in root.groups:
             group = root.groups["network"]
             if tuple(group.axes["feature"].values.tolist()) != names():
-                raise InputError("was trained on features of another version; train it again with 'tmm train'", file=path)
+                raise InputError(
+                    "was trained on features of another version; train it again with 'tmm train'", file=path
+                )
             network = Network(**{name: variable.data for name, variable in group.variables.items()})
     except (KeyError, TypeError):
         raise InputError("lacks a part of a classifier; train it again with 'tmm train'", file=path) from None

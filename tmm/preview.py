@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.job import stored_job
+from skyshine.tmm.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.texture import TextureFile
 
 MAX_SIDE = 1600  # texels drawn a side; larger textures are thinned

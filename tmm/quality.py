@@ -56,7 +56,6 @@ class Quality:
         tested = self.confusion.sum(axis=1) > 0
         return float(self.intersection_over_union[tested].mean()) if tested.any() else 0.0
 
-
     @property
     def calibration_error(self) -> float:
         """Expected calibration error: mean of |accuracy - confidence| over bins (Naeini et al. 2015, AAAI)."""
@@ -109,9 +108,7 @@ def untested(count: int) -> HeldOut:
     return HeldOut(*(Tally(count).quality() for _ in range(3)), IDENTITY)
 
 
-def measure(
-    job: TextureJob, encoding: str, seeds: SeedTexels, mapper_of: Callable[[np.ndarray], Mapper]
-) -> HeldOut:
+def measure(job: TextureJob, encoding: str, seeds: SeedTexels, mapper_of: Callable[[np.ndarray], Mapper]) -> HeldOut:
     """Classify each seed region by a model of the other parts' seeds.
 
     The regions of a material are dealt out over the parts in a random order of recorded seed. A material with one
@@ -193,7 +190,9 @@ def folds(job: TextureJob, seeds: SeedTexels, smallest: int = 2) -> np.ndarray:
     return fold
 
 
-def at_seeds(mappers: dict[int, Mapper], seeds: SeedTexels, fold: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def at_seeds(
+    mappers: dict[int, Mapper], seeds: SeedTexels, fold: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """What classifiers find at seeds, each by the classifier of its part.
 
     Returns
@@ -212,7 +211,9 @@ def at_seeds(mappers: dict[int, Mapper], seeds: SeedTexels, fold: np.ndarray) ->
         number = {name: k for k, name in enumerate(seeds.names)}
         index = np.array([*(number.get(name, -1) for name in mapper.names), -1], np.int16)
         found[mine], confidence[mine], typicality[mine] = (
-            index[result.material[at]], result.confidence[at], result.typicality[at]
+            index[result.material[at]],
+            result.confidence[at],
+            result.typicality[at],
         )
     return found, confidence, typicality
 
@@ -223,7 +224,9 @@ def _groups(texels: np.ndarray, seeds: SeedTexels) -> list[np.ndarray]:
         return []
     keys = np.stack([seeds.region[texels], seeds.rows[texels] // TILE, seeds.columns[texels] // TILE])
     # Texels of one region may be of several parts where materials share it, as blocks of a label image do.
-    number = np.unique(np.concatenate([keys, seeds.material[texels][np.newaxis]]), axis=1, return_inverse=True)[1].ravel()
+    number = np.unique(np.concatenate([keys, seeds.material[texels][np.newaxis]]), axis=1, return_inverse=True)[
+        1
+    ].ravel()
     order = np.argsort(number, kind="stable")
     groups = np.split(texels[order], np.flatnonzero(np.diff(number[order])) + 1)
     return sorted(groups, key=lambda group: (seeds.rows[group[0]], seeds.columns[group[0]]))

@@ -29,7 +29,9 @@ def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> l
     if htt is None or not bands:
         raise InputError("the cost in radiance needs --htt and --band; give both")
     if airs and len(airs) != len(bands):
-        raise InputError(f"found {len(airs)} --atmq for {len(bands)} --band; allowed: one for each, in the same order, or none")
+        raise InputError(
+            f"found {len(airs)} --atmq for {len(bands)} --band; allowed: one for each, in the same order, or none"
+        )
     opened = {}
     for path, kind in ((htt, "htt"), *((band, "band") for band in bands), *((air, "atmq") for air in airs)):
         opened[path] = open_table(path)
@@ -96,18 +98,25 @@ def show(cost: dict) -> None:
         row = [label]
         for key in ("radiance", "equivalent_temperature"):
             found = cost[key]["day"] if where is None else cost[key]["by_time"]
-            row += [f"{found[name]['value'] if where is None else found[name]['values'][where]:.3g}" for name in ("rms", "p95", "maximum")]
+            row += [
+                f"{found[name]['value'] if where is None else found[name]['values'][where]:.3g}"
+                for name in ("rms", "p95", "maximum")
+            ]
         rows.append(row)
     units = f"{RADIANCE}: rms", "p95", "max", "K: rms", "p95", "max"
     echo_table(("time", *units), rows)
     rows = [
         [
-            pair["true"], pair["found"], str(pair["texels"]), f"{pair['temperature_rms']['value']:.2f}",
-            f"{pair['temperature_maximum']['value']:+.2f}", f"{pair['time_of_maximum']['value']:.1f}",
+            pair["true"],
+            pair["found"],
+            str(pair["texels"]),
+            f"{pair['temperature_rms']['value']:.2f}",
+            f"{pair['temperature_maximum']['value']:+.2f}",
+            f"{pair['time_of_maximum']['value']:.1f}",
             f"{100 * pair['contribution']['value']:.1f}",
         ]
         for pair in cost["pairs"][:SHOWN_PAIRS]
-    ]  # fmt: skip
+    ]
     echo_table(("true", "found", "texels", "K rms", "K worst", "at h", "% of squared error"), rows)
 
 

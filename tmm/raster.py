@@ -56,7 +56,8 @@ class Raster:
                 self._first, self._end, self._kept = 0, self.height, self._read(0, self.height)
             else:
                 first, last = self._aligned(start, stop)
-                # What is kept already serves from the row asked for: tiles are wanted whole only where they are decoded.
+                # What is kept already serves from the row asked for: tiles are wanted whole only where they are
+                # decoded.
                 self._keep(start if self._first <= start < self._end else first, last)
         return self._kept[start - self._first : stop - self._first]
 

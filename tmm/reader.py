@@ -51,7 +51,9 @@ class TmmFile:
     def group_attributes(self, name: str) -> dict:
         """Attributes of ``usage``, ``quality`` or another group."""
         with sound(self._file.filename):
-            return {key: value.item() if hasattr(value, "item") else value for key, value in self._file[name].attrs.items()}
+            return {
+                key: value.item() if hasattr(value, "item") else value for key, value in self._file[name].attrs.items()
+            }
 
     def rows(self, name: str, rows: slice, step: int = 1) -> np.ndarray:
         """Rows of an array of level 0, such as ``code``; every `step`-th row and column of them."""

@@ -74,7 +74,9 @@ def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict]:
     ]
 
 
-def classify(job: TmmJob, folder: Path, out: str | os.PathLike | None, library) -> Iterator[tuple[TextureMap, Written, Path]]:
+def classify(
+    job: TmmJob, folder: Path, out: str | os.PathLike | None, library
+) -> Iterator[tuple[TextureMap, Written, Path]]:
     """Build and write the databases of a job one by one.
 
     Parameters

@@ -10,11 +10,11 @@ import numpy as np
 
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.job import LabelImage, TextureJob, stored_job
 from skyshine.tmm.labels import Labels
 from skyshine.tmm.quality import Quality, Tally
+from skyshine.tmm.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.texture import TextureFile
 
 BAND_TEXELS = 1 << 22  # texels compared at a time

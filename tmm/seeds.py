@@ -116,7 +116,9 @@ def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
     return tuple(name for name in found if name is not None)
 
 
-def seed_texels(job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Path, base_folder: Path) -> SeedTexels:
+def seed_texels(
+    job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Path, base_folder: Path
+) -> SeedTexels:
     """Find the seed texels of a texture.
 
     Parameters
@@ -207,14 +209,19 @@ def _inside(rings: tuple[Ring, ...], texture: Windowed) -> np.ndarray:
     """Numbers of the texels in a polygon; of a very large one, those of a regular grid."""
     outline = np.array([position[:2] for position in rings[0]])
     # A vertex on the far edge of the image stands in its last texel.
-    low, high = (np.minimum(edge.astype(int), (texture.width - 1, texture.height - 1)) for edge in (outline.min(0), outline.max(0)))
+    low, high = (
+        np.minimum(edge.astype(int), (texture.width - 1, texture.height - 1))
+        for edge in (outline.min(0), outline.max(0))
+    )
     width, height = high - low + 1
     step = int(np.ceil(np.sqrt(width * height / POLYGON_TEXELS)))
     rows, columns = np.nonzero(polygon_mask(rings, texture, low[1], low[0], (height, width), step))
     return (rows * step + low[1]) * texture.width + columns * step + low[0]
 
 
-def polygon_mask(rings: tuple[Ring, ...], texture: Windowed, top: int, left: int, shape: tuple[int, int], step: int = 1) -> np.ndarray:
+def polygon_mask(
+    rings: tuple[Ring, ...], texture: Windowed, top: int, left: int, shape: tuple[int, int], step: int = 1
+) -> np.ndarray:
     """Where a window of the texture has texels whose centre a polygon holds, or that its outer vertices stand in.
 
     Parameters

@@ -10,8 +10,8 @@ import numpy as np
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify import fit, fit_seeds, log_prior
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
-from skyshine.tmm.features.textured import MARGIN, features, in_other_light, in_shadow, light_planes, names
 from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.features.textured import MARGIN, features, in_other_light, in_shadow, light_planes, names
 from skyshine.tmm.job import Classifier, TmmJob
 from skyshine.tmm.load import load_texture, open_texture
 from skyshine.tmm.model import TYPICAL, Network, TrainedModel
@@ -65,7 +65,9 @@ def examples(
         mine = np.flatnonzero(tile == number)
         rows, columns = seeds.rows[texel[mine]], seeds.columns[texel[mine]]
         top, left = max(rows.min() - MARGIN, 0), max(columns.min() - MARGIN, 0)
-        bottom, right = (min(n.max() + MARGIN + 1, size) for n, size in ((rows, texture.height), (columns, texture.width)))
+        bottom, right = (
+            min(n.max() + MARGIN + 1, size) for n, size in ((rows, texture.height), (columns, texture.width))
+        )
         pixels, valid = texture.window(slice(top, bottom), slice(left, right))
         pixels = np.where(valid[..., np.newaxis], pixels, pixels.dtype.type(0))
         at = (slice(None), rows - top, columns - left)
@@ -82,7 +84,9 @@ def _features(pixels: np.ndarray, valid: np.ndarray, encoding: str) -> np.ndarra
     return features(*(part.reshape(3, *valid.shape) for part in planes), valid)
 
 
-def train_textured(known: list[Examples], names_of: list[tuple[str, ...]], settings: Classifier, random_seed: int) -> TrainedModel:
+def train_textured(
+    known: list[Examples], names_of: list[tuple[str, ...]], settings: Classifier, random_seed: int
+) -> TrainedModel:
     """Train a network on the examples of textures, whose materials have these names.
 
     Raises
@@ -103,12 +107,20 @@ def train_textured(known: list[Examples], names_of: list[tuple[str, ...]], setti
 
 
 def _network(
-    both: np.ndarray, target: np.ndarray, found: tuple[str, ...], settings: Classifier, random_seed: int, hidden: int, penalty: float
+    both: np.ndarray,
+    target: np.ndarray,
+    found: tuple[str, ...],
+    settings: Classifier,
+    random_seed: int,
+    hidden: int,
+    penalty: float,
 ) -> Network:
     mean, scale = both.mean(axis=0), np.maximum(both.std(axis=0), 1e-3)
     if len(found) == 1:
         empty = np.zeros((len(mean), 1), np.float32)
-        return Network(mean, scale, empty, np.zeros(1, np.float32), np.zeros((1, 1), np.float32), np.zeros(1, np.float32))
+        return Network(
+            mean, scale, empty, np.zeros(1, np.float32), np.zeros((1, 1), np.float32), np.zeros(1, np.float32)
+        )
     inner, outer, inner_offset, outer_offset = _perceptron((both - mean) / scale, target, random_seed, hidden, penalty)
     counts = np.bincount(target).astype(float)
     # The seeds' own frequencies are the prior that a network learns.
@@ -116,7 +128,9 @@ def _network(
     return Network(*(part.astype(np.float32) for part in (mean, scale, inner, inner_offset, outer, outer_offset)))
 
 
-def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int, hidden: int, penalty: float) -> tuple[np.ndarray, ...]:
+def _perceptron(
+    scaled: np.ndarray, target: np.ndarray, random_seed: int, hidden: int, penalty: float
+) -> tuple[np.ndarray, ...]:
     """Weights and offsets of both layers; of two materials, scikit-learn keeps one output, the log-odds."""
     import warnings
 
@@ -135,9 +149,16 @@ def _perceptron(scaled: np.ndarray, target: np.ndarray, random_seed: int, hidden
 
 
 def train_on_seeds(
-    texture: Windowed, seeds: SeedTexels, settings: Classifier, known: Examples | None, random_seed: int, chosen: np.ndarray | None
+    texture: Windowed,
+    seeds: SeedTexels,
+    settings: Classifier,
+    known: Examples | None,
+    random_seed: int,
+    chosen: np.ndarray | None,
 ) -> TrainedModel:
-    """Train on the seeds of one texture, or on those that `chosen` (N,) bool keeps; `known` are its `examples`, if textured."""
+    """Train on the seeds of one texture, or on those that `chosen` (N,) bool keeps; `known` are its `examples`, if
+    textured.
+    """
     if known is None:
         colour = fit_seeds(seeds, texture.encoding, settings, chosen)
         return TrainedModel(colour.names, colour, None)
@@ -215,6 +236,13 @@ def _held_out_textures(
             dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
             index = np.array([*(names.index(name) for name in seeds.names), -1])
             # A texture counts once in the calibration, as a region does within one.
-            columns = (index[seeds.material], index[found], confidence, dark, np.full(len(fold), i), np.full(len(fold), number))
+            columns = (
+                index[seeds.material],
+                index[found],
+                confidence,
+                dark,
+                np.full(len(fold), i),
+                np.full(len(fold), number),
+            )
             rows.append([column[fold == 0] for column in columns])
     return held_out(len(names), *(np.concatenate(column) for column in zip(*rows)))

@@ -1,9 +1,9 @@
 """Error against run time of gas absorption: line by line, the band model from all points to a few, LOWTRAN7.
 
-One atmosphere without particles, of a profile on which no spectral point was chosen, and one set of lines of sight that no choice
-has seen. Errors are those of transmittance against line by line (against all points where there are no line lists); a gas that the
-lists do not hold is taken out of the atmosphere for everyone. Times are medians of repeats, in seconds of processor time, which other
-work on the machine does not change much; give the process one thread.
+One atmosphere without particles, of a profile on which no spectral point was chosen, and one set of lines of sight that
+no choice has seen. Errors are those of transmittance against line by line (against all points where there are no line
+lists); a gas that the lists do not hold is taken out of the atmosphere for everyone. Times are medians of repeats, in
+seconds of processor time, which other work on the machine does not change much; give the process one thread.
 """
 
 from __future__ import annotations
@@ -33,17 +33,24 @@ COUNTS = (8, 16, 32, 48, 64, 128)
 _LEVELS = 1e3 * np.array([*np.arange(0, 4, 0.5), *range(4, 13), 14, 16, 18, 20, 23, 26, 31, 36, 41, 50, 60, 80, 100])
 SIGHTS = {
     "vertical": (
-        lowtran.Sight(0.0, 90.0, np.inf), lowtran.Sight(1200.0, -90.0, 1100.0), lowtran.Sight(9000.0, -90.0, 8900.0),
+        lowtran.Sight(0.0, 90.0, np.inf),
+        lowtran.Sight(1200.0, -90.0, 1100.0),
+        lowtran.Sight(9000.0, -90.0, 8900.0),
     ),
     "slant": (
-        lowtran.Sight(0.0, 17.0, np.inf), lowtran.Sight(400.0, -9.0, 2300.0), lowtran.Sight(2600.0, -14.0, 10200.0),
-        lowtran.Sight(6500.0, -31.0, 12200.0), lowtran.Sight(200.0, 6.0, 24000.0),
+        lowtran.Sight(0.0, 17.0, np.inf),
+        lowtran.Sight(400.0, -9.0, 2300.0),
+        lowtran.Sight(2600.0, -14.0, 10200.0),
+        lowtran.Sight(6500.0, -31.0, 12200.0),
+        lowtran.Sight(200.0, 6.0, 24000.0),
     ),
     "horizontal": (
-        lowtran.Sight(50.0, 0.0, 350.0), lowtran.Sight(50.0, 0.0, 3100.0), lowtran.Sight(900.0, 0.0, 9000.0),
+        lowtran.Sight(50.0, 0.0, 350.0),
+        lowtran.Sight(50.0, 0.0, 3100.0),
+        lowtran.Sight(900.0, 0.0, 9000.0),
         lowtran.Sight(4300.0, 0.0, 22000.0),
     ),
-}  # fmt: skip
+}
 _REPEATS, _LEAST_SECONDS = 7, 0.3  # of each measurement: at least so many, and for so long
 REFERENCE_NAME, PEER_NAME = "line by line", "LOWTRAN7"
 
@@ -124,7 +131,11 @@ def _bench_state(gases):
     level = np.unique([int(np.argmin(np.abs(full.altitude - altitude))) for altitude in _LEVELS])
     held = {gas: values[level] for gas, values in full.mole_fraction.items() if gas in gases}
     return replace(
-        full, altitude=full.altitude[level], pressure=full.pressure[level], temperature=full.temperature[level], mole_fraction=held
+        full,
+        altitude=full.altitude[level],
+        pressure=full.pressure[level],
+        temperature=full.temperature[level],
+        mole_fraction=held,
     )
 
 
@@ -168,7 +179,9 @@ def line_by_line(scene, library, continua, gases, advance=None) -> Means:
     transmittance, radiance = np.zeros((count, intervals)), np.zeros((count, intervals))
     prepare = line = 0.0
     wavenumbers = 0
-    absorption_at_levels(library, continua, scene.state, gases, *scene.points.interval_edges[0])  # compiles, reads lines
+    absorption_at_levels(
+        library, continua, scene.state, gases, *scene.points.interval_edges[0]
+    )  # compiles, reads lines
     for number, (low, high) in enumerate(scene.points.interval_edges):
         wavenumber = interval_grid(low, high)
         start = time.process_time()
@@ -235,7 +248,9 @@ def _computed(scene, points):
 def with_lowtran(scene, program) -> Means:
     """The peer, in wide intervals of its own resolution; it computes every 5 cm^-1."""
     spectra = lowtran.run(program, scene.state, scene.sights, scene.low, scene.high, repeats=4 * _REPEATS)
-    transmittance, radiance = (0.5 * (value[:, 1:] + value[:, :-1]) for value in (spectra.transmittance, spectra.path_thermal))
+    transmittance, radiance = (
+        0.5 * (value[:, 1:] + value[:, :-1]) for value in (spectra.transmittance, spectra.path_thermal)
+    )
     if transmittance.shape[1] != len(scene.middle):
         raise InputError("the absorption table has intervals of another width than LOWTRAN7; leave it out")
     in_band = scene.in_band(transmittance, radiance)
@@ -269,11 +284,12 @@ def errors(scene, means: Means, reference: Means) -> dict:
     for kind in ("all", *SIGHTS):
         of_kind = np.ones(scene.kind.size, bool) if kind == "all" else scene.kind == kind
         result[kind] = {
-            "in_band_rms": _rms(in_band[of_kind]), "in_band_max": _largest(in_band[of_kind]),
+            "in_band_rms": _rms(in_band[of_kind]),
+            "in_band_max": _largest(in_band[of_kind]),
             "interval_rms": None if interval is None else _rms(interval[of_kind]),
             "interval_max": None if interval is None else _largest(interval[of_kind]),
             "radiance_rms": _rms(radiance[of_kind]),
-        }  # fmt: skip
+        }
     return result
 
 
@@ -330,7 +346,9 @@ def bench_band(band, limits, *, library=None, continua=None, program=None, advan
         gases, left_out = judged_gases(library, table, 1e4 / limits[1], 1e4 / limits[0])
     scene = Scene(limits, gases)
     own = float(np.max(np.diff(scene.points.interval_edges, axis=1)))
-    computed = [] if library is None else [(REFERENCE_NAME, own, line_by_line(scene, library, continua, gases, advance))]
+    computed = (
+        [] if library is None else [(REFERENCE_NAME, own, line_by_line(scene, library, continua, gases, advance))]
+    )
     computed.append((f"all points, {own:g} cm-1", own, with_points(scene)))
     for width in WIDTHS:
         chosen = ladders.merged_intervals(scene.points, width, ladders.with_continuum(gases))
@@ -363,9 +381,15 @@ def plot(benches, path) -> Path:
                     text = f"{rung.means.points}" if family == "compiled" else rung.name.replace("all points, ", "")
                     axes.annotate(text, (a, b), textcoords="offset points", xytext=(4, 4), fontsize=8)
         if bench.rungs[0].name == REFERENCE_NAME:
-            seconds = 1e3 * (bench.rungs[0].means.line + bench.rungs[0].means.prepare / len(bench.rungs[0].means.in_band))
+            seconds = 1e3 * (
+                bench.rungs[0].means.line + bench.rungs[0].means.prepare / len(bench.rungs[0].means.in_band)
+            )
             axes.axvline(seconds, color="grey", linestyle=":", label="line by line (error 0)")
-        axes.set(title=bench.band, xlabel="processor time per line of sight [ms]", ylabel="rms error of in-band transmittance")
+        axes.set(
+            title=bench.band,
+            xlabel="processor time per line of sight [ms]",
+            ylabel="rms error of in-band transmittance",
+        )
         axes.grid(alpha=0.3, which="both")
         axes.legend(fontsize=8)
     figure.savefig(path, dpi=110, metadata={"Software": None})

@@ -1,8 +1,8 @@
 """Run time of the atmospheric tables beside LOWTRAN7 called for each line of sight, and error against run time.
 
-The full table has the default axes of a job. LOWTRAN7 computes single cells of it, drawn at random: path radiance with sunlight,
-single and multiple scattering, at its own spectral step. Times are seconds of processor time, which other work on the machine changes
-less than the clock; the table's wall time stands beside it.
+The full table has the default axes of a job. LOWTRAN7 computes single cells of it, drawn at random: path radiance with
+sunlight, single and multiple scattering, at its own spectral step. Times are seconds of processor time, which other
+work on the machine changes less than the clock; the table's wall time stands beside it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ PROFILE, VISIBILITY = "midlatitude_summer", 23.0  # km
 POINTS = (4, 16, 64)
 DIRECTIONS = (2, 4, 8, 16)
 _PEER_CELLS = 24
-_PEER_TOP = 60e3  # m; with levels above, or with as many as it takes otherwise, its multiple scattering gives no numbers
+_PEER_TOP = (
+    60e3  # m; with levels above, or with as many as it takes otherwise, its multiple scattering gives no numbers
+)
 _PEER_LEVELS = lowtran.MOST_LEVELS - 1
 # Cells on which the ladders of points and layers are judged.
 _SMALL = PathGrid(
@@ -154,12 +156,16 @@ def peer_seconds(program, state, grid, limits) -> float:
     up = grid.elevation_deg[(grid.elevation_deg > 0) & (grid.elevation_deg < 90)]
     sights = [
         lowtran.Sight(
-            1e3 * generator.choice(grid.altitude_km[grid.altitude_km < 20]), generator.choice(up),
+            1e3 * generator.choice(grid.altitude_km[grid.altitude_km < 20]),
+            generator.choice(up),
             1e3 * generator.choice(grid.range_km[(grid.range_km >= 1) & (grid.range_km <= 40)]),
-            sun=(generator.choice(grid.source_elevation_deg[grid.source_elevation_deg > 0]), generator.choice(grid.source_azimuth_deg)),
+            sun=(
+                generator.choice(grid.source_elevation_deg[grid.source_elevation_deg > 0]),
+                generator.choice(grid.source_azimuth_deg),
+            ),
         )
         for _ in range(_PEER_CELLS)
-    ]  # fmt: skip
+    ]
     haze = lowtran.Haze(aerosol=1, visibility=VISIBILITY)
     return float(lowtran.run(program, air, sights, low, high, haze=haze).seconds.mean())
 
@@ -170,7 +176,9 @@ def points_ladder(state, everything, grid, sun) -> list[Rung]:
     rungs = []
     for count in POINTS:
         few = compile_band(state, everything, grid, sun, tolerance=1e-6, max_points=count)
-        table, seconds = _timed(lambda few=few: BandAtmosphere.of(state, few.band, streams=False).table(_SMALL, sun[few.index]))
+        table, seconds = _timed(
+            lambda few=few: BandAtmosphere.of(state, few.band, streams=False).table(_SMALL, sun[few.index])
+        )
         rungs.append(Rung(f"{few.index.size} points", seconds, _errors(table, exact)))
     return rungs
 
@@ -207,24 +215,32 @@ def layers_ladder(state, band, sun) -> list[Rung]:
 def thinned(state, levels) -> AtmosphericState:
     """A state at some of its levels, by their indices."""
     return replace(
-        state, altitude=state.altitude[levels], pressure=state.pressure[levels], temperature=state.temperature[levels],
+        state,
+        altitude=state.altitude[levels],
+        pressure=state.pressure[levels],
+        temperature=state.temperature[levels],
         mole_fraction={gas: values[levels] for gas, values in state.mole_fraction.items()},
         aerosols=tuple(replace(part, extinction_550=part.extinction_550[levels]) for part in state.aerosols),
-    )  # fmt: skip
+    )
 
 
 def halved(state) -> AtmosphericState:
-    """A state with a level more in the middle of each layer, as the layer has its air there: exponential pressure, all else linear."""
+    """A state with a level more in the middle of each layer, as the layer has its air there: exponential pressure, all
+    else linear.
+    """
     altitude = np.sort(np.append(state.altitude, 0.5 * (state.altitude[1:] + state.altitude[:-1])))
 
     def at(values):
         return np.interp(altitude, state.altitude, values)
 
     return replace(
-        state, altitude=altitude, pressure=np.exp(at(np.log(state.pressure))), temperature=at(state.temperature),
+        state,
+        altitude=altitude,
+        pressure=np.exp(at(np.log(state.pressure))),
+        temperature=at(state.temperature),
         mole_fraction={gas: at(values) for gas, values in state.mole_fraction.items()},
         aerosols=tuple(replace(part, extinction_550=at(part.extinction_550)) for part in state.aerosols),
-    )  # fmt: skip
+    )
 
 
 def plot(benches, path) -> Path:
@@ -239,9 +255,17 @@ def plot(benches, path) -> Path:
         for axes, name in zip(row, ladders, strict=True):
             rungs = bench.ladders[name]
             for quantity in rungs[0].errors:
-                axes.loglog([rung.seconds for rung in rungs], [rung.errors[quantity] for rung in rungs], "o-", label=quantity)
+                axes.loglog(
+                    [rung.seconds for rung in rungs], [rung.errors[quantity] for rung in rungs], "o-", label=quantity
+                )
             for rung in rungs:
-                axes.annotate(rung.name, (rung.seconds, max(rung.errors.values())), textcoords="offset points", xytext=(4, 4), fontsize=8)
+                axes.annotate(
+                    rung.name,
+                    (rung.seconds, max(rung.errors.values())),
+                    textcoords="offset points",
+                    xytext=(4, 4),
+                    fontsize=8,
+                )
             axes.set(title=f"{bench.band}: {name}", xlabel="processor time [s]", ylabel="rms relative error")
             axes.grid(alpha=0.3, which="both")
             axes.legend(fontsize=8)

@@ -10,8 +10,8 @@ from skyshine.mat.accuracy.radiance import kelvin_per_radiance, reference_radian
 from skyshine.mat.quantities import BETA_FACTOR
 from skyshine.mat.radiometry import SpectralResponse
 
-# Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in 8-12 um
-# (tests/mat/test_reflectance.py).
+# Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in
+# 8-12 um (tests/mat/test_reflectance.py).
 REFLECTANCE = 0.3
 
 

@@ -1,4 +1,6 @@
-"""A batch of many states, timed on a few of them: where the tasks run, by stage, and what that makes of the whole batch."""
+"""A batch of many states, timed on a few of them: where the tasks run, by stage, and what that makes of the whole
+batch.
+"""
 
 from __future__ import annotations
 
@@ -77,11 +79,14 @@ def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
     job = loaded.job
     chosen = np.unique(np.linspace(0, len(job.states) - 1, min(count, len(job.states))).round().astype(int))
     output = job.output.model_copy(update={"pictures": False})
-    return dataclasses.replace(loaded, job=job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output}))
+    return dataclasses.replace(
+        loaded, job=job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
+    )
 
 
 def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] = lambda _: None) -> list[BatchTiming]:
-    """Time a job in one process, in `workers` processes, and on a local Dask cluster of as many workers, if Dask is there.
+    """Time a job in one process, in `workers` processes, and on a local Dask cluster of as many workers, if Dask is
+    there.
 
     No band comes from the cache folder; what a process keeps, it keeps for this job alone.
     """
@@ -103,7 +108,9 @@ def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] 
         except ImportError:
             return found
         with distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:
-            timed(f"Dask, {workers} workers", workers, Path(place) / "dask", executor=f"dask:{cluster.scheduler_address}")
+            timed(
+                f"Dask, {workers} workers", workers, Path(place) / "dask", executor=f"dask:{cluster.scheduler_address}"
+            )
     return found
 
 
@@ -116,10 +123,14 @@ def _timing(place: str, workers: int, seconds: float, report: dict, same: bool) 
     for entry in tasks.values():
         for stage, spent in entry["stages"].items():
             stages[stage] = stages.get(stage, 0.0) + spent
-    chosen = {name: entry["stages"]["compile"] for name, entry in of_states.items() if Origin.FITTED.value in entry["notes"]}
+    chosen = {
+        name: entry["stages"]["compile"] for name, entry in of_states.items() if Origin.FITTED.value in entry["notes"]
+    }
     further = (sum(entry["seconds"] for entry in of_states.values()) - sum(chosen.values())) / len(states)
     bands = {name.split("b")[1] for name in chosen}
-    choice = sum(float(np.mean([spent for name, spent in chosen.items() if name.endswith(f"b{band}")])) for band in bands)
+    choice = sum(
+        float(np.mean([spent for name, spent in chosen.items() if name.endswith(f"b{band}")])) for band in bands
+    )
     work = sum(entry["processor_seconds"] for entry in tasks.values())
     return BatchTiming(place, workers, seconds, work, stages, further, choice, same)
 

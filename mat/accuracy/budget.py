@@ -1,7 +1,7 @@
 """The error budget of a built database: each source of error switched on alone, and all together.
 
-The reference is the spectral integral over all points of the band, at the pixel itself, with temperatures solved there. Sources are
-those of DSTO-TN-0193; every one is the difference that it makes alone.
+The reference is the spectral integral over all points of the band, at the pixel itself, with temperatures solved there.
+Sources are those of DSTO-TN-0193; every one is the difference that it makes alone.
 """
 
 from __future__ import annotations
@@ -12,9 +12,23 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.accuracy.columns import temperatures_at
-from skyshine.mat.accuracy.options import FIELDS_OF_VIEW, Option, Seen, frame_errors, options_of_averages, options_of_frames
+from skyshine.mat.accuracy.options import (
+    FIELDS_OF_VIEW,
+    Option,
+    Seen,
+    frame_errors,
+    options_of_averages,
+    options_of_frames,
+)
 from skyshine.mat.accuracy.readings import Tables, frame_centres, vertices
-from skyshine.mat.accuracy.runtime import Finish, Readings, exact_normalisation, reflection, runtime_radiance, spectral_radiance
+from skyshine.mat.accuracy.runtime import (
+    Finish,
+    Readings,
+    exact_normalisation,
+    reflection,
+    runtime_radiance,
+    spectral_radiance,
+)
 from skyshine.mat.accuracy.viewing import Views, random_views
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.atmosphere_product import compiled_band, path_grid
@@ -166,7 +180,9 @@ class _Scene:
         lines = self.exact.spectral_at_points(*place, self.light)
         best = self._finish(views, views.normal)
         bounce = reflection(views, views.normal, best)
-        fine, own = (self._temperature(views, views.normal, views.surface_altitude, steps) for steps in (FINE_STEPS, self.steps))
+        fine, own = (
+            self._temperature(views, views.normal, views.surface_altitude, steps) for steps in (FINE_STEPS, self.steps)
+        )
         truth = spectral_radiance(lines, band, fine, self.reflectance, bounce)
         full, few = Readings.integrated(lines, band), Readings.of(self.few.at_points(*place, self.few_light))
         read = tables.readings(views)
@@ -196,19 +212,26 @@ class _Scene:
 
     def _temperature(self, views, normal, altitude, steps):
         slope, azimuth = self.tables.facing(normal)
-        return temperatures_at(self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps, given=self.given)
+        return temperatures_at(
+            self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps, given=self.given
+        )
 
     def _of_tables(self, budget, views, own, few, read, bounce):
         """Interpolation: of each quantity, then of all; against direct computation with the same points and solver."""
         tables, finish = self.tables, self.tables.finish
-        warm, cold = tables.blackbody(tables.temperature(views, views.normal, views.surface_altitude)), tables.blackbody(own)
+        warm, cold = (
+            tables.blackbody(tables.temperature(views, views.normal, views.surface_altitude)),
+            tables.blackbody(own),
+        )
         direct = runtime_radiance(few, cold, bounce, finish)
         budget.errors["temperature_table"] = runtime_radiance(few, warm, bounce, finish) - direct
         parts = vars(few)
         for name, key in (
-            ("beta_star_table", "transmittance"), ("path_radiance_table", "path_radiance_ratio"),
-            ("ambient_table", "ambient"), ("direct_table", "direct"),
-        ):  # fmt: skip
+            ("beta_star_table", "transmittance"),
+            ("path_radiance_table", "path_radiance_ratio"),
+            ("ambient_table", "ambient"),
+            ("direct_table", "direct"),
+        ):
             one = Readings(**{**parts, key: getattr(read, key)})
             budget.errors[name] = runtime_radiance(one, cold, bounce, finish) - direct
         budget.errors["tables"] = runtime_radiance(read, warm, bounce, finish) - direct
@@ -245,11 +268,15 @@ class _Scene:
             budget.errors[name] = values[chosen, row]
         budget.errors["all"] = together - budget.radiance
         cold = tables.blackbody(own)
-        budget.frames = frame_errors(tables, views, self.grid, offset, here, lambda read: runtime_radiance(read, cold, bounce, finish))
+        budget.frames = frame_errors(
+            tables, views, self.grid, offset, here, lambda read: runtime_radiance(read, cold, bounce, finish)
+        )
         budget.options |= options_of_frames(tables, views, self.grid, budget.frames, chosen)
 
     def _all_together(self, views, ends, read, centre, names):
-        """What the runtime shows: tables at the centre pixel, vertices, mean N_s, the materials that the textures name."""
+        """What the runtime shows: tables at the centre pixel, vertices, mean N_s, the materials that the textures
+        name.
+        """
         tables, finish, shown = self.tables, self.tables.finish, 0.0
         for end, weight in zip(ends, (1 - views.share, views.share)):
             tau = read.at_range(centre.range, end.range)

@@ -17,9 +17,16 @@ _BATCH = 24  # places whose altitudes x planes are set up together; only the pai
 
 
 def temperatures_at(
-    materials: Sequence[SurfaceMaterial], inputs: tuple[Site, Weather, Sky], altitude_km, azimuth_deg, slope_deg, time_h,
-    *, steps: int, given: Mapping[str, float | tuple[float, ...]] | None = None,
-) -> np.ndarray:  # fmt: skip
+    materials: Sequence[SurfaceMaterial],
+    inputs: tuple[Site, Weather, Sky],
+    altitude_km,
+    azimuth_deg,
+    slope_deg,
+    time_h,
+    *,
+    steps: int,
+    given: Mapping[str, float | tuple[float, ...]] | None = None,
+) -> np.ndarray:
     """Temperature of every material at every place.
 
     Parameters

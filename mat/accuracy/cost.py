@@ -1,7 +1,8 @@
 """What a build will take, estimated from its plan by a measured model.
 
-Constants are fits to builds of the starter job and of the default grid with one to 82 materials on one core of a 2.5 GHz server, in
-processor seconds; tests/validation/test_build_cost.py says how good they are. Another machine takes its own multiple.
+Constants are fits to builds of the starter job and of the default grid with one to 82 materials on one core of a 2.5
+GHz server, in processor seconds; tests/validation/test_build_cost.py says how good they are. Another machine takes its
+own multiple.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ from skyshine.mat.scene import absorption_table, air_of, response_of
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
 COMPILE_BAND, COMPILE_POINT = 0.5, 8.0e-4  # s for each band, and for each of its spectral points
-# s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44 points.
+# s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44
+# points.
 TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 6.3e-7, 0.028, 44
 COMPILED_POINTS = 64  # the most that a compiled band has
 MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABLE_POINTS
-# s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines beside the table's.
+# s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines
+# beside the table's.
 EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
 # s for the sky of a state, for each material under it, and for each distinct surface column, its forcing included.
 SKY, MATERIAL, COLUMN = 0.2, 0.02, 2.0e-5
@@ -46,7 +49,11 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
     columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
     weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
-    emission = (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km) if WEIGHTED_TRANSMITTANCE in job.extra_tables else 0.0
+    emission = (
+        (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km)
+        if WEIGHTED_TRANSMITTANCE in job.extra_tables
+        else 0.0
+    )
     files = sum(len(task.files) for task in plan.tasks)
     return {
         "compile": distinct_airs(loaded) * (COMPILE_BAND * len(points) + COMPILE_POINT * sum(points)),
@@ -62,4 +69,9 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
 def distinct_airs(loaded: LoadedJob) -> int:
     """For how many airs the points of the bands are chosen; moonlight is another each day."""
     job = loaded.job
-    return len({(air_of(state), (state.date or job.site.date) if "moon" in loaded.whole.sources else None) for state in job.states})
+    return len(
+        {
+            (air_of(state), (state.date or job.site.date) if "moon" in loaded.whole.sources else None)
+            for state in job.states
+        }
+    )

@@ -1,7 +1,8 @@
 """What a column-day costs in EnergyPlus, where the package ``pyenergyplus-lbnl`` is installed.
 
-A prism of walls that face all around and a roof, by conduction transfer functions at four steps an hour, under the package's own
-weather: a year, whose start is spread over all its days, and one day, repeated until it is periodic, as a temperature table wants it.
+A prism of walls that face all around and a roof, by conduction transfer functions at four steps an hour, under the
+package's own weather: a year, whose start is spread over all its days, and one day, repeated until it is periodic, as a
+temperature table wants it.
 """
 
 from __future__ import annotations
@@ -50,7 +51,10 @@ def package() -> Path | None:
 def _surface(name: str, kind: str, boundary: str, corners) -> str:
     exposure = "SunExposed, WindExposed" if boundary == "Outdoors" else "NoSun, NoWind"
     points = ", ".join(f"{value:.4f}" for corner in corners for value in corner)
-    return f"BuildingSurface:Detailed, {name}, {kind}, wall, inside, , {boundary}, , {exposure}, , {len(corners)}, {points};\n"
+    return (
+        f"BuildingSurface:Detailed, {name}, {kind}, wall, inside, , {boundary}, , {exposure}, , {len(corners)},"
+        f" {points};\n"
+    )
 
 
 def model(days: int, walls: int = WALLS) -> str:
@@ -67,7 +71,9 @@ def model(days: int, walls: int = WALLS) -> str:
 
 @dataclass(frozen=True)
 class Cost:
-    """Processor seconds of a column-day in a year and of a column of one periodic day, None where not measured; and about the run."""
+    """Processor seconds of a column-day in a year and of a column of one periodic day, None where not measured; and
+    about the run.
+    """
 
     year: float | None
     one_day: float | None

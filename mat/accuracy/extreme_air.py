@@ -55,14 +55,19 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
         float(np.max(spectrum * band.radiance_weight / band.weight) * band.weight.sum())
         for spectrum in (planck_wavenumber(band.wavenumber, hottest), sun / np.pi)
     )
-    from_beta = np.where(q.valid & (places[0] > 0), np.exp(-BETA_FACTOR * places[0] / q.beta_star) - q.transmittance, 0.0)
+    from_beta = np.where(
+        q.valid & (places[0] > 0), np.exp(-BETA_FACTOR * places[0] / q.beta_star) - q.transmittance, 0.0
+    )
     result = {
         "not finite": (float(np.count_nonzero(~np.isfinite(values))), 0.0),
         "below 0": (max(0.0, -float(values.min())), 0.0),
         "transmittance above 1": (float(q.transmittance.max()) - 1, 1e-12),
         "beta* over its cap": (float(q.beta_star.max()) / BETA_CAP_KM, 1.0),
         "transmittance of beta*": (float(np.abs(from_beta).max()), 1e-6),
-        "direct light over the brightest in space": (float(q.direct.max()) / light if light else float(q.direct.max()), 1 + _ROUNDING),
+        "direct light over the brightest in space": (
+            float(q.direct.max()) / light if light else float(q.direct.max()),
+            1 + _ROUNDING,
+        ),
     }
     if not light:  # nothing but emission: no path is brighter than a black body as warm as the warmest air or ground
         result["path over a black body"] = (float(q.path_radiance_ratio.max()) / black if black else 0.0, 1 + _ROUNDING)
@@ -70,9 +75,13 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
 
 
 def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Sun and Moon anywhere at any time within two centuries, and what of sunlight and of the sky's own heat reaches the ground."""
+    """Sun and Moon anywhere at any time within two centuries, and what of sunlight and of the sky's own heat reaches
+    the ground.
+    """
     latitude = float(generator.choice([-90.0, 90.0, generator.uniform(-90, 90)]))
-    moments = np.datetime64("2000-01-01") + (generator.uniform(-_FARTHEST_DAYS, _FARTHEST_DAYS, 3) * 86_400).astype("timedelta64[s]")
+    moments = np.datetime64("2000-01-01") + (generator.uniform(-_FARTHEST_DAYS, _FARTHEST_DAYS, 3) * 86_400).astype(
+        "timedelta64[s]"
+    )
     place = latitude, float(generator.uniform(-180, 180)), float(generator.choice([0.0, -430.0, 8848.0]))
     sun, moon = (position(source, moments, *place) for source in SOURCES)
     seen = np.concatenate([np.concatenate(list(vars(source).values())) for source in (sun, moon)])
@@ -80,7 +89,9 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     low, high = state.altitude[[0, -1]]
     heights = np.unique([low, generator.uniform(low, high)])
     elevation = _extreme(generator, sun.elevation, (-90.0, 0.0, 90.0))
-    fluxes = broadband_fluxes(state, heights, np.unique(elevation), float(generator.choice([0.0, 0.2, 1.0])), sun_distance=0.98)
+    fluxes = broadband_fluxes(
+        state, heights, np.unique(elevation), float(generator.choice([0.0, 0.2, 1.0])), sun_distance=0.98
+    )
     values = np.concatenate([part.ravel() for part in (fluxes.longwave_down, fluxes.direct_normal, fluxes.diffuse)])
     black = STEFAN_BOLTZMANN * max(float(state.temperature.max()), float(state.surface_temperature)) ** 4
     limit = _SOLAR / 0.98**2
@@ -119,18 +130,26 @@ def _any_state(generator) -> AtmosphericState:
         air_mass=int(generator.integers(1, 11)),
         stratosphere=str(generator.choice(list(STRATOSPHERES))),
         clouds=[_random_cloud(generator) for _ in range(generator.choice([0, 0, 1, 3]))],
-        rain=RainLayer(float(np.exp(generator.uniform(*np.log(RATES)))), generator.uniform(20.0, 15e3)) if generator.random() < 0.3 else None,
+        rain=RainLayer(float(np.exp(generator.uniform(*np.log(RATES)))), generator.uniform(20.0, 15e3))
+        if generator.random() < 0.3
+        else None,
         surface_temperature=float(generator.uniform(180, 350)),
         surface_albedo=float(generator.choice([0.0, 0.1, 1.0])),
     )
 
 
 def _random_cloud(generator) -> CloudLayer:
-    """From nothing to more than any sky holds, in the thinnest and the thickest layers, at any height whatever the air there."""
+    """From nothing to more than any sky holds, in the thinnest and the thickest layers, at any height whatever the air
+    there.
+    """
     phase = str(generator.choice(PHASES))
     thickness = float(np.exp(generator.uniform(np.log(THINNEST), np.log(TOP_LIMIT / 2))))
     base = float(generator.choice([0.0, generator.uniform(0.0, TOP_LIMIT - thickness)]))
-    depth = float(generator.choice([0.0, np.exp(generator.uniform(np.log(1e-4), np.log(LARGEST_OPTICAL_DEPTH))), LARGEST_OPTICAL_DEPTH]))
+    depth = float(
+        generator.choice(
+            [0.0, np.exp(generator.uniform(np.log(1e-4), np.log(LARGEST_OPTICAL_DEPTH))), LARGEST_OPTICAL_DEPTH]
+        )
+    )
     return CloudLayer(phase, base, base + thickness, float(generator.uniform(*RADII[phase])), depth)
 
 

@@ -18,7 +18,9 @@ def band_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     low = float(np.exp(generator.uniform(np.log(0.3), np.log(900.0))))
     width = float(np.exp(generator.uniform(np.log(1e-6), np.log(3.0))))
     count = int(generator.choice([2, 3, 50]))
-    response = SpectralResponse(low * np.linspace(1, 1 + width, count), np.append(generator.uniform(0, 1, count - 1), 1.0))
+    response = SpectralResponse(
+        low * np.linspace(1, 1 + width, count), np.append(generator.uniform(0, 1, count - 1), 1.0)
+    )
     kelvin = np.sort(np.exp(generator.uniform(0.0, np.log(1e4), 12)))
     radiance = band_radiance(response, kelvin)
     seen = radiance > 1e-290  # below, radiance has fewer digits than a number holds
@@ -48,14 +50,19 @@ def lobe_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     return {
         "not finite": (float(sum(np.count_nonzero(~np.isfinite(a)) for a in (area, scale, lobe, against))), 0.0),
         "integral over the hemisphere, over 2 pi": (float(np.max(area)) / (2 * np.pi), 1.0),
-        "integral or scale not above 0": (max(0.0, -float(min(area.min(), scale.min()))) + float(np.any(area == 0) or np.any(scale == 0)), 0.0),
+        "integral or scale not above 0": (
+            max(0.0, -float(min(area.min(), scale.min()))) + float(np.any(area == 0) or np.any(scale == 0)),
+            0.0,
+        ),
         "lobe above 1": (max(0.0, float(lobe.max()) - 1), 0.0),
         "lobe the other way round": (float(np.max(np.abs(lobe - other_way))), 1e-12),
     }
 
 
 def table_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Tables of up to five axes, nodes a hair or a continent apart, values of any size; read inside, on and beyond the nodes."""
+    """Tables of up to five axes, nodes a hair or a continent apart, values of any size; read inside, on and beyond the
+    nodes.
+    """
     rules = [_random_axis(generator, number) for number in range(int(generator.integers(1, 6)))]
     values = 10.0 ** generator.uniform(-300, 300, [rule.nodes.size for rule in rules]) * generator.choice([-1.0, 1.0])
     where = {}
@@ -75,7 +82,10 @@ def table_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]
             refused = True
     return {
         "not finite": (float(np.count_nonzero(~np.isfinite(read))), 0.0),
-        "outside the nodes' values, relative": (float(max(read.max() - values.max(), values.min() - read.min(), 0.0)) / scale, 1e-12),
+        "outside the nodes' values, relative": (
+            float(max(read.max() - values.max(), values.min() - read.min(), 0.0)) / scale,
+            1e-12,
+        ),
         # An axis that repeats rounds to its length.
         "a node read back, relative": (float(abs(corner.item() - values[(-1,) * values.ndim])) / scale, 1e-6),
         "values beyond the axis that were read": (float(not refused), 0.0),

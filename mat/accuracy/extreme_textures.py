@@ -30,7 +30,10 @@ def classifier_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
         if generator.random() < 0.3:
             centre = np.array([50.0, 0.0, 0.0])  # several materials of the very same colour
         across = generator.normal(size=(1, 3)) if generator.random() < 0.3 else np.ones((1, 3))
-        seeds.append(centre + spread * generator.normal(size=(size, 1 if across.any() and generator.random() < 0.5 else 3)) * across)
+        seeds.append(
+            centre
+            + spread * generator.normal(size=(size, 1 if across.any() and generator.random() < 0.5 else 3)) * across
+        )
         number += [material] * size
     names = tuple(f"m{k}" for k in range(count))
     prior = {name: float(np.exp(generator.uniform(-20, 20))) for name in names}
@@ -44,7 +47,9 @@ def classifier_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
 
 
 def texture_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """A texture of one texel to several windows, in any type, mapped in any of the ways that need no training set, and read back."""
+    """A texture of one texel to several windows, in any type, mapped in any of the ways that need no training set, and
+    read back.
+    """
     library = load_library()
     with tempfile.TemporaryDirectory() as folder:
         height, width = (int(generator.choice([1, 2, 3, generator.integers(4, _LARGEST)])) for _ in range(2))
@@ -89,8 +94,14 @@ def _random_pixels(generator, height: int, width: int) -> np.ndarray:
 def _random_way(generator, height: int, width: int) -> dict:
     """One of the ways of a texture job, with polygons of one texel to the whole texture."""
     way = str(generator.choice(["material", "seeds", "clusters", "palette", "rules"]))
-    chosen = [str(name) for name in generator.choice(_MATERIALS, int(generator.integers(1, len(_MATERIALS) + 1)), replace=False)]
-    settings = {"radius": int(generator.choice([0, 1, 8, 127])), "confidence_threshold": float(generator.choice([0.0, 0.5, 1.0]))}
+    chosen = [
+        str(name)
+        for name in generator.choice(_MATERIALS, int(generator.integers(1, len(_MATERIALS) + 1)), replace=False)
+    ]
+    settings = {
+        "radius": int(generator.choice([0, 1, 8, 127])),
+        "confidence_threshold": float(generator.choice([0.0, 0.5, 1.0])),
+    }
     if way == "material":
         return {"material": chosen[0]}
     if way == "seeds":
@@ -101,9 +112,17 @@ def _random_way(generator, height: int, width: int) -> dict:
         return {"seeds": {"polygons": polygons}, "classifier": settings}
     if way == "clusters":
         count = int(generator.integers(1, 6))
-        return {"clusters": {"count": count, "names": {1: chosen[0]}, "random_seed": int(generator.integers(100))}, "classifier": settings}
+        return {
+            "clusters": {"count": count, "names": {1: chosen[0]}, "random_seed": int(generator.integers(100))},
+            "classifier": settings,
+        }
     if way == "palette":
-        colours = {f"#{int(value):06X}": name for value, name in zip(generator.integers(0, 1 << 24, len(chosen)), chosen)}
+        colours = {
+            f"#{int(value):06X}": name for value, name in zip(generator.integers(0, 1 << 24, len(chosen)), chosen)
+        }
         return {"palette": {"colours": colours, "match": str(generator.choice(["exact", "nearest"]))}}
-    ranges = [{"material": name, "when": {"lightness": {"at_least": 100.0 * k / len(chosen)}}} for k, name in enumerate(chosen)]
+    ranges = [
+        {"material": name, "when": {"lightness": {"at_least": 100.0 * k / len(chosen)}}}
+        for k, name in enumerate(chosen)
+    ]
     return {"rules": {"rules": ranges}}

@@ -1,15 +1,17 @@
 """Grids of the atmospheric tables by tolerance: for each quantity the axes that hold it.
 
-Each axis is first looked at by itself: along it the quantity is computed at many places, at random values of the other axes, and the
-fewest of the places are kept that hold the tolerance. Then the table is measured on random lines of sight, and where it is worse, cells of
-the axis that bends most there are halved, those first that help most for their cost, until fresh lines show that the tolerance holds.
+Each axis is first looked at by itself: along it the quantity is computed at many places, at random values of the other
+axes, and the fewest of the places are kept that hold the tolerance. Then the table is measured on random lines of
+sight, and where it is worse, cells of the axis that bends most there are halved, those first that help most for their
+cost, until fresh lines show that the tolerance holds.
 
 The path radiance is placed by scattering angle where the job's azimuths go all the way round.
 
-Direct light begins with a step when the source rises over the horizon of a surface, at an elevation that falls with the surface's height. No
-grid of linear cells holds a step to twice a tolerance: in cells with the horizon inside, the tolerance bounds the share of reads that are
-worse, not the worst of them, and what is left is measured apart. Of other reads of path radiance and direct light, too, a few in ten thousand may be
-worse than twice: lines that skim the ground towards a low Sun.
+Direct light begins with a step when the source rises over the horizon of a surface, at an elevation that falls with the
+surface's height. No grid of linear cells holds a step to twice a tolerance: in cells with the horizon inside, the
+tolerance bounds the share of reads that are worse, not the worst of them, and what is left is measured apart. Of other
+reads of path radiance and direct light, too, a few in ten thousand may be worse than twice: lines that skim the ground
+towards a low Sun.
 """
 
 from __future__ import annotations
@@ -37,10 +39,12 @@ _GROWTH, _FAST_GROWTH, _SMALL = 1.6, 2.5, 100_000  # of a table in one pass, at 
 # Lines in each draw: few for sky light, which takes as long as all the rest.
 _LINES = {"beta_star": 2000, "path_radiance_ratio": 1000, "ambient": 240, "direct": 2000}
 _CAUTION = {"ambient_radiance": 0.6}  # of the tolerance, where so few reads do not show how bad the worst of others is
-_OVER = 0.003  # of the reads of a quantity may be worse than the tolerance: those of all four together are then less than 1 %
+# of the reads of a quantity may be worse than the tolerance: those of all four together are then less than 1 %
+_OVER = 0.003
 _MARGIN = 0.95  # of the tolerance, there: other points are a little worse
 _WORST = 1.6  # tolerances: the worst of a thousand other points may be as much as two
-# Of the reads of a quantity, those that may be worse even so: where the sun shines along the horizon, no bearable table holds the last.
+# Of the reads of a quantity, those that may be worse even so: where the sun shines along the horizon, no bearable table
+# holds the last.
 _FAR = {"path_radiance_ratio": 1.5e-4, "direct_radiance": 1.5e-4}
 
 
@@ -52,9 +56,11 @@ class Placed:
     ----------
     table : Gridded
     p99, maximum : float
-        Of the error at random points, in the tolerance's unit; the largest without direct light in cells with the source's rise inside.
+        Of the error at random points, in the tolerance's unit; the largest without direct light in cells with the
+        source's rise inside.
     horizon_share, horizon_maximum : float
-        Of the points, those where direct light is worse than the tolerance in a cell with the source's rise inside; its largest error there.
+        Of the points, those where direct light is worse than the tolerance in a cell with the source's rise inside; its
+        largest error there.
     uniform : tuple of int
         Nodes that each axis would take, spaced equally (ranges in their logarithm), to be as good along it.
     """
@@ -77,7 +83,13 @@ ProbesOf = Callable[[np.random.Generator, str, int], Probes]
 
 
 def placed_grids(
-    table_of: TableOf, probes_of: ProbesOf, base: PathGrid, scales: Mapping[str, tuple[Scale, float]], *, seed: int, most: int
+    table_of: TableOf,
+    probes_of: ProbesOf,
+    base: PathGrid,
+    scales: Mapping[str, tuple[Scale, float]],
+    *,
+    seed: int,
+    most: int,
 ) -> dict[str, Placed]:
     """For each quantity the fewest nodes, between the ends of a job's axes, that hold its tolerance.
 
@@ -101,11 +113,14 @@ def placed_grids(
     """
     return {
         name: _placed(name, table_of, probes_of, base, *scales[name], np.random.default_rng([seed, 3, number]), most)
-        for number, name in enumerate(QUANTITIES) if name in scales
-    }  # fmt: skip
+        for number, name in enumerate(QUANTITIES)
+        if name in scales
+    }
 
 
-def _placed(name: str, table_of: TableOf, probes_of: ProbesOf, base, scale, tolerance: float, generator, most: int) -> Placed:
+def _placed(
+    name: str, table_of: TableOf, probes_of: ProbesOf, base, scale, tolerance: float, generator, most: int
+) -> Placed:
     (key, count), asked, tolerance = QUANTITIES[name], tolerance, tolerance * _CAUTION.get(name, 1.0)
     if name == "path_radiance_ratio" and base.source_azimuth_deg[0] == 0 and base.source_azimuth_deg[-1] == 180:
         base = ScatteringGrid(*(getattr(base, field) for field in FIELDS[:4]), _ANGLES)
@@ -121,19 +136,22 @@ def _placed(name: str, table_of: TableOf, probes_of: ProbesOf, base, scale, tole
         grid = type(base)(*axes, *(getattr(base, field)[:1] for field in FIELDS[count:]))
         quantities = table_of(grid, key)
         table = Gridded(grid, getattr(quantities, key), quantities.valid)
-        # Lines that were measured before are measured again, so that what is mended stays mended; whether it holds, fresh lines say.
+        # Lines that were measured before are measured again, so that what is mended stays mended; whether it holds,
+        # fresh lines say.
         lines += [probes_of(generator, key, _LINES[key]) for _ in range(_DRAWS)]
         errors = [_Measured.of(name, table, probes, scale, tolerance) for probes in lines]
         found = _Measured.together(errors[-_DRAWS:])
         if found.holds:
-            return Placed(table, *found.summary, tuple(profile.uniform(nodes) for profile, nodes in zip(profiles, axes)))
+            return Placed(
+                table, *found.summary, tuple(profile.uniform(nodes) for profile, nodes in zip(profiles, axes))
+            )
         axes, guilty = _halved(name, table, lines, errors, [profile.logarithmic for profile in profiles])
     error = f" after an error of {found.summary[0]:.2g} (99 %), {found.summary[1]:.2g} (worst)" if found else ""
     axis = FIELDS[int(np.argmax([nodes.size for nodes in axes])) if guilty is None else guilty].rsplit("_", 1)[0]
     raise CheckFailed(
-        f"atmosphere_grid.tolerance {asked:g} cannot be held for {name} with {most:,} nodes: it takes more than "
-        f"{' x '.join(str(nodes.size) for nodes in axes)} = {_size(axes):,}{error}, most for the {axis.replace('_', ' ')}; raise it, shorten that "
-        "axis, or allow more with atmosphere_grid.most_nodes"
+        f"atmosphere_grid.tolerance {asked:g} cannot be held for {name} with {most:,} nodes: it takes more than"
+        f" {' x '.join(str(nodes.size) for nodes in axes)} = {_size(axes):,}{error}, most for the"
+        f" {axis.replace('_', ' ')}; raise it, shorten that axis, or allow more with atmosphere_grid.most_nodes"
     )
 
 
@@ -143,7 +161,9 @@ def _size(axes: list[np.ndarray]) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """Errors of a quantity in tolerances at n points: 0 behind the ground; where the source rises in the cell; how many are above ground."""
+    """Errors of a quantity in tolerances at n points: 0 behind the ground; where the source rises in the cell; how many
+    are above ground.
+    """
 
     name: str
     error: np.ndarray
@@ -161,7 +181,9 @@ class _Measured:
 
     @classmethod
     def together(cls, parts: list[_Measured]) -> _Measured:
-        error, rising = (np.concatenate([np.ravel(getattr(part, name)) for part in parts]) for name in ("error", "rising"))
+        error, rising = (
+            np.concatenate([np.ravel(getattr(part, name)) for part in parts]) for name in ("error", "rising")
+        )
         return cls(parts[0].name, error, rising, sum(part.counts for part in parts), parts[0].tolerance)
 
     @property
@@ -176,23 +198,36 @@ class _Measured:
 
     @property
     def summary(self) -> tuple[float, float, float, float]:
-        """99th percentile, largest off the horizon, share of reads worse on the horizon and largest there; in the tolerance's unit."""
+        """99th percentile, largest off the horizon, share of reads worse on the horizon and largest there; in the
+        tolerance's unit.
+        """
         ranked, rank = np.sort(self.error, axis=None), int(0.01 * self.counts)
         p99 = ranked[max(ranked.size - 1 - rank, 0)] if ranked.size else 0.0
         largest = [np.max(self.error, where=where, initial=0.0) for where in (~self.rising, self.rising)]
         share = np.count_nonzero(self.rising & (self.error > 1)) / max(self.counts, 1)
-        return float(p99 * self.tolerance), float(largest[0] * self.tolerance), share, float(largest[1] * self.tolerance)
+        return (
+            float(p99 * self.tolerance),
+            float(largest[0] * self.tolerance),
+            share,
+            float(largest[1] * self.tolerance),
+        )
 
 
 def _halved(
     name: str, table: Gridded, lines: list[Probes], errors: list[_Measured], logarithmic: list[bool]
-) -> tuple[list[np.ndarray], int | None]:  # fmt: skip
+) -> tuple[list[np.ndarray], int | None]:
     """Axes with the cells halved that are to blame for the worst reads, and the axis most to blame."""
     many, parts = _Measured.together(errors).too_many, []
     for probes, found in zip(lines, errors):
         bad = (found.error > _MARGIN) & (many | ~found.rising)
         located = table.located(probes.at(name))
-        parts.append(({axis: np.broadcast_to(value, bad.shape)[bad] for axis, value in located.items()}, found.error[bad], found.rising[bad]))
+        parts.append(
+            (
+                {axis: np.broadcast_to(value, bad.shape)[bad] for axis, value in located.items()},
+                found.error[bad],
+                found.rising[bad],
+            )
+        )
     places = {axis: np.concatenate([part[0][axis] for part in parts]) for axis in table.axes}
     error, rising = (np.concatenate([part[number] for part in parts]) for number in (1, 2))
     blame = np.stack([_bend(table, places, axis) for axis in range(len(table.nodes))])
@@ -212,7 +247,9 @@ def _halved(
     for axis, cell in sorted(score, key=lambda key: -score[key]):
         low, high = table.nodes[axis][cell], table.nodes[axis][cell + 1]
         axes[axis].append(np.sqrt(low * high) if logarithmic[axis] else (low + high) / 2)
-        if np.prod([len(nodes) / n for nodes, n in zip(axes, size)]) > (_GROWTH if np.prod(size) > _SMALL else _FAST_GROWTH):
+        if np.prod([len(nodes) / n for nodes, n in zip(axes, size)]) > (
+            _GROWTH if np.prod(size) > _SMALL else _FAST_GROWTH
+        ):
             break
     guilty = int(np.argmax(np.bincount(worst, error**2, len(axes)))) if worst.size else None
     return [np.unique(nodes) for nodes in axes], guilty

@@ -35,7 +35,9 @@ class ErrorMeasure:
 
 
 def measure(quantity: str, error: np.ndarray, kelvin: np.ndarray) -> ErrorMeasure:
-    """Summarise errors (n,) in own units and the same in kelvin; not a number where there was no point to measure at."""
+    """Summarise errors (n,) in own units and the same in kelvin; not a number where there was no point to measure
+    at.
+    """
     size = np.abs(np.ravel(error)), np.abs(np.ravel(kelvin))
     if not size[0].size:
         return ErrorMeasure(quantity, 0, *[float("nan")] * 6)
@@ -74,11 +76,13 @@ def accuracy_group(measures: Sequence[ErrorMeasure], extra: Mapping[str, Variabl
     }
     variables |= {
         f"{name}_kelvin": Variable(
-            ("quantity",), np.array([getattr(m, f"{name}_kelvin") for m in measures]), "K",
+            ("quantity",),
+            np.array([getattr(m, f"{name}_kelvin") for m in measures]),
+            "K",
             f"{words[name]}, as equivalent temperature",
         )
         for name in own
-    }  # fmt: skip
+    }
     variables["points"] = Variable(
         ("quantity",), np.array([m.points for m in measures], np.int64), "1", "points at which the error was measured"
     )

@@ -58,9 +58,12 @@ def merged_intervals(points, width: float, gases):
         member = np.flatnonzero(group[points.interval] == number)
         own = points.weight[member]
         chosen, share, _ = select_points(
-            rows[:, member].T, rows[:, member] @ own / own.sum(),
-            tolerance=_TOLERANCE, max_points=_MOST_POINTS, total_weight=own.sum(),
-        )  # fmt: skip
+            rows[:, member].T,
+            rows[:, member] @ own / own.sum(),
+            tolerance=_TOLERANCE,
+            max_points=_MOST_POINTS,
+            total_weight=own.sum(),
+        )
         order = np.argsort(member[chosen])
         index.append(member[chosen][order])
         weight.append(share[order])

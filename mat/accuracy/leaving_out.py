@@ -1,4 +1,6 @@
-"""What leaving out saves and changes: a job built as it is and built whole, and both read at random places of what it needs."""
+"""What leaving out saves and changes: a job built as it is and built whole, and both read at random places of what it
+needs.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,10 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
     seed : int
         Of the places that are read.
     """
-    job, everything = (one.model_copy(update={"output": one.output.model_copy(update={"pictures": False})}) for one in (loaded.job, loaded.whole))
+    job, everything = (
+        one.model_copy(update={"output": one.output.model_copy(update={"pictures": False})})
+        for one in (loaded.job, loaded.whole)
+    )
     update = {"needs": None, "accuracy": everything.accuracy.model_copy(update={"negligible_k": 0.0})}
     everything = everything.model_copy(update=update | ({"materials": "all"} if everything.materials == "used" else {}))
     costs = {}
@@ -94,7 +99,9 @@ def _differences(kept_file: Path, whole_file: Path, generator) -> dict[str, tupl
     return found
 
 
-def _seen_differences(kept: AtmosphereTable, whole: AtmosphereTable, places: dict[str, np.ndarray]) -> dict[str, tuple[float, float]]:
+def _seen_differences(
+    kept: AtmosphereTable, whole: AtmosphereTable, places: dict[str, np.ndarray]
+) -> dict[str, tuple[float, float]]:
     """Of radiances at the observer, K, where light or particles are left out.
 
     Beyond what single precision, or other steps along lines whose ranges are left out, change.

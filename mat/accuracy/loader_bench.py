@@ -1,4 +1,6 @@
-"""How fast a table is read: interpolated values a second of processor time, beside scipy's interpolator on the same table."""
+"""How fast a table is read: interpolated values a second of processor time, beside scipy's interpolator on the same
+table.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ REPEATS = 3  # the fastest is kept: other programs on the machine only ever slow
 
 @dataclass(frozen=True)
 class LoaderBench:
-    """Values a second of one core, and the largest difference of the two results relative to the table's largest value."""
+    """Values a second of one core, and the largest difference of the two results relative to the table's largest
+    value.
+    """
 
     shape: tuple[int, ...]
     values_per_second: float

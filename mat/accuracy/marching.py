@@ -1,7 +1,7 @@
 """Surface temperatures by marching in time through finite differences, as commonly done: peers for the bench.
 
-A skin and some cells a layer, stepped day after day of the same forcing until the start is forgotten, explicitly or by a theta
-scheme with one Newton step of the surface balance. Vectorised over columns; the backs of the stacks are steady.
+A skin and some cells a layer, stepped day after day of the same forcing until the start is forgotten, explicitly or by
+a theta scheme with one Newton step of the surface balance. Vectorised over columns; the backs of the stacks are steady.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ _SURFACE_CONDUCTANCE = 40.0
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Nodes of a stack: capacity of each [J m^-2 K^-1], conductance behind each [W m^-2 K^-1]; the last leads to the back."""
+    """Nodes of a stack: capacity of each [J m^-2 K^-1], conductance behind each [W m^-2 K^-1]; the last leads to the
+    back.
+    """
 
     capacity: np.ndarray
     conductance: np.ndarray
@@ -86,7 +88,9 @@ def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, ce
     balances = _at_times(forcing, material, steps)
     storage = grid.capacity * (steps / DAY)
     drive = back_drive(material, forcing, np.zeros(1))
-    temperature = np.repeat(np.mean(np.atleast_2d(forcing.air_temperature), axis=1, keepdims=True), len(storage), axis=1)
+    temperature = np.repeat(
+        np.mean(np.atleast_2d(forcing.air_temperature), axis=1, keepdims=True), len(storage), axis=1
+    )
     temperature = np.broadcast_to(temperature, (forcing.shape[0], len(storage))).copy()
     exchange = grid.exchange
     implicit = np.linalg.inv(np.diag(storage) + theta * exchange)

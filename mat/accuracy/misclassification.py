@@ -1,8 +1,9 @@
 """What a texel of the wrong material costs: error of the surface's band radiance and of its equivalent temperature.
 
-Source 8 of error. A surface of material m at clock time t sends, at range 0, L_m(t) = L_bb(T_m(t)) (1 - rho_m), equation (6) of
-DSTO-TN-0193, and, where the light of the sky is known, + L_ambient(t) rho_m, equation (19). A texel taken for material j in place of
-i is wrong by L_j(t) - L_i(t); its equivalent temperature is that of a black body of the same band radiance.
+Source 8 of error. A surface of material m at clock time t sends, at range 0, L_m(t) = L_bb(T_m(t)) (1 - rho_m),
+equation (6) of DSTO-TN-0193, and, where the light of the sky is known, + L_ambient(t) rho_m, equation (19). A texel
+taken for material j in place of i is wrong by L_j(t) - L_i(t); its equivalent temperature is that of a black body of
+the same band radiance.
 """
 
 from __future__ import annotations
@@ -157,17 +158,24 @@ def _ambient(surface: TemperatureTable, air: AtmosphereTable, band: BandTable, t
     response = band.root.axes["wavelength"].values
     if not np.allclose(limits, [response[0], response[-1]], rtol=1e-3):
         raise InputError(
-            f"is of {limits[0]:g}-{limits[-1]:g} um; allowed: the band of {band.path.name}, {response[0]:g}-{response[-1]:g} um",
+            f"is of {limits[0]:g}-{limits[-1]:g} um; allowed: the band of {band.path.name},"
+            f" {response[0]:g}-{response[-1]:g} um",
             file=air.path,
         )
     axes = air.root.axes
-    place = {"range": axes["range"].values[0], "altitude": axes["altitude"].values[0], "elevation": axes["elevation"].values[-1]}
+    place = {
+        "range": axes["range"].values[0],
+        "altitude": axes["altitude"].values[0],
+        "elevation": axes["elevation"].values[-1],
+    }
     elevation = sun_elevation(surface, times)
     return air.value("ambient_radiance", **place, source_elevation=elevation, out_of_range="clamp")
 
 
 def sun_elevation(surface: TemperatureTable, times: np.ndarray) -> np.ndarray:
-    """Elevation (T,) of the Sun in degree at local clock times in h, on the day and at the site of a temperature table."""
+    """Elevation (T,) of the Sun in degree at local clock times in h, on the day and at the site of a temperature
+    table.
+    """
     from skyshine.mat.atmosphere.ephemeris import position
 
     site = yaml.safe_load(surface.attributes["job"])["site"]
@@ -211,9 +219,13 @@ def misclassification_cost(confusion: np.ndarray, surface: SurfaceRadiance) -> M
     radiance = surface.radiance[found] - surface.radiance[true]
     kelvin = surface.equivalent[found] - surface.equivalent[true]
     return MisclassificationCost(
-        surface.times, int(weights.sum()), unknown, _by_time(radiance, weights), _by_time(kelvin, weights),
+        surface.times,
+        int(weights.sum()),
+        unknown,
+        _by_time(radiance, weights),
+        _by_time(kelvin, weights),
         _pairs(surface, true, found, weights, radiance, kelvin),
-    )  # fmt: skip
+    )
 
 
 def _by_time(error: np.ndarray, weights: np.ndarray) -> ErrorByTime:
@@ -224,9 +236,14 @@ def _by_time(error: np.ndarray, weights: np.ndarray) -> ErrorByTime:
     p95 = np.array([_quantile(column, weights) for column in size.T])
     every = np.repeat(weights, error.shape[1])
     return ErrorByTime(
-        weights @ error / total, rms, p95, size.max(axis=0),
-        float(np.sqrt(np.mean(rms**2))), _quantile(size.ravel(), every), float(size.max()),
-    )  # fmt: skip
+        weights @ error / total,
+        rms,
+        p95,
+        size.max(axis=0),
+        float(np.sqrt(np.mean(rms**2))),
+        _quantile(size.ravel(), every),
+        float(size.max()),
+    )
 
 
 def _quantile(values: np.ndarray, weights: np.ndarray) -> float:
@@ -246,9 +263,14 @@ def _pairs(surface, true, found, weights, radiance, kelvin) -> list[Pair]:
         worst = int(np.argmax(np.abs(kelvin[n])))
         pairs.append(
             Pair(
-                surface.names[true[n]], surface.names[found[n]], int(weights[n]), float(np.sqrt(np.mean(radiance[n] ** 2))),
-                float(np.sqrt(np.mean(kelvin[n] ** 2))), float(kelvin[n, worst]), float(surface.times[worst]),
+                surface.names[true[n]],
+                surface.names[found[n]],
+                int(weights[n]),
+                float(np.sqrt(np.mean(radiance[n] ** 2))),
+                float(np.sqrt(np.mean(kelvin[n] ** 2))),
+                float(kelvin[n, worst]),
+                float(surface.times[worst]),
                 float(squared[n] / total),
             )
-        )  # fmt: skip
+        )
     return pairs

@@ -1,7 +1,8 @@
 """What a runtime gains that reads more than the classic tables, and what that costs it.
 
-Each option is measured where it acts: the same error before and after. Tables that the job's build has written are read as a runtime reads
-them, interpolation included, on both sides; what it has not written is computed exactly on both sides.
+Each option is measured where it acts: the same error before and after. Tables that the job's build has written are read
+as a runtime reads them, interpolation included, on both sides; what it has not written is computed exactly on both
+sides.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ class Cost:
     seconds : float or None
         Of its build; None where it was not built, where its record is lost, or where it is part of another table's.
     per_frame, per_pixel : float
-        Table values that a runtime reads beyond the 72 a frame of the classic tables (fewer where an axis has one node); not a number
-        where the number of classes is not known.
+        Table values that a runtime reads beyond the 72 a frame of the classic tables (fewer where an axis has one
+        node); not a number where the number of classes is not known.
     """
 
     bytes: int | None
@@ -126,7 +127,9 @@ def _shown(tables, seen, readings: Readings, emitted_transmittance: np.ndarray) 
 
 
 def _weighted_transmittance(tables, seen) -> Option:
-    """Beside the weighted reflectances, which it goes with; what is left without interpolation is measured in the thermal term alone."""
+    """Beside the weighted reflectances, which it goes with; what is left without interpolation is measured in the
+    thermal term alone.
+    """
     emitted = seen.glow * (1 - tables.weighted_reflectance(seen.kelvin)[0])
     thermal = spectral_thermal(seen.lines.transmittance, seen.band, seen.kelvin, seen.reflectance)
     exact = emitted * seen.full.transmittance - thermal, emitted * _exact(seen) - thermal
@@ -136,7 +139,9 @@ def _weighted_transmittance(tables, seen) -> Option:
     own = read.transmittance, tables.emitted_transmittance(seen.views, seen.kelvin)
     axes, path = tables.thermal.root.axes, tables.thermal.path
     groups, nodes = (axes[name].values.size for name in ("material_class", "planck_temperature"))
-    cost = Cost(path.stat().st_size, _seconds(path), groups * nodes * _corners(tables.thermal.root, "beta_star_thermal") // 2, 4)
+    cost = Cost(
+        path.stat().st_size, _seconds(path), groups * nodes * _corners(tables.thermal.root, "beta_star_thermal") // 2, 4
+    )
     return Option(*(_shown(tables, seen, read, tau) - seen.truth for tau in own), True, cost, exact)
 
 
@@ -145,7 +150,9 @@ def _exact(seen) -> np.ndarray:
     found = np.empty(seen.kelvin.shape)
     for row, kelvins in enumerate(seen.kelvin):
         for column, kelvin in enumerate(kelvins):
-            found[row, column] = emission_weights(seen.band, seen.reflectance[[column]], kelvin)[0] @ seen.lines.transmittance[row]
+            found[row, column] = (
+                emission_weights(seen.band, seen.reflectance[[column]], kelvin)[0] @ seen.lines.transmittance[row]
+            )
     return found
 
 
@@ -154,19 +161,31 @@ def _by_angle(tables, seen, normalisation) -> dict[str, Option]:
 
     def left(values) -> np.ndarray:
         lobes = Finish(finish.reflectance, finish.specular_fraction, finish.shininess, values)
-        return runtime_radiance(seen.full, seen.glow, reflection(seen.views, seen.views.normal, lobes), finish) - seen.base
+        return (
+            runtime_radiance(seen.full, seen.glow, reflection(seen.views, seen.views.normal, lobes), finish) - seen.base
+        )
 
     coarse = Option(
-        normalisation, left(tables.normalisation_at(cosine)), True, Cost(tables.band.stored_bytes("normalisation_by_angle"), None, 0, 2)
+        normalisation,
+        left(tables.normalisation_at(cosine)),
+        True,
+        Cost(tables.band.stored_bytes("normalisation_by_angle"), None, 0, 2),
     )
     if "normalisation_fine" not in tables.band.root.variables:
-        return {"normalisation_in_steps": coarse, NORMALISATION_BY_ANGLE: Option(normalisation, 0 * normalisation, False, Cost(None, None, 0, 2))}
-    cost = Cost(tables.band.stored_bytes("normalisation_fine"), _seconds(tables.band.path, NORMALISATION_BY_ANGLE), 0, 2)
+        return {
+            "normalisation_in_steps": coarse,
+            NORMALISATION_BY_ANGLE: Option(normalisation, 0 * normalisation, False, Cost(None, None, 0, 2)),
+        }
+    cost = Cost(
+        tables.band.stored_bytes("normalisation_fine"), _seconds(tables.band.path, NORMALISATION_BY_ANGLE), 0, 2
+    )
     fine = Option(normalisation, left(tables.normalisation_to_grazing(cosine)), True, cost)
     return {"normalisation_in_steps": coarse, NORMALISATION_BY_ANGLE: fine}
 
 
-def frame_errors(tables: Tables, views: Views, grid: PathGrid, offset: np.ndarray, here: np.ndarray, shown) -> dict[str, np.ndarray]:
+def frame_errors(
+    tables: Tables, views: Views, grid: PathGrid, offset: np.ndarray, here: np.ndarray, shown
+) -> dict[str, np.ndarray]:
     """Errors (F, n, M) of the stored tables off the centre of frames, by `FIELDS_OF_VIEW`, for each of `READINGS`.
 
     Parameters
@@ -185,14 +204,18 @@ def frame_errors(tables: Tables, views: Views, grid: PathGrid, offset: np.ndarra
         read = tables.readings(views, centre)
         tau = read.at_range(centre.range, views.range)
         # The same line of sight, ended at the pixel's own range.
-        along = tables.readings(views, Sight(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal))
+        along = tables.readings(
+            views, Sight(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal)
+        )
         ways = Readings(tau, read.path_radiance_ratio, read.ambient, read.direct), along, pixel
         for name, readings in zip(READINGS, ways):
             found[name].append(shown(readings) - here)
     return {name: np.array(values) for name, values in found.items()}
 
 
-def options_of_frames(tables: Tables, views: Views, grid: PathGrid, errors: dict[str, np.ndarray], chosen: np.ndarray) -> dict[str, Option]:
+def options_of_frames(
+    tables: Tables, views: Views, grid: PathGrid, errors: dict[str, np.ndarray], chosen: np.ndarray
+) -> dict[str, Option]:
     """Options against extrapolation, each view in the field of view that `chosen` (n,) counts.
 
     Parameters
@@ -210,14 +233,23 @@ def options_of_frames(tables: Tables, views: Views, grid: PathGrid, errors: dict
     for i in range(len(views)):
         still = {"altitude": views.altitude[i], "source_elevation": views.source_elevation[i]}
         parts["frame"].append(_cost(tables.air, still | {"elevation": (low[i], high[i])}))
-        parts["profile"].append(_cost(tables.air, still | {"elevation": views.elevation[i], "source_azimuth": azimuth[i]}))
+        parts["profile"].append(
+            _cost(tables.air, still | {"elevation": views.elevation[i], "source_azimuth": azimuth[i]})
+        )
     return {
         f"{name}_of_the_tables": Option(
-            picked["centre"], picked[name], True,
-            Cost(round(float(np.mean([c.bytes for c in costs]))), None, float(np.mean([c.per_frame for c in costs])), costs[0].per_pixel),
+            picked["centre"],
+            picked[name],
+            True,
+            Cost(
+                round(float(np.mean([c.bytes for c in costs]))),
+                None,
+                float(np.mean([c.per_frame for c in costs])),
+                costs[0].per_pixel,
+            ),
         )
         for name, costs in parts.items()
-    }  # fmt: skip
+    }
 
 
 def _cost(table, where) -> Cost:
@@ -240,4 +272,6 @@ def _seconds(path: Path, stage: str | None = None) -> float | None:
 def _corners(root: Group, name: str) -> int:
     """Table values that one reading of a quantity takes."""
     dims = root.variables[name].dims
-    return 2 ** sum(root.axes[dim].values.size > 1 and root.axes[dim].attributes.get("interpolation") != "exact" for dim in dims)
+    return 2 ** sum(
+        root.axes[dim].values.size > 1 and root.axes[dim].attributes.get("interpolation") != "exact" for dim in dims
+    )

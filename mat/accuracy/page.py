@@ -34,7 +34,9 @@ def render(report: dict, budgets: Sequence[Budget]) -> str:
     """
     import jinja2
 
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
     environment.filters["short"] = _short
     environment.filters["thousandth"] = lambda value: _short(value if value is None else value / 1e3)
     source = resources.files(__package__).joinpath(_TEMPLATE).read_text(encoding="utf-8")
@@ -60,7 +62,9 @@ def _plot(described: dict, budget: Budget) -> str:
     bars, lines, cloud = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
     names = list(described["errors"])[::-1]
     rms, p95 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p95"))
-    bars.barh(np.arange(len(names)), rms, color=["tab:red" if name == "all" else "tab:blue" for name in names], label="rms")
+    bars.barh(
+        np.arange(len(names)), rms, color=["tab:red" if name == "all" else "tab:blue" for name in names], label="rms"
+    )
     bars.plot(p95, np.arange(len(names)), "k|", label="95th percentile")
     bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"error, {units}")
     bars.set_yticklabels([name.replace("_", " ") for name in names], fontsize=7)
@@ -69,7 +73,9 @@ def _plot(described: dict, budget: Budget) -> str:
     for (name, values), style in zip(table.items(), ("-", ":")):
         for (low, high), column, colour in zip(SLANTS, zip(*values["values"]), ("C0", "C1", "C2", "C3")):
             if None not in column:
-                lines.loglog(FIELDS_OF_VIEW, column, style, color=colour, label=f"{_LABELS[name]}, {low:g} to {high:g}°")
+                lines.loglog(
+                    FIELDS_OF_VIEW, column, style, color=colour, label=f"{_LABELS[name]}, {low:g} to {high:g}°"
+                )
     lines.set(xlabel="field of view, °", ylabel=f"rms of extrapolation, {units}")
     if lines.lines:
         lines.legend(fontsize=6, title="slant from the horizon", title_fontsize=6)

@@ -1,7 +1,8 @@
 """Random lines of sight on which the interpolation error of an atmospheric table is measured.
 
-Errors of these tables are small nearly everywhere and large in a few cells, where a line grazes the ground or the Sun: single random
-points miss them. So every cell of altitude and elevation gets as many lines as every other, every line a range in each cell of ranges.
+Errors of these tables are small nearly everywhere and large in a few cells, where a line grazes the ground or the Sun:
+single random points miss them. So every cell of altitude and elevation gets as many lines as every other, every line a
+range in each cell of ranges.
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
 
 LINES = 500
 _SOURCES = 2  # of each line
-AMBIENT = 96  # lines on which sky light is computed too, which takes as long as all the rest: its errors have no such tail
+AMBIENT = (
+    96  # lines on which sky light is computed too, which takes as long as all the rest: its errors have no such tail
+)
 _SKIES = 12  # elevations of the source for which it is
 
 
@@ -41,9 +44,16 @@ class Probes:
 
     @classmethod
     def drawn(
-        cls, air: BandAtmosphere, base: PathGrid, irradiance: np.ndarray, generator: np.random.Generator, *, sky: int = AMBIENT,
-        count: int = LINES, wanted: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
-    ) -> Probes:  # fmt: skip
+        cls,
+        air: BandAtmosphere,
+        base: PathGrid,
+        irradiance: np.ndarray,
+        generator: np.random.Generator,
+        *,
+        sky: int = AMBIENT,
+        count: int = LINES,
+        wanted: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
+    ) -> Probes:
         """Draw so many lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
         altitude, elevation, ranges = lines_in_cells(base, count, generator)
         lines, steps = np.arange(count), ranges.shape[1]
@@ -54,11 +64,19 @@ class Probes:
         source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
         ambient_at = generator.permutation(sky) % steps
         truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, wanted=wanted)
-        places = (ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None])
+        places = (
+            ranges[:, :, None],
+            altitude[:, None, None],
+            elevation[:, None, None],
+            source[:, None],
+            azimuth[:, None],
+        )
         return cls(dict(zip(AXES, places)), ambient_at, truth)
 
     def errors(self, tables: dict[str, Gridded], scale: Scale | None) -> dict[str, np.ndarray]:
-        """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in its own."""
+        """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in its
+        own.
+        """
         found = {name: self.error(name, table, scale) for name, table in tables.items()}
         return {name: error[self.above_ground(name, error)] for name, error in found.items()}
 
@@ -94,7 +112,8 @@ class Probes:
 
 
 def errors_at(tables: dict[str, Gridded], places, truth, scale: Scale | None) -> dict[str, np.ndarray]:
-    """Errors of each quantity's interpolation at points above the ground, in the scale's unit; without a scale in its own.
+    """Errors of each quantity's interpolation at points above the ground, in the scale's unit; without a scale in its
+    own.
 
     Parameters
     ----------
@@ -112,12 +131,17 @@ def errors_at(tables: dict[str, Gridded], places, truth, scale: Scale | None) ->
     return found
 
 
-def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Altitude, elevation (n,) and ranges (n, R) of lines, as many in each cell of altitude and elevation, a range in each cell of ranges."""
+def lines_in_cells(
+    base: PathGrid, count: int, generator: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Altitude, elevation (n,) and ranges (n, R) of lines, as many in each cell of altitude and elevation, a range in
+    each cell of ranges.
+    """
     cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
     turn = generator.permutation(cells[0] * cells[1])[np.arange(count) % (cells[0] * cells[1])]
     altitude, elevation = (
-        _in_cell(nodes, cell, generator) for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
+        _in_cell(nodes, cell, generator)
+        for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
     )
     steps = max(1, base.range_km.size - 1)
     return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)

@@ -16,7 +16,13 @@ from skyshine.mat.tables.refinement import fewest_nodes, percentile_99, subdivid
 PARTS = (8, 8, 12, 8, 8)  # of each cell of the job's axes: the places that may become nodes
 _TWILIGHT, _TWILIGHT_PARTS = -10.0, 40  # degree: from there to 0, where the horizon of heights up to 100 km lies
 # Random values of the other axes at which each axis is looked at.
-_OTHERS = {0: (0, 10, 24, 6, 6), 1: (20, 0, 30, 6, 6), 2: (12, 10, 0, 8, 10), 3: (12, 6, 24, 0, 8), 4: (12, 6, 24, 12, 0)}
+_OTHERS = {
+    0: (0, 10, 24, 6, 6),
+    1: (20, 0, 30, 6, 6),
+    2: (12, 10, 0, 8, 10),
+    3: (12, 6, 24, 0, 8),
+    4: (12, 6, 24, 12, 0),
+}
 _MOST_UNIFORM, _ROWS = 4096, 1000  # nodes; values of the other axes that the comparison with them takes
 
 
@@ -48,8 +54,14 @@ class Profile:
 
     @classmethod
     def of(
-        cls, quantity: str, axis: int, table_of: Callable[[PathGrid, str], AtmosphericQuantities], base: PathGrid, scale: Scale, generator
-    ) -> Profile:  # fmt: skip
+        cls,
+        quantity: str,
+        axis: int,
+        table_of: Callable[[PathGrid, str], AtmosphericQuantities],
+        base: PathGrid,
+        scale: Scale,
+        generator,
+    ) -> Profile:
         """Along one axis of a grid, by its number; arguments as `grids.placed_grids`."""
         key, count = QUANTITIES[quantity]
         nodes = [getattr(base, field) for field in FIELDS]
@@ -63,10 +75,22 @@ class Profile:
             whole = np.broadcast_to(values.reshape(values.shape + (1,) * (count - values.ndim)), shape)
             return np.moveaxis(whole, axis, -1).reshape(-1, shape[axis])
 
-        counts = along(table.valid) & along(_possible(grid)) if count == 5 and base.by_scattering_angle else along(table.valid)
+        counts = (
+            along(table.valid) & along(_possible(grid))
+            if count == 5 and base.by_scattering_angle
+            else along(table.valid)
+        )
         logarithmic = axis == 0 and places[0] > 0
-        return cls(quantity, logarithmic, places, along(getattr(table, key)), along(table.transmittance), along(grid.range_km[:, None, None]),
-                   counts, scale)  # fmt: skip
+        return cls(
+            quantity,
+            logarithmic,
+            places,
+            along(getattr(table, key)),
+            along(table.transmittance),
+            along(grid.range_km[:, None, None]),
+            counts,
+            scale,
+        )
 
     def nodes(self, allowed: float) -> np.ndarray:
         """The fewest places that hold an error; at least three, so that a bend shows."""
@@ -76,7 +100,9 @@ class Profile:
         return self.places[np.union1d(chosen, self.places.size // 2) if chosen.size == 2 else chosen]
 
     def uniform(self, nodes: np.ndarray) -> int:
-        """How many nodes, equally spaced, are as good on this axis as those given: 99 % of the errors within the same."""
+        """How many nodes, equally spaced, are as good on this axis as those given: 99 % of the errors within the
+        same.
+        """
         if self.places.size == 1:
             return 1
         forth, back = (np.log, np.exp) if self.logarithmic else (np.array, np.array)

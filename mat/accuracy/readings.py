@@ -1,4 +1,6 @@
-"""Reading built databases as a runtime does, for an error budget: the pixel, the centre of its frame, the vertices of its face."""
+"""Reading built databases as a runtime does, for an error budget: the pixel, the centre of its frame, the vertices of
+its face.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +13,15 @@ from skyshine.mat.accuracy.runtime import Finish, Readings
 from skyshine.mat.accuracy.viewing import Views, direction, fold, on_axes, slope_and_azimuth
 from skyshine.mat.atmosphere.geometry import EARTH_RADIUS
 from skyshine.mat.job import Job
-from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.jobs.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.reader import open_tmm
 
-# The centre of a frame looks at the ground of the same altitude; where that is further off, or not at all, it looks at something
-# this many times as far as the pixel.
+# The centre of a frame looks at the ground of the same altitude; where that is further off, or not at all, it looks at
+# something this many times as far as the pixel.
 _FARTHEST = 3.0
 
 
@@ -34,10 +36,16 @@ class Sight:
     normal: np.ndarray
 
     def place(self, views: Views):
-        """Range, altitude, elevation, source elevation and relative azimuth, as `BandAtmosphere.at_points` takes them."""
+        """Range, altitude, elevation, source elevation and relative azimuth, as `BandAtmosphere.at_points` takes
+        them.
+        """
         return (
-            self.range, views.altitude, self.elevation, views.source_elevation, fold(views.source_azimuth - self.heading)
-        )  # fmt: skip
+            self.range,
+            views.altitude,
+            self.elevation,
+            views.source_elevation,
+            fold(views.source_azimuth - self.heading),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +67,11 @@ class Tables:
         InputError
             One is missing, damaged, or of other materials than the rest.
         """
-        names = [state_file(state, len(job.states)), band_file(band), atmosphere_file(state, band, source, len(job.states))]
+        names = [
+            state_file(state, len(job.states)),
+            band_file(band),
+            atmosphere_file(state, band, source, len(job.states)),
+        ]
         if WEIGHTED_TRANSMITTANCE in job.extra_tables:
             names.append(thermal_file(state, band, len(job.states)))
         for name in names:
@@ -70,7 +82,10 @@ class Tables:
             if list(surface.materials.values()) != list(other.materials.values()):
                 raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
         if NORMALISATION_BY_ANGLE in job.extra_tables and "normalisation_fine" not in properties.root.variables:
-            raise InputError(f"{names[1]} lacks the {NORMALISATION_BY_ANGLE} that the job asks for; build the job again: mat build", file=folder)
+            raise InputError(
+                f"{names[1]} lacks the {NORMALISATION_BY_ANGLE} that the job asks for; build the job again: mat build",
+                file=folder,
+            )
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.textures]
         share = _found_shares([file for file in textures if file.is_file()], list(surface.materials))
         return cls(surface, properties, air, rest[0] if rest else None, share)
@@ -83,7 +98,10 @@ class Tables:
     @property
     def surface_axes(self) -> dict[str, np.ndarray]:
         """Nodes of the temperature table's axes of place and time."""
-        return {name: np.asarray(self.surface.root.axes[name].values, float) for name in ("altitude", "azimuth", "slope", "time")}
+        return {
+            name: np.asarray(self.surface.root.axes[name].values, float)
+            for name in ("altitude", "azimuth", "slope", "time")
+        }
 
     @property
     def finish(self) -> Finish:
@@ -102,7 +120,7 @@ class Tables:
         columns = dict(altitude=altitude, azimuth=azimuth, slope=slope, time=views.time)
         return self.surface.temperature(
             material=codes, out_of_range="clamp", **{name: values[:, None] for name, values in columns.items()}
-        )  # fmt: skip
+        )
 
     def blackbody(self, temperature: np.ndarray) -> np.ndarray:
         """Band radiance of black bodies."""
@@ -128,7 +146,7 @@ class Tables:
         codes = np.array(list(self.band.materials.values()))
         planck = self.band.value(
             "reflectance_planck", material=codes, planck_temperature=temperature, out_of_range="clamp"
-        )  # fmt: skip
+        )
         return planck, self.band.root.variables["reflectance_solar"].data.astype(float)
 
     def normalisation_at(self, cosine: np.ndarray) -> np.ndarray:
@@ -143,11 +161,18 @@ class Tables:
         return self.band.normalisation(material=codes, angle=np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0))))
 
     def emitted_transmittance(self, views: Views, temperature: np.ndarray) -> np.ndarray:
-        """Transmittance (n, M) of what the materials emit at their temperatures (n, M), from the table that a job may ask for."""
+        """Transmittance (n, M) of what the materials emit at their temperatures (n, M), from the table that a job may
+        ask for.
+        """
         codes = np.array(list(self.thermal.materials.values()))
         distance, altitude, elevation = (values[:, None] for values in (views.range, views.altitude, views.elevation))
         beta = self.thermal.beta_star(
-            material=codes, temperature=temperature, range=distance, altitude=altitude, elevation=elevation, out_of_range="clamp"
+            material=codes,
+            temperature=temperature,
+            range=distance,
+            altitude=altitude,
+            elevation=elevation,
+            out_of_range="clamp",
         )
         return self.thermal.transmittance(range=distance, beta_star=beta)
 
@@ -163,7 +188,8 @@ class Tables:
 def _found_shares(files: list[Path], names: list[str]) -> np.ndarray | None:
     """Of the texels of each material (M,), the share found to be each other, (M, M), from held-out seeds.
 
-    Texels found to be unknown, or of materials that are not built, are left out. A material that was not tested is right.
+    Texels found to be unknown, or of materials that are not built, are left out. A material that was not tested is
+    right.
     """
     total = np.zeros((len(names), len(names)))
     at = {name: number for number, name in enumerate(names)}
@@ -199,9 +225,12 @@ def vertices(views: Views, grid: PathGrid, tables: Tables) -> tuple[Sight, Sight
         found.append(
             Sight(
                 np.clip(distance, grid.range_km[0], grid.range_km[-1]),
-                np.clip(elevation, grid.elevation_deg[0], grid.elevation_deg[-1]), heading, altitude, normal,
+                np.clip(elevation, grid.elevation_deg[0], grid.elevation_deg[-1]),
+                heading,
+                altitude,
+                normal,
             )
-        )  # fmt: skip
+        )
     return tuple(found)
 
 

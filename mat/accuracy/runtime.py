@@ -74,7 +74,9 @@ def incidence(views: Views, normal: np.ndarray) -> np.ndarray:
 
 
 def reflection(views: Views, normal: np.ndarray, finish: Finish) -> np.ndarray:
-    """Radiance over (direct * reflectance * transmittance) of diffuse and specular reflection, (34) and (35), (n, M)."""
+    """Radiance over (direct * reflectance * transmittance) of diffuse and specular reflection, (34) and (35), (n,
+    M).
+    """
     cosine = incidence(views, normal)
     lobe = specular_lobe(finish.shininess, views.to_source[:, None], views.to_observer[:, None], normal[:, None])
     specular = np.where(cosine > 0, lobe * finish.normalisation, 0.0)
@@ -98,9 +100,13 @@ def runtime_radiance(readings: Readings, blackbody: np.ndarray, bounce: np.ndarr
 
 
 def spectral_radiance(
-    lines: SpectralLines, band: BandPoints, temperature: np.ndarray, reflectance: np.ndarray, bounce: np.ndarray,
+    lines: SpectralLines,
+    band: BandPoints,
+    temperature: np.ndarray,
+    reflectance: np.ndarray,
+    bounce: np.ndarray,
     thermal_transmittance: np.ndarray | None = None,
-) -> np.ndarray:  # fmt: skip
+) -> np.ndarray:
     """The accurate forms (5), (18), (26), (33) and the path radiance: W m^-2 sr^-1, (n, M).
 
     Parameters
@@ -119,7 +125,9 @@ def spectral_radiance(
     through = lines.transmittance if thermal_transmittance is None else thermal_transmittance
     weight = lines.transmittance * band.radiance_weight / np.pi
     sky, direct = ((weight * part) @ reflectance.T for part in (lines.sky_irradiance, lines.direct_irradiance))
-    return spectral_thermal(through, band, temperature, reflectance) + sky + direct * bounce + lines.path_radiance[:, None]
+    return (
+        spectral_thermal(through, band, temperature, reflectance) + sky + direct * bounce + lines.path_radiance[:, None]
+    )
 
 
 def spectral_thermal(

@@ -1,7 +1,8 @@
 """Extreme and stiff cases of every part, from surfaces to textures, drawn at random for a given time.
 
-Nothing here is a kind scene: foil in a vacuum, fog of 100 m beside a range to space, air without water and air full of it, one seed a
-material. What must hold is what physics and probability demand: finite numbers, bounds, balances that close.
+Nothing here is a kind scene: foil in a vacuum, fog of 100 m beside a range to space, air without water and air full of
+it, one seed a material. What must hold is what physics and probability demand: finite numbers, bounds, balances that
+close.
 """
 
 from __future__ import annotations

@@ -17,29 +17,40 @@ RADIANCE = "W m^-2 sr^-1"
 SLANTS = ((0.0, 3.0), (3.0, 10.0), (10.0, 30.0), (30.0, 90.0))  # degree of the line of sight from the horizon
 OPTIONS = {
     "weighted_reflectance": (
-        "reflectance_planck and reflectance_solar of the .band file in place of the flat mean", "averages in all terms", "in every .band file",
+        "reflectance_planck and reflectance_solar of the .band file in place of the flat mean",
+        "averages in all terms",
+        "in every .band file",
     ),
     "weighted_transmittance": (
-        "with reflectance_planck, beta_star_thermal of the material's class and temperature in place of beta*", "tau averaged in the thermal term",
+        "with reflectance_planck, beta_star_thermal of the material's class and temperature in place of beta*",
+        "tau averaged in the thermal term",
         "extra_tables: [weighted_transmittance]",
     ),
     "normalisation_in_steps": (
-        "normalisation_by_angle of the .band file, every 15 degree, in place of the mean N_s", "N_s averaged over source angles",
+        "normalisation_by_angle of the .band file, every 15 degree, in place of the mean N_s",
+        "N_s averaged over source angles",
         "in every .band file",
     ),
     "normalisation_by_angle": (
-        "normalisation_fine of the .band file, to grazing light, in place of the mean N_s", "N_s averaged over source angles",
+        "normalisation_fine of the .band file, to grazing light, in place of the mean N_s",
+        "N_s averaged over source angles",
         "extra_tables: [normalisation_by_angle]",
     ),
     "profile_of_the_tables": (
         "the .atmq tables along the centre's line of sight, read once a frame (Table.part), at each pixel's own range",
-        "extrapolation in range; interpolation stays", "no table: a way of reading",
+        "extrapolation in range; interpolation stays",
+        "no table: a way of reading",
     ),
     "frame_of_the_tables": (
-        "the .atmq tables in the frame's elevations, read once a frame (Table.part), at each pixel: the same values as the whole tables read there",
-        "extrapolation in range and direction; interpolation stays", "no table: a way of reading",
+        (
+            "the .atmq tables in the frame's elevations, read once a frame (Table.part), at each pixel: the same values"
+            " as the whole tables read there"
+        ),
+        "extrapolation in range and direction; interpolation stays",
+        "no table: a way of reading",
     ),
-}  # fmt: skip
+}
+
 
 def kelvin(budget: Budget, error: np.ndarray) -> np.ndarray:
     """Errors of radiance as differences of equivalent blackbody temperature, K; not a number below 2.5 um."""
@@ -78,14 +89,19 @@ def describe(budget: Budget) -> dict:
             "field_of_view": quantity(list(FIELDS_OF_VIEW), "degree"),
             "slant": [quantity(list(span), "degree") for span in SLANTS],
             "rms_kelvin": {name: quantity(_by_slant(budget, e), "K") for name, e in budget.extrapolation.items()},
-            "rms": {name: quantity(_by_slant(budget, e, own=True), RADIANCE) for name, e in budget.extrapolation.items()},
+            "rms": {
+                name: quantity(_by_slant(budget, e, own=True), RADIANCE) for name, e in budget.extrapolation.items()
+            },
         },
         "frames": {
             "field_of_view": quantity(list(FIELDS_OF_VIEW), "degree"),
             "rms_kelvin": {
-                name: quantity([measures(kelvin(budget, e))["rms"] for e in errors], "K") for name, errors in budget.frames.items()
+                name: quantity([measures(kelvin(budget, e))["rms"] for e in errors], "K")
+                for name, errors in budget.frames.items()
             },
-            "rms": {name: quantity([measures(e)["rms"] for e in errors], RADIANCE) for name, errors in budget.frames.items()},
+            "rms": {
+                name: quantity([measures(e)["rms"] for e in errors], RADIANCE) for name, errors in budget.frames.items()
+            },
         },
         "options": {name: _option(budget, name) for name in OPTIONS if name in budget.options},
         "radiance": quantity([float(budget.radiance.min()), float(budget.radiance.max())], RADIANCE),
@@ -108,7 +124,10 @@ def _source(budget: Budget, name: str) -> dict:
         "radiance": {key: quantity(value, RADIANCE) for key, value in measures(error, weight).items()},
         "temperature": {key: quantity(value, "K") for key, value in measures(warm, weight).items()},
         "rms_by_material": {
-            material: {"radiance": quantity(by_material[i], RADIANCE), "temperature": quantity(by_material[count + i], "K")}
+            material: {
+                "radiance": quantity(by_material[i], RADIANCE),
+                "temperature": quantity(by_material[count + i], "K"),
+            }
             for i, material in enumerate(budget.materials)
         },
     }
@@ -132,16 +151,22 @@ def _option(budget: Budget, name: str) -> dict:
     what, removes, source = OPTIONS[name]
     cost = option.cost
     return {
-        "what": what, "removes": removes, "from": source,
+        "what": what,
+        "removes": removes,
+        "from": source,
         "basis": "stored tables" if option.stored else "computed exactly: the job does not ask for the table",
         "rms_kelvin": quantity([measures(error)["rms"] for error in warm], "K"),
         "rms": quantity([measures(error)["rms"] for error in pair], RADIANCE),
-        **({} if option.exact is None else {
-            "without_interpolation": {
-                "rms_kelvin": quantity([measures(kelvin(budget, error))["rms"] for error in option.exact], "K"),
-                "rms": quantity([measures(error)["rms"] for error in option.exact], RADIANCE),
+        **(
+            {}
+            if option.exact is None
+            else {
+                "without_interpolation": {
+                    "rms_kelvin": quantity([measures(kelvin(budget, error))["rms"] for error in option.exact], "K"),
+                    "rms": quantity([measures(error)["rms"] for error in option.exact], RADIANCE),
+                }
             }
-        }),
+        ),
         "rms_by_material": {
             material: {
                 "radiance": quantity([measures(error[:, i])["rms"] for error in pair], RADIANCE),
@@ -150,10 +175,12 @@ def _option(budget: Budget, name: str) -> dict:
             for i, material in enumerate(budget.materials)
         },
         "cost": {
-            "size": quantity(cost.bytes, "byte"), "build": quantity(cost.seconds, "s"),
-            "values_per_frame": quantity(cost.per_frame, "1"), "values_per_pixel": quantity(cost.per_pixel, "1"),
+            "size": quantity(cost.bytes, "byte"),
+            "build": quantity(cost.seconds, "s"),
+            "values_per_frame": quantity(cost.per_frame, "1"),
+            "values_per_pixel": quantity(cost.per_pixel, "1"),
         },
-    }  # fmt: skip
+    }
 
 
 def _scale(budget: Budget, bits: int) -> dict:
@@ -163,22 +190,32 @@ def _scale(budget: Budget, bits: int) -> dict:
     warm = measures(kelvin(budget, error))
     own = measures(error)
     return {
-        "bits": bits, "G": quantity(scale.gain, RADIANCE), "BG": quantity(scale.buffer_gain, "1"),
-        "DC": quantity(scale.offset, "1"), "step": quantity(scale.step, RADIANCE),
-        "rms": quantity(own["rms"], RADIANCE), "maximum": quantity(own["maximum"], RADIANCE),
-        "rms_kelvin": quantity(warm["rms"], "K"), "maximum_kelvin": quantity(warm["maximum"], "K"),
-    }  # fmt: skip
+        "bits": bits,
+        "G": quantity(scale.gain, RADIANCE),
+        "BG": quantity(scale.buffer_gain, "1"),
+        "DC": quantity(scale.offset, "1"),
+        "step": quantity(scale.step, RADIANCE),
+        "rms": quantity(own["rms"], RADIANCE),
+        "maximum": quantity(own["maximum"], RADIANCE),
+        "rms_kelvin": quantity(warm["rms"], "K"),
+        "maximum_kelvin": quantity(warm["maximum"], "K"),
+    }
 
 
 def describe_all(budgets: Sequence[Budget], notes: Sequence[str], *, job: str, seed: int) -> dict:
     """The report as plain values."""
     return {
-        "job": job, "seed": seed, "method": METHOD, "budgets": [describe(budget) for budget in budgets], "notes": list(notes)
-    }  # fmt: skip
+        "job": job,
+        "seed": seed,
+        "method": METHOD,
+        "budgets": [describe(budget) for budget in budgets],
+        "notes": list(notes),
+    }
 
 
 METHOD = (
-    "Random views of every material: places and directions on the tables' own axes, ranges even in their logarithm, the source above "
-    "the horizon, half of the surfaces near its mirror image. Reference: equations (5), (18), (26), (33) over all spectral points, "
-    "temperatures solved at each place. Each source is the change of radiance that it makes alone."
+    "Random views of every material: places and directions on the tables' own axes, ranges even in their logarithm, the"
+    " source above the horizon, half of the surfaces near its mirror image. Reference: equations (5), (18), (26), (33)"
+    " over all spectral points, temperatures solved at each place. Each source is the change of radiance that it makes"
+    " alone."
 )

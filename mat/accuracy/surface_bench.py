@@ -1,8 +1,9 @@
-"""Error against run time of surface temperatures: the periodic solver by steps a day, marching schemes, casadi's oracle, EnergyPlus.
+"""Error against run time of surface temperatures: the periodic solver by steps a day, marching schemes, casadi's
+oracle, EnergyPlus.
 
-Library materials on planes of one clear summer day. The oracle is the reference: the same balance in other numerics, exact to about
-0.01 K. Errors are over the solver's times of all oracle columns; times are processor seconds a column of a large batch whose
-forcing is known, medians of repeats. EnergyPlus gives run time alone.
+Library materials on planes of one clear summer day. The oracle is the reference: the same balance in other numerics,
+exact to about 0.01 K. Errors are over the solver's times of all oracle columns; times are processor seconds a column of
+a large batch whose forcing is known, medians of repeats. EnergyPlus gives run time alone.
 """
 
 from __future__ import annotations
@@ -25,8 +26,15 @@ from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.weather import Weather
 
 MATERIALS = (
-    "soil_sand", "soil_loam_wet", "concrete", "asphalt_road", "wood_pine_weathered", "aluminium_weathered", "grass_green", "water_fresh",
-)  # fmt: skip
+    "soil_sand",
+    "soil_loam_wet",
+    "concrete",
+    "asphalt_road",
+    "wood_pine_weathered",
+    "aluminium_weathered",
+    "grass_green",
+    "water_fresh",
+)
 QUICK_MATERIALS = ("concrete", "grass_green")
 # Dry, wet, vegetated: each has other fluxes to compute.
 SPEED_MATERIALS = {"dry": "concrete", "wet": "soil_loam_wet", "vegetated": "grass_green"}
@@ -73,7 +81,8 @@ class Speed:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A material, the forcing of a batch and of a few planes by steps a day, and the oracle's temperatures (planes, n) of the few.
+    """A material, the forcing of a batch and of a few planes by steps a day, and the oracle's temperatures (planes, n)
+    of the few.
 
     The forcing is computed once: a table shares it among all materials.
     """
@@ -146,25 +155,31 @@ def run(cases: list[Case], advance=None) -> tuple[list[Rung], list[str]]:
         rungs.append(Rung(name, family, rms, largest, sum(seconds) / columns, columns))
 
     for steps in STEPS:
-        add(f"periodic, N = {steps}", "periodic", lambda material, forcing, n=steps: _solved(material, forcing, n, None))
+        add(
+            f"periodic, N = {steps}", "periodic", lambda material, forcing, n=steps: _solved(material, forcing, n, None)
+        )
     add("periodic, default", "default", lambda material, forcing: _solved(material, forcing, 96, 288))
     for name, steps, days, cells, theta in MARCHES:
         add(
-            name, "marching",
+            name,
+            "marching",
             lambda material, forcing, n=steps, d=days, c=cells, t=theta: march(material, forcing(n), n, d, c, t),
-        )  # fmt: skip
+        )
     name, days, cells = EXPLICIT
     steps = {case.material.name: Grid.of(case.material, cells).explicit_steps for case in cases}
     stable = [case for case in cases if steps[case.material.name] <= MOST_EXPLICIT_STEPS]
     if stable:
         add(
-            name, "marching",
+            name,
+            "marching",
             lambda material, forcing: march(material, forcing(96), steps[material.name], days, cells, 0.0),
             stable,
-        )  # fmt: skip
+        )
     oracle = float(np.mean([case.oracle_seconds for case in cases]))
     rungs.append(Rung("oracle (reference)", "oracle", None, None, oracle, len(cases) * len(_ORACLE_PLANES)))
-    left_out = [f"{case.material.name} ({steps[case.material.name]} steps a day)" for case in cases if case not in stable]
+    left_out = [
+        f"{case.material.name} ({steps[case.material.name]} steps a day)" for case in cases if case not in stable
+    ]
     return rungs, left_out
 
 
@@ -182,8 +197,12 @@ def speeds(materials: dict[str, SurfaceMaterial], inputs) -> list[Speed]:
     return found
 
 
-def _solved(material: SurfaceMaterial, forcing: Callable[[int], Forcing], steps: int, fine_steps: int | None) -> np.ndarray:
-    ((_, found),) = (part for part in solve_columns(material, forcing, steps=steps, fine_steps=fine_steps) if len(part[0]))
+def _solved(
+    material: SurfaceMaterial, forcing: Callable[[int], Forcing], steps: int, fine_steps: int | None
+) -> np.ndarray:
+    ((_, found),) = (
+        part for part in solve_columns(material, forcing, steps=steps, fine_steps=fine_steps) if len(part[0])
+    )
     return found.temperature
 
 
@@ -218,7 +237,9 @@ def plot(rungs: list[Rung], path) -> Path:
     for rung in rungs:
         if rung.rms is None:
             axes.axvline(1e6 * rung.seconds, color="grey", linestyle=":")
-            axes.annotate(rung.name, (1e6 * rung.seconds, 0.5), xycoords=("data", "axes fraction"), rotation=90, fontsize=7)
+            axes.annotate(
+                rung.name, (1e6 * rung.seconds, 0.5), xycoords=("data", "axes fraction"), rotation=90, fontsize=7
+            )
     axes.grid(alpha=0.3, which="both")
     axes.legend(fontsize=8)
     figure.savefig(path, dpi=110, metadata={"Software": None})

@@ -56,7 +56,9 @@ def refined_axes(
     generator, size = np.random.default_rng([seed, 4]), 0
     closed = {name: _closed(name, nodes) for name, nodes in base.items()}
     profiles = {name: _profile(name, temperature, closed, generator) for name in base}
-    places = {name: np.mod(random_places(closed[name], n, generator), PERIODS.get(name, np.inf)) for name, n in _TESTS.items()}
+    places = {
+        name: np.mod(random_places(closed[name], n, generator), PERIODS.get(name, np.inf)) for name, n in _TESTS.items()
+    }
     truth = temperature(places)
     share, reached = _FIRST_SHARE, ""
     for _ in range(_PASSES):
@@ -72,16 +74,17 @@ def refined_axes(
         share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, 2 / maximum), 0.25, 0.8))
     widest = max(axes, key=lambda name: axes[name].size)
     raise CheckFailed(
-        f"surface_grid.tolerance {tolerance:g} K cannot be held with {most:,} nodes: it takes {size:,}{reached}, most for the "
-        f"{widest.rsplit('_', 1)[0]}, {axes[widest].size}; raise it, shorten that axis, allow more with surface_grid.most_nodes, or name "
-        "closer axes to start from"
+        f"surface_grid.tolerance {tolerance:g} K cannot be held with {most:,} nodes: it takes {size:,}{reached}, most"
+        f" for the {widest.rsplit('_', 1)[0]}, {axes[widest].size}; raise it, shorten that axis, allow more with"
+        " surface_grid.most_nodes, or name closer axes to start from"
     )
 
 
 def read_temperature(table: np.ndarray, axes: dict, places: dict) -> np.ndarray:
     """Interpolated temperatures (M, ...) at all combinations of places."""
     rules = [
-        AxisRule(name, np.asarray(nodes, float), *((PERIODIC, PERIODS[name]) if name in PERIODS else ())) for name, nodes in axes.items()
+        AxisRule(name, np.asarray(nodes, float), *((PERIODIC, PERIODS[name]) if name in PERIODS else ()))
+        for name, nodes in axes.items()
     ]
     mesh = dict(zip(places, np.meshgrid(*places.values(), indexing="ij", sparse=True)))
     return np.stack([interpolate(one.astype(float), rules, mesh) for one in table])
@@ -96,9 +99,12 @@ def _profile(axis: str, temperature, closed: dict, generator) -> tuple[np.ndarra
     """Places (n,) along an axis and temperatures (K, n) there, at random places of the others."""
     places = np.round(subdivided(closed[axis], PARTS[axis]), _DECIMALS)
     others = {
-        name: places if name == axis else np.unique(random_places(nodes, _OTHERS[name], generator)) for name, nodes in closed.items()
+        name: places if name == axis else np.unique(random_places(nodes, _OTHERS[name], generator))
+        for name, nodes in closed.items()
     }
-    wrapped = {name: np.unique(np.mod(values, PERIODS[name])) if name in PERIODS else values for name, values in others.items()}
+    wrapped = {
+        name: np.unique(np.mod(values, PERIODS[name])) if name in PERIODS else values for name, values in others.items()
+    }
     table = np.moveaxis(temperature(wrapped), 1 + list(closed).index(axis), -1)
     values = table.reshape(-1, table.shape[-1]).astype(float)
     if axis in PERIODS and places.size > 1:

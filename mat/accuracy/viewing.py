@@ -96,7 +96,9 @@ def slope_and_azimuth(normal) -> tuple[np.ndarray, np.ndarray]:
     return slope, np.mod(np.degrees(np.arctan2(normal[..., 0], normal[..., 1])), 360.0)
 
 
-def random_views(job: Job, source: str, grid: PathGrid, surface_axes: dict, shells: Shells, count: int, seed: int) -> Views:
+def random_views(
+    job: Job, source: str, grid: PathGrid, surface_axes: dict, shells: Shells, count: int, seed: int
+) -> Views:
     """Draw views whose every coordinate lies on the axes of the tables, with the source above the horizon.
 
     Parameters
@@ -112,7 +114,8 @@ def random_views(job: Job, source: str, grid: PathGrid, surface_axes: dict, shel
     Returns
     -------
     Views
-        `count` of them; fewer, or none, where the axes leave no room: the source is never up at the times of the table, say.
+        `count` of them; fewer, or none, where the axes leave no room: the source is never up at the times of the table,
+        say.
     """
     generator = np.random.default_rng([seed, source == "moon"])
     found, held = [], 0
@@ -135,7 +138,9 @@ def _candidates(job, source, grid, axes, shells, generator) -> Views:
     sine = _sine_of_elevation(altitude, surface, distance)
     elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     heading = generator.uniform(0.0, 360.0, _BATCH)
-    part = job.needs is not None and job.needs.hours is not None  # the times are those asked for, beyond 24 after midnight
+    part = (
+        job.needs is not None and job.needs.hours is not None
+    )  # the times are those asked for, beyond 24 after midnight
     day = (axes["time"][0], axes["time"][-1]) if part else (0.0, 24.0)
     time = np.mod(generator.uniform(*day, _BATCH), 24.0) if axes["time"].size > 1 else np.full(_BATCH, axes["time"][0])
     where = position(source, local_times_utc(job.site, time), job.site.latitude_deg, job.site.longitude_deg)
@@ -143,16 +148,27 @@ def _candidates(job, source, grid, axes, shells, generator) -> Views:
     along = np.cross(normal, generator.normal(size=(_BATCH, 3)))
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     views = Views(
-        altitude, surface, distance, elevation, heading, time, where.elevation, where.azimuth, normal, along,
-        np.exp(generator.uniform(*np.log(FACES_M), _BATCH)), generator.random(_BATCH),
+        altitude,
+        surface,
+        distance,
+        elevation,
+        heading,
+        time,
+        where.elevation,
+        where.azimuth,
+        normal,
+        along,
+        np.exp(generator.uniform(*np.log(FACES_M), _BATCH)),
+        generator.random(_BATCH),
         np.radians(generator.uniform(0.0, BEND_DEG, _BATCH)),
-    )  # fmt: skip
+    )
     seen = np.sum(normal * views.to_observer, axis=1) > LEAST_COSINE
     keep = (np.abs(sine) <= 1) & (altitude >= surface) & seen & (where.elevation > 0)
     for values, nodes in (
-        (elevation, grid.elevation_deg), (where.elevation, grid.source_elevation_deg),
+        (elevation, grid.elevation_deg),
+        (where.elevation, grid.source_elevation_deg),
         (views.relative_azimuth, grid.source_azimuth_deg),
-    ):  # fmt: skip
+    ):
         keep &= (values >= nodes[0]) & (values <= nodes[-1])
     return _ending_on_the_ground(views.take(keep), shells, grid)
 

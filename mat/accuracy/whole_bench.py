@@ -1,4 +1,6 @@
-"""Error against run time of the whole tool: the ladders of its parts side by side, and which setting is the default and why."""
+"""Error against run time of the whole tool: the ladders of its parts side by side, and which setting is the default and
+why.
+"""
 
 from __future__ import annotations
 
@@ -61,25 +63,36 @@ def from_absorption(found: dict) -> list[Ladder]:
     for band, content in found["bands"].items():
         compiled = [rung["name"] for rung in content["rungs"] if rung["name"].startswith("compiled")]
         # The compiler stops where its tolerance holds, at 64 points at most.
-        default = max((name for name in compiled if int(name.split()[1]) <= 64), key=lambda name: int(name.split()[1]), default="")
+        default = max(
+            (name for name in compiled if int(name.split()[1]) <= 64), key=lambda name: int(name.split()[1]), default=""
+        )
         rungs = [
             Rung(
-                rung["name"], rung["time_line_of_sight"]["value"], rung["errors"]["all"]["in_band_rms"]["value"],
-                rung["name"] == default, rung["name"] == "LOWTRAN7",
+                rung["name"],
+                rung["time_line_of_sight"]["value"],
+                rung["errors"]["all"]["in_band_rms"]["value"],
+                rung["name"] == default,
+                rung["name"] == "LOWTRAN7",
             )
-            for rung in content["rungs"] if rung["name"] != content["reference"]
-        ]  # fmt: skip
+            for rung in content["rungs"]
+            if rung["name"] != content["reference"]
+        ]
         ladders.append(
             Ladder(
-                f"spectral points, {band}", "a line of sight", "in-band transmittance, rms", tuple(rungs),
+                f"spectral points, {band}",
+                "a line of sight",
+                "in-band transmittance, rms",
+                tuple(rungs),
                 "points are added until accuracy.spectral_tolerance holds, 64 at most",
             )
-        )  # fmt: skip
+        )
     return ladders
 
 
 def from_atmosphere(found: dict) -> list[Ladder]:
-    """Ladders of directions of the sky and of layers from ``mat bench atmosphere --json``; the error of the worst quantity."""
+    """Ladders of directions of the sky and of layers from ``mat bench atmosphere --json``; the error of the worst
+    quantity.
+    """
     from skyshine.mat.atmosphere.sky import AZIMUTHS, ZENITHS
 
     why = {
@@ -91,12 +104,18 @@ def from_atmosphere(found: dict) -> list[Ladder]:
         for name, reason in why.items():
             rungs = [
                 Rung(
-                    rung["name"], rung["time"]["value"], max(error["value"] for error in rung["errors_rms"].values()),
-                    rung["name"] == f"{ZENITHS} x {AZIMUTHS}" if name == "directions" else rung is content["ladders"][name][-1],
+                    rung["name"],
+                    rung["time"]["value"],
+                    max(error["value"] for error in rung["errors_rms"].values()),
+                    rung["name"] == f"{ZENITHS} x {AZIMUTHS}"
+                    if name == "directions"
+                    else rung is content["ladders"][name][-1],
                 )
                 for rung in content["ladders"][name]
-            ]  # fmt: skip
-            ladders.append(Ladder(f"{name}, {band}", "a small table", "relative, rms of the worst quantity", tuple(rungs), reason))
+            ]
+            ladders.append(
+                Ladder(f"{name}, {band}", "a small table", "relative, rms of the worst quantity", tuple(rungs), reason)
+            )
     return ladders
 
 
@@ -104,11 +123,15 @@ def from_surface(found: dict) -> list[Ladder]:
     """The ladder of solver steps from ``mat bench surface --json``."""
     rungs = [
         Rung(
-            rung["name"], rung["time_per_column_day"]["value"], rung["rms_error"]["value"], rung["family"] == "default",
+            rung["name"],
+            rung["time_per_column_day"]["value"],
+            rung["rms_error"]["value"],
+            rung["family"] == "default",
             rung["family"] in ("oracle", "energyplus", "peer"),
         )
-        for rung in found["rungs"] if rung["rms_error"] is not None
-    ]  # fmt: skip
+        for rung in found["rungs"]
+        if rung["rms_error"] is not None
+    ]
     why = "it begins with 96 steps, and takes 288 for surfaces that follow their forcing within a step"
     return [Ladder("surface solver, steps a day", "a column and day", "K, rms", tuple(rungs), why)]
 
@@ -164,9 +187,14 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
     def held(tolerance):
         found = placed_grids(
             lambda grid, key: air.table(grid, sun, wanted=(key,)),
-            lambda drawn, key, count: Probes.drawn(air, GRID, sun, drawn, sky=count if key == "ambient" else 0, count=count, wanted=(key,)), GRID,
-            dict.fromkeys(QUANTITIES, (scale, tolerance)), seed=1, most=20_000_000,
-        )  # fmt: skip
+            lambda drawn, key, count: Probes.drawn(
+                air, GRID, sun, drawn, sky=count if key == "ambient" else 0, count=count, wanted=(key,)
+            ),
+            GRID,
+            dict.fromkeys(QUANTITIES, (scale, tolerance)),
+            seed=1,
+            most=20_000_000,
+        )
         return {name: placed.table for name, placed in found.items()}
 
     for stride in strides:
@@ -176,7 +204,10 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
             rung(f"tolerance {tolerance:g} K", lambda: held(tolerance))
         except CheckFailed:  # a ladder ends where a rung cannot be had
             break
-    why = "axes written out are read and understood at a glance; a tolerance takes more seconds once and holds what it says"
+    why = (
+        "axes written out are read and understood at a glance; a tolerance takes more seconds once and holds what it"
+        " says"
+    )
     low, high = band_um
     return [Ladder(f"grid of the tables, {low:g}-{high:g} um", "a table", "K, 95 % of reads", tuple(rungs), why)]
 
@@ -211,7 +242,9 @@ def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[
         "spectral points": lambda: from_absorption(run_command("mat", "bench", "absorption", *short)),
         "directions and layers": lambda: from_atmosphere(run_command("mat", "bench", "atmosphere", *short)),
         "surface solver": lambda: from_surface(run_command("mat", "bench", "surface", *short)),
-        "grids": lambda: grid_ladder((10.5, 11.0) if quick else (8.0, 12.0), (4.0,) if quick else (4.0, 2.0, 1.0), (4, 2, 1)),
+        "grids": lambda: grid_ladder(
+            (10.5, 11.0) if quick else (8.0, 12.0), (4.0,) if quick else (4.0, 2.0, 1.0), (4, 2, 1)
+        ),
     }
     if textures:
         found["classifiers"] = lambda: from_textures(run_command("tmm", "bench", *textures))
@@ -223,11 +256,18 @@ def describe(ladders: Sequence[Ladder], seconds: dict[str, float]) -> dict:
     return {
         "ladders": [
             {
-                "name": ladder.name, "work": ladder.work, "error": ladder.units, "why_the_default": ladder.why,
+                "name": ladder.name,
+                "work": ladder.work,
+                "error": ladder.units,
+                "why_the_default": ladder.why,
                 "rungs": [
                     {
-                        "name": rung.name, "time": quantity(rung.seconds, "s"), "error": rung.error,
-                        "default": rung.default, "peer": rung.peer, "pareto": rung in ladder.pareto(),
+                        "name": rung.name,
+                        "time": quantity(rung.seconds, "s"),
+                        "error": rung.error,
+                        "default": rung.default,
+                        "peer": rung.peer,
+                        "pareto": rung in ladder.pareto(),
                     }
                     for rung in ladder.rungs
                 ],
@@ -235,7 +275,7 @@ def describe(ladders: Sequence[Ladder], seconds: dict[str, float]) -> dict:
             for ladder in ladders
         ],
         "seconds": {name: quantity(spent, "s") for name, spent in seconds.items()},
-    }  # fmt: skip
+    }
 
 
 def plot(ladders: Sequence[Ladder], picture: Path) -> None:
@@ -247,11 +287,15 @@ def plot(ladders: Sequence[Ladder], picture: Path) -> None:
     FigureCanvasAgg(figure)
     for axes, ladder in zip(figure.subplots(1, len(ladders), squeeze=False)[0], ladders):
         front = sorted(ladder.pareto(), key=lambda rung: rung.seconds)
-        axes.loglog([rung.seconds for rung in front], [max(rung.error, 1e-9) for rung in front], "-", color="tab:grey", lw=1)
+        axes.loglog(
+            [rung.seconds for rung in front], [max(rung.error, 1e-9) for rung in front], "-", color="tab:grey", lw=1
+        )
         for rung in ladder.rungs:
             colour = "tab:red" if rung.default else "tab:orange" if rung.peer else "tab:blue"
             axes.loglog(rung.seconds, max(rung.error, 1e-9), "o", color=colour)
-            axes.annotate(rung.name, (rung.seconds, max(rung.error, 1e-9)), fontsize=6, xytext=(3, 3), textcoords="offset points")
+            axes.annotate(
+                rung.name, (rung.seconds, max(rung.error, 1e-9)), fontsize=6, xytext=(3, 3), textcoords="offset points"
+            )
         axes.set(title=ladder.name, xlabel=f"processor seconds for {ladder.work}", ylabel=ladder.units)
         axes.tick_params(axis="x", which="both", labelrotation=40)
     figure.savefig(picture, dpi=110, metadata={"Software": None})

@@ -1,7 +1,8 @@
 """The band model of gas absorption: spectral points, weights and cross sections, read from the absorption table.
 
-In each interval of a few cm^-1 a handful of monochromatic points with weights stands for the interval's mean; at a point
-Beer's law holds exactly, for mixtures of gases and inhomogeneous paths alike. The table is made by `skyshine.mat.spectroscopy`.
+In each interval of a few cm^-1 a handful of monochromatic points with weights stands for the interval's mean; at a
+point Beer's law holds exactly, for mixtures of gases and inhomogeneous paths alike. The table is made by
+`skyshine.mat.spectroscopy`.
 """
 
 from __future__ import annotations
@@ -21,13 +22,15 @@ from skyshine.schemas.hdf5 import open_database
 
 FILETYPE, FORMAT_MAJOR = "absorption", 1
 CONTINUUM = "H2O_continuum"
-# Water vapour continua by name: the table's own, and an older one for comparison with codes of its time, at the wavenumbers of its file.
+# Water vapour continua by name: the table's own, and an older one for comparison with codes of its time, at the
+# wavenumbers of its file.
 WATER_CONTINUA = {"mt_ckd_4.3": None, "mt_ckd_2.4": "continuum/mt_ckd_2.4.csv"}
 # Codes of a gas in an interval, as the table keeps them; larger codes name the entries of its `sources`.
 NO_DATA, NEGLIGIBLE = 0, 1
 C2 = 1.438776877  # cm K, second radiation constant, CODATA 2018
-# Saturated air at 45 C holds 9.5 %. Beyond the last node, 8 %, the parabola through the nodes is continued: against line sums
-# a cross section of H2O is then wrong by 0.4 % rms at most, of N2 by 6 % in the far wings of its band, where it is thin.
+# Saturated air at 45 C holds 9.5 %. Beyond the last node, 8 %, the parabola through the nodes is continued: against
+# line sums a cross section of H2O is then wrong by 0.4 % rms at most, of N2 by 6 % in the far wings of its band, where
+# it is thin.
 MOST_H2O = 0.1
 CONTINUUM_PRESSURE, CONTINUUM_TEMPERATURE = 101300.0, 296.0  # Pa, K: reference of MT_CKD (1013 mb)
 
@@ -60,7 +63,8 @@ def _continuum_file(name):
 
 
 class CrossSectionNodes:
-    """Interpolation on the (pressure, temperature) nodes: cubics in log pressure and temperature, of the log cross section.
+    """Interpolation on the (pressure, temperature) nodes: cubics in log pressure and temperature, of the log cross
+    section.
 
     Parameters
     ----------
@@ -91,7 +95,9 @@ class CrossSectionNodes:
 
 @dataclass(frozen=True)
 class _GasPoints:
-    """A gas at the points where it absorbs: position among all points, log cross sections, log of the moist to dry ratio."""
+    """A gas at the points where it absorbs: position among all points, log cross sections, log of the moist to dry
+    ratio.
+    """
 
     position: np.ndarray
     table: np.ndarray
@@ -224,7 +230,8 @@ class SpectralPoints:
 class AbsorptionTable:
     """The absorption table; `open` reads what describes it, `points` the intervals that are asked for.
 
-    `content` is the hash of what the points hold, the name of the water vapour continuum after it where that is not the table's own.
+    `content` is the hash of what the points hold, the name of the water vapour continuum after it where that is not the
+    table's own.
     """
 
     water_continuum = "mt_ckd_4.3"
@@ -258,7 +265,9 @@ class AbsorptionTable:
             edges = np.stack([about["low"][()], about["high"][()]], axis=1).astype(float)
             codes = {name: group["source"][()] for name, group in file["gases"].items()}
             texts = {name: [str(text) for text in group.attrs["sources"]] for name, group in file["gases"].items()}
-            terms = {name: [str(text) for text in group.attrs.get("terms", [])] for name, group in file["gases"].items()}
+            terms = {
+                name: [str(text) for text in group.attrs.get("terms", [])] for name, group in file["gases"].items()
+            }
             errors = {name: group["rms_error"][()] for name, group in file["gases"].items()}
             error = about["error"][()].astype(float)
             version, label = str(file.attrs["data_version"]), str(file.attrs.get("data_name", ""))
@@ -295,7 +304,9 @@ class AbsorptionTable:
 
     def terms(self, gas: str) -> list[str]:
         """Licence or terms of the sources that a gas's cross sections come from, each once."""
-        used = [text for code, text in enumerate(self._terms[gas], start=NEGLIGIBLE + 1) if code in self._source_codes[gas]]
+        used = [
+            text for code, text in enumerate(self._terms[gas], start=NEGLIGIBLE + 1) if code in self._source_codes[gas]
+        ]
         return list(dict.fromkeys(used))
 
     def points(self, low: float, high: float) -> SpectralPoints:
@@ -312,7 +323,8 @@ class AbsorptionTable:
         if not any(first <= low and high <= last for first, last in self.coverage):
             ranges = ", ".join(f"{first:g} to {last:g}" for first, last in self.coverage)
             raise InputError(
-                f"wavenumbers {low:g} to {high:g} cm^-1 are not covered by the absorption table; allowed: {ranges} cm^-1"
+                f"wavenumbers {low:g} to {high:g} cm^-1 are not covered by the absorption table; allowed: {ranges}"
+                " cm^-1"
             )
         overlapping = np.flatnonzero((self.interval_edges[:, 1] > low) & (self.interval_edges[:, 0] < high))
         first, last = overlapping[0], overlapping[-1] + 1
@@ -338,7 +350,9 @@ class AbsorptionTable:
             weight=weight,
             interval=interval,
             interval_edges=self.interval_edges[first:last],
-            _continuum=self._with_continuum(wavenumber, np.array([points[name][begin:end] for name in coefficients], dtype=float)),
+            _continuum=self._with_continuum(
+                wavenumber, np.array([points[name][begin:end] for name in coefficients], dtype=float)
+            ),
             _gases=gases,
             _nodes=nodes,
             _humid_nodes=CrossSectionNodes(water["humid_pressure"][()], nodes.temperature, fraction),

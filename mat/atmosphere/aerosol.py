@@ -1,8 +1,9 @@
 """Aerosol of LOWTRAN7: optical properties and phase functions.
 
-Models of Shettle and Fenn 1979 (AFGL-TR-79-0214) as tabulated in LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177). Extinction is
-relative to that at 0.55 um; the vertical profile (`aerosol_column`) carries the amount. Phase functions are LOWTRAN7's own tables (34 angles,
-27 wavelengths from 0.2 to 40 um), not Henyey-Greenstein; those of 40 um stand for all longer waves.
+Models of Shettle and Fenn 1979 (AFGL-TR-79-0214) as tabulated in LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177).
+Extinction is relative to that at 0.55 um; the vertical profile (`aerosol_column`) carries the amount. Phase functions
+are LOWTRAN7's own tables (34 angles, 27 wavelengths from 0.2 to 40 um), not Henyey-Greenstein; those of 40 um stand for
+all longer waves.
 """
 
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from skyshine.schemas.errors import InputError
 
 MODELS = ("rural", "urban", "maritime", "tropospheric", "fog_advection", "fog_radiation")
 MODELS += ("stratospheric_background", "volcanic_aged", "volcanic_fresh", "meteoric_dust")
+
+
 @dataclass(frozen=True, eq=False)
 class AerosolModel:
     """One aerosol model: tables against humidity (H nodes), wavelength (W nodes) and angle.
@@ -134,7 +137,9 @@ class AerosolModel:
         angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         log_phase = np.log(self.phase).reshape(len(self.phase_angle), -1)
         at_angle = np.exp(linear_weights(self.phase_angle, angle).T @ log_phase).reshape(-1, *self.phase.shape[1:])
-        at_humidity = np.einsum("hl,ahv->alv", linear_weights(self.humidity, self._humidity(relative_humidity)), at_angle)
+        at_humidity = np.einsum(
+            "hl,ahv->alv", linear_weights(self.humidity, self._humidity(relative_humidity)), at_angle
+        )
         return at_humidity @ linear_weights(self.phase_wavelength, self._wavelength(wavenumber))
 
     def _wavelength(self, wavenumber):

@@ -23,11 +23,18 @@ from skyshine.mat.atmosphere.windblown import (
 )
 from skyshine.schemas.errors import InputError, nearest
 
-# Of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); those of desert and Navy follow the wind.
+# Of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); those of desert and Navy follow the
+# wind.
 BOUNDARY_MODELS = {
-    "rural": 23.0, "urban": 5.0, "maritime": 23.0, "navy_maritime": None, "tropospheric": 50.0, "desert": None,
-    "fog_advection": 0.2, "fog_radiation": 0.5,
-}  # fmt: skip
+    "rural": 23.0,
+    "urban": 5.0,
+    "maritime": 23.0,
+    "navy_maritime": None,
+    "tropospheric": 50.0,
+    "desert": None,
+    "fog_advection": 0.2,
+    "fog_radiation": 0.5,
+}
 # Loading (aerosol/stratosphere.csv) and particles of the stratosphere: LOWTRAN7's IVULCN 1, 2, 5, 4, 3, 8.
 STRATOSPHERES = {
     "background": ("background", "stratospheric_background"),
@@ -58,7 +65,8 @@ def default_visibility(model, wind_speed=DEFAULT_WIND, relative_humidity=80.0, a
     model : str
         One of `BOUNDARY_MODELS`.
     wind_speed : float
-        m s^-1: of the desert and Navy maritime aerosols, whose amount it sets (LOWTRAN7, SUBROUTINES DESATT and MARINE).
+        m s^-1: of the desert and Navy maritime aerosols, whose amount it sets (LOWTRAN7, SUBROUTINES DESATT and
+        MARINE).
     relative_humidity, air_mass : float, int
         Percent at the ground; 1 to 10: of the Navy maritime aerosol.
     """
@@ -75,9 +83,9 @@ def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0,
     """Aerosol extinction at 0.55 um against altitude.
 
     At the ground extinction is 3.912 / visibility (Koschmieder) less that of the molecules. Above it follows LOWTRAN7
-    (SUBROUTINE AERPRF): linear in 1 / visibility between its profiles to 2 km (and beyond them), likewise between 23 and 50 km
-    visibility and beyond to 10 km; background stratosphere by season; upper atmosphere to 100 km; none above. The logarithm is
-    linear in altitude between levels.
+    (SUBROUTINE AERPRF): linear in 1 / visibility between its profiles to 2 km (and beyond them), likewise between 23
+    and 50 km visibility and beyond to 10 km; background stratosphere by season; upper atmosphere to 100 km; none above.
+    The logarithm is linear in altitude between levels.
 
     Parameters
     ----------
@@ -110,7 +118,9 @@ def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0,
     altitude = _model_altitude(altitude, ground_altitude)
     table = read_csv(atmospheres.path("aerosol/vertical.csv"))
     levels = table["altitude[km]"] * 1e3
-    columns = {float(name.rpartition("_")[2]): values * 1e-3 for name, values in table.items() if name.startswith(season)}
+    columns = {
+        float(name.rpartition("_")[2]): values * 1e-3 for name, values in table.items() if name.startswith(season)
+    }
     extinction = _interpolate_visibility(columns, visibility_km)
     if loading != "background":
         laden = read_csv(atmospheres.path("aerosol/stratosphere.csv"))
@@ -121,7 +131,9 @@ def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0,
 
 
 def _interpolate_visibility(columns, visibility):
-    """Linear in 1 / visibility between (and beyond) the tabulated profiles; a dict of visibility [km] to (N,) profiles."""
+    """Linear in 1 / visibility between (and beyond) the tabulated profiles; a dict of visibility [km] to (N,)
+    profiles.
+    """
     nodes = np.array(sorted(columns, reverse=True))
     upper = int(np.clip(np.searchsorted(1 / nodes, 1 / visibility), 1, len(nodes) - 1))
     first, second = nodes[upper - 1], nodes[upper]
@@ -135,15 +147,23 @@ def _model_altitude(altitude, ground_altitude):
     if np.any(np.isnan(altitude)):
         raise InputError("altitude must be a number")
     if not ground_altitude < TERRAIN_ALTITUDE:
-        raise InputError(f"ground altitude {ground_altitude} m is not below {TERRAIN_ALTITUDE:.0f} m, where aerosol profiles end")
+        raise InputError(
+            f"ground altitude {ground_altitude} m is not below {TERRAIN_ALTITUDE:.0f} m, where aerosol profiles end"
+        )
     squeezed = TERRAIN_ALTITUDE * (altitude - ground_altitude) / (TERRAIN_ALTITUDE - ground_altitude)
     return np.where(altitude < TERRAIN_ALTITUDE, np.maximum(squeezed, 0.0), altitude)
 
 
 def aerosol_layers(
-    altitude, visibility_km, season, boundary_model, ground_altitude=0.0, stratosphere="background", wind_speed=DEFAULT_WIND,
+    altitude,
+    visibility_km,
+    season,
+    boundary_model,
+    ground_altitude=0.0,
+    stratosphere="background",
+    wind_speed=DEFAULT_WIND,
     air_mass=DEFAULT_AIR_MASS,
-):  # fmt: skip
+):
     """The aerosol models of a column and how much of each there is.
 
     Parameters
@@ -167,9 +187,9 @@ def aerosol_layers(
     Returns
     -------
     list of (AerosolModel, (N,) array)
-        Model and its extinction at 0.55 um, m^-1: boundary layer, troposphere (at 70 % humidity), stratosphere and meteoric
-        dust. The arrays add up to `aerosol_extinction_550`; models change over linearly between 2 and 3, 10 and 11,
-        30 and 35 km.
+        Model and its extinction at 0.55 um, m^-1: boundary layer, troposphere (at 70 % humidity), stratosphere and
+        meteoric dust. The arrays add up to `aerosol_extinction_550`; models change over linearly between 2 and 3, 10
+        and 11, 30 and 35 km.
 
     Raises
     ------

@@ -29,7 +29,8 @@ class SpectralAir:
     optics : SpectralOptics
     source_rays : SourceRays
     streams : bool
-        Light scattered more than once is that of `streams.StreamLight`, not of the two streams of `multiple.DiffuseLight`.
+        Light scattered more than once is that of `streams.StreamLight`, not of the two streams of
+        `multiple.DiffuseLight`.
     scatters : bool
         Light of the source is scattered; False leaves it out of paths and sky, and lets it fall on surfaces directly.
     """
@@ -67,7 +68,11 @@ class SpectralAir:
 
     def prepare(self):
         """Compute what is kept, before several threads ask for it."""
-        for kept in ("source_paths", "thermal", *(("scaled_extinction", "scaled_source_paths", "diffuse_light") if self.scatters else ())):
+        for kept in (
+            "source_paths",
+            "thermal",
+            *(("scaled_extinction", "scaled_source_paths", "diffuse_light") if self.scatters else ()),
+        ):
             getattr(self, kept)
 
     @cached_property
@@ -81,7 +86,8 @@ class SpectralAir:
         return thermal_source(self.state, self.shells, self.optics)
 
     def thermal_radiance(self, segments, depths):
-        """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths' precision.
+        """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths'
+        precision.
 
         Parameters
         ----------
@@ -144,7 +150,9 @@ class SpectralAir:
         return once + self.diffuse_light.spectral(segments, depths, to_source, deflection)
 
     def scattered_in_band(self, segments, depths, to_source, deflection, weight):
-        """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in `transfer.scattered_band`."""
+        """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in
+        `transfer.scattered_band`.
+        """
         paths, seen = self.scaled_source_paths, self._seen_through(segments, depths)
         once = scattered_band(segments, self.optics, seen, paths, to_source, deflection, weight)
         return once + self.diffuse_light.band(segments, depths, to_source, deflection, weight)

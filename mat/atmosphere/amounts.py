@@ -32,7 +32,8 @@ def gas_factors(gases, scale, ppm):
     Raises
     ------
     InputError
-        For a gas that the profile does not hold, is named twice or is 0 at the ground, and for a negative or infinite amount.
+        For a gas that the profile does not hold, is named twice or is 0 at the ground, and for a negative or infinite
+        amount.
     """
     for gas, amount in [*scale.items(), *ppm.items()]:
         if gas not in gases:
@@ -44,7 +45,9 @@ def gas_factors(gases, scale, ppm):
         if factors.get(gas, 1.0) != 1.0:
             raise InputError(f"{gas} has both a scale and an amount; give one of them")
         if gases[gas][0] <= 0:
-            raise InputError(f"the profile holds no {gas} at the ground, so that none can be scaled to {parts:g} ppm; give a scale")
+            raise InputError(
+                f"the profile holds no {gas} at the ground, so that none can be scaled to {parts:g} ppm; give a scale"
+            )
         factors[gas] = parts * 1e-6 / gases[gas][0]
     return factors
 
@@ -109,5 +112,7 @@ def water_factor(altitude, density, fraction, saturated, column):
         return 0.0
     most = held(_LARGEST_FACTOR)
     if column > most:
-        raise InputError(f"water column {column:g} mm is more than saturated air of this profile holds, {most:.4g} mm; give less")
+        raise InputError(
+            f"water column {column:g} mm is more than saturated air of this profile holds, {most:.4g} mm; give less"
+        )
     return brentq(lambda factor: held(factor) - column, 0.0, _LARGEST_FACTOR, xtol=1e-12, rtol=1e-12)

@@ -9,8 +9,8 @@ import numpy as np
 from skyshine.mat.atmosphere import transfer
 from skyshine.mat.atmosphere.geometry import scattering_cosine, source_cosine, trace
 
-# Ranges on each line of sight; surfaces and elevations of the source for skylight, and for direct light, which costs little and
-# varies much.
+# Ranges on each line of sight; surfaces and elevations of the source for skylight, and for direct light, which costs
+# little and varies much.
 _RANGES, _SURFACES, _SKY_SOURCES, _DIRECT_SURFACES, _DIRECT_SOURCES = 12, 4, 3, 12, 30
 _SURFACE_HEIGHTS = (0.0, 1e3, 3e3, 10e3)  # m above the ground
 
@@ -87,7 +87,9 @@ class Sample:
         )
 
     def optical_depth(self, per_molecule):
-        """Of each line of sight to its farthest range and on, (M, P), through a property (N, P) [m^2 per molecule] of the air."""
+        """Of each line of sight to its farthest range and on, (M, P), through a property (N, P) [m^2 per molecule] of
+        the air.
+        """
         air = np.zeros((len(self.sights), len(per_molecule)))
         for row, sight in zip(air, self.sights, strict=True):
             np.add.at(row, sight.segments.layer, sight.segments.lower)

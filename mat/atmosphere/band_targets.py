@@ -1,7 +1,8 @@
-"""What the points of a band give on a sample of a job's paths: the targets a band is fitted to, and what it is tested on.
+"""What the points of a band give on a sample of a job's paths: the targets a band is fitted to, and what it is tested
+on.
 
-The test holds for all states of one air: radiation is linear in what the ground emits and in the light of the sources, so that their
-parts are kept by interval, in which both are the same.
+The test holds for all states of one air: radiation is linear in what the ground emits and in the light of the sources,
+so that their parts are kept by interval, in which both are the same.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from skyshine.mat.radiometry import planck_wavenumber
 
 KINDS = ("transmittance", "path_thermal", "path_radiance", "sky_irradiance", "direct_irradiance")
 DIRECT = KINDS[-1]
-# Directions of the sky. The cells of their quadrature take the mean of the phase function, and nothing else changes with azimuth but
-# through the curvature of the Earth.
+# Directions of the sky. The cells of their quadrature take the mean of the phase function, and nothing else changes
+# with azimuth but through the curvature of the Earth.
 _ZENITHS, _AZIMUTHS = 4, 1
 # K; of the ground whose radiance is the unit of `Responses.ground`.
 GROUND = 300.0
@@ -44,7 +45,8 @@ class Targets:
 
 @dataclass(frozen=True, eq=False)
 class Responses:
-    """In-band targets of a sample for every temperature of the ground and every light of the sources: both add in proportion.
+    """In-band targets of a sample for every temperature of the ground and every light of the sources: both add in
+    proportion.
 
     Attributes
     ----------
@@ -90,9 +92,13 @@ class Responses:
             An irradiance is not the same at all points of an interval.
         """
         sources = irradiance[:, self.first]
-        if not np.allclose(np.repeat(sources, np.diff(self.first, append=irradiance.shape[1]), axis=1), irradiance, rtol=1e-9, atol=0.0):
+        if not np.allclose(
+            np.repeat(sources, np.diff(self.first, append=irradiance.shape[1]), axis=1), irradiance, rtol=1e-9, atol=0.0
+        ):
             raise ValueError("irradiance must be the same at all points of an interval")
-        own, still, unit = (planck_wavenumber(self.wavenumber, t) for t in (surface_temperature, self.surface_temperature, GROUND))
+        own, still, unit = (
+            planck_wavenumber(self.wavenumber, t) for t in (surface_temperature, self.surface_temperature, GROUND)
+        )
         found = {}
         for kind in KINDS:
             sent = sources / brightness[:, None] if kind == DIRECT else sources
@@ -178,7 +184,9 @@ def responses(air, share, sample, sources):
         count = len(rows.still)
         still[rows.kind].append(rows.still @ share)
         for part, values in ((ground, rows.ground), (light, rows.light)):
-            by_interval = np.zeros((count, first.size)) if values is None else np.add.reduceat(values * share, first, axis=1)
+            by_interval = (
+                np.zeros((count, first.size)) if values is None else np.add.reduceat(values * share, first, axis=1)
+            )
             part[rows.kind].append(by_interval)
         source[rows.kind].append(np.zeros(count, int) if rows.source is None else rows.source)
     parts = ({kind: np.concatenate(found[kind]) for kind in KINDS} for found in (still, ground, light, source))
@@ -202,7 +210,8 @@ def _joined(parts, edges):
     """Responses at all points from those of pieces between edges."""
     still = {kind: sum(part.still[kind] for part in parts) for kind in KINDS}
     ground, light = (
-        {kind: np.concatenate([getattr(part, name)[kind] for part in parts], axis=1) for kind in KINDS} for name in ("ground", "light")
+        {kind: np.concatenate([getattr(part, name)[kind] for part in parts], axis=1) for kind in KINDS}
+        for name in ("ground", "light")
     )
     first = np.concatenate([part.first + start for part, start in zip(parts, edges[:-1], strict=True)])
     wavenumber = np.concatenate([part.wavenumber for part in parts])
@@ -228,7 +237,9 @@ def _fitted(air, share, irradiance, brightness, sample, columns):
 
 
 def _rows(air, sample, sources, with_ground=False):
-    """Targets of a sample at the points of `air`, in several `_Rows`; without `with_ground` the ground's part is not told apart."""
+    """Targets of a sample at the points of `air`, in several `_Rows`; without `with_ground` the ground's part is not
+    told apart.
+    """
     optics = air.optics
     per_micron = optics.wavenumber**2 * 1e-4
     dark = _over_bright_ground(air) if with_ground and np.any(optics.aerosol_scattering) else None
@@ -241,7 +252,8 @@ def _rows(air, sample, sources, with_ground=False):
         through = np.exp(-depths.before[node].astype(float))
         within = (np.arange(segments.index.size) < node[:, None]).astype(np.float32)
         thermal, ground = (
-            None if one is None else (within @ one.thermal_radiance(segments, depths)) * per_micron for one in (air, dark)
+            None if one is None else (within @ one.thermal_radiance(segments, depths)) * per_micron
+            for one in (air, dark)
         )
         light = air.scattered_radiance(segments, depths, sight.to_source, sight.deflection) * per_micron
         yield _Rows("transmittance", through)
@@ -258,13 +270,19 @@ def _rows(air, sample, sources, with_ground=False):
 def _from_above(air, dark, sample, sources, per_micron):
     """Rows of sky and direct irradiance at the sample's places, all of them for the first source, then for the next."""
     sky = sky_irradiance(air, sample.surface_altitude, sample.sky_elevation, zeniths=_ZENITHS, azimuths=_AZIMUTHS)
-    below = None if dark is None else sky_irradiance(dark, sample.surface_altitude, np.zeros(0), zeniths=_ZENITHS).thermal
+    below = (
+        None if dark is None else sky_irradiance(dark, sample.surface_altitude, np.zeros(0), zeniths=_ZENITHS).thermal
+    )
     thermal, ground = (
-        None if rows is None else np.repeat(rows * per_micron, sample.sky_elevation.size, axis=0) for rows in (sky.thermal, below)
+        None if rows is None else np.repeat(rows * per_micron, sample.sky_elevation.size, axis=0)
+        for rows in (sky.thermal, below)
     )
     scattered, direct = (
         (rows * per_micron).reshape(-1, per_micron.size)
-        for rows in (sky.scattered, direct_transmittance(air.source_paths, sample.direct_altitude, sample.direct_elevation))
+        for rows in (
+            sky.scattered,
+            direct_transmittance(air.source_paths, sample.direct_altitude, sample.direct_elevation),
+        )
     )
 
     def of_all(kind, *parts):

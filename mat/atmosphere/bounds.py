@@ -1,9 +1,10 @@
-"""Upper bounds of what scattered light, and single kinds of particle, change in what is seen: from optical depths, without transfer.
+"""Upper bounds of what scattered light, and single kinds of particle, change in what is seen: from optical depths,
+without transfer.
 
-A line of sight is made of pieces, one a layer, and its radiance is the mean of their sources with shares that sum to at most 1; no
-share is above what the layer absorbs and scatters along its longest chord. So no line is brighter than the brightest sources filled
-in, share by share, until the sum is 1. A source is the light scattered once, at the largest value of the phase function, and albedo
-times the brightest line, which that bounds.
+A line of sight is made of pieces, one a layer, and its radiance is the mean of their sources with shares that sum to at
+most 1; no share is above what the layer absorbs and scatters along its longest chord. So no line is brighter than the
+brightest sources filled in, share by share, until the sum is 1. A source is the light scattered once, at the largest
+value of the phase function, and albedo times the brightest line, which that bounds.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ class Scattering:
     Attributes
     ----------
     light : (P,) array
-        Radiance of scattered light, of sky and path alike, per unit of the source's irradiance outside the atmosphere, sr^-1; infinite
-        where nothing bounds it.
+        Radiance of scattered light, of sky and path alike, per unit of the source's irradiance outside the atmosphere,
+        sr^-1; infinite where nothing bounds it.
     field : (P,) array
         The same with the ground, which reflects the source.
     gain : (P,) array
@@ -53,7 +54,12 @@ class Scattering:
         with np.errstate(divide="ignore", over="ignore"):
             scaled = optics.extinction - optics.aerosol_scattering * straight_share(optics)
             peak = _either(optics.phase.max(axis=0) @ optics.phase_share)
-            single = np.maximum(*((_RAYLEIGH_PEAK * optics.rayleigh[end] + peak * optics.aerosol_scattering[end]) / scaled[end] for end in _ENDS))
+            single = np.maximum(
+                *(
+                    (_RAYLEIGH_PEAK * optics.rayleigh[end] + peak * optics.aerosol_scattering[end]) / scaled[end]
+                    for end in _ENDS
+                )
+            )
             albedo = _either(whole / optics.extinction)
             once = single / (4 * np.pi)
             again = 1 / (1 - _brightest(albedo, share, ground))
@@ -62,7 +68,9 @@ class Scattering:
         return cls(light, field, _brightest(single, share) * again)
 
     def radiance(self, irradiance, weight):
-        """Bound of a band's scattered light, W m^-2 sr^-1, for irradiances (..., P) and weights (P,) `BandPoints.radiance_weight`."""
+        """Bound of a band's scattered light, W m^-2 sr^-1, for irradiances (..., P) and weights (P,)
+        `BandPoints.radiance_weight`.
+        """
         return np.asarray(irradiance) * self.light @ weight
 
 
@@ -83,16 +91,21 @@ class Bounds:
 
     @classmethod
     def of(cls, air, grid, irradiance, weight) -> Bounds:
-        """Bounds of an `air.SpectralAir` on a `path_grid.PathGrid`, for the irradiance (B, P) of sources; `weight` as `Scattering.radiance`."""
+        """Bounds of an `air.SpectralAir` on a `path_grid.PathGrid`, for the irradiance (B, P) of sources; `weight` as
+        `Scattering.radiance`.
+        """
         scattering = Scattering.of(air)
-        return cls(scattering.radiance(irradiance, weight), particle_bounds(air, scattering, table_lines(air, grid), irradiance.sum(axis=0), weight))
+        return cls(
+            scattering.radiance(irradiance, weight),
+            particle_bounds(air, scattering, table_lines(air, grid), irradiance.sum(axis=0), weight),
+        )
 
 
 def particle_bounds(air, scattering, lines, irradiance, weight):
     """Most that leaving out each kind of particle changes in transmitted, path, sky and direct radiance of a band.
 
-    What the particles take from a line of sight and add to it is at most their share of it times the brightest radiance there is; what
-    others then scatter differently follows from the mean over all directions.
+    What the particles take from a line of sight and add to it is at most their share of it times the brightest radiance
+    there is; what others then scatter differently follows from the mean over all directions.
 
     Parameters
     ----------
@@ -109,13 +122,17 @@ def particle_bounds(air, scattering, lines, irradiance, weight):
     Returns
     -------
     (K,) array
-        By `AtmosphericState.particles`, W m^-2 sr^-1; of black bodies at 300 K behind the lines. 0 where there is no such particle, infinite where
-        there are many.
+        By `AtmosphericState.particles`, W m^-2 sr^-1; of black bodies at 300 K behind the lines. 0 where there is no
+        such particle, infinite where there are many.
     """
-    return np.array([
-        _of_particle(air, component, scattering, lines, irradiance, weight) if np.any(component.extinction_550 > 0) else 0.0
-        for component in air.state.particles
-    ])
+    return np.array(
+        [
+            _of_particle(air, component, scattering, lines, irradiance, weight)
+            if np.any(component.extinction_550 > 0)
+            else 0.0
+            for component in air.state.particles
+        ]
+    )
 
 
 def _of_particle(air, component, scattering, lines, irradiance, weight):
@@ -151,7 +168,9 @@ def _longest(air, section):
 
 
 def by_level(layer, lower, upper, count):
-    """Air (M, count) of rays by level, from the layer (M, K) of each segment and what counts with its two levels, (M, K) each."""
+    """Air (M, count) of rays by level, from the layer (M, K) of each segment and what counts with its two levels, (M,
+    K) each.
+    """
     air = np.zeros((len(layer), count))
     row = np.arange(len(layer))[:, None]
     np.add.at(air, (row, layer), lower)
@@ -160,8 +179,12 @@ def by_level(layer, lower, upper, count):
 
 
 def table_lines(air, grid):
-    """Air (M, N) of the lines of sight of a table, to the longest range, as `particle_bounds` takes it; of a `path_grid.PathGrid`."""
-    altitude, elevation = (a.ravel() for a in np.meshgrid(grid.altitude_km * 1e3, np.radians(grid.elevation_deg), indexing="ij"))
+    """Air (M, N) of the lines of sight of a table, to the longest range, as `particle_bounds` takes it; of a
+    `path_grid.PathGrid`.
+    """
+    altitude, elevation = (
+        a.ravel() for a in np.meshgrid(grid.altitude_km * 1e3, np.radians(grid.elevation_deg), indexing="ij")
+    )
     rays = trace(air.shells, altitude, elevation, np.full((altitude.size, 1), grid.range_km[-1] * 1e3))
     before = rays.distance[:, 1:] <= grid.range_km[-1] * 1e3 * (1 + 1e-9)
     return by_level(rays.layer, rays.lower * before, rays.upper * before, air.shells.altitude.size)
@@ -173,7 +196,9 @@ def _either(values):
 
 
 def _chords(air):
-    """Air on the longest way through each layer, (N-1, 1) molecules m^-2: the ray that is level at its lower level, to both sides."""
+    """Air on the longest way through each layer, (N-1, 1) molecules m^-2: the ray that is level at its lower level, to
+    both sides.
+    """
     levels = air.shells.altitude
     rays = trace(air.shells, levels[:-1], np.zeros(levels.size - 1))
     inside = rays.layer == np.arange(levels.size - 1)[:, None]
@@ -181,7 +206,9 @@ def _chords(air):
 
 
 def _brightest(source, share, ground=None):
-    """Most that a line gathers from sources (L, P), none by more than its share (L, P) and all by 1; of a ground by what is left."""
+    """Most that a line gathers from sources (L, P), none by more than its share (L, P) and all by 1; of a ground by
+    what is left.
+    """
     if ground is not None:
         source = np.concatenate([source, np.full((1, source.shape[1]), ground)])
         share = np.concatenate([share, np.ones((1, share.shape[1]))])

@@ -1,8 +1,8 @@
 """Layers of water and ice cloud.
 
-Optical properties by Mie theory (``atmospheres/cloud``), a gamma distribution of drop sizes of effective variance 0.1 and the phase
-function of Henyey and Greenstein. A cloud is even between its base and its top; it is part of the particles of a state, so that
-whatever air and aerosol take part in, cloud does too.
+Optical properties by Mie theory (``atmospheres/cloud``), a gamma distribution of drop sizes of effective variance 0.1
+and the phase function of Henyey and Greenstein. A cloud is even between its base and its top; it is part of the
+particles of a state, so that whatever air and aerosol take part in, cloud does too.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from skyshine.schemas.errors import InputError, nearest
 PHASES = ("water", "ice")
 TYPES = ("cumulus", "altostratus", "stratus", "stratocumulus", "nimbostratus", "cirrus", "thin_cirrus")
 RADII = {"water": (2.0, 30.0), "ice": (5.0, 100.0)}  # um, of the tables
-# Of a cloud of no type: droplets over land and sea differ by a factor of 2 about 10 um (Miles et al. 2000, J. Atmos. Sci. 57, 295);
-# crystals of cirrus have 20 to 40 um (Baum et al. 2011, J. Appl. Meteorol. Climatol. 50, 1037).
+# Of a cloud of no type: droplets over land and sea differ by a factor of 2 about 10 um (Miles et al. 2000, J. Atmos.
+# Sci. 57, 295); crystals of cirrus have 20 to 40 um (Baum et al. 2011, J. Appl. Meteorol. Climatol. 50, 1037).
 DEFAULT_RADII = {"water": 10.0, "ice": 30.0}
 LARGEST_OPTICAL_DEPTH = 1e5
 TOP_LIMIT = 20e3  # m above the ground
@@ -59,14 +59,18 @@ class CloudLayer:
             raise InputError(f"no cloud of '{self.phase}'; {nearest(self.phase, PHASES)}")
         if not (0 <= self.base and self.base + THINNEST <= self.top <= TOP_LIMIT):
             raise InputError(
-                f"cloud from {self.base / 1e3:g} to {self.top / 1e3:g} km above the ground is not allowed; give a base of at least 0 and a top "
-                f"at least {THINNEST / 1e3:g} km higher, at most {TOP_LIMIT / 1e3:g} km"
+                f"cloud from {self.base / 1e3:g} to {self.top / 1e3:g} km above the ground is not allowed; give a base"
+                f" of at least 0 and a top at least {THINNEST / 1e3:g} km higher, at most {TOP_LIMIT / 1e3:g} km"
             )
         low, high = RADII[self.phase]
         if not low <= self.effective_radius <= high:
-            raise InputError(f"effective radius {self.effective_radius:g} um of {self.phase} is outside {low:g} to {high:g} um")
+            raise InputError(
+                f"effective radius {self.effective_radius:g} um of {self.phase} is outside {low:g} to {high:g} um"
+            )
         if not 0 <= self.optical_depth <= LARGEST_OPTICAL_DEPTH:
-            raise InputError(f"optical depth {self.optical_depth:g} of a cloud is outside 0 to {LARGEST_OPTICAL_DEPTH:g}")
+            raise InputError(
+                f"optical depth {self.optical_depth:g} of a cloud is outside 0 to {LARGEST_OPTICAL_DEPTH:g}"
+            )
 
     @classmethod
     def of_water_path(cls, phase, base, top, effective_radius, water_path):
@@ -130,7 +134,10 @@ def check_phase(layer, temperature):
     InputError
     """
     coldest, warmest = float(np.min(temperature)), float(np.max(temperature))
-    where = f"cloud from {layer.base / 1e3:g} to {layer.top / 1e3:g} km above the ground, where the air has {coldest:.1f} to {warmest:.1f} K"
+    where = (
+        f"cloud from {layer.base / 1e3:g} to {layer.top / 1e3:g} km above the ground, where the air has {coldest:.1f}"
+        f" to {warmest:.1f} K"
+    )
     if layer.phase == "water" and warmest < COLDEST_WATER:
         raise InputError(f"water {where}, is frozen below {COLDEST_WATER:g} K; make it ice, or lower it")
     if layer.phase == "ice" and coldest > WARMEST_ICE:

@@ -1,8 +1,9 @@
-"""Compile a sensor band: the few spectral points that stand for all of them, for the air of a state and the paths of its job.
+"""Compile a sensor band: the few spectral points that stand for all of them, for the air of a state and the paths of
+its job.
 
-The points of the band are reduced by the method that chose them within an interval (`selection.select_points`), with the in-band
-quantities of a sample of the job's own paths as targets. What that costs is measured on other paths of the same job, over the ground
-and in the light of the state itself; states that differ in these alone share the points.
+The points of the band are reduced by the method that chose them within an interval (`selection.select_points`), with
+the in-band quantities of a sample of the job's own paths as targets. What that costs is measured on other paths of the
+same job, over the ground and in the light of the state itself; states that differ in these alone share the points.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from skyshine.schemas.errors import InputError
 
 # Samples of the response inside an interval.
 _RESPONSE_SAMPLES = 200
-# Candidates beyond these many are thinned, evenly in mean logarithm of optical depth: 4,000 are more than enough for a band.
+# Candidates beyond these many are thinned, evenly in mean logarithm of optical depth: 4,000 are more than enough for a
+# band.
 _MAX_CANDIDATES = 1600
 # Lines of sight for the fit and for the test.
 _TRAINING_RAYS, _TEST_RAYS = 160, 40
@@ -28,8 +30,8 @@ _TRAINING_RAYS, _TEST_RAYS = 160, 40
 _GAS_RAYS = 40
 # Errors count relative to the quantity, or to this fraction of its largest value where it is below.
 _FLOOR = 0.1
-# Gases left out may together take this fraction of the tolerance, in transmittance; the fit itself, on its own paths, the other.
-# On other paths its error is two to three times that on its own.
+# Gases left out may together take this fraction of the tolerance, in transmittance; the fit itself, on its own paths,
+# the other. On other paths its error is two to three times that on its own.
 _GAS_SHARE = 0.5
 _FIT_SHARE = 0.3
 
@@ -79,8 +81,9 @@ class CompiledBand:
     total_points : int
         How many those are.
     errors : dict
-        By quantity (`band_targets.KINDS`): {"max", "p95", "rms"}, relative, on paths the points were not fitted to, against all points and all
-        gases. Below 10 % of a quantity's largest value (of 1 for transmittance) errors count relative to that.
+        By quantity (`band_targets.KINDS`): {"max", "p95", "rms"}, relative, on paths the points were not fitted to,
+        against all points and all gases. Below 10 % of a quantity's largest value (of 1 for transmittance) errors count
+        relative to that.
     dropped : dict
         Gases left out: largest change of an in-band transmittance by each.
     ladder : (n,) array
@@ -116,7 +119,8 @@ def band_points(points, response):
     """
     low, high = points.interval_edges.T
     sample = low[:, None] + (high - low)[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
-    # Points of an interval stand for its distribution of absorption, not for their own place: each sees the interval's mean.
+    # Points of an interval stand for its distribution of absorption, not for their own place: each sees the interval's
+    # mean.
     micron = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1)
     weight = points.weight * micron[points.interval]
     inside = np.flatnonzero(weight > 0)
@@ -130,7 +134,8 @@ def band_points(points, response):
 
 @dataclass(frozen=True, eq=False)
 class FittedBand:
-    """A band reduced to few points for some air, whatever the temperature of its ground and the distance of its sources.
+    """A band reduced to few points for some air, whatever the temperature of its ground and the distance of its
+    sources.
 
     Attributes
     ----------
@@ -179,8 +184,8 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     grid : path_grid.PathGrid
         The job's own axes.
     source_irradiance : (P,) or (B, P) array
-        At all points, W m^-2 (cm^-1)^-1, of one source or of each of several that are to share the compiled band; the same at all
-        points of an interval.
+        At all points, W m^-2 (cm^-1)^-1, of one source or of each of several that are to share the compiled band; the
+        same at all points of an interval.
     tolerance : float
         Relative rms error.
     max_points : int
@@ -192,7 +197,9 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     CompiledBand
     """
     settings = {"tolerance": tolerance, "max_points": max_points, "seed": seed}
-    return fit_band(over_air(state), band, grid, source_irradiance, **settings).measured(state.surface_temperature, source_irradiance)
+    return fit_band(over_air(state), band, grid, source_irradiance, **settings).measured(
+        state.surface_temperature, source_irradiance
+    )
 
 
 def over_air(state):
@@ -201,7 +208,8 @@ def over_air(state):
 
 
 def fit_band(state, band, grid, source_irradiance, *, tolerance, max_points, seed):
-    """The points of a compiled band, with what its errors follow from in states that differ in ground temperature and sources.
+    """The points of a compiled band, with what its errors follow from in states that differ in ground temperature and
+    sources.
 
     Parameters
     ----------
@@ -235,12 +243,16 @@ def fit_band(state, band, grid, source_irradiance, *, tolerance, max_points, see
     order = np.argsort(candidates[chosen])
     index, weight = candidates[chosen][order], weight[order]
     few = BandPoints(band.points.subset(index), weight, kept)
-    found = responses(replace(air, optics=spectral_optics(state, few.points, kept)), weight / weight.sum(), test, len(irradiance))
+    found = responses(
+        replace(air, optics=spectral_optics(state, few.points, kept)), weight / weight.sum(), test, len(irradiance)
+    )
     return FittedBand(few, index, band.weight.size, dropped, ladder, exact, found)
 
 
 def _light(source_irradiance):
-    """Irradiance (B, P) of the sources, and how bright each is: direct light counts against that, moonlight like sunlight."""
+    """Irradiance (B, P) of the sources, and how bright each is: direct light counts against that, moonlight like
+    sunlight.
+    """
     irradiance = np.atleast_2d(np.asarray(source_irradiance, dtype=float))
     return irradiance, np.maximum(irradiance.mean(axis=1), np.finfo(float).tiny)
 
@@ -301,7 +313,9 @@ def _errors(exact, approximate):
     """Errors by quantity, from in-band values."""
     result = {}
     for kind, values in exact.items():
-        error = (approximate.get(kind, 0.0) - values) / _size(kind, values)  # a quantity that is 0 everywhere has no entry
+        error = (approximate.get(kind, 0.0) - values) / _size(
+            kind, values
+        )  # a quantity that is 0 everywhere has no entry
         result[kind] = {
             "max": float(np.abs(error).max()),
             "p95": float(np.percentile(np.abs(error), 95)),

@@ -1,8 +1,8 @@
 """Thermal source function of air that scatters: emission, and what particles scatter into a line of sight.
 
-The diffuse thermal field comes from the delta-scaled two-stream equations with hemispheric-mean closure, layer by layer, joined
-by adding from the ground up. The scattered part of the source follows the first two moments of the phase function. Scattering by
-molecules is far below anything thermal and is left with the emission.
+The diffuse thermal field comes from the delta-scaled two-stream equations with hemispheric-mean closure, layer by
+layer, joined by adding from the ground up. The scattered part of the source follows the first two moments of the phase
+function. Scattering by molecules is far below anything thermal and is left with the emission.
 
 References
 ----------
@@ -19,7 +19,8 @@ import numpy as np
 from skyshine.mat.atmosphere.twostream import Slabs, join, vertical_column
 from skyshine.mat.radiometry import planck_wavenumber
 
-# Pure scattering has no decay, which the closed form of a layer divides by; this little absorption changes nothing else.
+# Pure scattering has no decay, which the closed form of a layer divides by; this little absorption changes nothing
+# else.
 _LARGEST_ALBEDO = 1 - 1e-9
 # Below this optical depth a layer emits as if it had its mean temperature.
 _THIN = 1e-3

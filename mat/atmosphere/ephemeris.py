@@ -29,7 +29,8 @@ class SourcePosition:
     waxing : array of bool
         Whether the Moon is before full; False for the Sun.
     sun_distance : array
-        From the source of light that is seen to the Sun, au: the Moon's distance from the Sun; for the Sun, the observer's.
+        From the source of light that is seen to the Sun, au: the Moon's distance from the Sun; for the Sun, the
+        observer's.
     """
 
     elevation: np.ndarray
@@ -68,7 +69,9 @@ def position(source, times, latitude, longitude, height=0.0):
     if source not in SOURCES:
         raise InputError(f"no source '{source}'; allowed: {', '.join(SOURCES)}")
     if not (abs(latitude) <= 90 and abs(longitude) <= 360 and np.isfinite(height)):
-        raise InputError(f"no place at latitude {latitude}, longitude {longitude}, height {height}: degrees, degrees and metres")
+        raise InputError(
+            f"no place at latitude {latitude}, longitude {longitude}, height {height}: degrees, degrees and metres"
+        )
     observer = astronomy.Observer(latitude, longitude, height)
     moments = [astronomy.Time(days) for days in _days_since_j2000(times)]
     rows = np.array([_row(astronomy, source, moment, observer) for moment in moments]).reshape(-1, 6)

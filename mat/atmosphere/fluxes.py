@@ -1,9 +1,10 @@
-"""Broadband fluxes on the ground: longwave of the sky, direct and diffuse sunlight, at any altitude and elevation of the Sun.
+"""Broadband fluxes on the ground: longwave of the sky, direct and diffuse sunlight, at any altitude and elevation of
+the Sun.
 
-A few spectral points stand for the whole thermal and the whole solar spectrum. They are chosen from the absorption table's own by
-`skyshine.mat.spectroscopy.broadband`, with fluxes of many states as targets; what that costs in error is kept in their file. At a point
-everything is as in a sensor's band: layers with their gases, particles and cloud, refracted beams through spherical shells,
-two streams of diffuse light with the ground's reflection.
+A few spectral points stand for the whole thermal and the whole solar spectrum. They are chosen from the absorption
+table's own by `skyshine.mat.spectroscopy.broadband`, with fluxes of many states as targets; what that costs in error is
+kept in their file. At a point everything is as in a sensor's band: layers with their gases, particles and cloud,
+refracted beams through spherical shells, two streams of diffuse light with the ground's reflection.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database
 
 FILETYPE, FORMAT_MAJOR = "broadband", 1
-# cm^-1. Thermal: of a black body of 330 K less than 0.1 % lies outside. Solar: what is left out arrives at no ground (below 0.3 um)
-# or is below 0.4 W m^-2 (beyond 12.5 um).
+# cm^-1. Thermal: of a black body of 330 K less than 0.1 % lies outside. Solar: what is left out arrives at no ground
+# (below 0.3 um) or is below 0.4 W m^-2 (beyond 12.5 um).
 LONGWAVE, SHORTWAVE = (10.0, 3400.0), (800.0, 33400.0)
 QUANTITIES = ("longwave_down", "direct_normal", "diffuse")
 # Zenith angles of the thermal sky: Gauss nodes in the cosine; against 24 of them, 2e-4.
@@ -64,7 +65,8 @@ class BroadbandPoints:
     longwave, shortwave : SpectralPoints
         With weights in cm^-1, and in W m^-2 of sunlight outside the atmosphere at 1 au.
     errors : dict
-        By quantity: {"max", "p95", "rms"}, W m^-2, against all points of the table, on states the points were not fitted to.
+        By quantity: {"max", "p95", "rms"}, W m^-2, against all points of the table, on states the points were not
+        fitted to.
     """
 
     longwave: object
@@ -87,7 +89,8 @@ class BroadbandPoints:
         with open_database(path, FILETYPE, FORMAT_MAJOR) as file:
             if str(file.attrs["absorption_sha256"]) != table.content.split()[0]:
                 raise InputError(
-                    f"was chosen from another absorption table than {table.path}; choose anew: mat lines broadband --out FILE",
+                    f"was chosen from another absorption table than {table.path}; choose anew: mat lines broadband"
+                    " --out FILE",
                     file=path,
                 )
             chosen = []
@@ -95,7 +98,8 @@ class BroadbandPoints:
                 points = table.points(low, high)
                 chosen.append(points.subset(file[name]["index"][()], file[name]["weight"][()].astype(float)))
             errors = {
-                name: {key: float(file["errors"][name].attrs[key]) for key in ("max", "p95", "rms")} for name in QUANTITIES
+                name: {key: float(file["errors"][name].attrs[key]) for key in ("max", "p95", "rms")}
+                for name in QUANTITIES
             }
         return cls(*chosen, errors)
 
@@ -131,19 +135,24 @@ def broadband_fluxes(state, altitude, source_elevation, ground_albedo, *, sun_di
     Raises
     ------
     InputError
-        An altitude below the ground of the state or above its highest level, an elevation or an albedo outside its range.
+        An altitude below the ground of the state or above its highest level, an elevation or an albedo outside its
+        range.
     """
     altitude, elevation = (np.atleast_1d(np.asarray(x, dtype=float)) for x in (altitude, source_elevation))
     _check(state, altitude, elevation, ground_albedo, sun_distance)
     points = packaged_points() if points is None else points
     longwave = sky_emission(state, points.longwave, altitude) @ points.longwave.weight
     sunlight = points.shortwave.weight / sun_distance**2
-    direct, diffuse = (part @ sunlight for part in sunlight_shares(state, points.shortwave, altitude, elevation, ground_albedo))
+    direct, diffuse = (
+        part @ sunlight for part in sunlight_shares(state, points.shortwave, altitude, elevation, ground_albedo)
+    )
     return BroadbandFluxes(altitude, elevation, longwave, direct, diffuse)
 
 
 def sky_emission(state, points, altitude):
-    """Thermal irradiance of a horizontal surface by the sky at altitudes (A,) [m], at each point: (A, P) W m^-2 (cm^-1)^-1."""
+    """Thermal irradiance of a horizontal surface by the sky at altitudes (A,) [m], at each point: (A, P) W m^-2
+    (cm^-1)^-1.
+    """
     air = SpectralAir.of(state, points)
     return sky_irradiance(air, altitude, np.zeros(0), zeniths=_ZENITHS).thermal
 
@@ -184,11 +193,13 @@ def _check(state, altitude, elevation, ground_albedo, sun_distance):
     low, high = state.altitude[[0, -1]]
     if not np.all((altitude >= low) & (altitude <= high)):
         raise InputError(
-            f"found surface altitudes {altitude.min():g} to {altitude.max():g} m; allowed: {low:g} to {high:g} m, the ground and the "
-            f"highest level of atmospheric state '{state.name}'"
+            f"found surface altitudes {altitude.min():g} to {altitude.max():g} m; allowed: {low:g} to {high:g} m, the"
+            f" ground and the highest level of atmospheric state '{state.name}'"
         )
     if not np.all(np.abs(elevation) <= 90.0):
-        raise InputError(f"found source elevations {elevation.min():g} to {elevation.max():g} degree; allowed: -90 to 90")
+        raise InputError(
+            f"found source elevations {elevation.min():g} to {elevation.max():g} degree; allowed: -90 to 90"
+        )
     if not 0.0 <= ground_albedo <= 1.0:
         raise InputError(f"found ground albedo {ground_albedo:g}; allowed: 0 to 1")
     if not (np.isfinite(sun_distance) and sun_distance > 0):

@@ -1,9 +1,9 @@
 """Refracted lines of sight through spherical layers.
 
 Between two levels the refractive index n falls as a power of the radius r, n = n_j (r / r_j)^-q. Bouguer's invariant
-n r sin(zenith) then makes the ray a straight line in the plane of the radius rho = (r / r_j)^(1 - q): its position x along that
-line, counted from its nearest point to the Earth's centre, gives length, altitude and angles in closed form, at the horizon and
-through the tangent point too. Air between two levels is exponential in altitude.
+n r sin(zenith) then makes the ray a straight line in the plane of the radius rho = (r / r_j)^(1 - q): its position x
+along that line, counted from its nearest point to the Earth's centre, gives length, altitude and angles in closed form,
+at the horizon and through the tangent point too. Air between two levels is exponential in altitude.
 
 References
 ----------
@@ -22,11 +22,11 @@ from skyshine.schemas.errors import InputError
 EARTH_RADIUS = 6371008.8  # m, mean radius (IUGG 1980: Moritz 2000, J. Geod. 74, 128)
 # Molecules per m^3 of the air to which the refractivity below belongs: 15 C, 1013.25 hPa (Bodhaine et al. 1999).
 STANDARD_DENSITY = 2.546899e25
-# At q = 1 a horizontal ray follows the ground and no longer leaves a layer (ducting), which is not modelled; standard air
-# has 0.2.
+# At q = 1 a horizontal ray follows the ground and no longer leaves a layer (ducting), which is not modelled; standard
+# air has 0.2.
 LARGEST_BENDING = 0.95
-# Where a ray runs level it stays long in one layer; it is cut at these distances (m) from its lowest point too, which keeps the
-# source function inside a segment near to linear.
+# Where a ray runs level it stays long in one layer; it is cut at these distances (m) from its lowest point too, which
+# keeps the source function inside a segment near to linear.
 _LEVEL_CUTS = np.array([-96e3, -64e3, -48e3, -32e3, -20e3, -10e3, 10e3, 20e3, 32e3, 48e3, 64e3, 96e3])
 # Gauss nodes per segment for the air in it: exact to 1e-7 for a layer of three scale heights.
 _POINT, _WEIGHT = np.polynomial.legendre.leggauss(4)
@@ -37,8 +37,8 @@ def refractivity(wavenumber):
 
     References
     ----------
-    Peck and Reeder 1972, J. Opt. Soc. Am. 62, 958, equation (2), 0.23 to 1.69 um; continued into the infrared, where it tends
-    to its limit of 2.726e-4.
+    Peck and Reeder 1972, J. Opt. Soc. Am. 62, 958, equation (2), 0.23 to 1.69 um; continued into the infrared, where it
+    tends to its limit of 2.726e-4.
     """
     s2 = (np.asarray(wavenumber, dtype=float) * 1e-4) ** 2  # um^-2
     return (8060.51 + 2480990.0 / (132.274 - s2) + 17455.7 / (39.32957 - s2)) * 1e-8
@@ -100,8 +100,9 @@ class Rays:
         Angle of the ray from the observer's zenith, in its plane, rad; constant but for refraction.
     layer : (M, K) int array
     lower, upper : (M, K) arrays
-        Air of the segment, molecules m^-2, shared between the layer's lower and upper level so that for any property linear in
-        altitude per molecule the integral along the segment is lower * value[layer] + upper * value[layer + 1].
+        Air of the segment, molecules m^-2, shared between the layer's lower and upper level so that for any property
+        linear in altitude per molecule the integral along the segment is lower * value[layer] + upper * value[layer +
+        1].
     end : (M,) array
         Distance at which the ray leaves the atmosphere or meets the ground, m.
     ground : (M,) bool array
@@ -133,8 +134,8 @@ def trace(shells, altitude, elevation, ranges=None):
         Of the observers, m, at least the ground's, the highest may be in space; of the (apparent) lines of sight at the
         observer, rad, -pi/2 to pi/2.
     ranges : (M, R) array, optional
-        Distances [m] that are to be segment ends; beyond the end of the ray they are taken as its end. Without them the segments
-        are the layers in order, all down, then all up.
+        Distances [m] that are to be segment ends; beyond the end of the ray they are taken as its end. Without them the
+        segments are the layers in order, all down, then all up.
 
     Returns
     -------
@@ -161,7 +162,9 @@ def trace(shells, altitude, elevation, ranges=None):
 
 
 def bending_to_space(rays):
-    """Angle from each observer's zenith [rad] at which its ray leaves for space, (M,): the geometric one of what is seen."""
+    """Angle from each observer's zenith [rad] at which its ray leaves for space, (M,): the geometric one of what is
+    seen.
+    """
     return rays.direction[:, -1]
 
 
@@ -169,8 +172,8 @@ def bending_to_space(rays):
 class _Portions:
     """The part of each ray in each layer it may meet: all layers on the way down, then all on the way up.
 
-    start, end are positions x of the straight line (M, Q); offset (M, Q) its distance from the centre; metre (M, Q) the length per
-    unit of x; distance (M, Q+1) cumulative.
+    start, end are positions x of the straight line (M, Q); offset (M, Q) its distance from the centre; metre (M, Q) the
+    length per unit of x; distance (M, Q+1) cumulative.
     """
 
     layer: np.ndarray
@@ -186,7 +189,8 @@ class _Portions:
 def _check(shells, altitude, elevation, ranges):
     if not np.all(altitude >= shells.altitude[0] - 1e-6):
         raise InputError(
-            f"observer altitude {np.min(altitude) / 1e3:g} km is below the ground at {shells.altitude[0] / 1e3:g} km; raise it"
+            f"observer altitude {np.min(altitude) / 1e3:g} km is below the ground at {shells.altitude[0] / 1e3:g} km;"
+            " raise it"
         )
     if not np.all(np.abs(elevation) <= np.pi / 2 * (1 + 1e-12)):
         raise InputError("line-of-sight elevations must lie between -90 and 90 degree")
@@ -288,9 +292,16 @@ def _measure(shells, portions, distance, portion, altitude, elevation):
     entered = np.where(portions.distance[:, 0] > 0, shells.top, np.maximum(altitude, shells.altitude[0]))
     heights = _hold(np.concatenate([entered[:, None], np.where(used, heights, np.nan)], axis=1))
     return Rays(
-        distance, heights, central, direction, layer, np.where(used, lower, 0.0), np.where(used, upper, 0.0),
-        portions.distance[:, -1], portions.ground,
-    )  # fmt: skip
+        distance,
+        heights,
+        central,
+        direction,
+        layer,
+        np.where(used, lower, 0.0),
+        np.where(used, upper, 0.0),
+        portions.distance[:, -1],
+        portions.ground,
+    )
 
 
 def _altitude(shells, layer, x, offset):

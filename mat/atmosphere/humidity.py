@@ -29,8 +29,9 @@ def mole_fraction(kind, value, pressure, temperature):
     Parameters
     ----------
     kind : str
-        relative_humidity (0 to 1, over liquid water), dew_point (K), mixing_ratio (kg vapour per kg dry air), specific_humidity
-        (kg per kg moist air), vapour_pressure (Pa), absolute_humidity (kg m^-3) or h2o (mole fraction).
+        relative_humidity (0 to 1, over liquid water), dew_point (K), mixing_ratio (kg vapour per kg dry air),
+        specific_humidity (kg per kg moist air), vapour_pressure (Pa), absolute_humidity (kg m^-3) or h2o (mole
+        fraction).
     value, pressure, temperature : arrays
         Pressure and temperature of the air in Pa and K.
 

@@ -1,17 +1,18 @@
 """Light of Sun or Moon that air, particles and ground scatter more than once.
 
-The diffuse field is that of the delta-scaled two-stream equations with the coefficients of the practical improved flux method, under
-a beam attenuated along its true path through spherical layers, to twilight and beyond; how much of the beam's scattering goes up
-follows the true phase function, and the ground reflects beam and diffuse light.
-What this field scatters into a line of sight follows the first two moments of the phase function.
+The diffuse field is that of the delta-scaled two-stream equations with the coefficients of the practical improved flux
+method, under a beam attenuated along its true path through spherical layers, to twilight and beyond; how much of the
+beam's scattering goes up follows the true phase function, and the ground reflects beam and diffuse light. What this
+field scatters into a line of sight follows the first two moments of the phase function.
 
-The last scattering before the observer of light that came straight from the source is not in it: `transfer` adds that with the true
-phase function. So that nothing counts twice, the beam that is scattered there is the scaled one: the light which particles have
-thrown straight ahead belongs to the beam, on the way to the last scattering, in both. From there to the observer all extinction
-counts. Light thrown straight ahead then reaches a horizontal surface with exactly the energy the beam lost to it.
+The last scattering before the observer of light that came straight from the source is not in it: `transfer` adds that
+with the true phase function. So that nothing counts twice, the beam that is scattered there is the scaled one: the
+light which particles have thrown straight ahead belongs to the beam, on the way to the last scattering, in both. From
+there to the observer all extinction counts. Light thrown straight ahead then reaches a horizontal surface with exactly
+the energy the beam lost to it.
 
-Two streams know no azimuth and too little of light close to the horizon. They serve where points are many, as in choosing those of a
-band; `streams` serves the chosen ones.
+Two streams know no azimuth and too little of light close to the horizon. They serve where points are many, as in
+choosing those of a band; `streams` serves the chosen ones.
 
 References
 ----------
@@ -33,8 +34,8 @@ from skyshine.mat.atmosphere.twostream import Slabs, join, vertical_column
 
 # Elevations of the source at which the field is solved, degree; between them it is linear in the sine.
 ELEVATIONS = (-20, -14, -10, -7, -5, -3.5, -2, -1, 0, 1, 2, 3.5, 5.5, 8, 12, 17, 23, 30, 38, 47, 57, 70, 90)
-# Pure scattering has no decay, which the closed form of a layer divides by. This little absorption takes 1e-4 of the light from a
-# layer of optical depth 1e4.
+# Pure scattering has no decay, which the closed form of a layer divides by. This little absorption takes 1e-4 of the
+# light from a layer of optical depth 1e4.
 _LARGEST_ALBEDO = 1 - 1e-12
 # Points solved together: bounds memory to about 100 MB.
 _CHUNK = 512
@@ -42,7 +43,8 @@ _CHUNK = 512
 
 @dataclass(frozen=True, eq=False)
 class DiffuseLight:
-    """Source function of light scattered more than once, per unit of the source's irradiance outside the atmosphere [sr^-1].
+    """Source function of light scattered more than once, per unit of the source's irradiance outside the atmosphere
+    [sr^-1].
 
     Attributes
     ----------
@@ -72,7 +74,8 @@ class DiffuseLight:
         shells : Shells
         optics : SpectralOptics
         scaled : (N, P) array
-            Extinction, m^2 per molecule, without the share asymmetry^2 of scattering by particles, which goes straight on.
+            Extinction, m^2 per molecule, without the share asymmetry^2 of scattering by particles, which goes straight
+            on.
         source_paths : source_paths.SourcePaths
             Through that extinction.
         """
@@ -111,13 +114,17 @@ class DiffuseLight:
         return share.transpose(1, 0, 2).reshape(count, -1) @ light.reshape(share.shape[0] * nodes.size, -1)
 
     def band(self, segments, depths, cosine, _deflection, weight):
-        """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in `transfer.scattered_band`."""
+        """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in
+        `transfer.scattered_band`.
+        """
         nodes, share = source_nodes(self.sine, cosine)
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
         unit = (weight / scale).astype(np.float32)
         light = 0.0
         for layer, part in zip(
-            (segments.layer, segments.layer + 1), layer_shares(segments, self.levels, self.extinction, depths), strict=True
+            (segments.layer, segments.layer + 1),
+            layer_shares(segments, self.levels, self.extinction, depths),
+            strict=True,
         ):
             light = light + np.matmul(self._toward(segments, layer, nodes), (part * unit)[..., None])  # (K, V, 1)
         radiance = np.zeros((cosine.shape[0], cosine.shape[1]))
@@ -142,7 +149,9 @@ class DiffuseLight:
         return weight[0] @ (below * (1 - share) + above * share)
 
     def _toward(self, segments, layer, nodes):
-        """Source function at one level of each segment's layer, for its direction, at elevations of the source: (K, V, P)."""
+        """Source function at one level of each segment's layer, for its direction, at elevations of the source: (K, V,
+        P).
+        """
         rows = layer[:, None], nodes
         return self.mean[rows] + segments.lean[:, None, None].astype(np.float32) * self.tilt[rows]
 
@@ -164,10 +173,11 @@ def source_nodes(sine, cosine):
 
 
 def layer_shares(segments, levels, extinction, depths):
-    """Weights of the source function at the lower and the upper level of each segment's layer, (K, P) each, at the observer.
+    """Weights of the source function at the lower and the upper level of each segment's layer, (K, P) each, at the
+    observer.
 
-    For a source linear in optical depth between the segment's ends, whose mean counts each level by its extinction (N, P) [m^2 per
-    molecule]; never below 0. `depths` as in `transfer.Depths`.
+    For a source linear in optical depth between the segment's ends, whose mean counts each level by its extinction (N,
+    P) [m^2 per molecule]; never below 0. `depths` as in `transfer.Depths`.
     """
     near, far = depths.source_weights
     whole = near + far
@@ -268,8 +278,8 @@ def diffuse_fluxes(depth, scattering, forward, upward, beam, sine, albedo):
     same, other = 2 - share * (1.25 + 0.75 * asymmetry), 0.75 * share * (1 - asymmetry)
     slabs = Slabs.of(same, other, depth)
 
-    # The beam falls exponentially inside a layer; `first` and `last` are its mean over the layer, weighted with the decay of
-    # diffuse light on the way to the top and to the bottom.
+    # The beam falls exponentially inside a layer; `first` and `last` are its mean over the layer, weighted with the
+    # decay of diffuse light on the way to the top and to the bottom.
     fall = np.maximum(beam[:-1] - beam[1:], 0.0)
     vertical = slabs.decay * depth
     scattered = share * depth * np.exp(-beam[1:])

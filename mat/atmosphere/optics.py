@@ -12,7 +12,8 @@ import numpy as np
 from skyshine.mat.atmosphere.geometry import STANDARD_DENSITY, refractivity
 from skyshine.mat.radiometry import planck_wavenumber
 
-# Gases whose two-sided king factors make up that of air (Bodhaine et al. 1999, equations 5, 6 and 23), percent by volume.
+# Gases whose two-sided king factors make up that of air (Bodhaine et al. 1999, equations 5, 6 and 23), percent by
+# volume.
 _KING_NITROGEN, _KING_OXYGEN, _KING_ARGON, _ARGON_PERCENT = 78.084, 20.946, 1.00, 0.934
 _KING_CARBON_DIOXIDE = 1.15
 # Refractivity grows by 54 % of the carbon dioxide fraction beyond 300 ppmv (Bodhaine et al. 1999, equation 19).
@@ -23,11 +24,19 @@ PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
 
 
 def _moment_weights(angle, count):
-    """Weights (count, A) of values at angles (A,) [rad] in the Legendre moments of a function linear between them; of its mean first."""
+    """Weights (count, A) of values at angles (A,) [rad] in the Legendre moments of a function linear between them; of
+    its mean first.
+    """
     point, weight = np.polynomial.legendre.leggauss(4)
     part, width = 0.5 * (point + 1), np.diff(angle)[:, None]
     where = angle[:-1, None] + part * width
-    share = 0.25 * weight * width * np.sin(where) * np.moveaxis(np.polynomial.legendre.legvander(np.cos(where), count - 1), -1, 0)
+    share = (
+        0.25
+        * weight
+        * width
+        * np.sin(where)
+        * np.moveaxis(np.polynomial.legendre.legvander(np.cos(where), count - 1), -1, 0)
+    )
     result = np.zeros((count, angle.size))
     result[:, :-1] += np.sum(share * (1 - part), axis=-1)
     result[:, 1:] += np.sum(share * part, axis=-1)
@@ -78,7 +87,15 @@ class SpectralOptics:
 
     def at(self, points) -> SpectralOptics:
         """Those of a slice of the points."""
-        names = ("rayleigh", "aerosol_extinction", "aerosol_scattering", "asymmetry", "phase_share", "emission", "extinction")
+        names = (
+            "rayleigh",
+            "aerosol_extinction",
+            "aerosol_scattering",
+            "asymmetry",
+            "phase_share",
+            "emission",
+            "extinction",
+        )
         return replace(
             self,
             wavenumber=self.wavenumber[points],
@@ -176,7 +193,9 @@ def rayleigh_phase(cosine, anisotropy):
 
 
 def _aerosol(state, wavenumber):
-    """Extinction, scattering and asymmetry (N, P), phase function (A, N, C) of the mixture at each level, weights (C, P)."""
+    """Extinction, scattering and asymmetry (N, P), phase function (A, N, C) of the mixture at each level, weights (C,
+    P).
+    """
     shape = (state.altitude.size, wavenumber.size)
     extinction, scattering, forward = np.zeros(shape), np.zeros(shape), np.zeros(shape)
     nodes, share = _phase_wavelengths(wavenumber)
@@ -191,7 +210,8 @@ def _aerosol(state, wavenumber):
         phase += part * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
         total += part
     phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
-    # Layers are linear between levels: at the edge of a cloud the level without particles must not add a phase function of its own.
+    # Layers are linear between levels: at the edge of a cloud the level without particles must not add a phase function
+    # of its own.
     filled = np.flatnonzero(np.all(total > 0, axis=1))
     if filled.size:
         phase = phase[:, filled[np.argmin(np.abs(np.arange(shape[0])[:, None] - filled), axis=1)]]
@@ -207,10 +227,11 @@ def sections(state, component, wavenumber):
 
 
 def normalised(phase):
-    """Phase functions (A, ...) at `PHASE_ANGLES` with mean 1 over the sphere as they are used, linear between the angles.
+    """Phase functions (A, ...) at `PHASE_ANGLES` with mean 1 over the sphere as they are used, linear between the
+    angles.
 
-    Forward peaks narrower than the angles are the cause where it is not 1: the value at 0 carries the correction as far as it stays
-    the largest, so that all others keep theirs.
+    Forward peaks narrower than the angles are the cause where it is not 1: the value at 0 carries the correction as far
+    as it stays the largest, so that all others keep theirs.
     """
     phase = np.array(phase, dtype=float)
     missing = 1 - np.tensordot(_SPHERE, phase, axes=1)
@@ -219,7 +240,9 @@ def normalised(phase):
 
 
 def phase_moments(phase, count):
-    """Legendre moments (count, ...) of phase functions (A, ...) at `PHASE_ANGLES`, linear between the angles; the first is 1."""
+    """Legendre moments (count, ...) of phase functions (A, ...) at `PHASE_ANGLES`, linear between the angles; the first
+    is 1.
+    """
     moments = np.tensordot(_moment_weights(PHASE_ANGLES, count), phase, axes=1)
     return moments / moments[0]
 

@@ -1,7 +1,9 @@
-"""Discrete-ordinate equations of scattering layers under a distant source, by azimuthal moment; layers joined by adding.
+"""Discrete-ordinate equations of scattering layers under a distant source, by azimuthal moment; layers joined by
+adding.
 
-Radiances travel at the Gauss nodes of each hemisphere and are kept as sqrt(weight * cosine) times themselves, which makes the
-operators of a layer symmetric. Depth runs downwards; every layer is homogeneous, and the beam falls exponentially inside it.
+Radiances travel at the Gauss nodes of each hemisphere and are kept as sqrt(weight * cosine) times themselves, which
+makes the operators of a layer symmetric. Depth runs downwards; every layer is homogeneous, and the beam falls
+exponentially inside it.
 
 References
 ----------
@@ -23,7 +25,10 @@ NODES = 4
 MOMENTS = 2 * NODES
 # Azimuthal moments of light scattered more than once.
 AZIMUTHAL = 6
-_NODE, _WEIGHT = (0.5 * np.polynomial.legendre.leggauss(NODES)[0] + 0.5, 0.5 * np.polynomial.legendre.leggauss(NODES)[1])
+_NODE, _WEIGHT = (
+    0.5 * np.polynomial.legendre.leggauss(NODES)[0] + 0.5,
+    0.5 * np.polynomial.legendre.leggauss(NODES)[1],
+)
 _UNIT = np.sqrt(_WEIGHT * _NODE)
 # As in `multiple`: pure scattering has no decay, which the closed form of a layer divides by.
 _LARGEST_ALBEDO = 1 - 1e-12
@@ -77,7 +82,9 @@ def radiances(depth, scattering, beam, sine, albedo):
     one = np.eye(NODES)
     for k in range(count):
         bounce = np.swapaxes(
-            np.linalg.solve(np.swapaxes(one - below[k] @ reflection[k], -1, -2), np.swapaxes(transmission[k], -1, -2)), -1, -2
+            np.linalg.solve(np.swapaxes(one - below[k] @ reflection[k], -1, -2), np.swapaxes(transmission[k], -1, -2)),
+            -1,
+            -2,
         )
         below[k + 1] = reflection[k] + bounce @ below[k] @ transmission[k]
         source[k + 1] = upward[k] + bounce @ (source[k] + below[k] @ downward[k])
@@ -89,7 +96,9 @@ def radiances(depth, scattering, beam, sine, albedo):
 
 
 def _layers(depth, scattering, beam, sine):
-    """Reflection and transmission (N-1, P, M, n, n) of the layers, what each sends up and down of the beam (N-1, P, M, n, U)."""
+    """Reflection and transmission (N-1, P, M, n, n) of the layers, what each sends up and down of the beam (N-1, P, M,
+    n, U).
+    """
     some = depth > 0
     share = scattering / np.where(some, depth, 1.0)[..., None]
     share = share * np.minimum(_LARGEST_ALBEDO / np.maximum(share[..., :1], _LARGEST_ALBEDO), 1.0)
@@ -121,7 +130,11 @@ def _layers(depth, scattering, beam, sine):
     lit = np.exp(-beam[1:])[:, :, None, None] * depth[..., None, None, None]
     zero, wide = np.zeros_like(vertical + fall), vertical + fall
     grown = -(decay * first + second) * mean_attenuation(zero, wide) * lit  # at the top
-    faded = (decay * first - second) * mean_attenuation(np.broadcast_to(vertical, wide.shape), np.broadcast_to(fall, wide.shape)) * lit
+    faded = (
+        (decay * first - second)
+        * mean_attenuation(np.broadcast_to(vertical, wide.shape), np.broadcast_to(fall, wide.shape))
+        * lit
+    )
     top = total @ (grown / decay), net @ grown
     bottom = total @ (faded / decay), -(net @ faded)
     rises, falls = ([0.25 * (s + sign * d) for s, d in (top, bottom)] for sign in (1, -1))
@@ -190,7 +203,9 @@ def along_directions(lower, upper, source, ground, cosine):
     near, far = (part[:, :, None, :, None] for part in weights)
     through = np.exp(-depth[..., None] / np.abs(cosine))[:, :, None, :, None]
     # The source's mean counts each level by its extinction; its slope is limited so that no weight is negative.
-    above = np.clip((near + far) * share[..., None, None] + 0.5 * (far - near) * np.where(up, -1.0, 1.0)[:, None], 0.0, near + far)
+    above = np.clip(
+        (near + far) * share[..., None, None] + 0.5 * (far - near) * np.where(up, -1.0, 1.0)[:, None], 0.0, near + far
+    )
     below = near + far - above
     for k in range(len(depth)):
         into = below[k][:, :, up] * source[k][:, :, up] + above[k][:, :, up] * source[k + 1][:, :, up]

@@ -52,13 +52,15 @@ class HenyeyGreensteinModel:
         return cls(name, wavelength, extinction / at_550, absorption / at_550, asymmetry), at_550
 
     def optics(self, wavenumber, relative_humidity):
-        """Extinction, single-scattering albedo and asymmetry; arguments, result and errors as `aerosol.AerosolModel.optics`.
+        """Extinction, single-scattering albedo and asymmetry; arguments, result and errors as
+        `aerosol.AerosolModel.optics`.
 
         Linear in wavelength; beyond the table extinction falls as 1 / wavelength, as there.
         """
         wavelength = self._wavelength(wavenumber)
         extinction, absorption, asymmetry = (
-            np.interp(wavelength, self.wavelength, table) for table in (self.extinction, self.absorption, self.asymmetry)
+            np.interp(wavelength, self.wavelength, table)
+            for table in (self.extinction, self.absorption, self.asymmetry)
         )
         beyond = np.minimum(1.0, self.wavelength[-1] / wavelength)
         shape = (np.size(relative_humidity), wavelength.size)

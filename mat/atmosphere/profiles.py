@@ -1,8 +1,8 @@
 """Standard atmospheric profiles.
 
-The six profiles of Anderson et al. 1986 (AFGL-TR-86-0110) at 50 levels from 0 to 120 km. Mixing ratios are as tabulated:
-carbon dioxide is 330 ppmv, the value of that report; a state scales it to its own year. Halocarbons, which the report does not
-tabulate with the profiles, have the amounts of 2020.
+The six profiles of Anderson et al. 1986 (AFGL-TR-86-0110) at 50 levels from 0 to 120 km. Mixing ratios are as
+tabulated: carbon dioxide is 330 ppmv, the value of that report; a state scales it to its own year. Halocarbons, which
+the report does not tabulate with the profiles, have the amounts of 2020.
 """
 
 from dataclasses import dataclass
@@ -14,24 +14,49 @@ from skyshine import atmospheres
 from skyshine.mat.atmosphere.datafiles import read_csv
 from skyshine.schemas.errors import InputError
 
-PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter", "us_standard")
+PROFILES = (
+    "tropical",
+    "midlatitude_summer",
+    "midlatitude_winter",
+    "subarctic_summer",
+    "subarctic_winter",
+    "us_standard",
+)
 
-GASES = ("H2O", "CO2", "O3", "N2O", "CO", "CH4", "O2", "N2", "NO", "SO2", "NO2", "NH3", "HNO3", "CFC-11", "CFC-12", "HCFC-22", "CCl4")
+GASES = (
+    "H2O",
+    "CO2",
+    "O3",
+    "N2O",
+    "CO",
+    "CH4",
+    "O2",
+    "N2",
+    "NO",
+    "SO2",
+    "NO2",
+    "NH3",
+    "HNO3",
+    "CFC-11",
+    "CFC-12",
+    "HCFC-22",
+    "CCl4",
+)
 
 BOLTZMANN = 1.380649e-23  # J K^-1, exact in the SI of 2019
 
-# Mole fractions in the troposphere in 2020 (WMO, Scientific Assessment of Ozone Depletion 2022, chapter 1: NOAA and AGAGE means),
-# and whose decrease above the tropopause each follows: CCl4 is destroyed as CFC-11 is, in the middle stratosphere; HCFC-22
-# lives there at least as long as CFC-12.
+# Mole fractions in the troposphere in 2020 (WMO, Scientific Assessment of Ozone Depletion 2022, chapter 1: NOAA and
+# AGAGE means), and whose decrease above the tropopause each follows: CCl4 is destroyed as CFC-11 is, in the middle
+# stratosphere; HCFC-22 lives there at least as long as CFC-12.
 HALOCARBONS = {
     "CFC-11": (224e-12, "CFC-11"),
     "CFC-12": (500e-12, "CFC-12"),
     "HCFC-22": (247e-12, "CFC-12"),
     "CCl4": (77e-12, "CFC-11"),
 }
-# Above the tropopause the mole fraction goes with a power of pressure, which depends on latitude (Kiehl et al. 1998, J. Climate
-# 11, 1131: CCM3; its description NCAR/TN-420, 1996): power at the equator and its slope per degree up to 45 degrees, power there
-# and its slope beyond.
+# Above the tropopause the mole fraction goes with a power of pressure, which depends on latitude (Kiehl et al. 1998, J.
+# Climate 11, 1131: CCM3; its description NCAR/TN-420, 1996): power at the equator and its slope per degree up to 45
+# degrees, power there and its slope beyond.
 HALOCARBON_POWERS = {"CFC-11": (0.7273, 0.00606, 1.0, 0.013333), "CFC-12": (0.4, 0.00222, 0.5, 0.024444)}
 LATITUDES = {  # degree; those that Anderson et al. 1986 give for their profiles
     "tropical": 15.0,
@@ -94,7 +119,9 @@ def load_profile(name):
         nearest = get_close_matches(str(name), PROFILES, n=1, cutoff=0.0)[0]
         raise InputError(f"no standard atmosphere '{name}'; did you mean '{nearest}'? Allowed: {', '.join(PROFILES)}")
     table = read_csv(atmospheres.path(f"profiles/{name}.csv"))
-    gases = {column.removesuffix("[ppmv]"): values * 1e-6 for column, values in table.items() if column.endswith("[ppmv]")}
+    gases = {
+        column.removesuffix("[ppmv]"): values * 1e-6 for column, values in table.items() if column.endswith("[ppmv]")
+    }
     pressure = table["pressure[hPa]"] * 1e2
     gases |= halocarbons(pressure, LATITUDES[name])
     return Profile(

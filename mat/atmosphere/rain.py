@@ -43,7 +43,9 @@ class RainLayer:
         if not RATES[0] <= self.rate <= RATES[1]:
             raise InputError(f"rain rate {self.rate:g} mm/h is outside {RATES[0]:g} to {RATES[1]:g} mm/h")
         if not 2 * _EDGE <= self.top <= 15e3:
-            raise InputError(f"rain from {self.top / 1e3:g} km above the ground is outside {2 * _EDGE / 1e3:g} to 15 km")
+            raise InputError(
+                f"rain from {self.top / 1e3:g} km above the ground is outside {2 * _EDGE / 1e3:g} to 15 km"
+            )
 
     @property
     def edges(self):

@@ -9,14 +9,23 @@ SHORT_LIST = 12  # candidates whose non-negative fit is tried in full at each st
 
 
 def select_points(
-    candidates, reference, *, tolerance, max_points, total_weight, row_scale=None, sum_weight=30.0, exchanges=0, more_exchanges=0,
+    candidates,
+    reference,
+    *,
+    tolerance,
+    max_points,
+    total_weight,
+    row_scale=None,
+    sum_weight=30.0,
+    exchanges=0,
+    more_exchanges=0,
     seed=0,
 ):
     """Greedy forward selection with non-negative least squares.
 
     At each step the candidates are ranked by how much an unconstrained fit would gain with them (orthogonal least
-    squares); the best few are tried with the non-negative fit and the best is kept. A heavily weighted row holds the sum of
-    the weights. The sets are nested: the first n of the result are the choice of n points.
+    squares); the best few are tried with the non-negative fit and the best is kept. A heavily weighted row holds the
+    sum of the weights. The sets are nested: the first n of the result are the choice of n points.
 
     Parameters
     ----------
@@ -35,8 +44,8 @@ def select_points(
     sum_weight : float
         Weight of the row that holds the sum, in units of all other rows together.
     exchanges : int
-        Passes over the chosen points afterwards in which each is exchanged for a better one, if there is one. The sets are
-        then no longer nested; the last entry of the ladder is the error after the exchanges.
+        Passes over the chosen points afterwards in which each is exchanged for a better one, if there is one. The sets
+        are then no longer nested; the last entry of the ladder is the error after the exchanges.
     more_exchanges : int
         Further such passes, as long as the error is above the tolerance.
     seed : int
@@ -121,7 +130,8 @@ def _short_list(gain, rng):
 def _fits(factor, rows, root, goal, last):
     """Non-negative weights (T, k+1) of k chosen candidates and each of T further ones.
 
-    factor (k, k), lower; rows (k, T), root (T,): what each adds below it; goal (k,), last (T,): the right-hand side in these terms.
+    factor (k, k), lower; rows (k, T), root (T,): what each adds below it; goal (k,), last (T,): the right-hand side in
+    these terms.
     """
     from scipy.optimize import nnls
 

@@ -36,8 +36,8 @@ class LineOfSight:
     valid : (R,) bool array
         False where the range would pass through the ground.
     local_altitude, local_layer, local_share, local_extinction
-        Of the air at the observer, or of the highest air below him: altitude [m], number of the layer, share of the layer below it,
-        extinction (P,) [m^-1].
+        Of the air at the observer, or of the highest air below him: altitude [m], number of the layer, share of the
+        layer below it, extinction (P,) [m^-1].
     """
 
     elevation: float
@@ -84,10 +84,21 @@ class LineOfSight:
             np.exp(np.interp(local, levels, np.log(air.shells.number_density))) if altitude <= air.shells.top else 0.0
         )
         return cls(
-            elevation, segments, _ends(rays, row, segments), depths, depths.before[node], length, ranges - length, node,
-            _end_altitude(segments, node, length, altitude, elevation), valid,
-            local, layer, share, density * section,
-        )  # fmt: skip
+            elevation,
+            segments,
+            _ends(rays, row, segments),
+            depths,
+            depths.before[node],
+            length,
+            ranges - length,
+            node,
+            _end_altitude(segments, node, length, altitude, elevation),
+            valid,
+            local,
+            layer,
+            share,
+            density * section,
+        )
 
     def depth_behind(self, air) -> np.ndarray:
         """Optical depth (R, P) of what of each range is behind the ground, as if the air of the ground went on."""
@@ -98,9 +109,16 @@ def _ends(rays, row, segments):
     """The segment ends of one ray, in the shape that `geometry` takes."""
     none = np.zeros((1, 0))
     return Rays(
-        segments.distance[None], segments.altitude[None], segments.central_angle[None], segments.direction[None],
-        none, none, none, rays.end[row : row + 1], rays.ground[row : row + 1],
-    )  # fmt: skip
+        segments.distance[None],
+        segments.altitude[None],
+        segments.central_angle[None],
+        segments.direction[None],
+        none,
+        none,
+        none,
+        rays.end[row : row + 1],
+        rays.ground[row : row + 1],
+    )
 
 
 def _end_altitude(segments, node, length, altitude, elevation):

@@ -11,9 +11,9 @@ from skyshine.mat.atmosphere import transfer
 from skyshine.mat.atmosphere.geometry import scattering_cosine, source_cosine, trace
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES
 
-# Directions of the hemisphere: Gauss nodes in the cosine of zenith angle, and in azimuth over half a turn (the other half
-# mirrors it). Against 24 x 24: thermal to 2e-4, scattered light to 0.6 % rms, 2 % with the source in the zenith; more azimuths
-# change less than that, for the cells below take most of it.
+# Directions of the hemisphere: Gauss nodes in the cosine of zenith angle, and in azimuth over half a turn (the other
+# half mirrors it). Against 24 x 24: thermal to 2e-4, scattered light to 0.6 % rms, 2 % with the source in the zenith;
+# more azimuths change less than that, for the cells below take most of it.
 ZENITHS, AZIMUTHS = 8, 4
 # Directions within a cell, each way, over which the phase function is averaged.
 _SAMPLES = 8
@@ -28,7 +28,8 @@ class SkyIrradiance:
     thermal : (Z, P) array
         Emitted by the air, W m^-2 (cm^-1)^-1.
     scattered : (Z, S, P) array
-        Scattered light of a source at each of S elevations, per unit of its irradiance normal to the beam outside the atmosphere.
+        Scattered light of a source at each of S elevations, per unit of its irradiance normal to the beam outside the
+        atmosphere.
     """
 
     thermal: np.ndarray
@@ -36,7 +37,8 @@ class SkyIrradiance:
 
 
 def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths=AZIMUTHS):
-    """The hemispheric integral of sky radiance times the cosine of its zenith angle; scattered light of `streams` has its own.
+    """The hemispheric integral of sky radiance times the cosine of its zenith angle; scattered light of `streams` has
+    its own.
 
     Parameters
     ----------
@@ -63,7 +65,9 @@ def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths
     if air.streams and source_elevation.size:
         thermal = sky_irradiance(air, altitude, np.zeros(0), zeniths=zeniths).thermal
         direct = direct_transmittance(air.source_paths, altitude, source_elevation)
-        ahead = np.maximum(np.sin(source_elevation), 0.0)[:, None] * thrown_ahead(air, altitude, source_elevation, direct)
+        ahead = np.maximum(np.sin(source_elevation), 0.0)[:, None] * thrown_ahead(
+            air, altitude, source_elevation, direct
+        )
         return SkyIrradiance(thermal, air.diffuse_light.sky(altitude, source_elevation) + ahead)
     elevations = np.repeat(source_elevation, azimuths)
     turns = np.tile(turn, source_elevation.size)
@@ -73,7 +77,8 @@ def sky_irradiance(air, altitude, source_elevation, *, zeniths=ZENITHS, azimuths
     deflection = scattering_cosine(rays, elevations, turns)
     thermal = np.zeros((altitude.size, optics.wavenumber.size))
     scattered = np.zeros((altitude.size, source_elevation.size, optics.wavenumber.size))
-    # Particles scatter most within a few degrees of the source, which nodes miss or hit: each takes the mean over its cell.
+    # Particles scatter most within a few degrees of the source, which nodes miss or hit: each takes the mean over its
+    # cell.
     phases = [_cell_phase(optics.phase, cell, source_elevation, azimuths) for cell in _cells(zeniths)]
     for row in range(altitude.size * zeniths):
         place, direction = divmod(row, zeniths)
@@ -130,7 +135,9 @@ def thrown_ahead(air, altitude, elevation, direct):
 
 
 def _cells(count):
-    """Bounds (count, 2) of the cells of 0 to 1 that the nodes of `_half_range` stand for: each is as wide as its weight."""
+    """Bounds (count, 2) of the cells of 0 to 1 that the nodes of `_half_range` stand for: each is as wide as its
+    weight.
+    """
     edges = np.append(0.0, np.cumsum(_half_range(count)[1]))
     return np.stack([edges[:-1], edges[1:]], axis=1)
 

@@ -14,16 +14,16 @@ ASTRONOMICAL_UNIT = 149_597_870_700.0  # m, exact (IAU 2012 resolution B2)
 def solar_irradiance(wavenumber, width=None):
     """Solar spectral irradiance outside the atmosphere at 1 au.
 
-    Constant inside the bins of the packaged table, which are 5 cm^-1 wide from 10 to 33,500 cm^-1, so that the sum over any
-    set of bins is the irradiance of the source spectrum.
+    Constant inside the bins of the packaged table, which are 5 cm^-1 wide from 10 to 33,500 cm^-1, so that the sum over
+    any set of bins is the irradiance of the source spectrum.
 
     Parameters
     ----------
     wavenumber : (P,) array
         cm^-1, 10 to 83,500.
     width : (P,) array or float, optional
-        cm^-1; the mean over this width around each wavenumber instead of the bin that holds it. Fraunhofer lines are narrower than
-        the wider intervals of the band model.
+        cm^-1; the mean over this width around each wavenumber instead of the bin that holds it. Fraunhofer lines are
+        narrower than the wider intervals of the band model.
 
     Returns
     -------

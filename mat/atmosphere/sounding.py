@@ -1,7 +1,7 @@
 """A user's profile: radiosonde or model levels from a CSV table, continued to space by a standard profile.
 
-Columns ``altitude``, ``pressure``, ``temperature`` and one of `HUMIDITY`, each with its unit in brackets; other columns are gases in
-parts of the air, ``O3[ppbv]``.
+Columns ``altitude``, ``pressure``, ``temperature`` and one of `HUMIDITY`, each with its unit in brackets; other columns
+are gases in parts of the air, ``O3[ppbv]``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,13 @@ from skyshine.mat.atmosphere.profiles import Profile
 from skyshine.schemas.csv_table import CsvTable, parse_table
 from skyshine.schemas.errors import nearest
 
-_KELVIN = {"K": (1.0, 0.0), "C": (1.0, 273.15), "degC": (1.0, 273.15), "°C": (1.0, 273.15), "F": (5 / 9, 459.67 * 5 / 9)}
+_KELVIN = {
+    "K": (1.0, 0.0),
+    "C": (1.0, 273.15),
+    "degC": (1.0, 273.15),
+    "°C": (1.0, 273.15),
+    "F": (5 / 9, 459.67 * 5 / 9),
+}
 _PASCAL = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "mb": 1e2, "kPa": 1e3, "bar": 1e5}
 _PASCAL |= {"atm": constants.atm, "mmHg": constants.mmHg, "Torr": constants.torr, "inHg": 25.4 * constants.mmHg}
 _PARTS = {"ppmv": 1e-6, "ppm": 1e-6, "ppbv": 1e-9, "ppb": 1e-9, "pptv": 1e-12, "ppt": 1e-12, "1": 1.0}
@@ -43,8 +49,8 @@ SATURATION_MARGIN = 1.03
 # Pressure at the top against that which hydrostatic balance gives from the bottom: more says that a unit is wrong.
 HYDROSTATIC_MARGIN = 0.05
 _MOLAR_MASS = 28.9647e-3  # kg mol^-1 of dry air (US Standard Atmosphere 1976)
-# The air at the lowest level is continued down this far at its own temperature; above the highest level its difference from the
-# standard profile fades out over the other.
+# The air at the lowest level is continued down this far at its own temperature; above the highest level its difference
+# from the standard profile fades out over the other.
 _BELOW = 500.0  # m
 _FADE = 5e3  # m
 
@@ -69,8 +75,8 @@ def read_sounding(text, file, above):
     Raises
     ------
     InputError
-        With file:line:column of a missing or unknown column or unit, levels out of order, pressure that does not fall or does not fit
-        altitude and temperature, supersaturation, or a value no air has.
+        With file:line:column of a missing or unknown column or unit, levels out of order, pressure that does not fall
+        or does not fit altitude and temperature, supersaturation, or a value no air has.
     """
     table = parse_table(text, file)
     columns = _columns(table, above)
@@ -82,7 +88,9 @@ def read_sounding(text, file, above):
     saturated = saturation_pressure(values["temperature"]) / values["pressure"]
     gases = {"H2O": np.minimum(water, saturated)}
     gases |= {name: values[name] for name in columns if name not in UNITS}
-    return _continued(Profile(table.file.name, values["altitude"], values["pressure"], values["temperature"], gases), above)
+    return _continued(
+        Profile(table.file.name, values["altitude"], values["pressure"], values["temperature"], gases), above
+    )
 
 
 def _columns(table: CsvTable, above: Profile) -> dict[str, int]:
@@ -91,19 +99,25 @@ def _columns(table: CsvTable, above: Profile) -> dict[str, int]:
     for index, written in enumerate(table.names):
         name = _SPELLINGS.get(written, written)
         if name not in UNITS and name not in above.mole_fraction:
-            raise table.error(-1, index, f"found the column '{written}'; {nearest(written, [*UNITS, *above.mole_fraction])}")
+            raise table.error(
+                -1, index, f"found the column '{written}'; {nearest(written, [*UNITS, *above.mole_fraction])}"
+            )
         if name in found:
             raise table.error(-1, index, f"found {name} twice; allowed: once; remove one")
         found[name] = index
     for name in ("altitude", "pressure", "temperature"):
         if name not in found:
-            raise table.error(-1, 0, f"the column '{name}' is missing; add it, with its unit: {name}[{next(iter(UNITS[name]))}]")
+            raise table.error(
+                -1, 0, f"the column '{name}' is missing; add it, with its unit: {name}[{next(iter(UNITS[name]))}]"
+            )
     humid = [name for name in HUMIDITY if name in found]
     if len(humid) != 1:
         raise table.error(
-            -1, 0, f"found {' and '.join(humid) or 'no humidity'}; allowed: one of {', '.join(HUMIDITY)}; "
+            -1,
+            0,
+            f"found {' and '.join(humid) or 'no humidity'}; allowed: one of {', '.join(HUMIDITY)}; "
             + ("remove the others" if humid else "add it"),
-        )  # fmt: skip
+        )
     return found
 
 
@@ -111,7 +125,10 @@ def _converted(table: CsvTable, name: str, index: int) -> np.ndarray:
     choices, unit = UNITS.get(name, _PARTS), table.units[index]
     if unit not in choices:
         raise table.error(
-            -1, index, f"found {f'the unit {unit!r}' if unit else 'no unit'} of {name}; {nearest(unit, choices)}; write {name}[unit]"
+            -1,
+            index,
+            f"found {f'the unit {unit!r}' if unit else 'no unit'} of {name}; {nearest(unit, choices)}; write"
+            f" {name}[unit]",
         )
     conversion = choices[unit]
     factor, offset = conversion if isinstance(conversion, tuple) else (conversion, 0.0)
@@ -130,9 +147,11 @@ def _converted(table: CsvTable, name: str, index: int) -> np.ndarray:
 def _within(table, index, values, low, high, unit):
     for row in np.flatnonzero(~((values >= low) & (values <= high)))[:1]:
         raise table.error(
-            row, index, f"found {table.values[row, index]:g}, which is {values[row]:.4g} {unit}; allowed: {low:g} to {high:g} {unit}; "
-            "mend the value or the column's unit",
-        )  # fmt: skip
+            row,
+            index,
+            f"found {table.values[row, index]:g}, which is {values[row]:.4g} {unit}; allowed: {low:g} to {high:g}"
+            f" {unit}; mend the value or the column's unit",
+        )
 
 
 def _check_levels(table, columns, values):
@@ -140,32 +159,43 @@ def _check_levels(table, columns, values):
     for row in np.flatnonzero(np.diff(altitude) <= 0)[:1]:
         again = "the same altitude again" if altitude[row + 1] == altitude[row] else "a lower altitude"
         raise table.error(
-            row + 1, columns["altitude"], f"found {again}, {altitude[row + 1]:g} m after {altitude[row]:g} m; allowed: altitudes that "
+            row + 1,
+            columns["altitude"],
+            f"found {again}, {altitude[row + 1]:g} m after {altitude[row]:g} m; allowed: altitudes that "
             "increase; sort the rows and merge repeated ones",
-        )  # fmt: skip
+        )
     for row in np.flatnonzero(np.diff(pressure) >= 0)[:1]:
         raise table.error(
-            row + 1, columns["pressure"], f"found {pressure[row + 1]:g} Pa above {pressure[row]:g} Pa; allowed: pressure that falls "
+            row + 1,
+            columns["pressure"],
+            f"found {pressure[row + 1]:g} Pa above {pressure[row]:g} Pa; allowed: pressure that falls "
             "with altitude; mend the row",
-        )  # fmt: skip
-    balance = np.cumsum(_MOLAR_MASS * _gravity(altitude[:-1]) * np.diff(altitude) / (constants.R * _middle(values["temperature"])))
+        )
+    balance = np.cumsum(
+        _MOLAR_MASS * _gravity(altitude[:-1]) * np.diff(altitude) / (constants.R * _middle(values["temperature"]))
+    )
     off = np.abs(np.log(pressure[1:] / pressure[0]) + balance)
     for row in np.flatnonzero(off > np.maximum(HYDROSTATIC_MARGIN, HYDROSTATIC_MARGIN * balance))[:1]:
         expected = pressure[0] * np.exp(-balance[row])
         raise table.error(
-            row + 1, columns["pressure"], f"found {pressure[row + 1]:.5g} Pa where altitudes and temperatures from the lowest level up "
-            f"give {expected:.5g} Pa; allowed: within {100 * HYDROSTATIC_MARGIN:g} %; look at the units of altitude and pressure",
-        )  # fmt: skip
+            row + 1,
+            columns["pressure"],
+            f"found {pressure[row + 1]:.5g} Pa where altitudes and temperatures from the lowest level up give"
+            f" {expected:.5g} Pa; allowed: within {100 * HYDROSTATIC_MARGIN:g} %; look at the units of altitude and"
+            " pressure",
+        )
 
 
 def _check_humidity(table, index, values, water):
     ratio = water * values["pressure"] / saturation_pressure(values["temperature"])
     for row in np.flatnonzero(ratio > SATURATION_MARGIN)[:1]:
         raise table.error(
-            row, index, f"found {table.values[row, index]:g}, which is {100 * ratio[row]:.0f} % relative humidity at "
+            row,
+            index,
+            f"found {table.values[row, index]:g}, which is {100 * ratio[row]:.0f} % relative humidity at "
             f"{values['temperature'][row]:.1f} K; allowed: at most {100 * SATURATION_MARGIN:g} % over liquid water; "
             "mend the value or its unit",
-        )  # fmt: skip
+        )
 
 
 def _gravity(altitude):

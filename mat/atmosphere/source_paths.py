@@ -11,18 +11,21 @@ from skyshine.mat.atmosphere.geometry import EARTH_RADIUS, bending_to_space, tra
 # Optical depth at which a source is as good as hidden: exp of its negative is 0 in single precision.
 HIDDEN = 1e4
 _SMALLEST_DEPTH = 1e-30
-# Nodes of the source table. Down: the lowest point of the ray, as (i / n)^2 of the height above the ground. Up: degrees.
+# Nodes of the source table. Down: the lowest point of the ray, as (i / n)^2 of the height above the ground. Up:
+# degrees.
 _GRAZING_NODES = 20
 _UP_NODES = (0.2, 0.5, 1, 1.5, 2, 3, 4, 5.5, 7.5, 10, 14, 20, 28, 40, 55, 75, 90)
 # A ray that passes this far above the ground (m) is the lowest that reaches space.
 _CLEARANCE = 1e-3
-# Scale height of the shell whose air mass divides the slant optical depths of the table; 8 km is the air's (any would do).
+# Scale height of the shell whose air mass divides the slant optical depths of the table; 8 km is the air's (any would
+# do).
 _SCALE_HEIGHT = 8e3
 
 
 @dataclass(frozen=True, eq=False)
 class SourceRays:
-    """The refracted rays from each of N levels to space at U apparent elevations, from the one that grazes the ground to the vertical.
+    """The refracted rays from each of N levels to space at U apparent elevations, from the one that grazes the ground
+    to the vertical.
 
     Attributes
     ----------
@@ -132,7 +135,8 @@ class SourcePaths:
     def along(self, altitude, cosine):
         """What lies between the segments of a ray and the source, at the table's own elevations.
 
-        Between those, light of a band goes with a power of `air_mass`: exactly so if the depth does, as in a clear band.
+        Between those, light of a band goes with a power of `air_mass`: exactly so if the depth does, as in a clear
+        band.
 
         Parameters
         ----------
@@ -144,7 +148,8 @@ class SourcePaths:
         Returns
         -------
         depth : (K+1, V, P) array
-            Optical depth from the source to the segment ends for V neighbouring elevations of the table; single precision.
+            Optical depth from the source to the segment ends for V neighbouring elevations of the table; single
+            precision.
         first : (K, S) int array
             Of those, the last that is not above the source's elevation in the middle of each segment.
         share : (K, S) array
@@ -194,7 +199,9 @@ def _apparent_elevations(shells):
 
 
 def _shell_air_mass(altitude, elevation):
-    """Air mass of a homogeneous shell above a point: smooth in elevation at any altitude, above and below the horizon."""
+    """Air mass of a homogeneous shell above a point: smooth in elevation at any altitude, above and below the
+    horizon.
+    """
     height = (EARTH_RADIUS + altitude) / _SCALE_HEIGHT
     across = height * np.sin(elevation)
     root = np.sqrt(across**2 + 2 * height + 1)

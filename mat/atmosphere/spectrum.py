@@ -32,8 +32,8 @@ class LineSpectrum:
     path_thermal, path_scattered : (B,) arrays
         W m^-2 sr^-1 (cm^-1)^-1.
     sky_irradiance, direct_irradiance : (B,) arrays
-        Diffuse, and direct normal to the beam, at the end of the line of sight; at the observer where that leads into space.
-        W m^-2 (cm^-1)^-1.
+        Diffuse, and direct normal to the beam, at the end of the line of sight; at the observer where that leads into
+        space. W m^-2 (cm^-1)^-1.
     range : float
         m, to the end of the range or to the ground; infinite into space.
     ground : bool
@@ -67,8 +67,8 @@ def line_spectrum(
     altitude, elevation, distance : float
         Of the observer above sea level, m; of the line of sight, rad; its range, m, infinite for space.
     source_elevation, source_azimuth : float
-        rad; at the observer for path radiance, azimuth from that of the line of sight; for the light on the surface the elevation is
-        that at the surface.
+        rad; at the observer for path radiance, azimuth from that of the line of sight; for the light on the surface the
+        elevation is that at the surface.
     resolution : float, optional
         Width of the bins, cm^-1, a multiple of the interval width; by default each interval is a bin.
 
@@ -154,7 +154,8 @@ def _bins(points, resolution):
     ratio = resolution / width
     if not (np.isfinite(ratio) and ratio > 0.999 and abs(ratio - round(ratio)) < 1e-6):
         raise InputError(
-            f"resolution {resolution:g} cm^-1 is not a multiple of the {width:g} cm^-1 of the absorption table; give one"
+            f"resolution {resolution:g} cm^-1 is not a multiple of the {width:g} cm^-1 of the absorption table;"
+            " give one"
         )
     place = np.floor((low - low[0]) / resolution + 1e-9).astype(int)
     _, number = np.unique(place, return_inverse=True)

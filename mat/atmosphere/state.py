@@ -1,7 +1,7 @@
 """One atmospheric state: what the air holds at each level, from the ground to space.
 
-Between levels pressure, number density and gases are exponential in altitude, temperature is linear. Above the highest level
-(100 km) there is nothing: the air left there has a vertical optical depth below 1e-6 in every band.
+Between levels pressure, number density and gases are exponential in altitude, temperature is linear. Above the highest
+level (100 km) there is nothing: the air left there has a vertical optical depth below 1e-6 in every band.
 """
 
 from __future__ import annotations
@@ -14,7 +14,14 @@ from scipy import constants
 
 from skyshine.mat.atmosphere.aerosol import AerosolModel
 from skyshine.mat.atmosphere.aerosol_column import aerosol_layers, default_visibility
-from skyshine.mat.atmosphere.amounts import DOBSON_UNIT, gas_factors, layer_columns, mean_exponential, ozone_factor, water_factor
+from skyshine.mat.atmosphere.amounts import (
+    DOBSON_UNIT,
+    gas_factors,
+    layer_columns,
+    mean_exponential,
+    ozone_factor,
+    water_factor,
+)
 from skyshine.mat.atmosphere.cloud import check_phase
 from skyshine.mat.atmosphere.humidity import WATER_MOLAR_MASS, saturation_pressure
 from skyshine.mat.atmosphere.levels import exponential, level_altitudes, linear
@@ -132,7 +139,8 @@ class AtmosphericState:
         gas_scale, gas_ppm : dict, optional
             Gas to factor; gas to parts per million at the ground, its profile scaled.
         water_column, ozone_column : float, optional
-            Above the ground, kg m^-2 (mm of water) and Dobson units, the profile scaled; water vapour stops at saturation.
+            Above the ground, kg m^-2 (mm of water) and Dobson units, the profile scaled; water vapour stops at
+            saturation.
         aerosol : str
             Boundary-layer model of `aerosol_column.BOUNDARY_MODELS`, or "none" for air without particles at any height.
         visibility_km : float, optional
@@ -147,7 +155,8 @@ class AtmosphericState:
             Air in water cloud is saturated, as in LOWTRAN7 (SUBROUTINE AERNSM), unless a water column asks for less.
         rain : RainLayer, optional
         season : str, optional
-            One of `aerosol_column.SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
+            One of `aerosol_column.SEASONS`; by default that of the profile's name, spring_summer unless it is a
+            winter's.
         surface_temperature : float, optional
             K; that of the lowest air by default.
         surface_albedo : float
@@ -164,20 +173,23 @@ class AtmosphericState:
             raise InputError(f"surface altitude {surface_altitude:g} m is outside {low:g} to {high:g} m")
         if surface_altitude < profile.altitude[0] - LARGEST_GAP:
             raise InputError(
-                f"surface altitude {surface_altitude:g} m lies more than {LARGEST_GAP:g} m below the lowest level of '{profile.name}', "
-                f"{profile.altitude[0]:g} m; raise the ground, or begin the profile lower"
+                f"surface altitude {surface_altitude:g} m lies more than {LARGEST_GAP:g} m below the lowest level of"
+                f" '{profile.name}', {profile.altitude[0]:g} m; raise the ground, or begin the profile lower"
             )
         if not (np.isfinite(humidity_scale) and humidity_scale >= 0):
             raise InputError(f"humidity scale {humidity_scale} is not allowed; give a finite number of at least 0")
         falling = [*clouds, *([] if rain is None else [rain])]
-        altitude = level_altitudes(surface_altitude, profile, [surface_altitude + z for layer in falling for z in layer.edges])
+        altitude = level_altitudes(
+            surface_altitude, profile, [surface_altitude + z for layer in falling for z in layer.edges]
+        )
         temperature = linear(altitude, profile.altitude, profile.temperature)
         pressure = np.exp(linear(altitude, profile.altitude, np.log(profile.pressure)))
         gases = {gas: exponential(altitude, profile.altitude, x) for gas, x in profile.mole_fraction.items()}
         factors = gas_factors(
-            gases, {**(gas_scale or {}), "H2O": humidity_scale * (gas_scale or {}).get("H2O", 1.0)},
+            gases,
+            {**(gas_scale or {}), "H2O": humidity_scale * (gas_scale or {}).get("H2O", 1.0)},
             {**(gas_ppm or {}), **({} if co2_ppm is None else {"CO2": co2_ppm})},
-        )  # fmt: skip
+        )
         gases = {gas: fraction * factors.get(gas, 1.0) for gas, fraction in gases.items()}
         for layer in clouds:
             inside = np.linspace(layer.base, layer.top, 20) + surface_altitude
@@ -191,7 +203,9 @@ class AtmosphericState:
                 inside = layer.extinction_550(altitude - surface_altitude) > 0
                 gases["H2O"] = np.where(inside, np.maximum(gases["H2O"], saturated), gases["H2O"])
         if water_column is not None or factors["H2O"] > 1:
-            scale = 1.0 if water_column is None else water_factor(altitude, density, gases["H2O"], saturated, water_column)
+            scale = (
+                1.0 if water_column is None else water_factor(altitude, density, gases["H2O"], saturated, water_column)
+            )
             gases["H2O"] = np.minimum(gases["H2O"] * scale, saturated)
         if season is None:
             season = "fall_winter" if profile.name.endswith("winter") else "spring_summer"
@@ -199,7 +213,14 @@ class AtmosphericState:
             humidity = float(100 * gases["H2O"][0] * pressure[0] / saturation_pressure(temperature[0]))
             visibility_km = default_visibility(aerosol, wind_speed, humidity, air_mass)
         layers = aerosol_layers(
-            altitude, visibility_km, season, aerosol, surface_altitude, stratosphere=stratosphere, wind_speed=wind_speed, air_mass=air_mass
+            altitude,
+            visibility_km,
+            season,
+            aerosol,
+            surface_altitude,
+            stratosphere=stratosphere,
+            wind_speed=wind_speed,
+            air_mass=air_mass,
         )
         return cls(
             name=profile.name,

@@ -1,10 +1,11 @@
 """Light of Sun or Moon scattered more than once, from four streams a hemisphere: for the few points of a compiled band.
 
-As `multiple`, with discrete ordinates and azimuthal moments in place of two streams. The phase functions are cut after as many
-moments as there are streams; the share of particles' scattering that goes straight on is the next moment (delta-M). `transfer` adds
-the last scattering of light that came straight from the source, with the true phase function and the scaled extinction on both legs.
-Here all extinction counts between scattering and observer, and what particles throw straight on into the line of sight is part of the
-source; of light scattered once it is left out, which matters only to paths that end inside a cloud.
+As `multiple`, with discrete ordinates and azimuthal moments in place of two streams. The phase functions are cut after
+as many moments as there are streams; the share of particles' scattering that goes straight on is the next moment
+(delta-M). `transfer` adds the last scattering of light that came straight from the source, with the true phase function
+and the scaled extinction on both legs. Here all extinction counts between scattering and observer, and what particles
+throw straight on into the line of sight is part of the source; of light scattered once it is left out, which matters
+only to paths that end inside a cloud.
 
 References
 ----------
@@ -33,7 +34,8 @@ _CHUNK = 32
 
 @dataclass(frozen=True, eq=False)
 class StreamLight:
-    """Source function of light scattered more than once, per unit of the source's irradiance outside the atmosphere [sr^-1].
+    """Source function of light scattered more than once, per unit of the source's irradiance outside the atmosphere
+    [sr^-1].
 
     Attributes
     ----------
@@ -44,8 +46,8 @@ class StreamLight:
     extinction : (N, P) array
         m^2 per molecule.
     source : (N, X, U * M, P) array
-        By the direction in which light leaves; coefficients of the cosines of 0 to M - 1 times the azimuth between that direction and
-        the beam; single precision.
+        By the direction in which light leaves; coefficients of the cosines of 0 to M - 1 times the azimuth between that
+        direction and the beam; single precision.
     falling : (N, U, P) array
         Diffuse flux on the levels, without the light thrown straight ahead.
     """
@@ -85,7 +87,9 @@ class StreamLight:
             scaled = some.extinction - some.aerosol_scattering * ahead
             lower, upper = vertical_parts(shells, scaled)
             columns = vertical_column(shells, scattering.reshape(levels, -1)).reshape(levels - 1, *scattering.shape[1:])
-            rising, down = ordinates.radiances(lower + upper, columns, np.swapaxes(beam, 1, 2), sine, state.surface_albedo)
+            rising, down = ordinates.radiances(
+                lower + upper, columns, np.swapaxes(beam, 1, 2), sine, state.surface_albedo
+            )
             light = ordinates.scattered_into(scattering, rising, down, cosine)
             light /= _divisor(scaled)
             radiance = ordinates.along_directions(lower, upper, light, rising[0, :, 0, 0], cosine)
@@ -114,23 +118,31 @@ class StreamLight:
             sr^-1.
         """
         rows, share, turn = self._along(segments, cosine, deflection)
-        light = np.stack([
-            np.einsum("lp,lxup->up", parts, self.source[row] * lean)
-            for row, lean, parts in self._corners(rows, segments, depths)
-        ])  # (K, V * M, P)
+        light = np.stack(
+            [
+                np.einsum("lp,lxup->up", parts, self.source[row] * lean)
+                for row, lean, parts in self._corners(rows, segments, depths)
+            ]
+        )  # (K, V * M, P)
         weight = (share[..., None] * turn[:, :, None]).reshape(*share.shape[:2], -1)  # (K, S, V * M)
         radiance = weight.transpose(1, 0, 2).reshape(share.shape[1], -1) @ light.reshape(-1, light.shape[2])
         return np.maximum(radiance, 0.0)
 
     def band(self, segments, depths, cosine, deflection, weight):
-        """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in `transfer.scattered_band`."""
+        """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in
+        `transfer.scattered_band`.
+        """
         rows, share, turn = self._along(segments, cosine, deflection)
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
         unit = (weight / scale).astype(np.float32)
-        light = np.stack([
-            np.sum(np.matmul(self.source[row], (parts * unit)[:, None, :, None])[..., 0] * lean[..., 0], axis=(0, 1))
-            for row, lean, parts in self._corners(rows, segments, depths)
-        ])  # (K, V * M)
+        light = np.stack(
+            [
+                np.sum(
+                    np.matmul(self.source[row], (parts * unit)[:, None, :, None])[..., 0] * lean[..., 0], axis=(0, 1)
+                )
+                for row, lean, parts in self._corners(rows, segments, depths)
+            ]
+        )  # (K, V * M)
         by_turn = np.matmul(share, light.reshape(len(light), share.shape[2], -1))  # (K, S, M)
         radiance = np.zeros(cosine.shape)
         np.cumsum(np.maximum(np.sum(by_turn * turn, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
@@ -167,16 +179,22 @@ class StreamLight:
         return np.maximum(weight[0].astype(float) @ flux[:, nodes], 0.0)
 
     def _along(self, segments, cosine, deflection):
-        """Columns of `source`, weights (K, S, V) of the source's elevations and cosines (K, S, M) of multiples of azimuth."""
+        """Columns of `source`, weights (K, S, V) of the source's elevations and cosines (K, S, M) of multiples of
+        azimuth.
+        """
         nodes, share = source_nodes(self.sine, cosine)
         middle = [0.5 * (part[1:] + part[:-1]) for part in (cosine, deflection)]
         return self._columns(nodes), share, _turns(segments.rise, *middle)
 
     def _corners(self, columns, segments, depths):
-        """Of each segment: index of the two levels, two directions and the columns; weights of directions, of levels (2, P)."""
+        """Of each segment: index of the two levels, two directions and the columns; weights of directions, of levels
+        (2, P).
+        """
         first, lean = _place(segments.rise)
         below, above = layer_shares(segments, self.levels, self.extinction, depths)
-        for layer, direction, part, *weights in zip(segments.layer, first, lean.astype(np.float32), below, above, strict=True):
+        for layer, direction, part, *weights in zip(
+            segments.layer, first, lean.astype(np.float32), below, above, strict=True
+        ):
             index = slice(layer, layer + 2), slice(direction, direction + 2), columns
             yield index, np.array([1 - part, part], dtype=np.float32)[:, None, None], np.stack(weights)
 
@@ -186,13 +204,17 @@ class StreamLight:
 
 
 def straight_share(optics):
-    """Share (N, P) of the scattering by particles that goes straight on: the first moment of the phase function left out."""
+    """Share (N, P) of the scattering by particles that goes straight on: the first moment of the phase function left
+    out.
+    """
     moment = phase_moments(optics.phase, ordinates.MOMENTS + 1)[-1]
     return np.clip(moment @ optics.phase_share, 0.0, None)
 
 
 def _scattering(optics, shape, straight):
-    """Scattering times moments of the phase function at the levels, (N, P, L) m^2 per molecule, without what goes straight on."""
+    """Scattering times moments of the phase function at the levels, (N, P, L) m^2 per molecule, without what goes
+    straight on.
+    """
     particles = np.moveaxis(shape @ optics.phase_share, 0, -1) - straight[..., None]
     result = optics.aerosol_scattering[..., None] * particles
     gamma = optics.rayleigh_anisotropy

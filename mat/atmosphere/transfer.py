@@ -1,10 +1,10 @@
 """Radiative transfer along lines of sight: transmittance, emission, single scattering of a distant source.
 
-Thermal radiation has a source function linear in optical depth inside a segment (`diffuse`). Without particles it is the blackbody
-radiance of the air, and air of one temperature gives exactly (1 - transmittance) times that.
+Thermal radiation has a source function linear in optical depth inside a segment (`diffuse`). Without particles it is
+the blackbody radiance of the air, and air of one temperature gives exactly (1 - transmittance) times that.
 
-Light of Sun or Moon is scattered here once, with the true phase functions; inside a segment the whole optical depth from the source
-to the observer is linear in distance. `multiple` holds what is scattered more often.
+Light of Sun or Moon is scattered here once, with the true phase functions; inside a segment the whole optical depth
+from the source to the observer is linear in distance. `multiple` holds what is scattered more often.
 """
 
 from __future__ import annotations
@@ -19,9 +19,8 @@ from skyshine.mat.atmosphere.geometry import Rays
 from skyshine.mat.atmosphere.optics import PHASE_ANGLES, rayleigh_phase
 from skyshine.mat.atmosphere.source_paths import HIDDEN
 
-
-# Below this optical depth the weight of a segment's far end goes in proportion to the depth, by type of number: a larger one costs
-# accuracy in thin segments (this fraction of that weight), a smaller one cancellation.
+# Below this optical depth the weight of a segment's far end goes in proportion to the depth, by type of number: a
+# larger one costs accuracy in thin segments (this fraction of that weight), a smaller one cancellation.
 _THIN = {np.dtype(np.float32): 1e-3, np.dtype(np.float64): 1e-6}
 # From this many points on, adding row to row is quicker than numpy's running sum along the first axis.
 _WIDE = 256
@@ -61,16 +60,28 @@ class Segments:
         index = np.flatnonzero(rays.lower[row] + rays.upper[row] > 0)
         ends = np.append(index, index[-1] + 1 if index.size else 0)
         return cls(
-            index, rays.layer[row, index], rays.lower[row, index], rays.upper[row, index], rays.altitude[row, ends],
-            rays.central_angle[row, ends], rays.direction[row, ends], rays.distance[row, ends],
-        )  # fmt: skip
+            index,
+            rays.layer[row, index],
+            rays.lower[row, index],
+            rays.upper[row, index],
+            rays.altitude[row, ends],
+            rays.central_angle[row, ends],
+            rays.direction[row, ends],
+            rays.distance[row, ends],
+        )
 
     def first(self, count):
         """The `count` segments nearest the observer."""
         return Segments(
-            self.index[:count], self.layer[:count], self.lower[:count], self.upper[:count], self.altitude[: count + 1],
-            self.central_angle[: count + 1], self.direction[: count + 1], self.distance[: count + 1],
-        )  # fmt: skip
+            self.index[:count],
+            self.layer[:count],
+            self.lower[:count],
+            self.upper[:count],
+            self.altitude[: count + 1],
+            self.central_angle[: count + 1],
+            self.direction[: count + 1],
+            self.distance[: count + 1],
+        )
 
     def column(self, per_molecule):
         """Integral of a property (N, P) [m^2 per molecule] along each segment, (K, P)."""
@@ -105,7 +116,8 @@ class Segments:
         Returns
         -------
         near, far : (K, P) arrays
-            Its ends: the line has the mean of the source over the segment's air and the difference between the segment's ends.
+            Its ends: the line has the mean of the source over the segment's air and the difference between the
+            segment's ends.
         """
         share = self.lean.astype(mean.dtype)[:, None]
         below = mean[self.layer] + share * tilt[self.layer]
@@ -198,9 +210,11 @@ def emitted(depths, near, far):
 
 
 def mean_attenuation(first, last):
-    """Mean of exp(-x) over segments in which x runs linearly from `first` to `last`; same shapes, single precision allowed.
+    """Mean of exp(-x) over segments in which x runs linearly from `first` to `last`; same shapes, single precision
+    allowed.
 
-    exp(-smaller) (1 - exp(-d)) / d, d the difference: without cancellation at any d; the tiny number added makes it 1 at 0.
+    exp(-smaller) (1 - exp(-d)) / d, d the difference: without cancellation at any d; the tiny number added makes it 1
+    at 0.
     """
     difference = np.subtract(last, first)
     np.abs(difference, out=difference)
@@ -320,8 +334,8 @@ def scattered_band(segments, optics, depths, source_paths, to_source, deflection
 def _light_in_band(segments, depths, source_paths, cosine, column):
     """Sum over points of a column (K, P, C) times the mean attenuation from source to observer, (K, S, C).
 
-    It is computed at the elevations of the table of source paths and goes between them with a power of the air mass, many sources
-    at once.
+    It is computed at the elevations of the table of source paths and goes between them with a power of the air mass,
+    many sources at once.
     """
     depth, first, share, hidden = source_paths.along(segments.altitude, cosine)
     before = depths.before.astype(np.float32)[:, None]
@@ -339,7 +353,9 @@ def _light_in_band(segments, depths, source_paths, cosine, column):
 
 
 def _segment_means(depth):
-    """`mean_attenuation` between neighbours along the first axis, (K, ...) of (K+1, ...); 0 where light is below 1e-19."""
+    """`mean_attenuation` between neighbours along the first axis, (K, ...) of (K+1, ...); 0 where light is below
+    1e-19.
+    """
     through = np.exp(-depth)
     difference = np.diff(depth, axis=0)
     square = np.square(difference)

@@ -1,7 +1,8 @@
 """Two-stream equations of scattering layers: one layer in closed form, and layers joined by adding from the ground up.
 
-dF+/dt = same F+ - other F- - source, dF-/dt = other F+ - same F- + source for the upward and downward flux F+, F- against optical
-depth t counted downwards; the closure (hemispheric mean, Eddington ...) is in the coefficients `same` and `other`.
+dF+/dt = same F+ - other F- - source, dF-/dt = other F+ - same F- + source for the upward and downward flux F+, F-
+against optical depth t counted downwards; the closure (hemispheric mean, Eddington ...) is in the coefficients `same`
+and `other`.
 
 References
 ----------
@@ -59,7 +60,9 @@ def vertical_column(shells, per_molecule):
 
 
 def vertical_parts(shells, per_molecule):
-    """The two parts of `vertical_column`: what counts by the property of the layer's lower level, and of its upper one."""
+    """The two parts of `vertical_column`: what counts by the property of the layer's lower level, and of its upper
+    one.
+    """
     zenith = trace(shells, shells.altitude[:1], np.array([np.pi / 2]))
     count = shells.altitude.size - 1
     lower, upper = (part[0, count:, None] for part in (zenith.lower, zenith.upper))  # the segments on the way up

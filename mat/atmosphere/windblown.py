@@ -1,4 +1,5 @@
-"""Aerosols that wind raises: the desert's, and the Navy maritime one, in which sea spray joins particles of the continent.
+"""Aerosols that wind raises: the desert's, and the Navy maritime one, in which sea spray joins particles of the
+continent.
 
 References
 ----------
@@ -34,7 +35,7 @@ def desert_model(wind_speed):
     Raises
     ------
     InputError
-        For a wind speed outside the tables, 0 to 30 m/s.    """
+        For a wind speed outside the tables, 0 to 30 m/s."""
     return desert_with_amount(float(wind_speed))[0]
 
 
@@ -44,7 +45,10 @@ def desert_with_amount(wind_speed):
     table = read_csv(atmospheres.path("aerosol/desert.csv"))
     winds = np.unique(table["wind_speed[m/s]"])
     if not winds[0] <= wind_speed <= winds[-1]:
-        raise InputError(f"wind speed {wind_speed:g} m/s is outside {winds[0]:g} to {winds[-1]:g} m/s, which the desert aerosol covers")
+        raise InputError(
+            f"wind speed {wind_speed:g} m/s is outside {winds[0]:g} to {winds[-1]:g} m/s, which the desert aerosol"
+            " covers"
+        )
     weights = linear_weights(winds, np.array([wind_speed]))[:, 0]
     wavelength, extinction, absorption, asymmetry = (table[name].reshape(len(winds), -1) for name in list(table)[1:])
     extinction, absorption = (np.exp(weights @ np.log(values)) for values in (extinction, absorption))
@@ -52,7 +56,8 @@ def desert_with_amount(wind_speed):
 
 
 def navy_maritime_model(wind_speed, air_mass=DEFAULT_AIR_MASS):
-    """The Navy maritime aerosol at a wind speed [m/s] and air mass (1 to 10), with asymmetry and phase functions of the maritime one.
+    """The Navy maritime aerosol at a wind speed [m/s] and air mass (1 to 10), with asymmetry and phase functions of the
+    maritime one.
 
     `InputError` as `navy_maritime_extinction`.
     """
@@ -105,7 +110,9 @@ def navy_maritime_extinction(wind_speed, air_mass):
         raise InputError(f"wind speed {wind_speed} m/s is not allowed; give a finite number of at least 0")
     low, high = AIR_MASSES
     if air_mass not in range(low, high + 1):
-        raise InputError(f"air mass {air_mass} is not allowed; give a whole number from {low} (open ocean) to {high} (continental)")
+        raise InputError(
+            f"air mass {air_mass} is not allowed; give a whole number from {low} (open ocean) to {high} (continental)"
+        )
     table = read_csv(atmospheres.path("aerosol/navy_maritime.csv"))
     nodes = np.unique(table["relative_humidity[percent]"])
     wind = min(wind_speed, STRONGEST_WIND)

@@ -11,14 +11,27 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, progre
 
 @click.command()
 @click.argument("job", type=click.Path())
-@click.option("--states", "count", type=click.IntRange(1, 1000), default=8, show_default=True, help="Built, evenly spread over the job's.")
-@click.option("--workers", type=click.IntRange(1, 1000), default=2, show_default=True, help="Processes, and workers of the cluster.")
+@click.option(
+    "--states",
+    "count",
+    type=click.IntRange(1, 1000),
+    default=8,
+    show_default=True,
+    help="Built, evenly spread over the job's.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 1000),
+    default=2,
+    show_default=True,
+    help="Processes, and workers of the cluster.",
+)
 @json_option
 def batch(job, count, workers, as_json):
     """Many states: a sample of those of JOB in one process, in several, and on a local Dask cluster, by stage.
 
-    The time of all states is that of the sample, and for each further state what its tasks took without the choice of spectral points,
-    which a process makes once for each air; on a machine that does other work it is that machine's.
+    The time of all states is that of the sample, and for each further state what its tasks took without the choice of
+    spectral points, which a process makes once for each air; on a machine that does other work it is that machine's.
 
     \b
     Example: mat bench batch year/every_day.yaml --states 8
@@ -40,36 +53,57 @@ def batch(job, count, workers, as_json):
     if as_json:
         emit_json(
             {
-                "states": size.states, "airs": size.airs, "sampled_states": sample.states, "sampled_airs": sample.airs, "tasks": tasks,
+                "states": size.states,
+                "airs": size.airs,
+                "sampled_states": sample.states,
+                "sampled_airs": sample.airs,
+                "tasks": tasks,
                 "planning": quantity(planned, "s"),
                 "places": [
                     {
-                        "name": each.place, "workers": each.workers, "time": quantity(each.seconds, "s"),
-                        "processor_time": quantity(each.processor_seconds, "s"), "same_bytes": each.same,
+                        "name": each.place,
+                        "workers": each.workers,
+                        "time": quantity(each.seconds, "s"),
+                        "processor_time": quantity(each.processor_seconds, "s"),
+                        "same_bytes": each.same,
                         "speed": quantity(found[0].seconds / each.seconds, "1"),
-                        "further_state": quantity(each.further, "s"), "choice_of_points": quantity(each.choice, "s"),
-                        "all_states": quantity(seconds, "s"), "all_states_speed": quantity(whole[0] / seconds, "1"),
+                        "further_state": quantity(each.further, "s"),
+                        "choice_of_points": quantity(each.choice, "s"),
+                        "all_states": quantity(seconds, "s"),
+                        "all_states_speed": quantity(whole[0] / seconds, "1"),
                         "stages": {stage: quantity(spent, "s") for stage, spent in each.stages.items()},
                     }
                     for each, seconds in zip(found, whole, strict=True)
                 ],
             }
-        )  # fmt: skip
+        )
         return
     click.echo(f"{size.states} states of {size.airs} airs, {tasks} tasks, planned in {planned:.1f} s")
     click.echo(f"{sample.states} states of {sample.airs} airs built, without kept bands:")
     stages = list(found[0].stages)
     rows = [
-        [each.place, f"{each.seconds:.1f}", *_scaling(found[0].seconds / each.seconds, each.workers), f"{each.processor_seconds:.1f}",
-         *(f"{each.stages.get(stage, 0.0):.1f}" for stage in stages), "yes" if each.same else "no"]
+        [
+            each.place,
+            f"{each.seconds:.1f}",
+            *_scaling(found[0].seconds / each.seconds, each.workers),
+            f"{each.processor_seconds:.1f}",
+            *(f"{each.stages.get(stage, 0.0):.1f}" for stage in stages),
+            "yes" if each.same else "no",
+        ]
         for each in found
-    ]  # fmt: skip
+    ]
     echo_table(["where", "seconds", "times one", "per worker", "processor s", *stages, "same bytes"], rows)
     click.echo(f"\nall {size.states} states: the sample, and the further states by what its own took a process:")
     rows = [
-        [each.place, f"{each.further:.2f}", f"{each.choice:.1f}", f"{seconds / 3600:.2f}", *_scaling(whole[0] / seconds, each.workers)]
+        [
+            each.place,
+            f"{each.further:.2f}",
+            f"{each.choice:.1f}",
+            f"{seconds / 3600:.2f}",
+            *_scaling(whole[0] / seconds, each.workers),
+        ]
         for each, seconds in zip(found, whole, strict=True)
-    ]  # fmt: skip
+    ]
     echo_table(["where", "s a state", "s an air", "hours", "times one", "per worker"], rows)
     if len(found) < 3:
         click.echo("Dask is not installed: pip install 'skyshine[dask]'")

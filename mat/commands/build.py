@@ -10,7 +10,9 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 @click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
 @click.option("--jobs", type=click.IntRange(1, 256), default=None, help="Processes; by default one a core.")
 @click.option("--fresh", is_flag=True, help="Build everything again; without it, finished files are kept.")
-@click.option("--executor", metavar="dask:ADDRESS", help="Send the tasks to a Dask cluster whose workers see the same folders.")
+@click.option(
+    "--executor", metavar="dask:ADDRESS", help="Send the tasks to a Dask cluster whose workers see the same folders."
+)
 @allow_outside_option
 @json_option
 def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: str | None, as_json: bool) -> None:

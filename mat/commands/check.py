@@ -39,8 +39,9 @@ def command(job: str, as_json: bool) -> None:
 
 
 _UNKNOWN = (
-    "how many it takes is not known before the build has computed the {0}, so size and time come on top: at most {1:,} nodes, 4 bytes each, in "
-    "a table; a build that cannot hold it with so many stops and names the axis that takes the most"
+    "how many it takes is not known before the build has computed the {0}, so size and time come on top: at most {1:,}"
+    " nodes, 4 bytes each, in a table; a build that cannot hold it with so many stops and names the axis that takes the"
+    " most"
 )
 
 
@@ -75,7 +76,9 @@ def _files(plan, states: int) -> list[str]:
     for name in (name for task in plan.tasks for name in task.files):
         of_state = states > MANY_STATES and re.fullmatch(r"s\d+(.*)", name)
         by_kind.setdefault(of_state[1] if of_state else name, []).append(name)
-    return [names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}: {len(names)} files" for names in by_kind.values()]
+    return [
+        names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}: {len(names)} files" for names in by_kind.values()
+    ]
 
 
 def _print(loaded, plan, left_out, hours, states, cost) -> None:
@@ -101,4 +104,7 @@ def _print(loaded, plan, left_out, hours, states, cost) -> None:
     for name in ("atmosphere_grid", "surface_grid"):
         grid = getattr(loaded.job, name)
         if grid.tolerance:
-            click.echo(f"{name}: nodes are placed until {_tolerance_text(grid.tolerance)} holds; {_UNKNOWN.format(_table(name), grid.most_nodes)}")
+            click.echo(
+                f"{name}: nodes are placed until {_tolerance_text(grid.tolerance)} holds;"
+                f" {_UNKNOWN.format(_table(name), grid.most_nodes)}"
+            )

@@ -9,7 +9,9 @@ from skyshine.schemas.errors import InputError
 
 @click.command(epilog="Example: mat export --raw built/s01.htt.h5 built/b02.band.h5 --out flat")
 @click.argument("files", nargs=-1, required=True, type=click.Path())
-@click.option("--raw", is_flag=True, help="Little-endian float32 in one file beside a JSON header, for engines without HDF5.")
+@click.option(
+    "--raw", is_flag=True, help="Little-endian float32 in one file beside a JSON header, for engines without HDF5."
+)
 @click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder to write into.")
 def command(files: tuple[str, ...], raw: bool, out: str) -> None:
     """Write FILES, or every database of a folder, in a form for others."""

@@ -9,7 +9,9 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, quanti
 @click.argument("file", type=click.Path())
 @json_option
 def command(file: str, as_json: bool) -> None:
-    """Show what FILE holds: versions, axes, quantities, their stated errors, and what the build beside it says they cost."""
+    """Show what FILE holds: versions, axes, quantities, their stated errors, and what the build beside it says they
+    cost.
+    """
     from pathlib import Path
 
     from skyshine.mat.build_record import cost_of

@@ -9,7 +9,12 @@ from skyshine.schemas.errors import InputError
 
 @click.command(epilog="Example: mat init demo && mat build demo/job.yaml")
 @click.argument("folder", type=click.Path())
-@click.option("--example", default="starter", show_default=True, help="Which job: airfield, desert_vehicle, ship, urban_canyon, year.")
+@click.option(
+    "--example",
+    default="starter",
+    show_default=True,
+    help="Which job: airfield, desert_vehicle, ship, urban_canyon, year.",
+)
 def command(folder: str, example: str) -> None:
     """Write a starter job, with the picture it needs, into FOLDER. Files that are there already are not touched."""
     from pathlib import Path
@@ -20,7 +25,9 @@ def command(folder: str, example: str) -> None:
     files = starter_files(example)
     for file in files:
         if (target / file.name).exists():
-            raise InputError(f"exists already; name an empty folder, or build it: mat build {target}", file=target / file.name)
+            raise InputError(
+                f"exists already; name an empty folder, or build it: mat build {target}", file=target / file.name
+            )
     try:
         target.mkdir(parents=True, exist_ok=True)
         for file in files:

@@ -31,17 +31,25 @@ def leaving_out(job, seed, as_json):
     if as_json:
         emit_json(
             {
-                "differences": {name: {"largest": value, "bound": bound} for name, (value, bound) in found.differences.items()},
+                "differences": {
+                    name: {"largest": value, "bound": bound} for name, (value, bound) in found.differences.items()
+                },
                 **{
                     name: {"time": quantity(cost.seconds, "s"), "size": quantity(cost.size, "byte")}
                     for name, cost in (("as_it_is", found.kept), ("whole", found.whole))
                 },
             }
-        )  # fmt: skip
+        )
     else:
-        rows = [(name, f"{cost.seconds:.2f}", f"{cost.size / 1e6:.2f}") for name, cost in (("as it is", found.kept), ("whole", found.whole))]
+        rows = [
+            (name, f"{cost.seconds:.2f}", f"{cost.size / 1e6:.2f}")
+            for name, cost in (("as it is", found.kept), ("whole", found.whole))
+        ]
         echo_table(("build", "processor seconds", "MB"), rows)
-        echo_table(("largest difference", "found", "bound"), [(n, f"{a:.2g}", f"{b:g}") for n, (a, b) in found.differences.items()])
+        echo_table(
+            ("largest difference", "found", "bound"),
+            [(n, f"{a:.2g}", f"{b:g}") for n, (a, b) in found.differences.items()],
+        )
     beyond = [name for name, (value, bound) in found.differences.items() if not value <= bound]
     if beyond:
         raise CheckFailed(f"answers differ by more than stated: {', '.join(beyond)}")

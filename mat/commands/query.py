@@ -31,7 +31,9 @@ def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: 
     click.echo(f"{name} = {value:.7g} {units}")
     for measure, amount in error.items():
         if math.isfinite(amount):  # radiances of sunlit bands have no equivalent temperature
-            click.echo(f"  interpolation error, {measure.removesuffix('_kelvin')}: {amount:.3g} {_units(measure, units)}")
+            click.echo(
+                f"  interpolation error, {measure.removesuffix('_kelvin')}: {amount:.3g} {_units(measure, units)}"
+            )
 
 
 def _units(measure: str, own: str) -> str:

@@ -13,17 +13,25 @@ from skyshine.schemas.errors import InputError
 
 @click.command(epilog="Example: mat report demo/job.yaml --out report.html")
 @click.argument("job", metavar="JOB|DIR", type=click.Path())
-@click.option("--built", type=click.Path(file_okay=False), help="Folder of the databases; by default the one that the job names.")
+@click.option(
+    "--built", type=click.Path(file_okay=False), help="Folder of the databases; by default the one that the job names."
+)
 @click.option("--out", type=click.Path(dir_okay=False), help="HTML page to write; its numbers go beside it as JSON.")
-@click.option("--scenes", type=click.IntRange(1, 10_000), default=40, show_default=True, help="Random views of each set of tables.")
+@click.option(
+    "--scenes",
+    type=click.IntRange(1, 10_000),
+    default=40,
+    show_default=True,
+    help="Random views of each set of tables.",
+)
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random views.")
 @click.option("--band", type=click.IntRange(1), default=None, help="One band, counted from 1; by default all.")
 @json_option
 def command(job, built, out, scenes, seed, band, as_json) -> None:
     """Measure the error budget of the databases of JOB, or of the folder DIR that holds a job.yaml.
 
-    Random scenes go through the runtime's equations with the tables, and through the accurate spectral integrals; each source of
-    error is switched on alone, then all together.
+    Random scenes go through the runtime's equations with the tables, and through the accurate spectral integrals; each
+    source of error is switched on alone, then all together.
     """
     from skyshine.mat.accuracy.budget import Prepared, error_budget
     from skyshine.mat.accuracy.page import render
@@ -44,7 +52,9 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
             for source in loaded.job.sources:
                 found = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed)
                 if found is None:
-                    notes.append(f"State {state}, band {number}: no view has the {source} above the horizon on the tables' axes.")
+                    notes.append(
+                        f"State {state}, band {number}: no view has the {source} above the horizon on the tables' axes."
+                    )
                 else:
                     budgets.append(found)
                 advance(1)
@@ -60,7 +70,9 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
 def _job_file(given: str) -> Path:
     path = Path(given)
     if path.suffix == ".h5":
-        raise InputError("is a database; name the job that it was built with, or the folder that holds its job.yaml", file=path)
+        raise InputError(
+            "is a database; name the job that it was built with, or the folder that holds its job.yaml", file=path
+        )
     if not path.is_dir():
         return path
     for folder in (path, path.parent):

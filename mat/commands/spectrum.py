@@ -20,11 +20,17 @@ FULL_MOON_PHASE = 4.0
 
 
 @click.command("spectrum")
-@click.option("--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile, or a sounding FILE.csv.")
-@click.option("--above", default="us_standard", show_default=True, help="Standard profile that continues a sounding to space.")
+@click.option(
+    "--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile, or a sounding FILE.csv."
+)
+@click.option(
+    "--above", default="us_standard", show_default=True, help="Standard profile that continues a sounding to space."
+)
 @click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default the profile's own 330.")
 @click.option(
-    "--altitude", type=float, help="Observer above sea level, km; by default the ground: 0, or where the sounding begins."
+    "--altitude",
+    type=float,
+    help="Observer above sea level, km; by default the ground: 0, or where the sounding begins.",
 )
 @click.option(
     "--elevation", type=float, default=0.0, show_default=True, help="Line of sight above the horizontal, degree."
@@ -39,10 +45,15 @@ FULL_MOON_PHASE = 4.0
     "--aerosol",
     default="rural",
     show_default=True,
-    help="Near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, fog_advection, fog_radiation, or none.",
+    help=(
+        "Near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, fog_advection,"
+        " fog_radiation, or none."
+    ),
 )
 @click.option("--visibility", type=float, help="km; by default that which belongs to the aerosol (rural: 23).")
-@click.option("--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert and navy_maritime aerosols.")
+@click.option(
+    "--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert and navy_maritime aerosols."
+)
 @click.option(
     "--stratosphere",
     default="background",
@@ -67,13 +78,36 @@ FULL_MOON_PHASE = 4.0
     help="Of water vapour; the older one for comparison with codes of its time.",
 )
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
-@click.option("--plot", "picture", type=click.Path(), help="PNG to draw transmittance and path radiance into, in place of printing.")
+@click.option(
+    "--plot",
+    "picture",
+    type=click.Path(),
+    help="PNG to draw transmittance and path radiance into, in place of printing.",
+)
 @json_option
 def command(
-    atmosphere, above, co2_ppm, altitude, elevation, range_text, wavenumber, wavelength, resolution,
-    aerosol, visibility, wind, stratosphere, clouds, rain, source, source_elevation, water_continuum, source_azimuth, picture,
+    atmosphere,
+    above,
+    co2_ppm,
+    altitude,
+    elevation,
+    range_text,
+    wavenumber,
+    wavelength,
+    resolution,
+    aerosol,
+    visibility,
+    wind,
+    stratosphere,
+    clouds,
+    rain,
+    source,
+    source_elevation,
+    water_continuum,
+    source_azimuth,
+    picture,
     as_json,
-):  # fmt: skip
+):
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
     Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
@@ -91,20 +125,38 @@ def command(
 
     profile, ground = _profile(atmosphere, above)
     altitude = ground / 1e3 if altitude is None else altitude
-    _finite(altitude=altitude, wind=wind, elevation=elevation, source_elevation=source_elevation, source_azimuth=source_azimuth)
+    _finite(
+        altitude=altitude,
+        wind=wind,
+        elevation=elevation,
+        source_elevation=source_elevation,
+        source_azimuth=source_azimuth,
+    )
     low, high = _limits(wavenumber, wavelength)
     distance = _range(range_text)
     state = AtmosphericState.from_profile(
-        profile, surface_altitude=ground, co2_ppm=co2_ppm, aerosol=FOG if aerosol == "fog" else aerosol, visibility_km=visibility,
-        wind_speed=wind, stratosphere=stratosphere, clouds=[cloud_type(name) for name in clouds],
+        profile,
+        surface_altitude=ground,
+        co2_ppm=co2_ppm,
+        aerosol=FOG if aerosol == "fog" else aerosol,
+        visibility_km=visibility,
+        wind_speed=wind,
+        stratosphere=stratosphere,
+        clouds=[cloud_type(name) for name in clouds],
         rain=None if rain is None else RainLayer(rain, RAIN_TOP),
-    )  # fmt: skip
+    )
     points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
     result = line_spectrum(
-        state, points, _irradiance(source, points),
-        altitude=altitude * 1e3, elevation=np.radians(elevation), distance=distance,
-        source_elevation=np.radians(source_elevation), source_azimuth=np.radians(source_azimuth), resolution=resolution,
-    )  # fmt: skip
+        state,
+        points,
+        _irradiance(source, points),
+        altitude=altitude * 1e3,
+        elevation=np.radians(elevation),
+        distance=distance,
+        source_elevation=np.radians(source_elevation),
+        source_azimuth=np.radians(source_azimuth),
+        resolution=resolution,
+    )
     if picture is not None:
         from skyshine.mat.pictures import draw_spectrum
 

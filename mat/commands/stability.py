@@ -7,13 +7,18 @@ from skyshine.schemas.errors import CheckFailed
 
 
 @click.command()
-@click.option("--seconds", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, help="How long to draw cases.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Case k is drawn from seed and k alone.")
+@click.option(
+    "--seconds", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, help="How long to draw cases."
+)
+@click.option(
+    "--seed", type=click.IntRange(0), default=1, show_default=True, help="Case k is drawn from seed and k alone."
+)
 @json_option
 def stability(seconds, seed, as_json):
     """Extreme and stiff cases of surface, air, sky, bands, lobes, tables and textures, at random for a given time.
 
-    Reports the worst residual and violation of a bound, and the slowest case; anything not finite or out of bounds fails.
+    Reports the worst residual and violation of a bound, and the slowest case; anything not finite or out of bounds
+    fails.
 
     \b
     Example:
@@ -26,13 +31,17 @@ def stability(seconds, seed, as_json):
         emit_json(
             {
                 name: {
-                    "cases": trial.cases, "failures": trial.failures,
-                    "worst": {measure: value if value < float("inf") else None for measure, value in trial.worst.items()},
-                    "slowest": quantity(trial.slowest, "s"), "slowest_case": trial.slowest_case,
+                    "cases": trial.cases,
+                    "failures": trial.failures,
+                    "worst": {
+                        measure: value if value < float("inf") else None for measure, value in trial.worst.items()
+                    },
+                    "slowest": quantity(trial.slowest, "s"),
+                    "slowest_case": trial.slowest_case,
                 }
                 for name, trial in trials.items()
             }
-        )  # fmt: skip
+        )
     else:
         for name, trial in trials.items():
             click.echo(f"{name}: {trial.cases} cases, slowest {trial.slowest:.2g} s ({trial.slowest_case})")

@@ -67,7 +67,9 @@ def command(
     _emit_json(result) if as_json else _print(result)
 
 
-def _material(name: str, operated: Mapping[str, Operation], solar_absorptance: float | None, thermal_emissivity: float | None):
+def _material(
+    name: str, operated: Mapping[str, Operation], solar_absorptance: float | None, thermal_emissivity: float | None
+):
     """A material of the library, in operation or not, or of a file; given optical values replace the library's."""
     from pathlib import Path
 

@@ -32,7 +32,13 @@ def run(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json:
         best = ladder.pareto()
         click.echo(f"{ladder.name}: error is {ladder.units}, time for {ladder.work}; default because {ladder.why}")
         rows = [
-            (rung.name, f"{rung.seconds:.3g}", f"{rung.error:.3g}", "yes" if rung in best else "", "default" if rung.default else "")
+            (
+                rung.name,
+                f"{rung.seconds:.3g}",
+                f"{rung.error:.3g}",
+                "yes" if rung in best else "",
+                "default" if rung.default else "",
+            )
             for rung in ladder.rungs
         ]
         echo_table(("setting", "seconds", "error", "best of its time", ""), rows)

@@ -25,5 +25,7 @@ def _once(names: list[str]) -> list[str]:
     return names
 
 
-ExtraTable = Annotated[str, pydantic.AfterValidator(_name), pydantic.WithJsonSchema({"type": "string", "enum": list(EXTRA_TABLES)})]
+ExtraTable = Annotated[
+    str, pydantic.AfterValidator(_name), pydantic.WithJsonSchema({"type": "string", "enum": list(EXTRA_TABLES)})
+]
 ExtraTables = Annotated[list[ExtraTable], pydantic.AfterValidator(_once)]

@@ -17,7 +17,8 @@ def presets() -> dict[str, dict]:
 
 
 def with_preset(state: dict) -> dict:
-    """A state with the keys of the preset it names where it does not write them; weather and gases are joined key by key.
+    """A state with the keys of the preset it names where it does not write them; weather and gases are joined key by
+    key.
 
     Raises
     ------

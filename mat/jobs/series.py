@@ -27,8 +27,10 @@ class Series(StrictModel):
     table: str | None = Field(
         None,
         min_length=1,
-        description="CSV, relative to the job: a column for each key that differs (date, visibility_km, weather.wind_speed_m_s), "
-        "a row for each state.",
+        description=(
+            "CSV, relative to the job: a column for each key that differs (date, visibility_km,"
+            " weather.wind_speed_m_s), a row for each state."
+        ),
     )
 
     @pydantic.model_validator(mode="after")
@@ -39,7 +41,9 @@ class Series(StrictModel):
         if days and self.last < self.first:
             raise ValueError(f"found last {self.last} before first {self.first}; allowed: first to last; swap them")
         if days and (self.last - self.first).days // self.step_days >= MEMBER_LIMIT:
-            raise ValueError(f"found more than {MEMBER_LIMIT} days; allowed: at most that many; take a larger step_days")
+            raise ValueError(
+                f"found more than {MEMBER_LIMIT} days; allowed: at most that many; take a larger step_days"
+            )
         return self
 
 
@@ -92,8 +96,9 @@ def _rows(file: Path) -> Iterator[Member]:
             if len(cells) != len(header) or count > MEMBER_LIMIT:
                 raise InputError(
                     f"found {len(cells)} cells in row {count}; allowed: {len(header)} cells, {MEMBER_LIMIT} rows",
-                    file=file, line=lines.line_num,
-                )  # fmt: skip
+                    file=file,
+                    line=lines.line_num,
+                )
             values = {key: plain_value(cell, file, lines.line_num) for key, cell in zip(header, cells)}
             yield Member(values, file, lines.line_num)
     except csv.Error as error:

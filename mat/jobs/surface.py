@@ -8,9 +8,18 @@ import numpy as np
 import pydantic
 from pydantic import Field
 
-from skyshine.mat.jobs.fields import Celsius, Fraction, TimeOfDay, Tolerance, ascending, axis, clock_text, tolerance_parts
-from skyshine.materials.files import refuse_incomplete_back
+from skyshine.mat.jobs.fields import (
+    Celsius,
+    Fraction,
+    TimeOfDay,
+    Tolerance,
+    ascending,
+    axis,
+    clock_text,
+    tolerance_parts,
+)
 from skyshine.materials.files import by_hour as values_by_hour
+from skyshine.materials.files import refuse_incomplete_back
 from skyshine.materials.records import Back
 from skyshine.schemas.documents import StrictModel
 
@@ -42,7 +51,10 @@ class HourlyWeather(StrictModel):
     cloud_fraction: list[Fraction] | None = None
     pressure_hpa: list[Pressure] | None = Field(None, description="By default that of the state's profile.")
     direct_normal_w_m2: list[Irradiance] | None = Field(
-        None, description="Direct sunlight normal to it, means over the time since the entry before; for radiation: measured."
+        None,
+        description=(
+            "Direct sunlight normal to it, means over the time since the entry before; for radiation: measured."
+        ),
     )
     diffuse_w_m2: list[Irradiance] | None = Field(None, description="Sky sunlight on a level surface, likewise.")
     longwave_down_w_m2: list[Longwave] | None = Field(
@@ -60,7 +72,8 @@ class HourlyWeather(StrictModel):
             values = getattr(self, name)
             if values is not None and len(values) != len(self.time):
                 raise ValueError(
-                    f"found {len(values)} values of {name}; allowed: {len(self.time)}, one for each time; add or remove some"
+                    f"found {len(values)} values of {name}; allowed: {len(self.time)}, one for each time; add or remove"
+                    " some"
                 )
         gaps = [(after - before) % 24 for before, after in zip(self.time, [*self.time[1:], self.time[0]])]
         if max(gaps) > LONGEST_GAP_H:
@@ -86,8 +99,10 @@ class Weather(StrictModel):
     file: str | None = Field(
         None,
         min_length=1,
-        description="EPW, TMY3 (the day and month of the site's date), or CSV by time of day; relative to the job file. "
-        "Keys beside it replace its values.",
+        description=(
+            "EPW, TMY3 (the day and month of the site's date), or CSV by time of day; relative to the job file. "
+            "Keys beside it replace its values."
+        ),
     )
     relative_humidity_percent: Percent = Field(50.0, description="Daily mean; the vapour is constant.")
     wind_speed_m_s: Speed = 2.0
@@ -95,19 +110,25 @@ class Weather(StrictModel):
     ground_albedo: Fraction = 0.2
     radiation: Literal["computed", "measured"] = Field(
         "computed",
-        description="Sunlight and sky longwave on the ground: computed from the state, or measured, as the file or the table by hour "
-        "has them (EPW and TMY3 do; in CSV direct_normal, diffuse, lw_down). Measured light is of the weather, not of the state's air.",
+        description=(
+            "Sunlight and sky longwave on the ground: computed from the state, or measured, as the file or the table by"
+            " hour has them (EPW and TMY3 do; in CSV direct_normal, diffuse, lw_down). Measured light is of the"
+            " weather, not of the state's air."
+        ),
     )
 
     @pydantic.model_validator(mode="after")
     def _measured_or_not(self):
         has = self.hourly is not None and [name for name in RADIATION if getattr(self.hourly, name) is not None]
         if has and self.radiation == "computed":
-            raise ValueError(f"found {has[0]} by hour and radiation: computed; allowed: radiation: measured; give it, or remove {has[0]}")
+            raise ValueError(
+                f"found {has[0]} by hour and radiation: computed; allowed: radiation: measured; give it, or remove"
+                f" {has[0]}"
+            )
         if self.radiation == "measured" and self.file is None and (not has or SUNLIGHT[0] not in has):
             raise ValueError(
-                f"found radiation: measured without {' and '.join(SUNLIGHT)}; allowed: with a file or a table by hour that has them; "
-                "give one, or remove radiation"
+                f"found radiation: measured without {' and '.join(SUNLIGHT)}; allowed: with a file or a table by hour"
+                " that has them; give one, or remove radiation"
             )
         return self
 
@@ -137,7 +158,9 @@ class Weather(StrictModel):
     def mean_air_temperature_c(self) -> float:
         """Mean of the day, of the two extremes where only those are given."""
         if self.hourly is not None:
-            return float(np.mean(np.interp(np.arange(0, 24, 0.25), self.hourly.time, self.hourly.air_temperature_c, period=24)))
+            return float(
+                np.mean(np.interp(np.arange(0, 24, 0.25), self.hourly.time, self.hourly.air_temperature_c, period=24))
+            )
         return float(np.mean(self.air_temperature_c))
 
 
@@ -200,7 +223,10 @@ class SurfaceGrid(StrictModel):
         [f"{i // 2:02d}:{i % 2 * 30:02d}" for i in range(48)], validate_default=True
     )
     tolerance: Tolerance | None = Field(
-        None, description="In K: places the nodes, between the ends of the axes, where the error is; 99 % of all reads are within it."
+        None,
+        description=(
+            "In K: places the nodes, between the ends of the axes, where the error is; 99 % of all reads are within it."
+        ),
     )
     most_nodes: int = Field(20_000_000, ge=16, le=200_000_000, description="Of a table whose nodes a tolerance places.")
 

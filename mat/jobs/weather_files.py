@@ -53,15 +53,19 @@ _COMMON = {
 _SUNLIGHT = {"direct_normal_w_m2": ("dni", 1.0), "diffuse_w_m2": ("dhi", 1.0)}
 # EnergyPlus, Auxiliary Programs: EPW data dictionary; Wilcox and Marion (2008), NREL/TP-581-43156: TMY3.
 _EPW = _TypicalYear(
-    "EPW", 8, np.timedelta64(0, "h"),
+    "EPW",
+    8,
+    np.timedelta64(0, "h"),
     _COMMON | {"cloud_fraction": ("total_sky_cover", 0.1), "pressure_hpa": ("atmospheric_pressure", 0.01)},
     _SUNLIGHT | {"longwave_down_w_m2": ("ghi_infrared", 1.0)},
-)  # fmt: skip
+)
 _TMY3 = _TypicalYear(
-    "TMY3", 2, np.timedelta64(1, "h"),
+    "TMY3",
+    2,
+    np.timedelta64(1, "h"),
     _COMMON | {"cloud_fraction": ("TotCld (tenths)", 0.1), "pressure_hpa": ("pressure", 1.0)},
     _SUNLIGHT,
-)  # fmt: skip
+)
 # What a reading may be: a missing one stands as 99 or more of its digits.
 _LIMITS = {
     "air_temperature_c": (-90.0, 70.0),
@@ -82,8 +86,8 @@ def read_weather(file: Path, day: date, utc_offset_h: float, *, radiation: bool 
     ----------
     file : path
         ``.epw``; TMY3 in ``.csv``; or another ``.csv`` with columns time (such as 08:30, local clock),
-        air_temperature and any of relative_humidity, wind_speed, pressure, cloud_fraction in SI and percent, and of direct_normal,
-        diffuse and lw_down, means over the time since the row before.
+        air_temperature and any of relative_humidity, wind_speed, pressure, cloud_fraction in SI and percent, and of
+        direct_normal, diffuse and lw_down, means over the time since the row before.
     day : date
         Month and day are taken from a typical year.
     utc_offset_h : float
@@ -99,7 +103,9 @@ def read_weather(file: Path, day: date, utc_offset_h: float, *, radiation: bool 
     if file.suffix.lower() == ".epw":
         return _typical_day(file, _EPW, day, utc_offset_h, radiation)
     if file.suffix.lower() == ".csv":
-        return _typical_day(file, _TMY3, day, utc_offset_h, radiation) if _is_tmy3(file) else _day_table(file, radiation)
+        return (
+            _typical_day(file, _TMY3, day, utc_offset_h, radiation) if _is_tmy3(file) else _day_table(file, radiation)
+        )
     raise InputError(f"found the ending '{file.suffix}'; allowed: .epw or .csv; convert the file", file=file)
 
 
@@ -124,7 +130,11 @@ def _day_table(file: Path, radiation: bool) -> HourlyWeather:
         "pressure_hpa": values["pressure"] / 100.0 if "pressure" in values else None,
     }
     if radiation:
-        found |= {"direct_normal_w_m2": values["direct_normal"], "diffuse_w_m2": values["diffuse"], "longwave_down_w_m2": values.get("lw_down")}
+        found |= {
+            "direct_normal_w_m2": values["direct_normal"],
+            "diffuse_w_m2": values["diffuse"],
+            "longwave_down_w_m2": values.get("lw_down"),
+        }
     return _hourly(file, found)
 
 
@@ -139,7 +149,14 @@ def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float,
 
     try:
         data, station = iotools.read_epw(file) if kind is _EPW else iotools.read_tmy3(file, map_variables=True)
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:  # what pvlib stumbles over
+    except (
+        OSError,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+    ) as error:  # what pvlib stumbles over
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"is not a file that pvlib reads as {kind.name}: {reason}; check it", file=file) from None
     begin = data.index - kind.label
@@ -160,8 +177,8 @@ def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float,
         wrong = np.flatnonzero(~((values >= low) & (values <= high)))
         if wrong.size:
             raise InputError(
-                f"{source}: found {str(cells.iloc[wrong[0]])[:40]}; allowed: numbers worth {low:g} to {high:g} of {name}; "
-                "the reading is missing or wrong: take another date or file",
+                f"{source}: found {str(cells.iloc[wrong[0]])[:40]}; allowed: numbers worth {low:g} to {high:g} of"
+                f" {name}; the reading is missing or wrong: take another date or file",
                 file=file,
                 line=int(rows[wrong[0]]) + kind.header + 1,
             )

@@ -1,7 +1,7 @@
 """Choice of the points that stand for the whole thermal and the whole solar spectrum in fluxes on the ground.
 
-The absorption table's points are reduced by the method that chose them (`atmosphere.selection`), with fluxes at many altitudes, under
-many states, as targets. The error is measured on states of a profile that no choice has seen.
+The absorption table's points are reduced by the method that chose them (`atmosphere.selection`), with fluxes at many
+altitudes, under many states, as targets. The error is measured on states of a profile that no choice has seen.
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ def training_states(seed=11):
 def held_out_states(seed=12):
     """States on which the error is measured."""
     rng = np.random.default_rng(seed)
-    return [AtmosphericState.from_profile(HELD_OUT_PROFILE)] + [perturbed_state(HELD_OUT_PROFILE, rng) for _ in range(HELD_OUT)]
+    return [AtmosphericState.from_profile(HELD_OUT_PROFILE)] + [
+        perturbed_state(HELD_OUT_PROFILE, rng) for _ in range(HELD_OUT)
+    ]
 
 
 def perturbed_state(name, rng):
@@ -79,7 +81,10 @@ def _with_cloud(state, rng):
 def longwave_targets(states, points):
     """Thermal fluxes (M, P) W m^-2 (cm^-1)^-1 of the states at `HEIGHTS`."""
     return np.concatenate(
-        [_in_chunks(lambda part: sky_emission(state, part, state.surface_altitude + HEIGHTS), points) for state in states]
+        [
+            _in_chunks(lambda part: sky_emission(state, part, state.surface_altitude + HEIGHTS), points)
+            for state in states
+        ]
     )
 
 
@@ -97,7 +102,9 @@ def shortwave_targets(states, points):
 
 def _in_chunks(evaluate, points):
     size = points.wavenumber.size
-    return np.concatenate([evaluate(points.subset(np.arange(s, min(s + _CHUNK, size)))) for s in range(0, size, _CHUNK)], axis=-1)
+    return np.concatenate(
+        [evaluate(points.subset(np.arange(s, min(s + _CHUNK, size)))) for s in range(0, size, _CHUNK)], axis=-1
+    )
 
 
 def choose(rows, weight, *, tolerance=TOLERANCE, max_points=MOST_POINTS):
@@ -190,8 +197,10 @@ def build(out, table, *, tolerance=TOLERANCE, max_points=MOST_POINTS, progress=N
     groups["errors"] = Group(groups={name: Group(attributes=errors[name]) for name in QUANTITIES})
     about = {
         "absorption_sha256": table.content,
-        "description": "Points of the absorption table and their weights, for broadband fluxes on the ground; errors in W m-2 against "
-        "all points, on states of a profile that was not used in the choice.",
+        "description": (
+            "Points of the absorption table and their weights, for broadband fluxes on the ground; errors in W m-2"
+            " against all points, on states of a profile that was not used in the choice."
+        ),
     }
     job = f"mat lines broadband; tolerance {tolerance:g}, max_points {max_points}"
     header = Header(FILETYPE, FORMAT_VERSION, table.version, job, title="skyshine broadband points")
@@ -203,7 +212,9 @@ def _points_group(index, weight, wavenumber, units, long_name):
     return Group(
         axes={"point": Axis(wavenumber[index], "cm-1", "middle of the point's interval")},
         variables={
-            "index": Variable(("point",), index.astype(np.int32), "1", "place of the point among the table's of this spectrum"),
+            "index": Variable(
+                ("point",), index.astype(np.int32), "1", "place of the point among the table's of this spectrum"
+            ),
             "weight": Variable(("point",), weight, units, long_name),
         },
     )

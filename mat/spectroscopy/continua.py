@@ -1,10 +1,10 @@
 """Continua of the MT_CKD model: water vapour, carbon dioxide, nitrogen and oxygen.
 
-Sources: Mlawer et al. 2012 (Phil. Trans. R. Soc. A 370, 2520) and 2023 (MT_CKD 4.3); for N2 Lafferty et al. 1996 (Appl. Opt. 35,
-5911) and Hartmann et al. 2017; for O2 Thibault et al. 1997 (Appl. Opt. 36, 563; 6.4 um), Mate et al. 1999 (J. Geophys. Res. 104,
-30585; 1.27 um), Mlawer et al. 1998 (J. Geophys. Res. 103, 3859; 1.06 um and the A band) and Greenblatt et al. 1990 (J. Geophys.
-Res. 95, 18577; O2-O2 in the visible). The coefficients are AER's, their notice travels with whatever is derived from them
-(`Continua.notice`).
+Sources: Mlawer et al. 2012 (Phil. Trans. R. Soc. A 370, 2520) and 2023 (MT_CKD 4.3); for N2 Lafferty et al. 1996 (Appl.
+Opt. 35, 5911) and Hartmann et al. 2017; for O2 Thibault et al. 1997 (Appl. Opt. 36, 563; 6.4 um), Mate et al. 1999 (J.
+Geophys. Res. 104, 30585; 1.27 um), Mlawer et al. 1998 (J. Geophys. Res. 103, 3859; 1.06 um and the A band) and
+Greenblatt et al. 1990 (J. Geophys. Res. 95, 18577; O2-O2 in the visible). The coefficients are AER's, their notice
+travels with whatever is derived from them (`Continua.notice`).
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ AMAGAT_TEMPERATURE = 273.15  # K
 LOSCHMIDT = 2.68675e19  # molecules cm^-3 at 1 atm and 273.15 K, as MT_CKD uses it
 N2_DRY, O2_DRY = 0.78084, 0.20946  # mole fractions of dry air, US Standard Atmosphere 1976
 
-# O2 at 1.06 um (Mlawer et al. 1998): centre and half width (cm^-1), strength of two Lorentzians, and the common decay towards low
-# wavenumbers (cm^-1). 1.054: MT_CKD's adjustment of the strength.
+# O2 at 1.06 um (Mlawer et al. 1998): centre and half width (cm^-1), strength of two Lorentzians, and the common decay
+# towards low wavenumbers (cm^-1). 1.054: MT_CKD's adjustment of the strength.
 O2_1060 = ((9375.0, 58.96, 1.166e-4 * 1.054), (9439.0, 45.04, 3.086e-5 * 1.054))
 O2_1060_DECAY, O2_1060_RANGE = 176.1, (9100.0, 11000.0)
 # Greenblatt et al. 1990 measured 89.5 cm of 55 atm O2 at 296 K; MT_CKD keeps their optical depths.
@@ -97,7 +97,9 @@ class Continua:
         return self_continuum, foreign, self._water["self_texp"].at(wavenumber)
 
     def before_4(self, name, wavenumber):
-        """Coefficients of water vapour before MT_CKD 4 at wavenumbers (K,) of their grid: bs296, bs260 or bfh2o, 1e-20 cm3."""
+        """Coefficients of water vapour before MT_CKD 4 at wavenumbers (K,) of their grid: bs296, bs260 or bfh2o, 1e-20
+        cm3.
+        """
         return self._others[name].at(wavenumber)
 
     def co2(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
@@ -124,11 +126,16 @@ class Continua:
         return self._induced(fundamental * partners + overtone, wavenumber, pressure, temperature)
 
     def o2(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
-        """Collision-induced bands per O2 molecule in air, m2: 6.4, 1.27 and 1.06 um, around the A band, O2-O2 in the visible."""
+        """Collision-induced bands per O2 molecule in air, m2: 6.4, 1.27 and 1.06 um, around the A band, O2-O2 in the
+        visible.
+        """
         slope = self._others["o2_t"].at(wavenumber)
-        fundamental = self._others["o2_f"].at(wavenumber) * np.exp(slope * (1 / REFERENCE_TEMPERATURE - 1 / temperature))
+        fundamental = self._others["o2_f"].at(wavenumber) * np.exp(
+            slope * (1 / REFERENCE_TEMPERATURE - 1 / temperature)
+        )
         dry = 1 - h2o_fraction
-        # Efficiencies of Mate et al. 1999, whose coefficients are for a mixture of 21 % O2 in N2: 0.21 + 0.3 * 0.79 = 0.446.
+        # Efficiencies of Mate et al. 1999, whose coefficients are for a mixture of 21 % O2 in N2: 0.21 + 0.3 * 0.79 =
+        # 0.446.
         partners = dry * (O2_DRY + 0.3 * N2_DRY) / 0.446 + h2o_fraction
         strength = (
             fundamental
@@ -169,4 +176,6 @@ def _variables(path):
                 for name, v in file.variables.items()
             }
     except OSError as error:
-        raise InputError(f"cannot be read: {error}; --continua needs the folder of the MT_CKD files", file=path) from None
+        raise InputError(
+            f"cannot be read: {error}; --continua needs the folder of the MT_CKD files", file=path
+        ) from None

@@ -1,9 +1,9 @@
 """Measured cross sections of gases without lines: heavy molecules in the infrared, ultraviolet and visible bands.
 
-A folder holds ``xs/*.gz``, tables at one temperature each in the format of the AER collection (a line of name, first and last
-wavenumber, number of values, temperature; then the values in cm2, ten a line), and ``crs_*_UBremen_cf.dat.gz``, second-degree
-polynomials in temperature at wavelengths in air. Outside the measured temperatures the nearest one stands: a
-polynomial fit is never continued.
+A folder holds ``xs/*.gz``, tables at one temperature each in the format of the AER collection (a line of name, first
+and last wavenumber, number of values, temperature; then the values in cm2, ten a line), and
+``crs_*_UBremen_cf.dat.gz``, second-degree polynomials in temperature at wavelengths in air. Outside the measured
+temperatures the nearest one stands: a polynomial fit is never continued.
 """
 
 from __future__ import annotations
@@ -27,7 +27,10 @@ TABLES = {
     "CCl4": ("CCl4", "University of Denver 1985, 296 K alone, as in HITRAN 1992"),
 }
 FITS = {"O3": "crs_O3_UBremen_cf.dat.gz", "NO2": "crs_NO2_UBremen_cf.dat.gz", "SO2": "crs_SO2_UBremen_cf.dat.gz"}
-FIT_TEXT = "cross sections of K. Bogumil, J. Orphal and J. P. Burrows, University of Bremen (J. Photochem. Photobiol. A 157 (2003) 167)"
+FIT_TEXT = (
+    "cross sections of K. Bogumil, J. Orphal and J. P. Burrows, University of Bremen (J. Photochem. Photobiol. A 157"
+    " (2003) 167)"
+)
 FIT_REFERENCE = 273.15  # K, of the polynomials
 FIT_RANGE = (203.0, 293.0)  # K, the measurements the polynomials were fitted to (Bogumil et al. 2003)
 FIT_UNIT = 1e-20  # cm2
@@ -35,7 +38,9 @@ FIT_UNIT = 1e-20  # cm2
 
 @dataclass(frozen=True)
 class Measurements:
-    """Tables of one band: wavenumber (K,) cm^-1 increasing, temperature (T,) K increasing, section (T, K) m2/molecule."""
+    """Tables of one band: wavenumber (K,) cm^-1 increasing, temperature (T,) K increasing, section (T, K)
+    m2/molecule.
+    """
 
     wavenumber: np.ndarray
     temperature: np.ndarray
@@ -59,7 +64,9 @@ class Fit:
     coefficients: np.ndarray
 
     def at(self, wavenumber, temperature):
-        """Linear in wavenumber, zero outside the band; temperatures are held to `FIT_RANGE`; never below 0; (T', K')."""
+        """Linear in wavenumber, zero outside the band; temperatures are held to `FIT_RANGE`; never below 0; (T',
+        K').
+        """
         away = np.clip(np.asarray(temperature, float), *FIT_RANGE)[:, None] - FIT_REFERENCE
         terms = [np.interp(wavenumber, self.wavenumber, row, left=0.0, right=0.0) for row in self.coefficients]
         return np.maximum(terms[0] + terms[1] * away + terms[2] * away**2, 0.0)
@@ -96,7 +103,9 @@ def read_cross_sections(folder) -> list[CrossSectionSource]:
     for path in sorted((folder / "xs").glob("*.gz")):
         name, wavenumber, temperature, section = read_table(path)
         if name in TABLES:
-            tables.setdefault(name, {}).setdefault((wavenumber[0], wavenumber.size), []).append((temperature, wavenumber, section))
+            tables.setdefault(name, {}).setdefault((wavenumber[0], wavenumber.size), []).append(
+                (temperature, wavenumber, section)
+            )
     sources = []
     for formula, bands in tables.items():
         name, who = TABLES[formula]
@@ -106,7 +115,10 @@ def read_cross_sections(folder) -> list[CrossSectionSource]:
         if (folder / file).exists():
             sources.append(CrossSectionSource(name, [read_fit(folder / file)], FIT_TEXT))
     if not sources:
-        raise InputError("holds no cross sections (xs/*.gz, crs_*_UBremen_cf.dat.gz); --cross-sections needs their folder", file=folder)
+        raise InputError(
+            "holds no cross sections (xs/*.gz, crs_*_UBremen_cf.dat.gz); --cross-sections needs their folder",
+            file=folder,
+        )
     return sorted(sources, key=lambda source: source.name)
 
 
@@ -158,7 +170,8 @@ def spread(section, grid, wavenumber, weight) -> np.ndarray:
     """Cross sections at the points of an interval whose weighted distribution is that of the whole interval.
 
     The points are put in the order of the cross section at their places; each then has the mean over the share of the
-    sorted cross sections that its weight stands for. So the interval's mean is exact, whatever the points were chosen for.
+    sorted cross sections that its weight stands for. So the interval's mean is exact, whatever the points were chosen
+    for.
 
     Parameters
     ----------

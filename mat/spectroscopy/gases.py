@@ -62,7 +62,9 @@ GASES = {
 
 
 class LineLibrary:
-    """The line lists of a folder; files are named after the HITRAN molecule number: ``01_*.par``, ``.par.gz``, ``.par.xz``."""
+    """The line lists of a folder; files are named after the HITRAN molecule number: ``01_*.par``, ``.par.gz``,
+    ``.par.xz``.
+    """
 
     def __init__(self, folder):
         self.folder = Path(folder)
@@ -109,7 +111,9 @@ class LineLibrary:
         return self._read(name)[0]
 
     def covers(self, name: str, low: float, high: float) -> bool:
-        """Whether [low, high] cm^-1 overlaps the lines of a file; a file counts as complete from its first line to its last."""
+        """Whether [low, high] cm^-1 overlaps the lines of a file; a file counts as complete from its first line to its
+        last.
+        """
         return any(first < high and last > low for first, last in self._read(name)[1])
 
     def near(self, name: str, low: float, high: float) -> LineList:
@@ -119,6 +123,8 @@ class LineLibrary:
 
 
 def strongest(lines: LineList) -> np.ndarray:
-    """Largest cross section at the line centre, m2/molecule, from 200 to 330 K at a width of 0.05 cm^-1; (N,) for N lines."""
+    """Largest cross section at the line centre, m2/molecule, from 200 to 330 K at a width of 0.05 cm^-1; (N,) for N
+    lines.
+    """
     strength, _, _ = linebyline.line_parameters(lines, np.array([200.0, 330.0]))
     return np.maximum(strength.max(0), lines.strength * linebyline.CM2_TO_M2) / (np.pi * 0.05)

@@ -29,7 +29,8 @@ class IntervalPoints:
     wavenumber, weight : (K,) arrays, cm^-1
     cross_section : dict of (K, P, T) arrays, m2/molecule in dry air
     humid : dict of (K, Q - 1, H, T) arrays
-        Logarithm of the ratio of cross sections in moist and dry air, at `nodes.H2O_FRACTION[1:]` and the H highest pressures.
+        Logarithm of the ratio of cross sections in moist and dry air, at `nodes.H2O_FRACTION[1:]` and the H highest
+        pressures.
     continuum : (3, K) array
         Water vapour continuum at the points: self, foreign (m2/molecule per cm^-1), self exponent.
     error : (4,) array

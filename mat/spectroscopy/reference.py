@@ -85,11 +85,17 @@ def main(lines, continua, atmosphere, range_km, wavenumber, gases, out):
         values = [interval_transmittance(library, coefficients, path, gas, start, end) for gas in gases]
         rows.append([start, end, *values])
     header = [
-        f"Transmittance of {range_km:g} km at the lowest level of the {atmosphere} atmosphere, line by line, interval means.",
+        (
+            f"Transmittance of {range_km:g} km at the lowest level of the {atmosphere} atmosphere, line by line,"
+            " interval means."
+        ),
         f"pressure_Pa={path.pressure:.6g} temperature_K={path.temperature:.6g} length_m={path.length:.6g} "
         + " ".join(f"{gas}={path.fraction[gas]:.9g}" for gas in gases if gas != CONTINUUM),
         "Lines: HITRAN2012 (Rothman et al. 2013). Continua: MT_CKD 4.3 (Mlawer et al. 2012, 2023).",
-        f"Written by python -m skyshine.mat.spectroscopy.reference --wavenumber {wavenumber} (with --lines and --continua).",
+        (
+            f"Written by python -m skyshine.mat.spectroscopy.reference --wavenumber {wavenumber} (with --lines and"
+            " --continua)."
+        ),
     ]
     write_csv(out, header, ["low[cm-1]", "high[cm-1]", *gases], rows)
 

@@ -1,4 +1,6 @@
-"""Where the cross sections of a gas come from: its lines and the continuum that belongs to it, or what stands in for them."""
+"""Where the cross sections of a gas come from: its lines and the continuum that belongs to it, or what stands in for
+them.
+"""
 
 from __future__ import annotations
 
@@ -46,8 +48,13 @@ class LineSource:
         """Cross sections (P, T, K) in dry air on the fine grid of an interval, m2/molecule."""
         lines = linebyline.interval_spectrum(
             self._library.near(self.name, low, high),
-            low, high, nodes.PRESSURE, nodes.TEMPERATURE, self.gas.self_fraction, self.gas.shape,
-        )  # fmt: skip
+            low,
+            high,
+            nodes.PRESSURE,
+            nodes.TEMPERATURE,
+            self.gas.self_fraction,
+            self.gas.shape,
+        )
         return lines + self._continuum_at(wavenumber, nodes.PRESSURE, nodes.TEMPERATURE, 0.0)
 
     def points(self, wavenumber, low, high):
@@ -69,7 +76,9 @@ class LineSource:
         return dry, np.stack(ratios, axis=1)
 
     def cross_sections(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
-        """Cross sections (K, P, T) in m2/molecule at any wavenumbers, pressures and temperatures, summed without a grid."""
+        """Cross sections (K, P, T) in m2/molecule at any wavenumbers, pressures and temperatures, summed without a
+        grid.
+        """
         wavenumber, pressure, temperature = (np.asarray(a, float) for a in (wavenumber, pressure, temperature))
         own = h2o_fraction if self.name == "H2O" else self.gas.self_fraction
         lines = self._library.near(self.name, wavenumber.min(), wavenumber.max())

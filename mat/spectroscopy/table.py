@@ -26,13 +26,17 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
 FORMAT_VERSION = "1.1"
-DATA_VERSION, DATA_NAME = "1.1.1", "hitran2012-mtckd4.3"  # a gas or a range added: minor; other lines or continua: major
+DATA_VERSION, DATA_NAME = (
+    "1.1.1",
+    "hitran2012-mtckd4.3",
+)  # a gas or a range added: minor; other lines or continua: major
 PART_VERSION = 1  # raised when the way from lines to points changes, so that finished parts are made again
-# Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at most.
+# Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at
+# most.
 LOG_STEP, LOG_OFFSET = 6.4e-4, -64.5
 RATIO_STEP = 1.0e-4
-# m2/molecule, the largest that fits: only centres of rotational lines of H2O above 50 km exceed it, where the air is opaque
-# (optical depth above 100) either way.
+# m2/molecule, the largest that fits: only centres of rotational lines of H2O above 50 km exceed it, where the air is
+# opaque (optical depth above 100) either way.
 CEILING = 1.2e-19
 LOOKUP_GASES = ("O3", "N2O")
 CITATION = (
@@ -61,8 +65,8 @@ class Builder:
     lookups, lowtran : folder and file, optional
         REPTRAN lookups and the Fortran source of LOWTRAN7, for O3 and N2O where there are no lines.
     cross_sections : folder, optional
-        Measured cross sections, see `skyshine.mat.spectroscopy.cross_sections`; used where a gas has no other source, at the
-        points that were chosen for the others.
+        Measured cross sections, see `skyshine.mat.spectroscopy.cross_sections`; used where a gas has no other source,
+        at the points that were chosen for the others.
     settings : Settings
     """
 
@@ -101,8 +105,19 @@ class Builder:
         return part
 
     def key(self, low: float, high: float) -> str:
-        """Identifies parts of an interval that were built alike: edges, settings, nodes and the sources of this interval."""
-        parts = [PART_VERSION, low, high, CANDIDATES, EXCHANGES, PERTURBED, self.settings.tolerance, self._most_points(low)]
+        """Identifies parts of an interval that were built alike: edges, settings, nodes and the sources of this
+        interval.
+        """
+        parts = [
+            PART_VERSION,
+            low,
+            high,
+            CANDIDATES,
+            EXCHANGES,
+            PERTURBED,
+            self.settings.tolerance,
+            self._most_points(low),
+        ]
         parts += [a.tolist() for a in (nodes.PRESSURE, nodes.TEMPERATURE, nodes.H2O_FRACTION)]
         here = [(gas.name, gas.source(low, high)) for gas in self.sources]
         parts += [[name, source.provenance] for name, source in here if source is not None]
@@ -114,9 +129,15 @@ class Builder:
     def interval(self, low: float, high: float) -> IntervalPoints:
         """The points of one interval."""
         return build_interval(
-            self.sources, self.continua, low, high, self._training, self._held_out,
-            tolerance=self.settings.tolerance, max_points=self._most_points(low),
-        )  # fmt: skip
+            self.sources,
+            self.continua,
+            low,
+            high,
+            self._training,
+            self._held_out,
+            tolerance=self.settings.tolerance,
+            max_points=self._most_points(low),
+        )
 
 
 def part_path(folder: Path, low: float) -> Path:
@@ -170,7 +191,9 @@ def assemble(parts, out: Path, *, sources, notice: str, settings: Settings) -> s
     """Write the table from the parts of its intervals, in order; returns its hash."""
     counts = np.array([part["wavenumber"].size for part in parts])
     interval = Axis([0.5 * (p["low"] + p["high"]) for p in parts], "cm-1", "centre of the interval")
-    statistic = Axis(np.array(["mixture rms", "mixture largest", "single gas rms", "single gas largest"]), "1", "statistic")
+    statistic = Axis(
+        np.array(["mixture rms", "mixture largest", "single gas rms", "single gas largest"]), "1", "statistic"
+    )
     intervals = Group(
         axes={"interval": interval, "statistic": statistic},
         variables={
@@ -178,11 +201,13 @@ def assemble(parts, out: Path, *, sources, notice: str, settings: Settings) -> s
             "high": Variable(("interval",), np.array([p["high"] for p in parts]), "cm-1", "upper edge"),
             "count": Variable(("interval",), counts.astype(np.int32), "1", "number of points"),
             "error": Variable(
-                ("interval", "statistic"), np.array([p["error"] for p in parts]), "1",
+                ("interval", "statistic"),
+                np.array([p["error"] for p in parts]),
+                "1",
                 "error of the interval's transmittance against line by line on unseen profiles and paths",
             ),
         },
-    )  # fmt: skip
+    )
     wavenumber = np.concatenate([p["wavenumber"] for p in parts])
     continuum = np.concatenate([p["continuum"] for p in parts], axis=1)
     per = "m2/molecule per cm-1"
@@ -191,7 +216,9 @@ def assemble(parts, out: Path, *, sources, notice: str, settings: Settings) -> s
         variables={
             "weight": Variable(("point",), np.concatenate([p["weight"] for p in parts]), "cm-1", "weight of the point"),
             "self_continuum": Variable(("point",), continuum[0], per, "water vapour self continuum, 296 K, 1013 hPa"),
-            "foreign_continuum": Variable(("point",), continuum[1], per, "water vapour foreign continuum, 296 K, 1013 hPa"),
+            "foreign_continuum": Variable(
+                ("point",), continuum[1], per, "water vapour foreign continuum, 296 K, 1013 hPa"
+            ),
             "self_exponent": Variable(("point",), continuum[2], "1", "temperature exponent of the self continuum"),
         },
         attributes={"notice": notice},
@@ -215,29 +242,42 @@ def _gas_group(source, parts, interval):
     dry = np.concatenate([np.zeros((0, *shape), np.int16), *(p[f"dry_{name}"] for p in there)])
     axes = {
         "interval": interval,
-        "point": Axis(np.concatenate([np.zeros(0), *(p["wavenumber"] for p in there)]), "cm-1", "wavenumber of the point"),
+        "point": Axis(
+            np.concatenate([np.zeros(0), *(p["wavenumber"] for p in there)]), "cm-1", "wavenumber of the point"
+        ),
         "pressure": Axis(nodes.PRESSURE, "Pa", "pressure"),
         "temperature": Axis(nodes.TEMPERATURE, "K", "temperature"),
     }
     packed = {"scale_factor": LOG_STEP, "add_offset": LOG_OFFSET}
     error = [p["gas_error"][list(p["gases"]).index(name)] if f"dry_{name}" in p else 0.0 for p in parts]
     variables = {
-        "source": Variable(("interval",), _codes(source, parts), "1", "0 no data, 1 negligible, 2... entry of `sources`"),
-        "rms_error": Variable(("interval",), np.array(error), "1", "rms error of this gas's transmittance, see /intervals/error"),
-        "log_cross_section": Variable(
-            ("point", "pressure", "temperature"), dry, "1", "natural logarithm of the cross section in m2/molecule, dry air",
-            packed, chunks=(128, *shape),
+        "source": Variable(
+            ("interval",), _codes(source, parts), "1", "0 no data, 1 negligible, 2... entry of `sources`"
         ),
-    }  # fmt: skip
+        "rms_error": Variable(
+            ("interval",), np.array(error), "1", "rms error of this gas's transmittance, see /intervals/error"
+        ),
+        "log_cross_section": Variable(
+            ("point", "pressure", "temperature"),
+            dry,
+            "1",
+            "natural logarithm of the cross section in m2/molecule, dry air",
+            packed,
+            chunks=(128, *shape),
+        ),
+    }
     if any(f"humid_{name}" in p for p in there):
         humid = np.concatenate([p[f"humid_{name}"] for p in there])
         axes["h2o_fraction"] = Axis(nodes.H2O_FRACTION[1:], "1", "mole fraction of water vapour")
         axes["humid_pressure"] = Axis(nodes.PRESSURE[nodes.HUMID_PRESSURE :], "Pa", "pressure")
         variables["log_moist_ratio"] = Variable(
-            ("point", "h2o_fraction", "humid_pressure", "temperature"), humid, "1",
+            ("point", "h2o_fraction", "humid_pressure", "temperature"),
+            humid,
+            "1",
             "natural logarithm of the ratio of the cross sections in moist and dry air",
-            {"scale_factor": RATIO_STEP, "add_offset": 0.0}, chunks=(128, *humid.shape[1:]),
-        )  # fmt: skip
+            {"scale_factor": RATIO_STEP, "add_offset": 0.0},
+            chunks=(128, *humid.shape[1:]),
+        )
     about = {"sources": [one.provenance for one in source.sources], "terms": [one.terms for one in source.sources]}
     return Group(axes=axes, variables=variables, attributes=about)
 
@@ -252,7 +292,17 @@ def _codes(gas, parts):
 
 
 def build(
-    ranges, out, lines, continua, *, lookups=None, lowtran=None, cross_sections=None, settings=Settings(), parts=None, progress=None
+    ranges,
+    out,
+    lines,
+    continua,
+    *,
+    lookups=None,
+    lowtran=None,
+    cross_sections=None,
+    settings=Settings(),
+    parts=None,
+    progress=None,
 ) -> str:
     """Build the table over ranges of wavenumber; finished intervals of an earlier, interrupted build are kept.
 

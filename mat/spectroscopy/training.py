@@ -14,7 +14,9 @@ HELD_OUT_PROFILE = "us_standard"
 LEVELS = 1e3 * np.array(
     [0, 0.5, 1, 1.5, 2, 3, 4, 5, 6, 7.5, 9, 10.5, 12, 14, 16, 18, 20, 23, 26, 30, 35, 40, 45, 50, 60, 70, 85, 100.0]
 )
-PERTURBED = 5  # perturbed versions of each training profile; with 2 the largest errors on unseen paths were twice as large
+PERTURBED = (
+    5  # perturbed versions of each training profile; with 2 the largest errors on unseen paths were twice as large
+)
 GRAZING_AIR_MASS = 38.0  # sea-level air mass at the horizon (Kasten and Young 1989)
 MOST_H2O = 0.06  # mole fraction
 
@@ -46,7 +48,9 @@ class State:
 
 
 def training_states(perturbed=PERTURBED, seed=1) -> list[State]:
-    """The training atmospheres: each profile as it is and `perturbed` times with other humidity, temperature and gases."""
+    """The training atmospheres: each profile as it is and `perturbed` times with other humidity, temperature and
+    gases.
+    """
     rng = np.random.default_rng(seed)
     states = []
     for name in TRAINING_PROFILES:
@@ -78,7 +82,9 @@ def _state(name, rng, humidity=1.0, warming=0.0, others=1.0):
     z = profile.altitude
     pressure = np.exp(np.interp(LEVELS, z, np.log(profile.pressure)))
     temperature = np.clip(np.interp(LEVELS, z, profile.temperature) + warming, 150.0, 350.0)
-    fraction = {gas: np.exp(np.interp(LEVELS, z, np.log(x))) for gas, x in profile.mole_fraction.items() if np.all(x > 0)}
+    fraction = {
+        gas: np.exp(np.interp(LEVELS, z, np.log(x))) for gas, x in profile.mole_fraction.items() if np.all(x > 0)
+    }
     saturated = saturation_pressure(np.maximum(temperature, 200.0)) / pressure
     fraction["H2O"] = np.minimum(np.minimum(fraction["H2O"] * humidity, saturated), MOST_H2O)
     for gas in set(fraction) - {"H2O", "N2", "O2"}:

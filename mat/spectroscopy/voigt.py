@@ -27,7 +27,9 @@ _SCALE, _COEFFICIENTS = _weideman(_TERMS)
 
 @njit(cache=True, fastmath=True)
 def far_voigt(x2, y):
-    """Voigt function for ``|x| + y > 15``: the first rational of Humlicek 1982 (JQSRT 27, 437), relative error < 1e-4."""
+    """Voigt function for ``|x| + y > 15``: the first rational of Humlicek 1982 (JQSRT 27, 437), relative error <
+    1e-4.
+    """
     y2 = y * y
     a = 0.5 + y2 - x2
     return y * (0.5 + y2 + x2) / (a * a + 4.0 * x2 * y2) / SQRT_PI
@@ -57,7 +59,8 @@ def voigt(x, y):
 def chi_co2(distance, b1):
     """Sub-Lorentzian factor of CO2 in nitrogen within 30 cm^-1 of the centre.
 
-    Perrin and Hartmann 1989 (JQSRT 42, 311): 1 up to 3 cm^-1, then an exponential decay of coefficient `b1` (see `chi_decay`).
+    Perrin and Hartmann 1989 (JQSRT 42, 311): 1 up to 3 cm^-1, then an exponential decay of coefficient `b1` (see
+    `chi_decay`).
     """
     if distance <= 3.0:
         return 1.0

@@ -11,15 +11,18 @@ from skyshine.schemas.errors import InputError
 
 @dataclass(frozen=True)
 class Region:
-    """Intervals from `low` cm^-1 to the next region's: their width in cm^-1, a divisor of the region, and most points."""
+    """Intervals from `low` cm^-1 to the next region's: their width in cm^-1, a divisor of the region, and most
+    points.
+    """
 
     low: float
     width: float
     points: int
 
 
-# 5 cm^-1 where sensors look at heat; wider where only broadband fluxes (below 330 cm^-1) or sunlight (beyond 5000 cm^-1) matter
-# and the lines thin out. H2O lines end at 25,711 cm^-1; beyond 28,000 cm^-1 absorption by ozone grows fast enough to need steps of 25.
+# 5 cm^-1 where sensors look at heat; wider where only broadband fluxes (below 330 cm^-1) or sunlight (beyond 5000
+# cm^-1) matter and the lines thin out. H2O lines end at 25,711 cm^-1; beyond 28,000 cm^-1 absorption by ozone grows
+# fast enough to need steps of 25.
 REGIONS = (
     Region(10.0, 10.0, 12),
     Region(330.0, 5.0, 64),
@@ -42,7 +45,9 @@ def interval_edges(low: float, high: float) -> np.ndarray:
     if not 0 < low < high:
         raise InputError(f"wavenumbers {low:g}:{high:g} are no range; give LO:HI in cm^-1 with 0 < LO < HI")
     if low < REGIONS[0].low or high > HIGHEST:
-        raise InputError(f"wavenumbers {low:g}:{high:g} are not within {REGIONS[0].low:g}:{HIGHEST:g} cm^-1; give a range inside")
+        raise InputError(
+            f"wavenumbers {low:g}:{high:g} are not within {REGIONS[0].low:g}:{HIGHEST:g} cm^-1; give a range inside"
+        )
     ends = [*(region.low for region in REGIONS[1:]), HIGHEST]
     starts = np.concatenate([np.arange(r.low, end, r.width) for r, end in zip(REGIONS, ends, strict=True)])
     edges = np.stack([starts, np.append(starts[1:], HIGHEST)], axis=1)

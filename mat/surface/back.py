@@ -19,7 +19,9 @@ def at_hours(values, hours: np.ndarray) -> np.ndarray:
 
 
 def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: np.ndarray) -> np.ndarray:
-    """What drives the back of each column at clock hours (N,): temperature [K] or heat flux [W m^-2], (columns, N or 1)."""
+    """What drives the back of each column at clock hours (N,): temperature [K] or heat flux [W m^-2], (columns, N or
+    1).
+    """
     back = material.thermal.back
     own = back.heat_flux if back.kind == "heated" else back.temperature
     if own is None:

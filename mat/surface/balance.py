@@ -68,7 +68,8 @@ def saturation_pressure(temperature) -> np.ndarray:
 
 
 def surface_vapour(temperature) -> tuple[np.ndarray, np.ndarray]:
-    """Vapour pressure of water or frost on a surface [Pa], and its latent heat over that of liquid water, one if all is liquid.
+    """Vapour pressure of water or frost on a surface [Pa], and its latent heat over that of liquid water, one if all is
+    liquid.
 
     References
     ----------

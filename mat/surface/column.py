@@ -104,7 +104,12 @@ def from_record(
     forcing = record_forcing(record, _shortwave(record, slope, azimuth, sun, ground_albedo), slope)
     start_hour = float((own.start - own.start.astype("datetime64[D]")) / np.timedelta64(1, "h"))
     parts = solve_columns(
-        material, lambda steps: forcing, steps=record.steps, fine_steps=None, period=record.period, start_hour=start_hour
+        material,
+        lambda steps: forcing,
+        steps=record.steps,
+        fine_steps=None,
+        period=record.period,
+        start_hour=start_hour,
     )
     ((_, solution),) = (part for part in parts if len(part[0]))
     times = [f"{time}Z" for time in np.datetime_as_string(own.times, unit="s")]
@@ -132,7 +137,14 @@ def _shortwave(record: Record, slope: float, azimuth: float, sun, ground_albedo:
 
 
 def _result(
-    material, forcing, solution, clock: tuple[list, str], period: float, depth: float | None, every: int = 1, start_hour: float = 0.0
+    material,
+    forcing,
+    solution,
+    clock: tuple[list, str],
+    period: float,
+    depth: float | None,
+    every: int = 1,
+    start_hour: float = 0.0,
 ) -> ColumnResult:
     """The result at `every`-th solver time."""
     fluxes = Balance(forcing, material).fluxes(solution.temperature)
@@ -156,6 +168,8 @@ def _at_depth(
 ) -> np.ndarray:
     """Temperature at a depth [m] below the skin, from the surface's (N,) [K] and the back's drive, wave by wave."""
     steps = len(surface)
-    drive = back_drive(material, forcing, start_hour + np.arange(steps) * (period / steps / 3600.0))[0] + np.zeros(steps)
+    drive = back_drive(material, forcing, start_hour + np.arange(steps) * (period / steps / 3600.0))[0] + np.zeros(
+        steps
+    )
     from_surface, from_back = depth_response(material.thermal, frequencies(steps, period, "spectral"), depth)
     return np.fft.irfft(np.fft.rfft(surface) * from_surface + np.fft.rfft(drive) * from_back, steps)

@@ -51,7 +51,8 @@ def _sech(x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class _Norton:
-    """What lies behind a plane, as its heat flux Y T - J d inwards, of the plane's temperature T and the back's drive d.
+    """What lies behind a plane, as its heat flux Y T - J d inwards, of the plane's temperature T and the back's drive
+    d.
 
     Attributes
     ----------
@@ -242,7 +243,9 @@ class Conduction:
         return self._norton.admittance
 
     def from_back(self, drive: np.ndarray) -> np.ndarray:
-        """Heat flux [W m^-2] that a drive (..., N) of the back, temperature [K] or heat flux, brings to a surface at 0."""
+        """Heat flux [W m^-2] that a drive (..., N) of the back, temperature [K] or heat flux, brings to a surface
+        at 0.
+        """
         return np.fft.irfft(np.fft.rfft(drive) * self._norton.transfer, self.steps)
 
     @cached_property

@@ -157,7 +157,8 @@ def plane_irradiance(
 
 
 def step_means(values: np.ndarray, steps: int) -> np.ndarray:
-    """Means (..., steps) of periodic samples (..., n), or of one constant (..., 1), over the steps centred on each solver time: trapezium rule.
+    """Means (..., steps) of periodic samples (..., n), or of one constant (..., 1), over the steps centred on each
+    solver time: trapezium rule.
 
     Raises
     ------
@@ -218,7 +219,9 @@ class Scene:
 
     @cached_property
     def _air(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS), pressure (A, 1) where it does not change."""
+        """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS), pressure (A, 1) where it does not
+        change.
+        """
         altitude = np.asarray(self.altitude, float)
         return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 
@@ -248,7 +251,9 @@ class Scene:
         return measured.sky_longwave() * clear / there
 
     def _sunlight(self) -> tuple[np.ndarray, np.ndarray]:
-        """Direct normal and diffuse horizontal irradiance, each (A, SUN_STEPS); measured light changes with altitude as the clear sky's."""
+        """Direct normal and diffuse horizontal irradiance, each (A, SUN_STEPS); measured light changes with altitude as
+        the clear sky's.
+        """
         altitude, measured = np.asarray(self.altitude, float), self.weather.radiation
         if measured is None:
             return self.sky.irradiance(self.site, self.weather.cloud_fraction, altitude)

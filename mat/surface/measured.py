@@ -9,8 +9,8 @@ import numpy as np
 from skyshine.mat.surface.site import SUN_STEPS, Site, sun_hours
 from skyshine.schemas.errors import InputError
 
-# A reading is shared among the times of its interval as the clear sky's light is, unless it is more than this many times the clear one's
-# mean: at sunrise, where a little light has no shape worth following.
+# A reading is shared among the times of its interval as the clear sky's light is, unless it is more than this many
+# times the clear one's mean: at sunrise, where a little light has no shape worth following.
 _MOST_OF_CLEAR = 10.0
 _NIGHT = -1.0  # degree: elevation of the Sun's centre below which an interval counts as night
 _STRAY = 20.0  # W m^-2 that instruments may show then
@@ -56,8 +56,8 @@ class MeasuredRadiation:
             for number in np.flatnonzero(means > _STRAY):
                 if not np.any(up[interval == number]):
                     raise InputError(
-                        f"found {means[number]:g} W m^-2 of {name} light in the time to {self.hours[number]:g} h, when the Sun is down; "
-                        "check date, place and utc_offset_h against the file"
+                        f"found {means[number]:g} W m^-2 of {name} light in the time to {self.hours[number]:g} h, when"
+                        " the Sun is down; check date, place and utc_offset_h against the file"
                     )
         lit = up.astype(float)
         return self._shared(self.direct, interval, direct * up, lit), self._shared(self.diffuse, interval, diffuse, lit)
@@ -72,7 +72,9 @@ class MeasuredRadiation:
         return np.searchsorted(self.hours, sun_hours(), side="left") % self.hours.size
 
     def _shared(self, means: np.ndarray, interval: np.ndarray, clear: np.ndarray, lit: np.ndarray) -> np.ndarray:
-        """Readings at `sun_hours()` with the shape of the clear sky's light, evenly while the Sun is up where that is too weak."""
+        """Readings at `sun_hours()` with the shape of the clear sky's light, evenly while the Sun is up where that is
+        too weak.
+        """
         shared = np.zeros(SUN_STEPS)
         for number in np.unique(interval):
             inside, mean = interval == number, means[number]

@@ -76,7 +76,9 @@ def solve_oracle(
     times = (np.arange(intervals)[:, None] + points[None, :]) * (period / intervals)
     forcing = forcing_at(times.ravel())
     rate, size = _rate(ca, material, cells, period)
-    parameters = np.vstack([_parameters(forcing, times.size), back_drive(material, forcing, times.ravel() / 3600) + 0 * times.ravel()])
+    parameters = np.vstack(
+        [_parameters(forcing, times.size), back_drive(material, forcing, times.ravel() / 3600) + 0 * times.ravel()]
+    )
     residual, unknowns = _collocation(ca, rate, size, parameters, intervals, degree, period, start)
     guess = float(np.mean(forcing.air_temperature)) if start is None else start
     values = _newton(ca, residual, unknowns, np.full(size * times.size, guess))
@@ -101,7 +103,9 @@ def _grid(material: SurfaceMaterial, cells: int, period: float) -> list[tuple]:
 
 
 def _rate(ca, material: SurfaceMaterial, cells: int, period: float):
-    """casadi function of (state, forcing and back) to the state's rate of change [K/s]; the state is surface, then cells."""
+    """casadi function of (state, forcing and back) to the state's rate of change [K/s]; the state is surface, then
+    cells.
+    """
     grid = _grid(material, cells, period)
     size = len(grid) + 1
     state, parameter = ca.SX.sym("T", size), ca.SX.sym("p", len(_NAMES) + 1)

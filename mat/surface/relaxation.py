@@ -1,7 +1,7 @@
 """Batches of columns iterated with one matrix: to near the solution in single precision, to the tolerance in double.
 
-With g(t) the batch's mean slope of f, T goes to (diag(g) + C)^-1 (g T - f(T) + source), which leaves an imbalance of the
-change times what g is wrong by, and Anderson acceleration makes up for that.
+With g(t) the batch's mean slope of f, T goes to (diag(g) + C)^-1 (g T - f(T) + source), which leaves an imbalance of
+the change times what g is wrong by, and Anderson acceleration makes up for that.
 """
 
 from __future__ import annotations
@@ -78,7 +78,9 @@ class Relaxation:
 
     @classmethod
     def of(cls, material, forcing: Forcing, conduction: Conduction, source: np.ndarray, found=None) -> Relaxation:
-        """The relaxation that suits a sample of the columns: by temperatures found with fewer steps or by renewed matrices."""
+        """The relaxation that suits a sample of the columns: by temperatures found with fewer steps or by renewed
+        matrices.
+        """
         sample = sampled(forcing.shape[0])
         balance = Balance(forcing.columns(sample), material)
         source = source[sample]
@@ -161,7 +163,9 @@ class Relaxation:
     def _most(self) -> int:
         return _ITERATIONS if self.cap is None else _MELTING_ITERATIONS
 
-    def iterate(self, balance: Balance, source, unknown, most: int, tolerance: float, origin=0.0) -> tuple[np.ndarray, int]:
+    def iterate(
+        self, balance: Balance, source, unknown, most: int, tolerance: float, origin=0.0
+    ) -> tuple[np.ndarray, int]:
         """Accelerated fixed-point iteration until no unknown changes by more than a tolerance [K]; and its count.
 
         Unknowns are measured from `origin`, of which `source` has lost C of it.

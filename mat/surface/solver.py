@@ -124,9 +124,13 @@ def solve_columns(
     if fine > steps and scheme == "bdf2" and not _settles_slowly(material, forcing, coarse):
         start = _approach(material, forcing, coarse, start_hour)
         first = _solve(
-            material, forcing_at(fine), Conduction(material.thermal, fine, period, scheme), Method.BDF2_FINE, start_hour,
+            material,
+            forcing_at(fine),
+            Conduction(material.thermal, fine, period, scheme),
+            Method.BDF2_FINE,
+            start_hour,
             start=start,
-        )  # fmt: skip
+        )
     else:
         first = _solve(material, forcing, coarse, Method.BDF2, start_hour)
     broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
@@ -159,9 +163,15 @@ def _solve(
     for chosen in _chunks(columns, conduction.steps):
         parts.append(
             _solve_chunk(
-                material, forcing.columns(chosen), back.columns(chosen), conduction, relaxation, method, names[chosen],
+                material,
+                forcing.columns(chosen),
+                back.columns(chosen),
+                conduction,
+                relaxation,
+                method,
+                names[chosen],
                 None if start is None else start[chosen],
-            )  # fmt: skip
+            )
         )
     return Solution(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Solution)))
 
@@ -235,7 +245,7 @@ def _refuse_unsettled(residual, material, conduction, names) -> None:
         raise ConvergenceError(
             f"material '{material.name}', column {names[worst]}: damped Newton with {conduction.steps} steps "
             f"({conduction.scheme}) stopped at a residual of {residual[worst]:.3g} W/m2 (allowed: {TOLERANCE:g}); "
-            f"check the material's numbers and the weather of this column"
+            "check the material's numbers and the weather of this column"
         )
 
 

@@ -1,4 +1,6 @@
-"""Air near the ground through the day: from the day's extremes or from a table by hour, and carried to other altitudes."""
+"""Air near the ground through the day: from the day's extremes or from a table by hour, and carried to other
+altitudes.
+"""
 
 from __future__ import annotations
 

@@ -19,17 +19,21 @@ PATH = AXES[:3]
 _DESCRIBED = {
     "beta_star": ("km", "beta* = -5.5 r / ln(transmittance), equation (8)", {}),
     "path_radiance_ratio": (
-        RADIANCE, "path radiance over (1 - transmittance), equations (10) and (11)", {"comment": "source angles are those at the observer"},
+        RADIANCE,
+        "path radiance over (1 - transmittance), equations (10) and (11)",
+        {"comment": "source angles are those at the observer"},
     ),
     "ambient_radiance": (
-        RADIANCE, "sky irradiance over pi, weighted by path transmittance, equation (20)",
+        RADIANCE,
+        "sky irradiance over pi, weighted by path transmittance, equation (20)",
         {"comment": "source elevation is the one at the surface point"},
     ),
     "direct_radiance": (
-        RADIANCE, "direct source irradiance over pi, weighted by path transmittance, equation (36)",
+        RADIANCE,
+        "direct source irradiance over pi, weighted by path transmittance, equation (36)",
         {"comment": "source elevation is the one at the surface point; normal to the beam"},
     ),
-}  # fmt: skip
+}
 _READ = {
     "range": ("km", "line-of-sight range from the observer to the surface point"),
     "altitude": ("km", "observer altitude above sea level"),
@@ -46,7 +50,8 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict)
     Parameters
     ----------
     tables : mapping of str to Gridded
-        By the names of `gridded.QUANTITIES`. Axes that differ from those of the path radiance get the quantity's name before their own.
+        By the names of `gridded.QUANTITIES`. Axes that differ from those of the path radiance get the quantity's name
+        before their own.
     accuracy : Group
         The measured errors of the tables and of the compiled band.
     attributes : dict
@@ -63,9 +68,12 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict)
             dims.append(own)
         variables[quantity] = Variable(tuple(dims), table.values, units, words, more)
     variables["valid"] = Variable(
-        PATH, np.asarray(path.valid, np.int8), "1", "1 where the range ends in air, 0 where it would pass through the ground",
+        PATH,
+        np.asarray(path.valid, np.int8),
+        "1",
+        "1 where the range ends in air, 0 where it would pass through the ground",
         {"comment": "cells of 0 continue the quantities smoothly, for interpolation beside them only"},
-    )  # fmt: skip
+    )
     return Group(axes, variables, {"accuracy": accuracy}, attributes)
 
 

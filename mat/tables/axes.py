@@ -23,9 +23,9 @@ class AxisRule:
     nodes : (n,) ndarray
         Strictly ascending.
     interpolation : str
-        ``linear`` (with a `period`: the nodes hold a part of it, and values come back after it); ``linear_periodic`` (the axis
-        closes after `period`); ``linear_folded`` (an angle and its mirror image are the same: the nodes span half the `period`);
-        ``exact`` (codes).
+        ``linear`` (with a `period`: the nodes hold a part of it, and values come back after it); ``linear_periodic``
+        (the axis closes after `period`); ``linear_folded`` (an angle and its mirror image are the same: the nodes span
+        half the `period`); ``exact`` (codes).
     period : float
         0 where the axis does not repeat.
     out_of_range : str
@@ -58,13 +58,17 @@ class AxisRule:
         numbers = nodes.ndim == 1 and nodes.size > 0 and nodes.dtype.kind in "iuf" and np.all(np.isfinite(nodes))
         if not numbers or np.any(np.diff(nodes) <= 0):
             raise InputError(f"the axis '{name}' is not a list of ascending numbers; build the file again")
-        if rule.interpolation not in RULES or (rule.interpolation in (PERIODIC, FOLDED) and not 0 < rule.period < np.inf):
+        if rule.interpolation not in RULES or (
+            rule.interpolation in (PERIODIC, FOLDED) and not 0 < rule.period < np.inf
+        ):
             raise InputError(
                 f"the axis '{name}' is read by '{rule.interpolation}' with period {rule.period:g}; this reader knows "
                 f"{', '.join(RULES)}; upgrade skyshine, or build the file again"
             )
         if rule.out_of_range not in POLICIES:
-            raise InputError(f"the axis '{name}' has out_of_range '{rule.out_of_range}'; allowed: {', '.join(POLICIES)}")
+            raise InputError(
+                f"the axis '{name}' has out_of_range '{rule.out_of_range}'; allowed: {', '.join(POLICIES)}"
+            )
         return rule
 
     def locate(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -108,7 +112,9 @@ class AxisRule:
         upper = lower + 1
         return lower, upper % self.nodes.size if self.interpolation == PERIODIC else upper, weight
 
-    def _bounded(self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float, given: np.ndarray | None = None) -> np.ndarray:
+    def _bounded(
+        self, values: np.ndarray, nodes: np.ndarray, lowest: float, highest: float, given: np.ndarray | None = None
+    ) -> np.ndarray:
         if lowest >= nodes[0] and highest <= nodes[-1]:
             return values
         if self.out_of_range == "error":

@@ -60,18 +60,27 @@ def band_group(
 
 
 def with_fine_normalisation(root: Group, materials: Sequence[Material], seed: int) -> Group:
-    """The group of a band with N_s from 0 to 90 degree of incidence beside it, and its error at random angles drawn with a seed."""
+    """The group of a band with N_s from 0 to 90 degree of incidence beside it, and its error at random angles drawn
+    with a seed.
+    """
     widths, which = np.unique([m.lobe_fwhm for m in materials], return_inverse=True)
     values = np.array([normalisation_to_grazing(width, INCIDENCE_ANGLES) for width in widths])
     angle = np.sort(np.random.default_rng(seed).uniform(INCIDENCE_ANGLES[0], INCIDENCE_ANGLES[-1], TEST_ANGLES))
     exact = np.array([normalisation_to_grazing(width, angle) for width in widths])
     error = (np.array([np.interp(angle, INCIDENCE_ANGLES, row) for row in values]) - exact)[which]
     axis = table_axis(INCIDENCE_ANGLES, "degree", "angle of incidence, to grazing light")
-    fine = Variable(("material", "incidence_angle"), values[which], "1", "N_s by angle of incidence, (43), 0 to 90 degree")
-    method = f"linear interpolation against (43) at {TEST_ANGLES} random angles for each material; kelvin has no meaning here"
+    fine = Variable(
+        ("material", "incidence_angle"), values[which], "1", "N_s by angle of incidence, (43), 0 to 90 degree"
+    )
+    method = (
+        f"linear interpolation against (43) at {TEST_ANGLES} random angles for each material; kelvin has no meaning"
+        " here"
+    )
     notes = {"seed": seed, "method": method}
     measured = accuracy_group([measure("normalisation_fine", error, np.full(error.shape, np.nan))], {}, {}, notes)
-    return Group(root.axes | {"incidence_angle": axis}, root.variables | {"normalisation_fine": fine}, {"accuracy": measured})
+    return Group(
+        root.axes | {"incidence_angle": axis}, root.variables | {"normalisation_fine": fine}, {"accuracy": measured}
+    )
 
 
 def _reflectances(response, materials, irradiance) -> dict[str, Variable]:
@@ -86,7 +95,10 @@ def _reflectances(response, materials, irradiance) -> dict[str, Variable]:
         "reflectance_solar": Variable(per_material, solar, "1", "reflectance weighted by solar irradiance"),
         "emissivity": Variable(per_material, 1.0 - flat, "1", "1 - reflectance, the emissivity of equation (6)"),
         "emissivity_planck": Variable(
-            per_temperature, warm, "1", "emissivity weighted by Planck radiance; below 1 - reflectance where light passes"
+            per_temperature,
+            warm,
+            "1",
+            "emissivity weighted by Planck radiance; below 1 - reflectance where light passes",
         ),
     }
 

@@ -1,8 +1,8 @@
 """The part of a table that one frame of a runtime reads.
 
-Observer and source stand still in a frame: read there once, a table of five axes is one of range, elevation and azimuth, of which a frame
-spans few nodes. Linear interpolation in one axis after the other is interpolation in all of them, so nothing is lost: what the pixels of a
-frame were extrapolated to from its centre, they interpolate.
+Observer and source stand still in a frame: read there once, a table of five axes is one of range, elevation and
+azimuth, of which a frame spans few nodes. Linear interpolation in one axis after the other is interpolation in all of
+them, so nothing is lost: what the pixels of a frame were extrapolated to from its centre, they interpolate.
 """
 
 from __future__ import annotations
@@ -63,7 +63,10 @@ def part_of(root: Group, rules: Mapping[str, Sequence[AxisRule]], places: Mappin
 def _around(rule: AxisRule, wanted: np.ndarray) -> slice:
     """The nodes from the one below the lesser value to the one above the greater."""
     if rule.interpolation in (PERIODIC, FOLDED, EXACT) or rule.period > 0:
-        raise InputError(f"{rule.name}: found a pair; allowed: one value, or leave the axis whole; it is read by '{rule.interpolation}'")
+        raise InputError(
+            f"{rule.name}: found a pair; allowed: one value, or leave the axis whole; it is read by"
+            f" '{rule.interpolation}'"
+        )
     if wanted.shape != (2,) or not wanted[0] <= wanted[1]:
         raise InputError(f"{rule.name}: found {wanted.tolist()}; allowed: a number, or the least and the most")
     lower, upper, _ = rule.locate(wanted)

@@ -20,9 +20,11 @@ FIELDS = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "s
 ANGLE = "scattering_angle"  # stands in place of the azimuth
 # Names in the files and in `AtmosphericQuantities`, and how many of the axes each has.
 QUANTITIES = {
-    "beta_star": ("beta_star", 3), "path_radiance_ratio": ("path_radiance_ratio", 5), "ambient_radiance": ("ambient", 4),
+    "beta_star": ("beta_star", 3),
+    "path_radiance_ratio": ("path_radiance_ratio", 5),
+    "ambient_radiance": ("ambient", 4),
     "direct_radiance": ("direct", 4),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,14 @@ COLUMN = ("material", "altitude", "azimuth", "slope")
 
 
 def htt_group(
-    table: TemperatureTable, codes: Sequence[int], names: Sequence[str], axes: dict, accuracy: Group, attributes: dict,
-    *, whole_day: bool = True,
+    table: TemperatureTable,
+    codes: Sequence[int],
+    names: Sequence[str],
+    axes: dict,
+    accuracy: Group,
+    attributes: dict,
+    *,
+    whole_day: bool = True,
 ) -> Group:
     """Arrange the temperatures of a state for writing.
 
@@ -50,7 +56,9 @@ def htt_group(
         "slope": table_axis(axes["slope_deg"], "degree", "slope of the surface; 0 faces up, 90 is a wall"),
     }
     all_axes = column_axes | {
-        "time": table_axis(axes["time_h"], "h", "local clock time of day", interpolation=PERIODIC if whole_day else LINEAR, period=24.0)
+        "time": table_axis(
+            axes["time_h"], "h", "local clock time of day", interpolation=PERIODIC if whole_day else LINEAR, period=24.0
+        )
     }
     variables = {
         "temperature": Variable((*COLUMN, "time"), table.temperature, "K", "surface temperature"),
@@ -58,7 +66,9 @@ def htt_group(
     }
     diagnostics = {
         "residual": Variable(COLUMN, table.residual, "W m^-2", "largest residual of the surface heat balance"),
-        "energy_closure": Variable(COLUMN, table.energy_closure, "W m^-2", "daily mean of the heat that does not close"),
+        "energy_closure": Variable(
+            COLUMN, table.energy_closure, "W m^-2", "daily mean of the heat that does not close"
+        ),
         "bound_excess": Variable(COLUMN, table.bound_excess, "K", "how far a temperature leaves its physical bounds"),
         "method": Variable(COLUMN, table.method, "1", "method that solved the column", {"comment": table.method_names}),
         "iterations": Variable(COLUMN, table.iterations, "1", "iterations of the solver"),

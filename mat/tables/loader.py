@@ -22,7 +22,6 @@ from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Group, check_version, open_database, read_file
 
-
 _TURNED = ("elevation", "source_elevation", AXES[-1])  # give the scattering angle
 
 
@@ -53,7 +52,8 @@ class Table:
         return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
 
     def rules(self, quantity: str, out_of_range: str | Mapping[str, str] | None = None) -> list[AxisRule]:
-        """Axes of a quantity, without its name where they are its own; `out_of_range` ('error' or 'clamp', or one of them by axis name)
+        """Axes of a quantity, without its name where they are its own; `out_of_range` ('error' or 'clamp', or one of
+        them by axis name)
         overrides what the file states."""
         if quantity not in self.root.variables:
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
@@ -110,8 +110,8 @@ class Table:
         out_of_range
             As in `value`.
         **where
-            For an axis, a number: its quantities are read there, and the axis is gone; or a pair, the least and the most that will be
-            asked for: the nodes around them stay. Other axes stay whole.
+            For an axis, a number: its quantities are read there, and the axis is gone; or a pair, the least and the
+            most that will be asked for: the nodes around them stay. Other axes stay whole.
 
         Returns
         -------
@@ -138,7 +138,9 @@ class Table:
             for quantity, each in rules.items():
                 names = [rule.name for rule in each]
                 chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
-                rules[quantity] = self.rules(quantity, {name: policy for name, policy in chosen.items() if name in names})
+                rules[quantity] = self.rules(
+                    quantity, {name: policy for name, policy in chosen.items() if name in names}
+                )
         still = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
         return replace(self, root=part_of(self.root, rules, places), still=self.still | still)
 
@@ -205,9 +207,14 @@ class TemperatureTable(Table):
             Local clock.
         """
         return self.value(
-            "temperature", material=material, altitude=altitude, azimuth=azimuth, slope=slope, time=time,
+            "temperature",
+            material=material,
+            altitude=altitude,
+            azimuth=azimuth,
+            slope=slope,
+            time=time,
             out_of_range=out_of_range,
-        )  # fmt: skip
+        )
 
 
 class BandTable(Table):
@@ -220,7 +227,8 @@ class BandTable(Table):
     def normalisation(self, *, material, angle, out_of_range=None):
         """N_s of (43) at angles of incidence in degree.
 
-        From ``normalisation_fine`` (0 to 90 degree) where the job asked for it, else from ``normalisation_by_angle`` (0 to 75 degree).
+        From ``normalisation_fine`` (0 to 90 degree) where the job asked for it, else from ``normalisation_by_angle`` (0
+        to 75 degree).
         """
         fine = "normalisation_fine" in self.root.variables
         name, axis = ("normalisation_fine", "incidence_angle") if fine else ("normalisation_by_angle", "source_angle")
@@ -279,9 +287,14 @@ class ThermalTable(AtmosphereTable):
             As in `value`.
         """
         return self.value(
-            "beta_star_thermal", material=material, planck_temperature=temperature, range=range, altitude=altitude,
-            elevation=elevation, out_of_range=out_of_range,
-        )  # fmt: skip
+            "beta_star_thermal",
+            material=material,
+            planck_temperature=temperature,
+            range=range,
+            altitude=altitude,
+            elevation=elevation,
+            out_of_range=out_of_range,
+        )
 
     def value(self, quantity: str, *, out_of_range=None, **where) -> np.ndarray:
         """As `Table.value`; for a material in place of its class too."""

@@ -71,7 +71,12 @@ def _write_group(file, group: Group, path: Path, place: str) -> dict:
     }
     arrays = {}
     for name, variable in group.variables.items():
-        entry = {**_described(variable), "type": _type(variable.data), "axes": list(variable.dims), "shape": list(variable.data.shape)}
+        entry = {
+            **_described(variable),
+            "type": _type(variable.data),
+            "axes": list(variable.dims),
+            "shape": list(variable.data.shape),
+        }
         if variable.data.dtype.kind == "O":
             entry["values"] = variable.data.ravel().tolist()
         else:
@@ -98,7 +103,10 @@ def _described(item: Axis | Variable) -> dict:
 
 
 def _plain_all(attributes: dict) -> dict:
-    return {name: _plain(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value) for name, value in attributes.items()}
+    return {
+        name: _plain(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value)
+        for name, value in attributes.items()
+    }
 
 
 def _plain(value: Any) -> Any:
@@ -131,7 +139,9 @@ def read_raw(path: str | os.PathLike) -> tuple[Group, dict]:
             raise InputError(f"holds {found}; this reader reads {FORMAT} 1.x; export the database again", file=path)
         data = path.with_name(Path(header["data"]).name)
         if data.stat().st_size != header["bytes"]:
-            raise InputError(f"has {data.stat().st_size} bytes; its header says {header['bytes']}; export it again", file=data)
+            raise InputError(
+                f"has {data.stat().st_size} bytes; its header says {header['bytes']}; export it again", file=data
+            )
         flat = np.memmap(data, np.uint8, "r") if header["bytes"] else np.zeros(0, np.uint8)
         groups = {place: _read_group(entry, flat) for place, entry in header["groups"].items()}
         for place in sorted(groups, key=lambda p: -p.count("/")):

@@ -17,8 +17,8 @@ def fewest_nodes(places: np.ndarray, error: Callable[[int, int], np.ndarray], al
     places : (n,) array
         Candidates, increasing; the first and the last are always nodes.
     error : callable
-        error(a, b) gives the errors (..., b - a - 1) at the places between the a-th and the b-th where those two are nodes; not a
-        number counts as none.
+        error(a, b) gives the errors (..., b - a - 1) at the places between the a-th and the b-th where those two are
+        nodes; not a number counts as none.
     allowed : float
         Error that `ALLOWED_SHARE` of the places of a cell may exceed, none more than twofold.
 
@@ -29,7 +29,8 @@ def fewest_nodes(places: np.ndarray, error: Callable[[int, int], np.ndarray], al
 
     Notes
     -----
-    A cell inside a cell that holds is taken to hold too. Between neighbouring candidates nothing is known, and nothing refused.
+    A cell inside a cell that holds is taken to hold too. Between neighbouring candidates nothing is known, and nothing
+    refused.
     """
     nodes, last = [0], len(places) - 1
     while nodes[-1] < last:
@@ -47,7 +48,8 @@ def fewest_nodes(places: np.ndarray, error: Callable[[int, int], np.ndarray], al
 
 
 def uniform_nodes(places: np.ndarray, error_of: Callable[[np.ndarray], np.ndarray], allowed: float, most: int) -> int:
-    """Number of equally spaced nodes with 99 % of the errors within the same: the smallest of a sequence that grows by a quarter.
+    """Number of equally spaced nodes with 99 % of the errors within the same: the smallest of a sequence that grows by
+    a quarter.
 
     Parameters
     ----------

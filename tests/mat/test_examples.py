@@ -53,7 +53,8 @@ def test_states_of_the_year_have_the_sun_of_their_month():
     days = [source_hours(job.of_state(k))["sun"][0] for k in range(1, 13)]
     lengths = [_clock(end) - _clock(start) for start, end in days]
     assert max(lengths) == lengths[5] and min(lengths) == lengths[11]
-    # At 50 degrees north the day lasts 16.2 h in mid June and 8.1 h in mid December, without refraction (geometry of the solstices).
+    # At 50 degrees north the day lasts 16.2 h in mid June and 8.1 h in mid December, without refraction (geometry of
+    # the solstices).
     assert lengths[5] == pytest.approx(16.2, abs=0.2) and lengths[11] == pytest.approx(8.0, abs=0.2)
 
 
@@ -74,9 +75,10 @@ def test_a_state_is_built_on_its_own_date(tmp_path):
 
     warm = "profile: midlatitude_summer, weather: {air_temperature_c: 15}"
     (tmp_path / "job.yaml").write_text(
-        "skyshine: 1\nname: two days\nsite: {latitude_deg: 50, longitude_deg: 10, date: 2026-06-21, utc_offset_h: 1}\n"
-        f"states: [{{{warm}}}, {{date: 2026-12-21, {warm}}}]\nbands: [{{wavelength_um: [8, 12]}}]\nmaterials: [concrete]\n"
-        "surface_grid: {altitude_km: [0], azimuth_deg: [0], slope_deg: [0], time: ['00:00', '12:00']}\noutput: {pictures: false}\n"
+        "skyshine: 1\nname: two days\nsite: {latitude_deg: 50, longitude_deg: 10, date: 2026-06-21, utc_offset_h:"
+        f" 1}}\nstates: [{{{warm}}}, {{date: 2026-12-21, {warm}}}]\nbands: [{{wavelength_um: [8, 12]}}]\nmaterials:"
+        " [concrete]\nsurface_grid: {altitude_km: [0], azimuth_deg: [0], slope_deg: [0], time: ['00:00',"
+        " '12:00']}\noutput: {pictures: false}\n"
     )
     loaded, noon = load_job(tmp_path / "job.yaml"), []
     for state in (1, 2):

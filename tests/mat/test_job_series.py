@@ -1,4 +1,6 @@
-"""States in series: a state for each day or each row of a table, each on its own day, file names that have room for them."""
+"""States in series: a state for each day or each row of a table, each on its own day, file names that have room for
+them.
+"""
 
 from datetime import date
 
@@ -46,7 +48,9 @@ def job(tmp_path):
 def test_a_year_has_365_days_each_with_its_own_date_and_three_digits(job):
     loaded = job("{first: 2026-01-01, last: 2026-12-31}")
     assert len(loaded.job.states) == 366
-    assert loaded.of_state(1).job.site.date == date(2026, 6, 28) and loaded.of_state(366).job.site.date == date(2026, 12, 31)
+    assert loaded.of_state(1).job.site.date == date(2026, 6, 28) and loaded.of_state(366).job.site.date == date(
+        2026, 12, 31
+    )
     assert loaded.of_state(3).job.states[2].visibility_km == 23
     files = [name for task in make_plan(loaded, load_library()).tasks for name in task.files]
     assert "s001b01.atmq.h5" in files and "s366.htt.h5" in files and len(set(files)) == len(files) == 366 * 3 + 1
@@ -62,7 +66,11 @@ def test_a_table_gives_each_state_its_values(job):
     states = job("{table: ensemble.csv}", TABLE).job.states
     assert [state.profile for state in states] == ["us_standard", "midlatitude_winter", "tropical"]
     assert states[1].weather.air_temperature_c == (-4, 2) and states[2].weather.air_temperature_c == 31
-    assert states[2].visibility_km == 40 and states[1].weather.wind_speed_m_s == 1.5 and states[2].date == date(2026, 7, 30)
+    assert (
+        states[2].visibility_km == 40
+        and states[1].weather.wind_speed_m_s == 1.5
+        and states[2].date == date(2026, 7, 30)
+    )
 
 
 @pytest.mark.parametrize(
@@ -71,7 +79,11 @@ def test_a_table_gives_each_state_its_values(job):
         ("{first: 2026-01-02, last: 2026-01-01}", None, r"job.yaml:10:\d+: .*found last 2026-01-01 before first"),
         ("{first: 2026-01-02}", None, "give one of the two"),
         ("{first: 0001-01-01, last: 9999-12-31}", None, "found more than 9999 days"),
-        ("{table: ensemble.csv}", "profile,visibility_km\ntropcal,3\n", r"ensemble.csv:2: profile: .*did you mean 'tropical'"),
+        (
+            "{table: ensemble.csv}",
+            "profile,visibility_km\ntropcal,3\n",
+            r"ensemble.csv:2: profile: .*did you mean 'tropical'",
+        ),
         ("{table: ensemble.csv}", "profile,visibility_km\ntropical\n", r"ensemble.csv:2: found 1 cells"),
         ("{table: ensemble.csv}", "visibilty_km\n3\n", r"ensemble.csv:2: .*did you mean 'visibility_km'"),
         ("{table: ensemble.csv}", "visibility_km\n!!python/name:os.system\n", r"ensemble.csv:2: .*tag"),
@@ -93,7 +105,9 @@ def test_a_wrong_series_is_one_clear_line(job, series, table, message):
     ],
 )
 def test_a_path_leads_out_of_the_job_only_with_leave(job, tmp_path, monkeypatch, old, new):
-    (tmp_path.parent / "secret.csv").write_text("altitude[km],pressure[hPa],temperature[K]\n0,1013,288\n", encoding="utf-8")
+    (tmp_path.parent / "secret.csv").write_text(
+        "altitude[km],pressure[hPa],temperature[K]\n0,1013,288\n", encoding="utf-8"
+    )
     text = JOB.replace("    series: SERIES\n", "").replace(old, new, 1)
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="leads out of the job's folder"):

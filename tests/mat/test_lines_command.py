@@ -17,7 +17,9 @@ def test_info_prints_coverage_gases_and_errors():
     assert 0 < about["error"]["rms"]["value"] <= 0.0015
     assert [part["width"]["value"] for part in about["regions"]][:3] == [10, 5, 20]
     assert all(0 <= part["rms"]["value"] <= 0.0015 for part in about["regions"])
-    assert about["data_version"].count(".") == 2 and all(gas["terms"] or not gas["rms_error"]["value"] for gas in about["gases"].values())
+    assert about["data_version"].count(".") == 2 and all(
+        gas["terms"] or not gas["rms_error"]["value"] for gas in about["gases"].values()
+    )
     text = CliRunner().invoke(command, ["info"], catch_exceptions=False).output
     assert "coverage" in text and "HITRAN2012" in text
 
@@ -28,7 +30,10 @@ def test_info_prints_coverage_gases_and_errors():
         (["info", "absent.h5"], "does not exist"),
         (["build", "--lines", ".", "--continua", ".", "--wavenumber", "750-800", "--out", "x.h5"], "give LO:HI"),
         (["build", "--lines", ".", "--continua", ".", "--wavenumber", "800:750", "--out", "x.h5"], "no range"),
-        (["build", "--lines", "absent", "--continua", ".", "--wavenumber", "750:800", "--out", "x.h5"], "is not a folder"),
+        (
+            ["build", "--lines", "absent", "--continua", ".", "--wavenumber", "750:800", "--out", "x.h5"],
+            "is not a folder",
+        ),
     ],
 )
 def test_bad_input_is_one_clear_error(arguments, message, tmp_path, monkeypatch):

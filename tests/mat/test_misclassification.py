@@ -37,7 +37,10 @@ def temperatures(kelvin) -> TemperatureTable:
         "time": table_axis(TIMES, "h", "", interpolation=PERIODIC, period=24.0),
     }
     data = np.broadcast_to(np.asarray(kelvin, float), (2, 4)).reshape(2, 1, 1, 1, 4)
-    variables = {"temperature": Variable(tuple(axes), data, "K", ""), "material_name": Variable(("material",), NAMES, "1", "")}
+    variables = {
+        "temperature": Variable(tuple(axes), data, "K", ""),
+        "material_name": Variable(("material",), NAMES, "1", ""),
+    }
     return TemperatureTable(Path("s01.htt.h5"), "htt", Group(axes, variables), {"job": JOB})
 
 
@@ -56,16 +59,25 @@ def band(reflectance) -> BandTable:
 
 
 def air(radiance: float, source: str = "sun", limits=(8.0, 12.0)) -> AtmosphereTable:
-    values = {"range": [0.001, 1.0], "altitude": [0.0, 1.0], "elevation": [-90.0, 90.0], "source_elevation": [-10.0, 90.0]}
+    values = {
+        "range": [0.001, 1.0],
+        "altitude": [0.0, 1.0],
+        "elevation": [-90.0, 90.0],
+        "source_elevation": [-10.0, 90.0],
+    }
     axes = {name: table_axis(np.array(nodes), "", "") for name, nodes in values.items()}
     variables = {"ambient_radiance": Variable(tuple(axes), np.full((2, 2, 2, 2), radiance), "", "")}
-    return AtmosphereTable(Path("s01b01.atmq.h5"), "atmq", Group(axes, variables), {"source": source, "wavelength_um": limits})
+    return AtmosphereTable(
+        Path("s01b01.atmq.h5"), "atmq", Group(axes, variables), {"source": source, "wavelength_um": limits}
+    )
 
 
 def planck(kelvin: float) -> float:
     """Radiance of a black body from 8 to 12 um, by adaptive quadrature in SI units."""
     h, c, k = constants.h, constants.c, constants.k
-    return quad(lambda x: 2 * h * c**2 / x**5 / np.expm1(h * c / (x * k * kelvin)), 8e-6, 12e-6, epsabs=0, epsrel=1e-10)[0]
+    return quad(
+        lambda x: 2 * h * c**2 / x**5 / np.expm1(h * c / (x * k * kelvin)), 8e-6, 12e-6, epsabs=0, epsrel=1e-10
+    )[0]
 
 
 def test_black_and_grey_surfaces():
@@ -88,7 +100,11 @@ def test_equivalent_temperature_below_the_table_and_of_nothing():
 
 def test_summary_of_one_wrong_pair():
     surface = SurfaceRadiance(
-        ("a", "b"), TIMES, np.zeros((2, 4)), np.array([[1.0, 1, 1, 1], [2.0, 1, 0, 5]]), np.array([[300.0] * 4, [310.0, 300, 290, 340]])
+        ("a", "b"),
+        TIMES,
+        np.zeros((2, 4)),
+        np.array([[1.0, 1, 1, 1], [2.0, 1, 0, 5]]),
+        np.array([[300.0] * 4, [310.0, 300, 290, 340]]),
     )
     confusion = np.array([[7, 96, 4], [3, 0, 100]])
     cost = misclassification_cost(confusion, surface)
@@ -99,9 +115,13 @@ def test_summary_of_one_wrong_pair():
     pair = cost.pairs[0]
     assert (pair.true, pair.found, pair.texels, pair.kelvin_maximum, pair.hour) == ("a", "b", 4, 40.0, 18.0)
     assert pair.contribution == pytest.approx(1) and pair.radiance_rms == pytest.approx(np.sqrt(18 / 4))
-    worse = misclassification_cost(np.array([[0, 90, 10], [0, 0, 100]]), surface)  # 5 % of the texels: still at the 95th percentile
+    worse = misclassification_cost(
+        np.array([[0, 90, 10], [0, 0, 100]]), surface
+    )  # 5 % of the texels: still at the 95th percentile
     assert not worse.kelvin.p95.any()
-    assert misclassification_cost(np.array([[0, 89, 11], [0, 0, 100]]), surface).kelvin.p95 == pytest.approx([10, 0, 10, 40])
+    assert misclassification_cost(np.array([[0, 89, 11], [0, 0, 100]]), surface).kelvin.p95 == pytest.approx(
+        [10, 0, 10, 40]
+    )
 
 
 def test_no_error_where_all_is_right():
@@ -118,7 +138,9 @@ def test_sun_of_the_clock_times():
 
     times = pandas.date_range("2026-07-28", periods=24, freq="h", tz="Etc/GMT+6")
     expected = pvlib.solarposition.spa_python(times, 44.95, -110.54, 2100)["elevation"]
-    assert sun_elevation(temperatures([[300.0], [300.0]]), np.arange(24.0)) == pytest.approx(expected.to_numpy(), abs=0.02)
+    assert sun_elevation(temperatures([[300.0], [300.0]]), np.arange(24.0)) == pytest.approx(
+        expected.to_numpy(), abs=0.02
+    )
 
 
 @pytest.mark.parametrize(
@@ -147,7 +169,11 @@ def test_command(tmp_path):
     from skyshine.tmm.exchange.indexed_png import write_png
     from skyshine.tmm.levels import pure_level
 
-    for table, name in ((temperatures([[300.0], [310.0]]), "s01.htt.h5"), (band([0.0, 0.0]), "b01.band.h5"), (air(1.0), "s01b01.atmq.h5")):
+    for table, name in (
+        (temperatures([[300.0], [310.0]]), "s01.htt.h5"),
+        (band([0.0, 0.0]), "b01.band.h5"),
+        (air(1.0), "s01b01.atmq.h5"),
+    ):
         write_file(tmp_path / name, table.root, Header(table.filetype, "1.0.0", "", JOB))
     code = np.full((10, 10), 22, np.uint16)
     code[5:] = 68
@@ -167,9 +193,13 @@ def test_command(tmp_path):
     result = run(*score, "--htt", htt, "--band", b01, "--json")
     assert result.exit_code == 0, result.output
     cost = json.loads(result.output)["radiance_cost"][0]
-    assert cost["texels"] == 100 and cost["equivalent_temperature"]["day"]["rms"]["value"] == pytest.approx(np.sqrt(0.1) * 10, rel=1e-3)
+    assert cost["texels"] == 100 and cost["equivalent_temperature"]["day"]["rms"]["value"] == pytest.approx(
+        np.sqrt(0.1) * 10, rel=1e-3
+    )
     assert cost["radiance"]["day"]["maximum"]["value"] == pytest.approx(planck(310) - planck(300), rel=1e-3)
-    assert [(pair["true"], pair["found"], pair["texels"]) for pair in cost["pairs"]] == [("grass_green", "asphalt_road", 10)]
+    assert [(pair["true"], pair["found"], pair["texels"]) for pair in cost["pairs"]] == [
+        ("grass_green", "asphalt_road", 10)
+    ]
     assert "cost of wrong texels in b01.band.h5" in run(*score, "--htt", htt, "--band", b01).output
     for options, message in (
         (["--htt", htt], "needs --htt and --band"),

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from skyshine.mat.job import load_job
 from skyshine.mat.needs import around, hours_around
 from skyshine.mat.plan import make_plan
-from skyshine.materials.library import load_library
 from skyshine.mat.tables.axes import LINEAR, AxisRule
+from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
 JOB = """\
@@ -33,13 +33,16 @@ def loaded(folder, needs):
 
 @given(
     nodes=st.lists(st.integers(-50, 50), min_size=1, max_size=12, unique=True).map(sorted),
-    ends=st.tuples(st.floats(-60, 60), st.floats(-60, 60)).map(sorted), share=st.floats(0, 1),
-)  # fmt: skip
+    ends=st.tuples(st.floats(-60, 60), st.floats(-60, 60)).map(sorted),
+    share=st.floats(0, 1),
+)
 def test_reads_inside_do_not_change(nodes, ends, share):
     kept = around(nodes, *ends)
     values = {node: np.sin(node) for node in nodes}
     place = np.clip(ends[0] + share * (ends[1] - ends[0]), nodes[0], nodes[-1])
-    read = [np.interp(np.clip(place, some[0], some[-1]), some, [values[node] for node in some]) for some in (nodes, kept)]
+    read = [
+        np.interp(np.clip(place, some[0], some[-1]), some, [values[node] for node in some]) for some in (nodes, kept)
+    ]
     assert read[0] == pytest.approx(read[1], abs=1e-12)
     assert kept[0] in nodes and set(kept) <= set(nodes)
 
@@ -52,16 +55,25 @@ def test_axes_shrink_and_the_plan_says_so(tmp_path):
     assert job.whole.atmosphere_grid.range_km[-1] == 1000
     plan = make_plan(job, load_library())
     said = {item.what: item.restore for item in plan.left_out}
-    assert said["13 of 24 ranges"] == "a wider needs.range_km, or none" and "6 of 12 observer altitudes" in said and "6 of 10 slopes" in said
+    assert (
+        said["13 of 24 ranges"] == "a wider needs.range_km, or none"
+        and "6 of 12 observer altitudes" in said
+        and "6 of 10 slopes" in said
+    )
     assert plan.bytes < 0.3 * make_plan(loaded(tmp_path, ""), load_library()).bytes
 
 
 @given(
-    nodes=st.lists(st.integers(0, 95), min_size=1, max_size=40, unique=True).map(lambda quarters: sorted(q / 4 for q in quarters)),
-    hours=st.tuples(st.integers(0, 1439), st.integers(0, 1439)).map(lambda minutes: tuple(m / 60 for m in minutes)), share=st.floats(0, 1),
-)  # fmt: skip
+    nodes=st.lists(st.integers(0, 95), min_size=1, max_size=40, unique=True).map(
+        lambda quarters: sorted(q / 4 for q in quarters)
+    ),
+    hours=st.tuples(st.integers(0, 1439), st.integers(0, 1439)).map(lambda minutes: tuple(m / 60 for m in minutes)),
+    share=st.floats(0, 1),
+)
 def test_hours_inside_do_not_change(nodes, hours, share):
-    """Periodic in the whole day, linear in the part: the same value at every time between the two hours, also over midnight."""
+    """Periodic in the whole day, linear in the part: the same value at every time between the two hours, also over
+    midnight.
+    """
     kept = hours_around(nodes, hours)
     length = (hours[1] - hours[0]) % 24.0
     time = hours[0] + share * length
@@ -79,12 +91,18 @@ def test_hours_inside_do_not_change(nodes, hours, share):
 
 def test_only_the_bands_that_are_named_are_built(tmp_path):
     bands = "needs: {bands: [long, b02]}\n"
-    text = JOB.replace("  - wavelength_um: [8, 12]", "  - {name: long, wavelength_um: [8, 12]}\n  - wavelength_um: [4, 5]\n  - wavelength_um: [3, 4]")
+    text = JOB.replace(
+        "  - wavelength_um: [8, 12]",
+        "  - {name: long, wavelength_um: [8, 12]}\n  - wavelength_um: [4, 5]\n  - wavelength_um: [3, 4]",
+    )
     (tmp_path / "job.yaml").write_text(text + bands, encoding="utf-8")
     job = load_job(tmp_path / "job.yaml")
     plan = make_plan(job, load_library())
     assert job.job.needed_bands == [1, 2] and {task.band for task in plan.tasks if task.kind != "temperature"} == {1, 2}
-    assert [(item.what, item.restore) for item in plan.left_out][-1] == ("all files of the band b03", "b03 in needs.bands, or none")
+    assert [(item.what, item.restore) for item in plan.left_out][-1] == (
+        "all files of the band b03",
+        "b03 in needs.bands, or none",
+    )
 
 
 def test_noon_needs_no_low_sun_and_night_none_at_all(tmp_path):

@@ -1,4 +1,6 @@
-"""What is left out of a band's tables: within the job's bound, nothing at 0, nothing that has no bound, and it says so."""
+"""What is left out of a band's tables: within the job's bound, nothing at 0, nothing that has no bound, and it says
+so.
+"""
 
 from dataclasses import replace
 
@@ -8,8 +10,8 @@ import pytest
 from skyshine.mat.atmosphere.bounds import Bounds
 from skyshine.mat.atmosphere.cloud import CloudLayer
 from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.jobs.atmosphere import AtmosphereGrid
 from skyshine.mat.job import Accuracy, Job
+from skyshine.mat.jobs.atmosphere import AtmosphereGrid
 from skyshine.mat.negligible import Negligible
 from skyshine.mat.radiometry import SpectralResponse, band_radiance
 
@@ -38,19 +40,29 @@ def test_what_is_left_out_stays_within_the_tolerance():
         assert 0 not in found.particles and 1 not in found.particles and 3 in found.particles
     assert decided(0.02).scattered.keys() == {"moon"} and decided(0.02).particles.keys() == {2, 3, 4}
     assert decided(1e-3).particles.keys() == {3, 4} and not decided(1e-3).scattered
-    assert {source: found for source, found in decided(1.0, scattered=(1e-3, 1e-3)).scattered.items()}.keys() == {"sun", "moon"}
+    assert {source: found for source, found in decided(1.0, scattered=(1e-3, 1e-3)).scattered.items()}.keys() == {
+        "sun",
+        "moon",
+    }
 
 
 def test_zero_leaves_nothing_out():
     found = decided(0.0, scattered=(0.0, 0.0))
-    assert not found.particles and not found.scattered and found.without(STATE) is STATE and found.text("moon", STATE) == ""
+    assert (
+        not found.particles
+        and not found.scattered
+        and found.without(STATE) is STATE
+        and found.text("moon", STATE) == ""
+    )
 
 
 def test_nothing_unbounded_is_left_out():
     assert not decided(1.0, scattered=(np.inf, np.nan)).scattered
     visible = decided(1.0, response=SHORT)  # where kelvin mean nothing
     assert not visible.scattered and visible.particles.keys() == {3} and visible.radiance == 0.0
-    placed = decided(1.0, grid=AtmosphereGrid(tolerance="0.1 K"))  # bounds of particles hold at the nodes that the job names
+    placed = decided(
+        1.0, grid=AtmosphereGrid(tolerance="0.1 K")
+    )  # bounds of particles hold at the nodes that the job names
     assert placed.particles.keys() == {3} and placed.scattered.keys() == {"moon"}
 
 

@@ -44,7 +44,10 @@ def test_keys_beside_a_preset_win(tmp_path):
 
 
 def test_weather_and_gases_are_joined_key_by_key(tmp_path):
-    hours = "{time: [00:00, 03:00, 06:00, 09:00, 12:00, 15:00, 18:00, 21:00], air_temperature_c: [20, 20, 20, 30, 40, 40, 30, 20]}"
+    hours = (
+        "{time: [00:00, 03:00, 06:00, 09:00, 12:00, 15:00, 18:00, 21:00], air_temperature_c: [20, 20, 20, 30, 40, 40,"
+        " 30, 20]}"
+    )
     more = f"    gases: {{H2O: {{scale: 0.5}}, O3: {{scale: 2}}}}\n    weather: {{hourly: {hours}}}\n"
     state = job(tmp_path, "desert_noon", more).states[0]
     assert (state.gases["H2O"].scale, state.gases["H2O"].column_mm, state.gases["O3"].scale) == (0.5, None, 2.0)
@@ -65,23 +68,34 @@ def test_a_resolved_state_is_itself_again(tmp_path):
 def test_the_commands_show_presets_and_states(tmp_path):
     run = CliRunner().invoke
     assert "overcast_stratus" in run(command, []).output
-    assert json.loads(run(command, ["rain", "--json"], catch_exceptions=False).output)["rain"] == {"rate_mm_h": 5, "top_km": 0.6}
+    assert json.loads(run(command, ["rain", "--json"], catch_exceptions=False).output)["rain"] == {
+        "rate_mm_h": 5,
+        "top_km": 0.6,
+    }
     with pytest.raises(InputError, match="did you mean 'rain'"):
         run(command, ["ran"], catch_exceptions=False)
     job(tmp_path, "rain")
     text = run(check, [str(tmp_path / "job.yaml")], catch_exceptions=False).output
     assert "water cloud 0.6 to 3 km above ground, optical depth 46" in text and "rain 5 mm/h below 0.6 km" in text
     shown = state_summaries(load_job(tmp_path / "job.yaml").job)[0]
-    assert shown["preset"] == "rain" and shown["clouds"][0]["optical_depth_550"]["value"] == pytest.approx(46.0, abs=0.1)
+    assert shown["preset"] == "rain" and shown["clouds"][0]["optical_depth_550"]["value"] == pytest.approx(
+        46.0, abs=0.1
+    )
 
 
 def test_a_changed_sounding_or_response_is_another_job(tmp_path):
-    (tmp_path / "air.csv").write_text("altitude[m],pressure[hPa],temperature[C],dew_point[C]\n400,970,15,8\n3000,705,0,-10\n")
+    (tmp_path / "air.csv").write_text(
+        "altitude[m],pressure[hPa],temperature[C],dew_point[C]\n400,970,15,8\n3000,705,0,-10\n"
+    )
     (tmp_path / "phi.csv").write_text("wavelength[um],response\n8,1\n9,1\n")
-    text = JOB.format(preset="rain", more="    sounding: air.csv\n").replace("wavenumber_cm: [800, 1250]", "response: phi.csv")
+    text = JOB.format(preset="rain", more="    sounding: air.csv\n").replace(
+        "wavenumber_cm: [800, 1250]", "response: phi.csv"
+    )
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     first = load_job(tmp_path / "job.yaml").job.model_dump(mode="json")
-    (tmp_path / "air.csv").write_text("altitude[m],pressure[hPa],temperature[C],dew_point[C]\n400,970,15,9\n3000,705,0,-10\n")
+    (tmp_path / "air.csv").write_text(
+        "altitude[m],pressure[hPa],temperature[C],dew_point[C]\n400,970,15,9\n3000,705,0,-10\n"
+    )
     second = load_job(tmp_path / "job.yaml").job.model_dump(mode="json")
     assert first["states"] != second["states"] and first["bands"] == second["bands"]
     assert first["states"][0]["sounding"]["file"] == "air.csv"

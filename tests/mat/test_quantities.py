@@ -1,4 +1,6 @@
-"""The four table quantities: limits at both ends of range and transmittance, night, ground, reciprocity with the direct sums."""
+"""The four table quantities: limits at both ends of range and transmittance, night, ground, reciprocity with the direct
+sums.
+"""
 
 from dataclasses import replace
 
@@ -105,7 +107,9 @@ def test_ground_marks_and_holds(table):
         # beta* goes on through the air above the ground: transmittance falls on from what it is there.
         beyond = ~table.valid[:, altitude, 0]
         length, beta = lengths[beyond, 0], table.beta_star[beyond, altitude, 0]
-        assert np.all(np.diff(5.5 * length / beta) > 0) and np.all(np.exp(-5.5 * length / beta) < table.transmittance[beyond, altitude, 0])
+        assert np.all(np.diff(5.5 * length / beta) > 0) and np.all(
+            np.exp(-5.5 * length / beta) < table.transmittance[beyond, altitude, 0]
+        )
 
 
 def test_path_radiance_ratio_passes_smoothly_through_the_ground(state, band, sun):
@@ -122,7 +126,9 @@ def test_path_radiance_ratio_passes_smoothly_through_the_ground(state, band, sun
 def test_scattering_angles_stand_for_azimuths(state, band, sun):
     """The same lines and sources by azimuth and by the angle between them; the other quantities know neither."""
     air, azimuth = BandAtmosphere.of(state, band), 50.0
-    places = replace(GRID, range_km=[2.0, 30.0], altitude_km=[1.0], elevation_deg=[-20.0, 10.0], source_elevation_deg=[5.0, 40.0])
+    places = replace(
+        GRID, range_km=[2.0, 30.0], altitude_km=[1.0], elevation_deg=[-20.0, 10.0], source_elevation_deg=[5.0, 40.0]
+    )
     by_azimuth = air.table(replace(places, source_azimuth_deg=[azimuth]), sun)
     for row, line in enumerate(places.elevation_deg):
         for number, source in enumerate(places.source_elevation_deg):
@@ -222,15 +228,21 @@ def test_bad_irradiance_and_altitude_are_refused(state, band, sun):
 def test_lines_give_what_their_points_give(state, band, sun):
     """Two lines, three ranges of which one lies behind the ground, two sources; sky light on the first."""
     air = BandAtmosphere.of(state, band)
-    ranges, altitude, elevation = np.array([[0.5, 2.0, 40.0], [0.0, 5.0, 400.0]]), np.array([1.0, 3.0]), np.array([-20.0, 5.0])
+    ranges, altitude, elevation = (
+        np.array([[0.5, 2.0, 40.0], [0.0, 5.0, 400.0]]),
+        np.array([1.0, 3.0]),
+        np.array([-20.0, 5.0]),
+    )
     source, azimuth = np.array([[30.0, -2.0], [10.0, 80.0]]), np.array([[20.0, 170.0], [0.0, 90.0]])
     lines = air.along_lines(ranges, altitude, elevation, source, azimuth, [1], sun)
     row, step, light = (index.ravel() for index in np.indices((2, 3, 2)))
     points = air.at_points(
         ranges[row, step], altitude[row], elevation[row], source[row, light], azimuth[row, light], sun
-    )  # fmt: skip
+    )
     for name in ("path_radiance_ratio", "direct"):
-        np.testing.assert_allclose(getattr(lines, name).ravel(), getattr(points, name), rtol=3e-4, atol=1e-9)  # paths are cut at other ranges
+        np.testing.assert_allclose(
+            getattr(lines, name).ravel(), getattr(points, name), rtol=3e-4, atol=1e-9
+        )  # paths are cut at other ranges
     for name in ("beta_star", "transmittance", "valid"):
         np.testing.assert_allclose(np.repeat(getattr(lines, name).ravel(), 2), getattr(points, name), rtol=1e-4)
     assert lines.ambient == pytest.approx(points.ambient[(row == 0) & (step == 1) & (light == 0)], rel=1e-4)

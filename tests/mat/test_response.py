@@ -40,7 +40,9 @@ def test_a_wavenumber_table_is_linear_in_wavenumber():
 
 def test_a_rectangle_in_wavenumbers_is_the_one_in_wavelengths():
     table = parse_response("wavenumber[cm-1],response\n1250,3\n800,3\n", "r.csv")
-    assert band_radiance(table, 300.0) == pytest.approx(band_radiance(SpectralResponse.rectangular(8.0, 12.5), 300.0), rel=1e-12)
+    assert band_radiance(table, 300.0) == pytest.approx(
+        band_radiance(SpectralResponse.rectangular(8.0, 12.5), 300.0), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,16 @@ from skyshine.mat.scattering import azimuth_at, scattering_angle
 
 @pytest.mark.parametrize(
     "line, source, azimuth, angle",
-    [(10, 10, 0, 0), (0, 0, 35, 35), (90, 20, 77, 70), (30, -10, 0, 40), (30, -10, 180, 160), (0, 90, 12, 90), (-90, 90, 0, 180), (45, 45, 90, 60)],
+    [
+        (10, 10, 0, 0),
+        (0, 0, 35, 35),
+        (90, 20, 77, 70),
+        (30, -10, 0, 40),
+        (30, -10, 180, 160),
+        (0, 90, 12, 90),
+        (-90, 90, 0, 180),
+        (45, 45, 90, 60),
+    ],
 )
 def test_known_angles(line, source, azimuth, angle):
     assert scattering_angle(line, source, azimuth) == pytest.approx(angle, abs=1e-6)

@@ -124,7 +124,17 @@ def test_wrong_input_is_one_clear_line(arguments, message):
 def test_a_sounding_with_cloud_and_rain(tmp_path):
     file = tmp_path / "high.csv"
     file.write_text("altitude[m],pressure[hPa],temperature[C],dew_point[C]\n1600,835,20,10\n4000,625,4,-5\n")
-    arguments = ["--atmosphere", str(file), "--elevation", "90", "--wavenumber", "1100:1110", "--source", "none", "--json"]
+    arguments = [
+        "--atmosphere",
+        str(file),
+        "--elevation",
+        "90",
+        "--wavenumber",
+        "1100:1110",
+        "--source",
+        "none",
+        "--json",
+    ]
 
     def look(*more):
         result = CliRunner().invoke(command, [*arguments, *more], catch_exceptions=False)

@@ -169,7 +169,12 @@ def test_missing_folder_and_index(tmp_path):
     [
         ("ht", "conductivity: {value: 0.83", "conductivity: {value: -0.83", r"yaml:7:\d+: skin\.conductivity\.value"),
         ("ht", "density: {value: 1830", "density: {value: heavy", r"yaml:8:\d+: skin\.density\.value: found 'heavy'"),
-        ("ht", "heat_capacity: {value: 750", "heatcapacity: {value: 750", r"yaml:9:.*'heatcapacity'; did you mean 'heat_capacity'"),
+        (
+            "ht",
+            "heat_capacity: {value: 750",
+            "heatcapacity: {value: 750",
+            r"yaml:9:.*'heatcapacity'; did you mean 'heat_capacity'",
+        ),
         ("ht", "kind: {value: convective", "kind: {value: fixed", r"'fixed' takes no 'coefficient'"),
         ("ht", "value: 0.003, source: ", "value: 0.003, sauce: ", r"yaml:6:\d+: .*'sauce'; did you mean 'source'"),
         ("ht", 'source: "[oke1987] table 7.4, brick"', 'source: " "', r"yaml:7:\d+: skin\.conductivity\.source: "),

@@ -38,7 +38,18 @@ assert materials.path("exchange/cdb.yaml").is_file()
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("wheel")
-    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--disable-pip-version-check", "-w", folder, CHECKOUT]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "-q",
+        "--no-deps",
+        "--disable-pip-version-check",
+        "-w",
+        folder,
+        CHECKOUT,
+    ]
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return next(folder.glob("skyshine-*.whl"))
@@ -64,5 +75,7 @@ def test_a_fresh_environment_opens_one_of_each_data_file(wheel, tmp_path):
     done = subprocess.run([python, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     for command in ("mat", "tmm"):
-        shown = subprocess.run([site.parents[2] / "bin" / command, "--help"], capture_output=True, text=True, env=environment)
+        shown = subprocess.run(
+            [site.parents[2] / "bin" / command, "--help"], capture_output=True, text=True, env=environment
+        )
         assert shown.returncode == 0 and "Example" in shown.stdout, shown.stderr

@@ -4,6 +4,7 @@ import json
 
 import click
 import pytest
+
 from skyshine.schemas.commands import CommandGroup, emit_json, quantity, write_measured
 from skyshine.schemas.errors import CheckFailed, InputError
 

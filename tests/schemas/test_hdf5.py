@@ -16,7 +16,9 @@ HEADER = Header("band", "1.2.3", "materials 1.0.0", "name: x\n", "A title")
 @pytest.fixture
 def group():
     values = np.linspace(0, 1, 6).reshape(2, 3)
-    inner = Group({"quantity": Axis(["a", "b"], "1", "names")}, {"rms": Variable(("quantity",), [1.0, 2.0], "K", "rms")})
+    inner = Group(
+        {"quantity": Axis(["a", "b"], "1", "names")}, {"rms": Variable(("quantity",), [1.0, 2.0], "K", "rms")}
+    )
     return Group(
         {"range": Axis([1.0, 2.0], "km", "range"), "code": Axis(np.array([3, 5, 7], np.int32), "1", "code")},
         {

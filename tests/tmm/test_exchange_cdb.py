@@ -59,7 +59,12 @@ def test_same_bytes_and_no_layer_left_behind(image, materials, tmp_path):
     assert len(first) == 7 and all(path.read_bytes() == content for path, content in first.items())
     this_year = str(datetime.date.today().year).encode()
     assert not any(this_year in content for content in first.values())  # no clock in any of them
-    pure = replace(image, level=Level(image.level.code, image.level.mix_code * [1, 0, 0], (image.level.mix_weight > 0) * [WEIGHT_TOTAL, 0, 0]))
+    pure = replace(
+        image,
+        level=Level(
+            image.level.code, image.level.mix_code * [1, 0, 0], (image.level.mix_weight > 0) * [WEIGHT_TOTAL, 0, 0]
+        ),
+    )
     written = write_cdb(tmp_path, from_image(pure, TILE, materials))
     assert len(written) == 2 and read_cdb(written[0]).index.shape == (1, 32, 32)
 
@@ -93,7 +98,8 @@ def test_weights_of_a_table_are_whole_percents_in_descending_order(tmp_path):
     assert largest_remainders([1, 1, 1]) == [34, 33, 33] and largest_remainders([95, 5]) == [95, 5]
     path = tmp_path / "t.xml"
     path.write_text(
-        "<T><Composite_Material index='7'><Primary_Substrate><Material><Name> BM_SAND </Name><Weight>1</Weight></Material>"
+        "<T><Composite_Material index='7'><Primary_Substrate><Material><Name> BM_SAND"
+        " </Name><Weight>1</Weight></Material>"
         "<Material><Name>BM_SOIL</Name><Weight>2</Weight></Material></Primary_Substrate></Composite_Material></T>"
     )
     assert read_table(path) == {7: Composite(7, "CM_7", Substrate((("BM_SOIL", 67), ("BM_SAND", 33))))}
@@ -110,13 +116,22 @@ def test_every_material_is_written_and_comes_back(library, materials):
 @pytest.mark.parametrize(
     "composite, expected",
     [
-        (Composite(1, "CITY", Substrate((("BM_CONCRETE", 40), ("BM_FOLIAGE-DECIDUOUS", 20), ("BM_ASPHALT", 20), ("BM_SHINGLE", 20)))),
-         {"concrete": 0.5, "asphalt_road": 0.25, "roof_shingle_asphalt_grey": 0.25}),
+        (
+            Composite(
+                1,
+                "CITY",
+                Substrate((("BM_CONCRETE", 40), ("BM_FOLIAGE-DECIDUOUS", 20), ("BM_ASPHALT", 20), ("BM_SHINGLE", 20))),
+            ),
+            {"concrete": 0.5, "asphalt_road": 0.25, "roof_shingle_asphalt_grey": 0.25},
+        ),
         (Composite(1, "x", Substrate((("BM_SOIL", 95), ("BM_MOISTURE", 5)))), {"soil_loam_brown": 1.0}),
         (Composite(1, "x", Substrate((("BM_SAND", 80), ("BM_MOISTURE", 20)))), {"sand_wet": 1.0}),
-        (Composite(1, "x", Substrate((("BM_METAL-ALUMINIUM", 100),)), Substrate((("BM_PAINT", 100),))), {"paint_grey_on_metal": 1.0}),
+        (
+            Composite(1, "x", Substrate((("BM_METAL-ALUMINIUM", 100),)), Substrate((("BM_PAINT", 100),))),
+            {"paint_grey_on_metal": 1.0},
+        ),
     ],
-)  # fmt: skip
+)
 def test_composites_of_other_names(composite, expected, materials, library):
     found = {library.by_code(code).name: share for code, share in materials.mixture(composite).items()}
     assert found == pytest.approx(expected)
@@ -134,12 +149,16 @@ def test_real_tiles_keep_names_and_codes(tile, shared_data, materials, tmp_path)
     _validate(written[-1], shared_data)
     names = [composite.name for composite in raster.table.values()]
     assert names[:3] == ["OCEAN", "DRYGROUND", "CALCAREOUS"] and len(names) == len(raster.table)
-    _validate(write_cdb(tmp_path / "ours", from_image(to_image(raster, materials), raster.place, materials))[-1], shared_data)
+    _validate(
+        write_cdb(tmp_path / "ours", from_image(to_image(raster, materials), raster.place, materials))[-1], shared_data
+    )
 
 
 @pytest.mark.shared_data
 def test_indices_are_resolved_in_their_own_table(shared_data, materials):
-    paths = [f"{folder}/U0/N12E044_D005_S001_T001_{tile}_U0_R0.tif" for folder, tile in (("L00", "L00"), ("LC", "LC01"))]
+    paths = [
+        f"{folder}/U0/N12E044_D005_S001_T001_{tile}_U0_R0.tif" for folder, tile in (("L00", "L00"), ("LC", "LC01"))
+    ]
     fine, coarse = (read_cdb(shared_data / YEMEN / "005_RMTexture" / path) for path in paths)
     assert fine.table[4].name == "SAND" and coarse.table[4].name == "CITY"
     texel = tuple(np.argwhere(coarse.index[0] == 4)[0])
@@ -172,7 +191,10 @@ def _validate(path, shared_data) -> None:
     etree.XMLSchema(etree.parse(shared_data / "cdb" / "Composite_Material_Table.xsd")).assertValid(etree.parse(path))
 
 
-ROW = "<Composite_Material index='1'><Primary_Substrate><Material><Name>BM_SAND</Name></Material></Primary_Substrate></Composite_Material>"
+ROW = (
+    "<Composite_Material"
+    " index='1'><Primary_Substrate><Material><Name>BM_SAND</Name></Material></Primary_Substrate></Composite_Material>"
+)
 
 
 @pytest.mark.parametrize(
@@ -233,11 +255,14 @@ def test_tiles_that_are_not(name):
         parse_tile(name)
 
 
-@pytest.mark.parametrize("old, new, message", [
-    ("BM_TAR: tar", "BM_TAR: tarr", r"\d+:\d+: unknown material 'tarr'; did you mean 'tar'"),
-    ("tar: {primary: BM_TAR}", "tar: {primary: {BM_TAR: 50}}", r"\d+:\d+: .*sum to 50"),
-    ("tar: {primary: BM_TAR}", "tar: {primary: TAR}", r"\d+:\d+: .*allowed: BM_NAME"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("BM_TAR: tar", "BM_TAR: tarr", r"\d+:\d+: unknown material 'tarr'; did you mean 'tar'"),
+        ("tar: {primary: BM_TAR}", "tar: {primary: {BM_TAR: 50}}", r"\d+:\d+: .*sum to 50"),
+        ("tar: {primary: BM_TAR}", "tar: {primary: TAR}", r"\d+:\d+: .*allowed: BM_NAME"),
+    ],
+)
 def test_broken_maps(old, new, message, library, tmp_path):
     from skyshine import materials
 
@@ -264,5 +289,7 @@ def test_command(tmp_path, demo_folder):
         result = run.invoke(main, export + options)
         assert result.exit_code == 2 and message in result.output and result.output.count("\n") == 1, result.output
     assert not (tmp_path / "cdb").exists()
-    result = run.invoke(main, [*export, "--tile", "N44W111_LC10_U0_R0", "--json"])  # the last level, one texel of three materials
+    result = run.invoke(
+        main, [*export, "--tile", "N44W111_LC10_U0_R0", "--json"]
+    )  # the last level, one texel of three materials
     assert result.exit_code == 0 and len(json.loads(result.output)["written"]) == 7

@@ -8,11 +8,11 @@ from click.testing import CliRunner
 
 from skyshine.mat.tables.verify import problems
 from skyshine.tmm.cli import main
-from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.imported import coarser_levels, write_imported
 from skyshine.tmm.exchange.indexed_png import write_png
 from skyshine.tmm.levels import WEIGHT_TOTAL, Level, pure_level
+from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.usage import read_usage
 
 NAMES = {22: "asphalt_road", 68: "grass_green", 81: "water_sea"}
@@ -77,7 +77,19 @@ def test_all_levels_of_a_model_texture_share_one_table(library, tmp_path):
     code = np.random.default_rng(7).choice(np.array([22, 68, 81], np.uint16), (16, 8))
     write_png(tmp_path, MaterialImage("wall", NAMES, pure_level(code)))
     run("import", tmp_path / "wall.png", "--out", tmp_path)
-    result = run("export", tmp_path / "wall.tmm.h5", "--to", "cdb", "--out", tmp_path / "cdb", "--model", "Wall", "--lod", 2, "--json")
+    result = run(
+        "export",
+        tmp_path / "wall.tmm.h5",
+        "--to",
+        "cdb",
+        "--out",
+        tmp_path / "cdb",
+        "--model",
+        "Wall",
+        "--lod",
+        2,
+        "--json",
+    )
     assert result.exit_code == 0, result.output
     written = json.loads(result.output)["written"]
     assert len([name for name in written if name.endswith(".xml")]) == 1
@@ -137,8 +149,13 @@ def test_too_large_for_an_exchange(library, tmp_path, monkeypatch):
     write_png(tmp_path, MaterialImage("patch", {22: NAMES[22]}, pure_level(code)))
     assert run("import", tmp_path / "patch.png", "--out", tmp_path).exit_code == 0
     monkeypatch.setattr("skyshine.tmm.exchange.image.MAX_TEXELS", 599)
-    for arguments in (("import", tmp_path / "patch.png", "--out", tmp_path), ("export", tmp_path / "patch.tmm.h5", "--to", "png", "--out", tmp_path)):
+    for arguments in (
+        ("import", tmp_path / "patch.png", "--out", tmp_path),
+        ("export", tmp_path / "patch.tmm.h5", "--to", "png", "--out", tmp_path),
+    ):
         result = run(*arguments)
-        assert result.exit_code == 2 and "has 30 x 20 texels; allowed in an exchange: 599" in result.output, result.output
+        assert result.exit_code == 2 and "has 30 x 20 texels; allowed in an exchange: 599" in result.output, (
+            result.output
+        )
         assert result.output.count("\n") == 1
     assert run(*arguments, "--level", 1).exit_code == 0

@@ -90,7 +90,11 @@ def test_broken_pictures(image, library, tmp_path, write_image):
     picture, legend = write_png(tmp_path, image)
     content = picture.read_bytes()
     picture.write_bytes(content[:60])
-    for name, message in (("patch.png", "is not a readable image"), ("none.png", "does not exist"), ("patch.legend.json", "is not a readable")):
+    for name, message in (
+        ("patch.png", "is not a readable image"),
+        ("none.png", "does not exist"),
+        ("patch.legend.json", "is not a readable"),
+    ):
         with pytest.raises(InputError, match=message):
             read_png(tmp_path / name, legend, library)
     with pytest.raises(InputError, match="has the pixel type RGB"):
@@ -134,7 +138,10 @@ def test_gltf_feature_ids_lead_to_names(image, binary, tmp_path):
         assert image.materials[code] == name and np.array_equal(read == k, image.level.code == code)
     assert np.array_equal(read == ids["nullFeatureId"], image.level.code == 0)
     for view in document["bufferViews"]:
-        assert view["byteOffset"] % 8 == 0 and view["byteOffset"] + view["byteLength"] <= document["buffers"][0]["byteLength"]
+        assert (
+            view["byteOffset"] % 8 == 0
+            and view["byteOffset"] + view["byteLength"] <= document["buffers"][0]["byteLength"]
+        )
     share = np.frombuffer(_view(document, content, table["properties"]["share"]["values"]), "<f4")
     assert share.sum() == pytest.approx(8 / 9)
 

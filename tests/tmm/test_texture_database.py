@@ -25,7 +25,7 @@ def built(job, two_halves, tmp_path, library):
 
 def _windows(mapped):
     """Codes and confidence of the whole texture."""
-    (_, _, code, found), = mapped.windows()
+    ((_, _, code, found),) = mapped.windows()
     return code, found.confidence
 
 

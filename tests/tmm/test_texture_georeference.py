@@ -47,7 +47,9 @@ def test_world_file(tmp_path, write_image, ending):
     assert read_georeference(path).affine == (2.0, 0.0, 100.0, 0.0, -2.0, 200.0)
 
 
-@pytest.mark.parametrize("text, message", [("1 2 3", "six numbers"), ("a b c d e f", "six numbers"), ("1 0 0 0 5 5", "to a line")])
+@pytest.mark.parametrize(
+    "text, message", [("1 2 3", "six numbers"), ("a b c d e f", "six numbers"), ("1 0 0 0 5 5", "to a line")]
+)
 def test_wrong_world_file(tmp_path, write_image, text, message):
     path = tmp_path / write_image("a.png", np.zeros((4, 4, 3), np.uint8))
     path.with_suffix(".pgw").write_text(text)

@@ -108,5 +108,7 @@ def test_radiance_of_mixtures():
         mixed = (radiance[level.mix_code] * level.mix_weight).sum(axis=-1) / WEIGHT_TOTAL
         for row, column in np.ndindex(level.code.shape):
             shares = _shares(code, row, column, level.code.shape)
-            exact = float(sum(radiance[number] * float(share) for number, share in shares) / float(sum(s for _, s in shares)))
+            exact = float(
+                sum(radiance[number] * float(share) for number, share in shares) / float(sum(s for _, s in shares))
+            )
             assert mixed[row, column] == pytest.approx(exact, rel=1e-4)

@@ -69,7 +69,11 @@ def _dds(values):
     masks = (0x00FF0000, 0x0000FF00, 0x000000FF, 0xFF000000)
     pixel_format = struct.pack("<8I", 32, 0x40 | 0x1, 0, 32, *masks)  # RGB with alpha, 32 bits
     flags = 0x1 | 0x2 | 0x4 | 0x8 | 0x1000  # caps, height, width, pitch, pixel format
-    header = struct.pack("<7I44x", 124, flags, height, width, 4 * width, 0, 0) + pixel_format + struct.pack("<5I", 0x1000, 0, 0, 0, 0)
+    header = (
+        struct.pack("<7I44x", 124, flags, height, width, 4 * width, 0, 0)
+        + pixel_format
+        + struct.pack("<5I", 0x1000, 0, 0, 0, 0)
+    )
     return b"DDS " + header + values[..., [2, 1, 0, 3]].tobytes()
 
 

@@ -33,9 +33,16 @@ def test_same_bytes(build, write_image, monkeypatch, method):
         pytest.importorskip("sklearn")
     for name, size in (("BAND", 64), ("STRIP", 48)):
         monkeypatch.setattr(f"skyshine.tmm.build.{name}", size)
-    seeds = {"polygons": {GREEN: [[[5, 5], [15, 5], [15, 20]], [[70, 130]]], GREY: [[[165, 5], [150, 60], [150, 70]], [[100, 135]]]}}
+    seeds = {
+        "polygons": {
+            GREEN: [[[5, 5], [15, 5], [15, 20]], [[70, 130]]],
+            GREY: [[[165, 5], [150, 60], [150, 70]], [[100, 135]]],
+        }
+    }
     settings = {"method": method, "radius": 3}
-    job = TextureJob.model_validate({"image": write_image("a.png", _photograph()), "seeds": seeds, "classifier": settings})
+    job = TextureJob.model_validate(
+        {"image": write_image("a.png", _photograph()), "seeds": seeds, "classifier": settings}
+    )
     kept = build(job, "kept.h5")
     monkeypatch.setattr("skyshine.tmm.raster.KEPT_BYTES", 0)
     rows = build(job, "rows.h5")

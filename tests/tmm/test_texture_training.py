@@ -17,7 +17,9 @@ GREEN, GREY = "grass_green", "asphalt_road"
 
 def _stack(pixels, encoding="srgb"):
     lab, linear = light_planes(pixels.reshape(-1, 3), encoding)
-    return features(lab.reshape(3, *pixels.shape[:2]), linear.reshape(3, *pixels.shape[:2]), np.ones(pixels.shape[:2], bool))
+    return features(
+        lab.reshape(3, *pixels.shape[:2]), linear.reshape(3, *pixels.shape[:2]), np.ones(pixels.shape[:2], bool)
+    )
 
 
 def test_features_of_a_flat_texture():
@@ -69,7 +71,12 @@ POLYGONS = {
 
 def test_texture_tells_what_colour_cannot(build, striped, library):
     pytest.importorskip("sklearn")
-    job = {"image": striped, "seeds": {"polygons": POLYGONS}, "classifier": {"method": "textured", "radius": 2}, "held_out": {"folds": 2}}
+    job = {
+        "image": striped,
+        "seeds": {"polygons": POLYGONS},
+        "classifier": {"method": "textured", "radius": 2},
+        "held_out": {"folds": 2},
+    }
     result = build(TextureJob.model_validate(job))
     truth = np.where(np.arange(128) < 64, library[GREEN].code, library[GREY].code)
     assert np.mean(result.code == truth) > 0.95
@@ -80,7 +87,12 @@ def test_model_file(build, striped, library, tmp_path):
     pytest.importorskip("sklearn")
     for method in ("colour", "textured"):
         job = TextureJob.model_validate(
-            {"image": striped, "seeds": {"polygons": POLYGONS}, "classifier": {"method": method, "radius": 2}, "held_out": {"folds": 2}}
+            {
+                "image": striped,
+                "seeds": {"polygons": POLYGONS},
+                "classifier": {"method": method, "radius": 2},
+                "held_out": {"folds": 2},
+            }
         )
         model, held = train_library(TmmJob(textures=(job, job.model_copy(update={"name": "again"}))), tmp_path, library)
         assert held.whole.tested > 0
@@ -115,7 +127,9 @@ def test_hard_cases_of_the_textured_classifier(build, write_image, library, kind
     elif kind == "holes":
         name, form, values = "a.tif", "float", values / 255
         values[5, 5], values[6, 30], values[:, 39] = np.nan, np.inf, 3e38
-    image = write_image(name, np.ascontiguousarray(values.astype({"uint16": np.uint16, "float": np.float32}.get(form, np.uint8))), form)
+    image = write_image(
+        name, np.ascontiguousarray(values.astype({"uint16": np.uint16, "float": np.float32}.get(form, np.uint8))), form
+    )
     settings = {"method": "textured", "radius": 2}
     result = build(TextureJob.model_validate({"image": image, "seeds": {"polygons": polygons}, "classifier": settings}))
     holes = np.zeros(result.code.shape, bool)
@@ -153,4 +167,6 @@ def test_calibration_of_nothing_and_of_little():
     # One region, however many texels it has, moves what the classifier says no further than to two right in three.
     one = fit_calibration(np.full(5000, 0.9), np.ones(5000, bool), np.zeros(5000, int))
     assert 0.75 < one(np.array([0.9], np.float32))[0] < 0.95
-    assert Calibration(2.0, -1.0)(np.array([0.0, 0.5, 1.0], np.float32)) == pytest.approx([0, 1 / (1 + np.e), 1], abs=1e-3)
+    assert Calibration(2.0, -1.0)(np.array([0.0, 0.5, 1.0], np.float32)) == pytest.approx(
+        [0, 1 / (1 + np.e), 1], abs=1e-3
+    )

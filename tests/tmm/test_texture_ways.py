@@ -23,7 +23,6 @@ def four(write_image):
     return write_image("four.png", np.broadcast_to(colours, (2, 4, 3)).copy())
 
 
-
 def test_whole_texture(make, two_halves, library):
     result = make(two_halves, material=GREEN)
     assert (result.code == library[GREEN].code).all() and (result.confidence == 1).all()
@@ -95,7 +94,10 @@ def test_layer_of_another_size(make, four, write_image):
     [
         ({}, "found none of the ways"),
         ({"material": GREEN, "seeds": {"polygons": {GREY: [[[1, 1]]]}}}, "found material and seeds of the ways"),
-        ({"rules": {"rules": [{"material": GREY, "when": {"hight": {"below": 1}}}]}}, "did you mean 'lightness'|unknown quantity"),
+        (
+            {"rules": {"rules": [{"material": GREY, "when": {"hight": {"below": 1}}}]}},
+            "did you mean 'lightness'|unknown quantity",
+        ),
         ({"rules": {"rules": [{"material": GREY, "when": {"hue": {}}}]}}, "neither at_least nor below"),
         ({"rules": {"rules": [{"material": GREY, "when": {"hue": {"at_least": 9, "below": 3}}}]}}, "at_least < below"),
         ({"clusters": {"count": 2, "names": {3: GREY}}}, "cluster 3; allowed: 1 to 2"),

@@ -66,7 +66,9 @@ def test_usage_by_chunk(run, demo):
     # Chunks weigh by their texels, those at the edges less.
     rows, columns = (np.diff(np.append(np.arange(0, n, 256), n)) for n in (height, width))
     mean = np.einsum("yxk,y,x->k", share, rows, columns) / (height * width)
-    assert dict(zip(entry["materials"], mean)) == pytest.approx({n: u["value"] for n, u in report["usage"].items()}, abs=1e-6)
+    assert dict(zip(entry["materials"], mean)) == pytest.approx(
+        {n: u["value"] for n, u in report["usage"].items()}, abs=1e-6
+    )
     assert f"{100 * share[0, 1, 0]:.1f}" in run("usage", path, "--chunks").output
 
 
@@ -139,7 +141,10 @@ def test_two_textures_of_one_name(run, tmp_path):
         ("polygons:\n        grass_green: [[[1, 1]]]", "file: a/../../seeds.json"),
         ("polygons:\n        grass_green: [[[1, 1]]]", "labels: {image: ../labels.png, palette: {'1': grass_green}}"),
         ("seeds:\n      polygons:\n        grass_green: [[[1, 1]]]", "model: ../a.tmm-model.h5"),
-        ("seeds:\n      polygons:\n        grass_green: [[[1, 1]]]", "rules: {layers: {height: ../h.tif}, rules: [{material: grass_green}]}"),
+        (
+            "seeds:\n      polygons:\n        grass_green: [[[1, 1]]]",
+            "rules: {layers: {height: ../h.tif}, rules: [{material: grass_green}]}",
+        ),
     ],
 )
 def test_paths_out_of_the_folder(run, tmp_path, monkeypatch, old, new):

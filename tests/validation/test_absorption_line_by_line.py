@@ -30,17 +30,28 @@ def hapi_cross_sections(lines, wavenumber, pressure, temperature):
         import hapi
 
         columns = {
-            "molec_id": np.full(len(lines), lines.molecule), "local_iso_id": lines.isotopologue, "nu": lines.wavenumber,
-            "sw": lines.strength, "elower": lines.lower_energy, "gamma_air": lines.air_width, "gamma_self": lines.self_width,
-            "n_air": lines.temperature_exponent, "delta_air": lines.shift, "a": lines.strength,
-        }  # fmt: skip
+            "molec_id": np.full(len(lines), lines.molecule),
+            "local_iso_id": lines.isotopologue,
+            "nu": lines.wavenumber,
+            "sw": lines.strength,
+            "elower": lines.lower_energy,
+            "gamma_air": lines.air_width,
+            "gamma_self": lines.self_width,
+            "n_air": lines.temperature_exponent,
+            "delta_air": lines.shift,
+            "a": lines.strength,
+        }
         header = {"number_of_rows": len(lines), "table_name": "lines", "default": {}, "order": []}
         data = {name: values.tolist() for name, values in columns.items()}
         hapi.LOCAL_TABLE_CACHE["lines"] = {"header": header, "data": data}
         _, section = hapi.absorptionCoefficient_Voigt(
-            SourceTables="lines", Environment={"p": pressure / 101325.0, "T": temperature}, Diluent={"air": 1.0},
-            WavenumberGrid=wavenumber, WavenumberWing=25.0, HITRAN_units=True,
-        )  # fmt: skip
+            SourceTables="lines",
+            Environment={"p": pressure / 101325.0, "T": temperature},
+            Diluent={"air": 1.0},
+            WavenumberGrid=wavenumber,
+            WavenumberWing=25.0,
+            HITRAN_units=True,
+        )
     return section * 1e-4
 
 
@@ -70,7 +81,9 @@ def test_table_agrees_with_line_by_line_on_paths_it_has_not_seen(library, shared
         points = table.points(low, low + 5.0)
         altitude = rng.uniform(0.0, 15e3)
         pressure, temperature = 101325.0 * np.exp(-altitude / 8e3), 300.0 - 5.5e-3 * altitude + rng.uniform(-15, 15)
-        humidity = min(0.03, rng.uniform(0.1, 1.0) * 611.0 * np.exp(17.7 * (temperature - 273) / (temperature - 29)) / pressure)
+        humidity = min(
+            0.03, rng.uniform(0.1, 1.0) * 611.0 * np.exp(17.7 * (temperature - 273) / (temperature - 29)) / pressure
+        )
         path = Path(pressure, temperature, 10 ** rng.uniform(2, 5), {"H2O": humidity, "CO2": 4e-4, "CH4": 1.9e-6})
         sections = points.cross_sections(pressure, temperature, humidity)
         for gas, found in errors.items():

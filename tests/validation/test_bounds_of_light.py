@@ -1,4 +1,6 @@
-"""The bound of scattered light against the whole computation, in air drawn at random over all that a job may ask for."""
+"""The bound of scattered light against the whole computation, in air drawn at random over all that a job may ask
+for.
+"""
 
 from dataclasses import replace
 
@@ -29,11 +31,27 @@ def drawn(generator):
     clouds = []
     if chance() < 0.3:
         base = generator.uniform(9e3, 11e3)
-        clouds.append(CloudLayer("ice", base, base + generator.uniform(100, 2e3), generator.uniform(10, 90), 10 ** generator.uniform(-6, 1)))
+        clouds.append(
+            CloudLayer(
+                "ice",
+                base,
+                base + generator.uniform(100, 2e3),
+                generator.uniform(10, 90),
+                10 ** generator.uniform(-6, 1),
+            )
+        )
     name = str(generator.choice(sorted(PROFILES)))
     if chance() < 0.3 and "winter" not in name:
         base = generator.uniform(0, 1e3)
-        clouds.append(CloudLayer("water", base, base + generator.uniform(50, 800), generator.uniform(4, 20), 10 ** generator.uniform(-5, 2)))
+        clouds.append(
+            CloudLayer(
+                "water",
+                base,
+                base + generator.uniform(50, 800),
+                generator.uniform(4, 20),
+                10 ** generator.uniform(-5, 2),
+            )
+        )
     return AtmosphericState.from_profile(
         name,
         aerosol=str(generator.choice([*BOUNDARY_MODELS, "none"])),
@@ -56,11 +74,18 @@ def test_light_of_the_sky_stays_below_its_bound(seed):
     points = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
     ground = state.surface_altitude * 1e-3
     grid = PathGrid(
-        np.unique([0.0, *10 ** generator.uniform(-2, 4, 5)]), np.unique(ground + 10 ** generator.uniform(-3, 3, 4)),
-        np.unique([0.0, *generator.uniform(-90, 90, 6)]), np.unique(generator.uniform(-15, 90, 6)), [0.0, 3.0, 60.0, 180.0],
-    )  # fmt: skip
+        np.unique([0.0, *10 ** generator.uniform(-2, 4, 5)]),
+        np.unique(ground + 10 ** generator.uniform(-3, 3, 4)),
+        np.unique([0.0, *generator.uniform(-90, 90, 6)]),
+        np.unique(generator.uniform(-15, 90, 6)),
+        [0.0, 3.0, 60.0, 180.0],
+    )
     moonlit = generator.random() < 0.3
-    light = lunar_irradiance(points.wavenumber, 40.0, 3.844e8, 1.0, True).total if moonlit else solar_irradiance(points.wavenumber)
+    light = (
+        lunar_irradiance(points.wavenumber, 40.0, 3.844e8, 1.0, True).total
+        if moonlit
+        else solar_irradiance(points.wavenumber)
+    )
     air = BandAtmosphere.of(state, points)
     whole, dark = air.table(grid, light), replace(air, air=replace(air.air, scatters=False)).table(grid, light)
     through = whole.transmittance[..., None]

@@ -1,4 +1,6 @@
-"""Broadband fluxes under cloud, rain and desert dust against all points of the table: the chosen points have seen only fog for cloud."""
+"""Broadband fluxes under cloud, rain and desert dust against all points of the table: the chosen points have seen only
+fog for cloud.
+"""
 
 import numpy as np
 import pytest
@@ -38,4 +40,8 @@ def test_few_points_agree_with_all_under(name):
     error = few.longwave_down - longwave, few.direct_normal - light[0], few.diffuse - light[1]
     largest = [float(np.abs(one).max()) for one in error]
     print(f"\n{name}: longwave {largest[0]:.2f}, direct normal {largest[1]:.2f}, diffuse {largest[2]:.2f} W m-2")
-    assert largest[0] <= 1.0 and np.all(np.abs(error[1]) <= 2 + 0.005 * light[0]) and np.all(np.abs(error[2]) <= 2 + 0.005 * light[1])
+    assert (
+        largest[0] <= 1.0
+        and np.all(np.abs(error[1]) <= 2 + 0.005 * light[0])
+        and np.all(np.abs(error[2]) <= 2 + 0.005 * light[1])
+    )

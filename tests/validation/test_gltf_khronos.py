@@ -36,6 +36,8 @@ def node() -> str:
 def test_no_error_and_no_warning(node, binary, count, tmp_path):
     code = np.random.default_rng(count).integers(0, count + 1, (64, 128)).astype(np.uint16)
     image = MaterialImage("texture", {k: f"material_{k}" for k in range(1, count + 1)}, pure_level(code))
-    found = subprocess.run([node, "-e", PROGRAM, str(write_gltf(tmp_path, image, binary)[0])], capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [node, "-e", PROGRAM, str(write_gltf(tmp_path, image, binary)[0])], capture_output=True, text=True, check=True
+    )
     issues = json.loads(found.stdout)["issues"]
     assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"]

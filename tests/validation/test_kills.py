@@ -1,4 +1,5 @@
-"""Builds killed at random moments or stopped by a full disk: no unreadable file, what is finished is reused, the next build gives the same bytes.
+"""Builds killed at random moments or stopped by a full disk: no unreadable file, what is finished is reused, the next
+build gives the same bytes.
 
 ``SKYSHINE_KILLS`` sets how many builds are killed (default 100).
 """
@@ -21,7 +22,9 @@ KILLS = int(os.environ.get("SKYSHINE_KILLS", "100"))
 COMMAND = [sys.executable, "-c", "from skyshine.mat.cli import main; main()", "build"]
 
 
-def test_builds_killed_at_random_moments_leave_no_unreadable_file_and_complete_to_the_same_bytes(tmp_path, tiny_job, contents):
+def test_builds_killed_at_random_moments_leave_no_unreadable_file_and_complete_to_the_same_bytes(
+    tmp_path, tiny_job, contents
+):
     job, folder = tmp_path / "job.yaml", tmp_path / "built"
     job.write_text(tiny_job(), encoding="utf-8")
     command = [*COMMAND, str(job), "--jobs", "2"]
@@ -65,7 +68,9 @@ def small_disk(tmp_path):
     folder.mkdir()
     if sys.platform != "linux" or os.geteuid() or not shutil.which("mount"):
         pytest.skip("mounting a tmpfs takes root on Linux")
-    if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={SMALL_DISK}", "tmpfs", str(folder)], capture_output=True).returncode:
+    if subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"size={SMALL_DISK}", "tmpfs", str(folder)], capture_output=True
+    ).returncode:
         pytest.skip("this system mounts no tmpfs")
     yield folder
     subprocess.run(["umount", str(folder)], check=True)

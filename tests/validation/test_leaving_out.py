@@ -1,4 +1,6 @@
-"""What leaving out saves on the starter job and on states at the edges, and that no answer changes by more than the plan says."""
+"""What leaving out saves on the starter job and on states at the edges, and that no answer changes by more than the
+plan says.
+"""
 
 import json
 
@@ -14,11 +16,16 @@ pytestmark = pytest.mark.validation
 WEATHER = {"air_temperature_c": 10}
 STATES = {
     "hazy": [{"profile": "tropical", "visibility_km": 5, "aerosol": "maritime", "weather": {"air_temperature_c": 28}}],
-    "cloudy": [{"profile": "midlatitude_summer", "clouds": [{"type": "stratus"}, {"phase": "ice", "height_km": [9, 10], "optical_depth": 1e-6}],
-                "weather": WEATHER}],
+    "cloudy": [
+        {
+            "profile": "midlatitude_summer",
+            "clouds": [{"type": "stratus"}, {"phase": "ice", "height_km": [9, 10], "optical_depth": 1e-6}],
+            "weather": WEATHER,
+        }
+    ],
     "fog": [{"profile": "midlatitude_summer", "aerosol": "fog_advection", "visibility_km": 0.1, "weather": WEATHER}],
     "polar night": [{"profile": "subarctic_winter", "surface_albedo": 0.6, "weather": {"air_temperature_c": -45}}],
-}  # fmt: skip
+}
 
 
 def starter(folder, changes):
@@ -44,8 +51,12 @@ def measured(file):
 
 def test_starter_with_and_without_what_its_needs_leave(tmp_path):
     needs = {
-        "range_km": [0.5, 8], "observer_altitude_km": [2.2, 4], "elevation_deg": [-90, -5], "bands": ["b02"], "hours": ["23:00", "03:00"],
-    }  # fmt: skip
+        "range_km": [0.5, 8],
+        "observer_altitude_km": [2.2, 4],
+        "elevation_deg": [-90, -5],
+        "bands": ["b02"],
+        "hours": ["23:00", "03:00"],
+    }
     less, differences = measured(starter(tmp_path / "demo", {"needs": needs}))
     assert less["size"] < 0.3 and less["time"] < 0.7
     assert {name.split(":")[0] for name in differences} == {"s01b02.lunar_atmq.h5", "s01.htt.h5"}
@@ -58,7 +69,9 @@ def test_starter_with_and_without_moonlight_in_the_air(tmp_path):
 
 
 def test_starter_with_and_without_sunlight_in_the_air(tmp_path):
-    _, differences = measured(starter(tmp_path / "demo", {"bands": [{"wavelength_um": [8, 12]}], "accuracy": {"negligible_k": 0.8}}))
+    _, differences = measured(
+        starter(tmp_path / "demo", {"bands": [{"wavelength_um": [8, 12]}], "accuracy": {"negligible_k": 0.8}})
+    )
     assert 0.01 < differences["s01b01.atmq.h5: path, K"]["largest"]
 
 
@@ -66,9 +79,14 @@ def test_starter_with_and_without_sunlight_in_the_air(tmp_path):
 def test_edges_with_and_without(tmp_path, name):
     """An observer in space, ranges through the whole air, and a tolerance so wide that much is left out."""
     grid = {
-        "range_km": [0.001, 1, 30, 1000, 3000], "altitude_km": [2.102, 6, 12, 800], "elevation_deg": [-90, -20, -2, 0, 3, 60],
-        "source_elevation_deg": [-10, 0, 5, 40, 90], "source_azimuth_deg": [0, 10, 90, 180],
-    }  # fmt: skip
+        "range_km": [0.001, 1, 30, 1000, 3000],
+        "altitude_km": [2.102, 6, 12, 800],
+        "elevation_deg": [-90, -20, -2, 0, 3, 60],
+        "source_elevation_deg": [-10, 0, 5, 40, 90],
+        "source_azimuth_deg": [0, 10, 90, 180],
+    }
     changes = {"states": STATES[name], "bands": [{"wavelength_um": [10.3, 11.3]}, {"wavelength_um": [3.7, 4.1]}]}
-    _, differences = measured(starter(tmp_path / "demo", {**changes, "atmosphere_grid": grid, "accuracy": {"negligible_k": 1.0}}))
+    _, differences = measured(
+        starter(tmp_path / "demo", {**changes, "atmosphere_grid": grid, "accuracy": {"negligible_k": 1.0}})
+    )
     assert any(name.endswith("path, K") for name in differences)

@@ -14,7 +14,13 @@ from skyshine.mat.spectroscopy.continua import Continua  # noqa: E402
 from skyshine.mat.spectroscopy.gases import LineLibrary  # noqa: E402
 from skyshine.mat.spectroscopy.reference import horizontal_path, interval_transmittance  # noqa: E402
 
-REGIONS = {"15 um": (500, 800), "8-12 um": (800, 1260), "6.3 um": (1260, 2000), "4-5 um": (2000, 2500), "3-4 um": (2500, 3340)}
+REGIONS = {
+    "15 um": (500, 800),
+    "8-12 um": (800, 1260),
+    "6.3 um": (1260, 2000),
+    "4-5 um": (2000, 2500),
+    "3-4 um": (2500, 3340),
+}
 GASES = ("H2O", CONTINUUM, "CO2", "N2O", "CO", "CH4", "O2", "N2")
 GROUP = round(lowtran.RESOLUTION / lowtran.STEP)  # LOWTRAN7's parameters are averages over 20 cm^-1
 ABSORBS = 0.002  # a gas counts in a region where it takes this much from a group
@@ -24,7 +30,11 @@ LENGTH = 5e3
 @pytest.fixture(scope="module")
 def rows(shared_data, lowtran_program):
     """(gas, region, groups, rms and largest error of ours, of LOWTRAN7's) for every gas and region."""
-    library, continua, table = LineLibrary(shared_data / "lines"), Continua(shared_data / "continua"), AbsorptionTable.open()
+    library, continua, table = (
+        LineLibrary(shared_data / "lines"),
+        Continua(shared_data / "continua"),
+        AbsorptionTable.open(),
+    )
     path = horizontal_path("tropical", LENGTH)
     state = _thinned(AtmosphericState.from_profile("tropical", aerosol="none"))
     found = []
@@ -82,7 +92,10 @@ def _largest(values):
 def test_every_gas_in_every_region_is_nearer_to_line_by_line_than_lowtran7(rows):
     print("\ngas            region   groups   ours rms   max      LOWTRAN7 rms   max")
     for gas, region, groups, *errors in rows:
-        print(f"{gas:14} {region:8} {groups:6}   {errors[0]:.5f}   {errors[1]:.5f}   {errors[2]:.5f}       {errors[3]:.5f}")
+        print(
+            f"{gas:14} {region:8} {groups:6}   {errors[0]:.5f}   {errors[1]:.5f}   {errors[2]:.5f}      "
+            f" {errors[3]:.5f}"
+        )
     # LOWTRAN7 prints four decimals: differences below half of the last one cannot be told.
     worse = [row for row in rows if row[3] > row[5] + 5e-5]
     assert rows and not worse, worse

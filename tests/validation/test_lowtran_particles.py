@@ -14,9 +14,15 @@ from skyshine.mat.atmosphere.state import AtmosphericState  # noqa: E402
 LENGTH = 2e3
 BANDS = ((830.0, 1250.0), (2500.0, 2900.0), (4300.0, 4600.0), (9500.0, 10500.0))  # windows of the gases
 AEROSOLS = {
-    "rural": (1, 23.0), "urban": (5, 5.0), "maritime": (4, 23.0), "navy_maritime": (3, None), "tropospheric": (6, 50.0), "desert": (10, None),
-    "fog_advection": (8, 0.5), "fog_radiation": (9, 0.5),
-}  # fmt: skip
+    "rural": (1, 23.0),
+    "urban": (5, 5.0),
+    "maritime": (4, 23.0),
+    "navy_maritime": (3, None),
+    "tropospheric": (6, 50.0),
+    "desert": (10, None),
+    "fog_advection": (8, 0.5),
+    "fog_radiation": (9, 0.5),
+}
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +77,14 @@ def test_rain_at_the_ground(rate, air, lowtran_program):
 
 @pytest.mark.parametrize(
     ("name", "prefix"),
-    [("cumulus", "CCU"), ("altostratus", "CAL"), ("stratus", "CST"), ("stratocumulus", "CSC"), ("nimbostratus", "CNI"), ("cirrus", "CI64")],
+    [
+        ("cumulus", "CCU"),
+        ("altostratus", "CAL"),
+        ("stratus", "CST"),
+        ("stratocumulus", "CSC"),
+        ("nimbostratus", "CNI"),
+        ("cirrus", "CI64"),
+    ],
 )
 def test_cloud_types(name, prefix, peers, tmp_path):
     """Mie theory at the type's effective radius against LOWTRAN7's table of its own size distribution, 0.3 to 30 um."""
@@ -82,7 +95,9 @@ def test_cloud_types(name, prefix, peers, tmp_path):
     wavelength = data["VX2"][inside]
     optics = cloud_type(name).model.optics(1e4 / wavelength, np.array([50.0]))
     ice = prefix.startswith("CI")
-    extinction, absorption, asymmetry = (data[prefix + kind][inside] for kind in (("XT", "AB", "G") if ice else ("EXT", "ABS", "SYM")))
+    extinction, absorption, asymmetry = (
+        data[prefix + kind][inside] for kind in (("XT", "AB", "G") if ice else ("EXT", "ABS", "SYM"))
+    )
     off = optics.extinction[0] - extinction
     albedo = optics.single_scattering_albedo[0] - (1 - absorption / extinction)
     forward = optics.asymmetry[0] - asymmetry
@@ -90,4 +105,6 @@ def test_cloud_types(name, prefix, peers, tmp_path):
     print(f"\n{name}: rms (largest) of extinction {figures[0]}, albedo {figures[1]}, asymmetry {figures[2]}")
     assert np.sqrt(np.mean(off**2)) < 0.05
     # Its crystals are of another shape and its ice has older constants (Warren 1984).
-    assert np.sqrt(np.mean(albedo**2)) < (0.04 if ice else 0.02) and np.sqrt(np.mean(forward**2)) < (0.07 if ice else 0.015)
+    assert np.sqrt(np.mean(albedo**2)) < (0.04 if ice else 0.02) and np.sqrt(np.mean(forward**2)) < (
+        0.07 if ice else 0.015
+    )

@@ -1,17 +1,19 @@
 """Transmittance, thermal and scattered path radiance against MODTRAN 5.2.1, and what the difference is made of.
 
-The spectra are those of the PyPI package `pybsm` 0.16.1 (SKYSHINE_PEERS names the folder of its wheel): mid-latitude summer, 360 ppm
-CO2, rural aerosol of 23 km visibility, lines of sight from 0.5 to 3 km altitude down to the ground, a triangular slit of 0.02 um;
-means over 0.1 um. Path radiance at 0.5 km altitude is left out: opaque bins of these spectra then show the temperature of 1 km.
+The spectra are those of the PyPI package `pybsm` 0.16.1 (SKYSHINE_PEERS names the folder of its wheel): mid-latitude
+summer, 360 ppm CO2, rural aerosol of 23 km visibility, lines of sight from 0.5 to 3 km altitude down to the ground, a
+triangular slit of 0.02 um; means over 0.1 um. Path radiance at 0.5 km altitude is left out: opaque bins of these
+spectra then show the temperature of 1 km.
 
-MODTRAN 5.2.1 has an older water vapour continuum than MT_CKD 4.3 (Mlawer et al. 2023), which lowered the self continuum of the
-8-12 um window; that of 2000-3200 cm-1 was raised by MT_CKD 2.5 (Mlawer et al. 2012). With the continuum of MT_CKD 2.4 line by line
-agrees to 0.015 in both bands; points of 5 cm^-1 intervals lose a little more where bins of 0.1 um, 7 to 16 cm^-1, cut through them.
+MODTRAN 5.2.1 has an older water vapour continuum than MT_CKD 4.3 (Mlawer et al. 2023), which lowered the self continuum
+of the 8-12 um window; that of 2000-3200 cm-1 was raised by MT_CKD 2.5 (Mlawer et al. 2012). With the continuum of
+MT_CKD 2.4 line by line agrees to 0.015 in both bands; points of 5 cm^-1 intervals lose a little more where bins of 0.1
+um, 7 to 16 cm^-1, cut through them.
 
-With one factor on the self continuum of MT_CKD 4.3 in each 0.1 um, fitted over all altitudes and ranges, little remains: no gas, line
-or aerosol is missing. Near 4.1 um the factor stands also for the collisions of nitrogen with water vapour, which fall off with height
-nearly as it does and add a sixth to the nitrogen continuum near the ground; what remains at 4.15 um is the head of the CO2 band
-(2375-2400 cm-1), where MODTRAN absorbs less.
+With one factor on the self continuum of MT_CKD 4.3 in each 0.1 um, fitted over all altitudes and ranges, little
+remains: no gas, line or aerosol is missing. Near 4.1 um the factor stands also for the collisions of nitrogen with
+water vapour, which fall off with height nearly as it does and add a sixth to the nitrogen continuum near the ground;
+what remains at 4.15 um is the head of the CO2 band (2375-2400 cm-1), where MODTRAN absorbs less.
 """
 
 import csv
@@ -40,14 +42,38 @@ SURFACE_TEMPERATURE = 294.2  # K, of mid-latitude summer at the ground
 BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}
 RURAL_23_KM = 1
 SOLAR = (0.4, 2.5)  # um
-SOURCE = np.radians([40.0]), np.radians([90.0])  # elevation of the Sun, azimuth from the line of sight (README of the spectra)
+SOURCE = (
+    np.radians([40.0]),
+    np.radians([90.0]),
+)  # elevation of the Sun, azimuth from the line of sight (README of the spectra)
 SUN_DISTANCE = 1.0110  # au on day 236: 1 + 0.0167 sin(2 pi (236 - 94) / 365)
 # Albedo of its "Mixed Forest", from the same README, um.
-FOREST = np.array([
-    (0.2, 0.025), (0.5, 0.036), (0.7, 0.032), (0.725, 0.097), (0.75, 0.254), (0.775, 0.314), (0.9, 0.31), (0.925, 0.419), (1.0, 0.4),
-    (1.25, 0.384), (1.3, 0.337), (1.35, 0.287), (1.4, 0.236), (1.45, 0.191), (1.5, 0.162), (1.55, 0.19), (1.6, 0.216), (1.65, 0.24),
-    (1.7, 0.265), (1.75, 0.321), (1.8, 0.238), (1.85, 0.185),
-])  # fmt: skip
+FOREST = np.array(
+    [
+        (0.2, 0.025),
+        (0.5, 0.036),
+        (0.7, 0.032),
+        (0.725, 0.097),
+        (0.75, 0.254),
+        (0.775, 0.314),
+        (0.9, 0.31),
+        (0.925, 0.419),
+        (1.0, 0.4),
+        (1.25, 0.384),
+        (1.3, 0.337),
+        (1.35, 0.287),
+        (1.4, 0.236),
+        (1.45, 0.191),
+        (1.5, 0.162),
+        (1.55, 0.19),
+        (1.6, 0.216),
+        (1.65, 0.24),
+        (1.7, 0.265),
+        (1.75, 0.321),
+        (1.8, 0.238),
+        (1.85, 0.185),
+    ]
+)
 MEASURED = ((0.4, 0.10), (0.7, 0.13), (0.8, 0.12))  # um, rms of scattered sunlight in 0.1 um from there on
 SUB = 20  # parts of an interval that line by line is kept in
 LIMIT_OLDER = 0.015  # of line by line with the water vapour continuum of MODTRAN's time
@@ -56,7 +82,9 @@ FITTED_ABOVE = 0.02  # transmittance of MODTRAN below which an optical depth is 
 
 @pytest.fixture(scope="module")
 def spectra(peers):
-    """(altitude, ground range) [km] to transmittance, thermal and scattered path radiance [W m^-2 sr^-1 um^-1] at `WAVELENGTH`."""
+    """(altitude, ground range) [km] to transmittance, thermal and scattered path radiance [W m^-2 sr^-1 um^-1] at
+    `WAVELENGTH`.
+    """
     wheels = sorted(peers.glob("pybsm-*.whl"))
     if not wheels:
         pytest.skip(f"{peers} holds no wheel of pybsm")
@@ -66,7 +94,11 @@ def spectra(peers):
         for number, altitude, ground_range, haze, *_ in list(decoder)[1:]:
             if int(haze) == RURAL_23_KM and float(altitude) in ALTITUDES and float(ground_range) in RANGES:
                 columns = np.frombuffer(wheel.read(f"pybsm/atms/{number}.bin"), dtype="<f4").reshape(5, WAVELENGTH.size)
-                found[float(altitude), float(ground_range)] = columns[0].astype(float), columns[1] * 1e4, columns[3] * 1e4
+                found[float(altitude), float(ground_range)] = (
+                    columns[0].astype(float),
+                    columns[1] * 1e4,
+                    columns[3] * 1e4,
+                )
     assert len(found) == len(ALTITUDES) * len(RANGES)
     return found
 
@@ -108,7 +140,9 @@ def bin_means(values, low, high):
 
 
 def bin_response(first, last):
-    """What a mean over 0.1 um of spectra seen through the triangular slit is a mean of: the slits of its samples, by `bin_means`' shares."""
+    """What a mean over 0.1 um of spectra seen through the triangular slit is a mean of: the slits of its samples, by
+    `bin_means`' shares.
+    """
     samples = np.arange(round((last - first) / 0.01) + 1) * 0.01 + first
     share = np.ones(samples.size)
     share[[0, -1]] = 0.5
@@ -122,7 +156,10 @@ def report(title, paths, errors, names):
     for path, *rows in zip(paths, *errors, strict=True):
         numbers = "      ".join(f"{rms(row):.4f} {row.mean():+.4f} {np.abs(row).max():.4f}" for row in rows)
         print(f"{path[0]:5.1f} km {path[1]:8.0f} km       {numbers}")
-    print("all                      " + "      ".join(f"{rms(e):.4f} {e.mean():+.4f} {np.abs(e).max():.4f}" for e in errors))
+    print(
+        "all                      "
+        + "      ".join(f"{rms(e):.4f} {e.mean():+.4f} {np.abs(e).max():.4f}" for e in errors)
+    )
 
 
 def rms(values):
@@ -151,11 +188,20 @@ def test_points_against_modtran(spectra, state, name, continuum, limit_tau, limi
         for p, segments in enumerate(lines_of_sight(air.shells, paths)):
             depth = segments.column(air.optics.extinction)
             ours[0, p, b] = np.exp(-depth.sum(axis=0)) @ band.weight / band.weight.sum()
-            ours[1, p, b] = air.thermal_radiance(segments, transfer.Depths(depth)).sum(axis=0) @ band.radiance_weight / band.weight.sum()
+            ours[1, p, b] = (
+                air.thermal_radiance(segments, transfer.Depths(depth)).sum(axis=0)
+                @ band.radiance_weight
+                / band.weight.sum()
+            )
     theirs = np.array([[bin_means(one[k], low, high) for one in spectra.values()] for k in (0, 1)])
     tau, radiance = ours[0] - theirs[0], (ours[1] - theirs[1]) / black
     judged = np.array([altitude > 0.5 for altitude, _ in paths])
-    report(f"{name}, points with {continuum} less MODTRAN", paths, (tau, radiance), ("transmittance", "radiance over black body"))
+    report(
+        f"{name}, points with {continuum} less MODTRAN",
+        paths,
+        (tau, radiance),
+        ("transmittance", "radiance over black body"),
+    )
     print(f"radiance at 1 km and above: rms {rms(radiance[judged]):.4f}")
     assert rms(tau) <= limit_tau
     assert rms(radiance[judged]) <= limit_radiance
@@ -171,7 +217,9 @@ def test_scattered_sunlight(spectra, state):
         band = band_points(table.points(*response.wavenumber_range), response)
         albedo = float(np.interp(0.5 * (first + last), *FOREST.T))
         air = SpectralAir.of(replace(state, surface_albedo=albedo), band.points, streams=True)
-        weight = band.radiance_weight * solar_irradiance(band.wavenumber, band.width) / SUN_DISTANCE**2 / band.weight.sum()
+        weight = (
+            band.radiance_weight * solar_irradiance(band.wavenumber, band.width) / SUN_DISTANCE**2 / band.weight.sum()
+        )
         for p, (rays, segments) in enumerate(traced(air.shells, paths)):
             depths = transfer.Depths(segments.column(air.optics.extinction))
             ends = np.append(segments.index, segments.index[-1] + 1)
@@ -181,10 +229,14 @@ def test_scattered_sunlight(spectra, state):
             once[p, b] = ours[p, b] - again
     theirs = np.array([bin_means(spectra[path][2], *SOLAR) for path in paths])
     share = once / ours
-    # In the water bands next to nothing is scattered: what is below a hundredth of the brightest of its line of sight is not judged.
+    # In the water bands next to nothing is scattered: what is below a hundredth of the brightest of its line of sight
+    # is not judged.
     bright = theirs > 0.01 * theirs.max(axis=1, keepdims=True)
     ratio = ours / theirs - 1
-    print("\nscattered sunlight, ours over MODTRAN less 1, %; by 0.1 um: share scattered once, mean, rms, largest over lines of sight")
+    print(
+        "\nscattered sunlight, ours over MODTRAN less 1, %; by 0.1 um: share scattered once, mean, rms, largest over"
+        " lines of sight"
+    )
     for b, first in enumerate(edges[:-1]):
         if bright[:, b].any():
             error = ratio[bright[:, b], b]
@@ -202,7 +254,9 @@ def test_scattered_sunlight(spectra, state):
 
 @pytest.mark.shared_data
 @pytest.mark.parametrize(("name", "limit", "limit_fitted"), [("3-5 um", 0.021, 0.006), ("8-12 um", 0.03, 0.004)])
-def test_line_by_line_differs_from_modtran_by_the_self_continuum(spectra, state, shared_data, name, limit, limit_fitted):
+def test_line_by_line_differs_from_modtran_by_the_self_continuum(
+    spectra, state, shared_data, name, limit, limit_fitted
+):
     low, high = BANDS[name]
     paths = list(spectra)
     seen, continuum, change = line_by_line(state, paths, shared_data, low, high)
@@ -212,9 +266,16 @@ def test_line_by_line_differs_from_modtran_by_the_self_continuum(spectra, state,
     told = theirs > FITTED_ABOVE
     depth = np.where(told, np.log(np.maximum(ours, 1e-12) / np.maximum(theirs, 1e-12)), 0.0)
     weight = np.where(told, theirs, 0.0)
-    factor = np.sum(weight**2 * depth * continuum, axis=0) / np.maximum(np.sum((weight * continuum) ** 2, axis=0), 1e-30)
+    factor = np.sum(weight**2 * depth * continuum, axis=0) / np.maximum(
+        np.sum((weight * continuum) ** 2, axis=0), 1e-30
+    )
     fitted = ours * np.exp(-factor * continuum) - theirs
-    report(f"{name}, line by line less MODTRAN", paths, (error, fitted), ("transmittance", "with the self continuum fitted"))
+    report(
+        f"{name}, line by line less MODTRAN",
+        paths,
+        (error, fitted),
+        ("transmittance", "with the self continuum fitted"),
+    )
     print("  um   mean error   rms   MODTRAN's self continuum over MT_CKD 4.3's   rms then")
     for b, middle in enumerate(0.5 * (bins(low, high)[1:] + bins(low, high)[:-1])):
         values = f"{error[:, b].mean():+.4f}     {rms(error[:, b]):.4f}   {1 + factor[b]:.2f}"
@@ -226,14 +287,19 @@ def test_line_by_line_differs_from_modtran_by_the_self_continuum(spectra, state,
 
 
 def line_by_line(state, paths, shared_data, low, high):
-    """Transmittances (paths, W) with the slit of the spectra, optical depths (paths, bins) of the self continuum, and what MT_CKD 2.4
+    """Transmittances (paths, W) with the slit of the spectra, optical depths (paths, bins) of the self continuum, and
+    what MT_CKD 2.4
     adds to the optical depth (paths, W): continua are smooth, so it is taken at each wavelength of the spectra."""
     pytest.importorskip("numba")
     from skyshine.mat.accuracy.line_by_line import absorption_at_levels, judged_gases
     from skyshine.mat.spectroscopy.continua import Continua
     from skyshine.mat.spectroscopy.gases import LineLibrary
 
-    library, continua, table = LineLibrary(shared_data / "lines"), Continua(shared_data / "continua"), AbsorptionTable.open()
+    library, continua, table = (
+        LineLibrary(shared_data / "lines"),
+        Continua(shared_data / "continua"),
+        AbsorptionTable.open(),
+    )
     first, last = 1e4 / high - 10, 1e4 / low + 10
     listed, _ = judged_gases(library, table, first, last)
     points = table.points(first, last)
@@ -260,9 +326,13 @@ def lower_part(state, altitude):
     keep = slice(0, int(np.searchsorted(state.altitude, altitude, side="right")) + 1)
     fractions = {gas: values[keep] for gas, values in state.mole_fraction.items()}
     return replace(
-        state, altitude=state.altitude[keep], pressure=state.pressure[keep], temperature=state.temperature[keep],
-        mole_fraction=fractions, aerosols=(),
-    )  # fmt: skip
+        state,
+        altitude=state.altitude[keep],
+        pressure=state.pressure[keep],
+        temperature=state.temperature[keep],
+        mole_fraction=fractions,
+        aerosols=(),
+    )
 
 
 def through_slit(wavelength, values):

@@ -1,4 +1,6 @@
-"""Ozone near 9.6 um, ground to space: the table against REPTRAN's own representatives, in each of its 15 cm^-1 bands."""
+"""Ozone near 9.6 um, ground to space: the table against REPTRAN's own representatives, in each of its 15 cm^-1
+bands.
+"""
 
 import numpy as np
 import pytest
@@ -45,8 +47,12 @@ def reptran(folder, air):
             depth = 0.0
             if index in row:
                 values = np.asarray(lookup["xsec"][:, 0, row[index], :])[:, order] * 1e-20
-                offset = temperature - np.interp(np.log(pressure), np.log(lookup["pressure"][order]), lookup["t_ref"][order])
-                by_offset = np.array([np.interp(np.log(pressure), np.log(lookup["pressure"][order]), v) for v in values])
+                offset = temperature - np.interp(
+                    np.log(pressure), np.log(lookup["pressure"][order]), lookup["t_ref"][order]
+                )
+                by_offset = np.array(
+                    [np.interp(np.log(pressure), np.log(lookup["pressure"][order]), v) for v in values]
+                )
                 section = [np.interp(o, lookup["t_pert"], v) for o, v in zip(offset, by_offset.T, strict=True)]
                 depth = np.dot(section, column)
             through.append(np.exp(-depth))
@@ -65,7 +71,11 @@ def test_ozone_band_agrees_with_reptran(profile, shared_data):
         points = AbsorptionTable.open().points(low + 0.1, high - 0.1)
         section = points.cross_sections(pressure, temperature, np.zeros(pressure.size), gases=["O3"])["O3"]
         edges = points.interval_edges[points.interval]
-        share = points.weight * np.clip(np.minimum(edges[:, 1], high) - np.maximum(edges[:, 0], low), 0, None) / np.diff(edges)[:, 0]
+        share = (
+            points.weight
+            * np.clip(np.minimum(edges[:, 1], high) - np.maximum(edges[:, 0], low), 0, None)
+            / np.diff(edges)[:, 0]
+        )
         ours = np.dot(share, np.exp(-column @ section)) / share.sum()
         print(f"{profile} {low:.0f}-{high:.0f} cm-1: {ours:.4f}, REPTRAN {expected:.4f}")
         worst = max(worst, abs(ours - expected))

@@ -13,9 +13,15 @@ from skyshine.mat.job import load_job
 
 pytestmark = pytest.mark.validation
 FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync",
-)  # fmt: skip
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
 BROWSERS_OWN = (".google.com", ".googleapis.com")  # updates and clock of the browser itself, whatever it shows
 
 
@@ -28,16 +34,31 @@ def test_page_in_a_browser(tmp_path):
     job = tmp_path / "demo" / "job.yaml"
     build(load_job(job), jobs=2)
     page, log = tmp_path / "report.html", tmp_path / "net.json"
-    subprocess.run([*command, "report", str(job), "--band", "2", "--scenes", "4", "--out", str(page)], check=True, timeout=300)
+    subprocess.run(
+        [*command, "report", str(job), "--band", "2", "--scenes", "4", "--out", str(page)], check=True, timeout=300
+    )
     done = subprocess.run(
-        [browser, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", f"--log-net-log={log}", "--enable-logging=stderr", "--dump-dom",
-         page.as_uri()],
-        capture_output=True, text=True, timeout=120,
-    )  # fmt: skip
+        [
+            browser,
+            *FLAGS,
+            f"--user-data-dir={tmp_path / 'profile'}",
+            f"--log-net-log={log}",
+            "--enable-logging=stderr",
+            "--dump-dom",
+            page.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert "Error budget: yellowstone" in done.stdout and "<svg" in done.stdout
     assert "CONSOLE" not in done.stderr, done.stderr
     outside = {urlsplit(url) for url in _urls(json.loads(log.read_text(encoding="utf-8")))}
-    asked = {url for url in outside if url.scheme != "file" and not url.netloc.endswith(BROWSERS_OWN) and url.scheme != "data"}
+    asked = {
+        url
+        for url in outside
+        if url.scheme != "file" and not url.netloc.endswith(BROWSERS_OWN) and url.scheme != "data"
+    }
     assert not asked, asked
 
 

@@ -35,7 +35,11 @@ def starter(folder, change=None):
     CliRunner().invoke(main, ["init", str(folder)], standalone_mode=False, catch_exceptions=False)
     job = dict(read_yaml(folder / "job.yaml").data)
     job.pop("textures")
-    job |= {"materials": ["asphalt_road", "grass_green", "conifer"], "sources": ["sun"], "output": {"folder": "built", "pictures": False}}
+    job |= {
+        "materials": ["asphalt_road", "grass_green", "conifer"],
+        "sources": ["sun"],
+        "output": {"folder": "built", "pictures": False},
+    }
     if change:
         change(job)
     file = folder / "job.yaml"
@@ -56,15 +60,21 @@ def rebuilt(loaded, band):
 
 
 def fresh_points(air, sun, base, points, sky_points):
-    """Random points of the job's own axes that lie above the ground, and the quantities there; sky light at the first of them."""
+    """Random points of the job's own axes that lie above the ground, and the quantities there; sky light at the first
+    of them.
+    """
     generator = np.random.default_rng(987654)
     places = [random_places(getattr(base, name), points, generator) for name in FIELDS]
     distance, altitude, elevation, *source = places
-    truth = air.along_lines(distance[:, None], altitude, elevation, *(a[:, None] for a in source), np.zeros(sky_points, int), sun)
+    truth = air.along_lines(
+        distance[:, None], altitude, elevation, *(a[:, None] for a in source), np.zeros(sky_points, int), sun
+    )
     exact = {name: np.ravel(value) for name, value in vars(truth).items()}
     above = exact.pop("valid")
     exact["ambient"] = np.append(exact["ambient"], np.full(points - sky_points, np.nan))
-    return {name: place[above] for name, place in zip(AXES, places)}, {name: value[above] for name, value in exact.items()}
+    return {name: place[above] for name, place in zip(AXES, places)}, {
+        name: value[above] for name, value in exact.items()
+    }
 
 
 def errors_of(table, places, exact, scale):
@@ -94,13 +104,18 @@ def test_what_cannot_be_held_is_refused_in_one_line(tmp_path):
     with pytest.raises(CheckFailed) as raised:
         starter(tmp_path / "demo", change)
     print(f"\n{raised.value}")
-    words = r"tolerance 0.1 cannot be held for path_radiance_ratio with 3,000,000 nodes: it takes more than .* after an error of .*, most for the"
+    words = (
+        r"tolerance 0.1 cannot be held for path_radiance_ratio with 3,000,000 nodes: it takes more than .* after an"
+        r" error of .*, most for the"
+    )
     assert re.search(words, str(raised.value)) and "\n" not in str(raised.value)
     assert not list((tmp_path / "demo").rglob("*.atmq.h5*"))
 
 
 def uniform_grid(grid, counts, nodes):
-    """Equally spaced axes (ranges in their logarithm) between the same ends, in the proportions of `counts`, with as many nodes or more."""
+    """Equally spaced axes (ranges in their logarithm) between the same ends, in the proportions of `counts`, with as
+    many nodes or more.
+    """
 
     def shape(factor):
         return [max(2, round(factor * n)) if n > 1 else 1 for n in counts]
@@ -109,12 +124,16 @@ def uniform_grid(grid, counts, nodes):
     while np.prod(shape(factor)) < nodes:
         factor *= 1.005
     ends = [(axis[0], axis[-1]) for axis in grid]
-    return ScatteringGrid(np.geomspace(*ends[0], shape(factor)[0]), *(np.linspace(*end, n) for end, n in zip(ends[1:], shape(factor)[1:])))
+    return ScatteringGrid(
+        np.geomspace(*ends[0], shape(factor)[0]), *(np.linspace(*end, n) for end, n in zip(ends[1:], shape(factor)[1:]))
+    )
 
 
 @pytest.mark.parametrize(("band", "tolerance"), [("8-12", 0.5), ("8-12", 0.1), ("3-5", 0.5)])
 def test_tolerance_holds_at_fresh_points(band, tolerance, tmp_path):
-    """99 % of 1000 points within it, the worst within twice; a uniform grid with three times the nodes is worse at the same points."""
+    """99 % of 1000 points within it, the worst within twice; a uniform grid with three times the nodes is worse at the
+    same points.
+    """
 
     def change(job):
         job["bands"] = [one for one in job["bands"] if one["wavelength_um"][0] == float(band.split("-")[0])]
@@ -126,24 +145,46 @@ def test_tolerance_holds_at_fresh_points(band, tolerance, tmp_path):
     places, exact = fresh_points(air, sun, base, POINTS, POINTS)
     errors = errors_of(table, places, exact, scale)
     worst, steps = np.max(np.abs(list(errors.values())), axis=0), rising(table, places)
-    print(f"\n{band} um, {tolerance} K: {file.stat().st_size / 1e6:.1f} MB; all: 99 % {np.percentile(worst, 99):.3f} K, worst {worst.max():.3f} K")
+    print(
+        f"\n{band} um, {tolerance} K: {file.stat().st_size / 1e6:.1f} MB; all: 99 % {np.percentile(worst, 99):.3f} K,"
+        f" worst {worst.max():.3f} K"
+    )
     for name, error in errors.items():
         nodes = table.root.variables[name].data.size
-        print(f"  {name}: {nodes:,} nodes, 99 % {np.percentile(np.abs(error), 99):.3f} K, worst {np.abs(error).max():.3f} K")
-    off = np.where(steps, np.max(np.abs([error for name, error in errors.items() if name != "direct_radiance"]), axis=0), worst)
-    print(f"  {np.count_nonzero(steps)} points with the sunrise in their cell; the worst of all but direct light there {off.max():.3f} K")
+        print(
+            f"  {name}: {nodes:,} nodes, 99 % {np.percentile(np.abs(error), 99):.3f} K, worst"
+            f" {np.abs(error).max():.3f} K"
+        )
+    off = np.where(
+        steps, np.max(np.abs([error for name, error in errors.items() if name != "direct_radiance"]), axis=0), worst
+    )
+    print(
+        f"  {np.count_nonzero(steps)} points with the sunrise in their cell; the worst of all but direct light there"
+        f" {off.max():.3f} K"
+    )
     assert np.percentile(worst, 99) <= tolerance and off.max() <= 2 * tolerance
 
     ratio = table.root.variables["path_radiance_ratio"]
-    counts = [int(n) for n in str(table.root.groups["accuracy"].attributes["path_radiance_ratio_uniform_nodes"]).split(",")]
+    counts = [
+        int(n) for n in str(table.root.groups["accuracy"].attributes["path_radiance_ratio_uniform_nodes"]).split(",")
+    ]
     placed = np.abs(errors["path_radiance_ratio"])
     # In the proportions that each axis needs by itself, and in those of the placed nodes.
     for proportions in (counts, ratio.data.shape):
         grid = uniform_grid([table.root.axes[name].values for name in ratio.dims], proportions, 3 * ratio.data.size)
         even = Gridded.all_of(air.table(grid, sun, wanted=("path_radiance_ratio",)), grid)["path_radiance_ratio"]
-        error = scale.error("path_radiance_ratio", even.read(places), exact["path_radiance_ratio"], exact["transmittance"], places["range"])
+        error = scale.error(
+            "path_radiance_ratio",
+            even.read(places),
+            exact["path_radiance_ratio"],
+            exact["transmittance"],
+            places["range"],
+        )
         p99, maximum = np.percentile(np.abs(error), 99), np.abs(error).max()
-        print(f"  uniform {' x '.join(str(n) for n in grid.shape)} = {even.values.size:,} nodes: 99 % {p99:.3f} K, worst {maximum:.3f} K")
+        print(
+            f"  uniform {' x '.join(str(n) for n in grid.shape)} = {even.values.size:,} nodes: 99 % {p99:.3f} K, worst"
+            f" {maximum:.3f} K"
+        )
         assert p99 > np.percentile(placed, 99) and maximum > placed.max()
 
 
@@ -173,15 +214,26 @@ def test_tolerance_of_temperatures_holds_at_fresh_places(tolerance, tmp_path):
     loaded = starter(tmp_path / "demo", change)
     job, table = loaded.job, open_table(tmp_path / "demo" / "built" / "s01.htt.h5")
     generator, library = np.random.default_rng(24680), load_library()
-    ends = ((job.surface_altitudes_km[0], job.surface_altitudes_km[-1]), (0, 360), (0, job.surface_grid.slope_deg[-1]), (0, 24))
+    ends = (
+        (job.surface_altitudes_km[0], job.surface_altitudes_km[-1]),
+        (0, 360),
+        (0, job.surface_grid.slope_deg[-1]),
+        (0, 24),
+    )
     altitude, azimuth, slope, time = (generator.uniform(*end, count) for end, count in zip(ends, (5, 9, 9, 25)))
     names = list(table.materials)
     materials = surface_materials([library[name] for name in names], job.operated)
-    direct = temperature_table(materials, *scene_inputs(job, 1), 1e3 * altitude, azimuth, slope, time, steps=job.accuracy.solver_steps)
+    direct = temperature_table(
+        materials, *scene_inputs(job, 1), 1e3 * altitude, azimuth, slope, time, steps=job.accuracy.solver_steps
+    )
     mesh = np.meshgrid(np.arange(len(names)), altitude, azimuth, slope, time, indexing="ij", sparse=True)
     where = dict(zip(("altitude", "azimuth", "slope", "time"), mesh[1:]))
-    error = np.abs(table.temperature(material=np.array(list(table.materials.values()))[mesh[0]], **where) - direct.temperature)
+    error = np.abs(
+        table.temperature(material=np.array(list(table.materials.values()))[mesh[0]], **where) - direct.temperature
+    )
     shape = table.root.variables["temperature"].data.shape
     print(f"\n{tolerance} K: {' x '.join(str(n) for n in shape)} nodes, {error.size:,} reads: ", end="")
-    print(f"99 % {np.percentile(error, 99):.3f} K, 99.9 % {np.percentile(error, 99.9):.3f} K, worst {error.max():.3f} K")
+    print(
+        f"99 % {np.percentile(error, 99):.3f} K, 99.9 % {np.percentile(error, 99.9):.3f} K, worst {error.max():.3f} K"
+    )
     assert np.percentile(error, 99) <= tolerance and np.percentile(error, 99.9) <= 2 * tolerance

@@ -1,4 +1,6 @@
-"""`mat bench surface`: more steps are nearer to the oracle and slower, and the periodic solver leads marching at equal error."""
+"""`mat bench surface`: more steps are nearer to the oracle and slower, and the periodic solver leads marching at equal
+error.
+"""
 
 import json
 
@@ -16,9 +18,14 @@ def test_error_falls_with_steps(tmp_path):
     assert done.exit_code == 0
     rungs = {rung["name"]: rung for rung in json.loads((tmp_path / "surface-bench.json").read_text())["rungs"]}
     error = {name: rung["rms_error"]["value"] for name, rung in rungs.items() if rung["rms_error"]}
-    assert error["periodic, N = 24"] > error["periodic, N = 48"] > error["periodic, N = 96"] > error["periodic, N = 576"]
+    assert (
+        error["periodic, N = 24"] > error["periodic, N = 48"] > error["periodic, N = 96"] > error["periodic, N = 576"]
+    )
     assert error["periodic, N = 96"] < 0.1 and error["periodic, N = 576"] < 0.02
     assert error["one node a layer, implicit, 15 min"] > 10 * error["periodic, N = 96"]
     times = {name: rung["time_per_column_day"]["value"] for name, rung in rungs.items()}
-    assert times["periodic, N = 96"] < times["Crank-Nicolson, 5 min"] and times["periodic, N = 96"] < times["oracle (reference)"]
+    assert (
+        times["periodic, N = 96"] < times["Crank-Nicolson, 5 min"]
+        and times["periodic, N = 96"] < times["oracle (reference)"]
+    )
     assert (tmp_path / "surface-bench.png").stat().st_size > 10_000

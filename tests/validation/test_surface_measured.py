@@ -110,8 +110,9 @@ def moisture_availability(water_content, field_capacity):
 
 
 def test_surfrad_alamosa(shared_data, tmp_path):
-    """A clear winter day on a high semi-desert without snow (albedo 0.18 at noon): half saturated sandy clay (water content
-    0.2 of a pore fraction of 0.4: k 0.9 W/mK, C 2.27 MJ/m3K, de Vries 1963 in Moene and van Dam 2014, table 2.2; field
+    """A clear winter day on a high semi-desert without snow (albedo 0.18 at noon): half saturated sandy clay (water
+    content 0.2 of a pore fraction of 0.4: k 0.9 W/mK, C 2.27 MJ/m3K, de Vries 1963 in Moene and van Dam 2014, table
+    2.2; field
     capacity 0.31, Lee and Pielke 1992), sparse low brush (z0 2 cm), albedo as measured that day."""
     table = np.loadtxt(shared_data / "heat" / "surfrad" / "surfrad-slv16001.dat", skiprows=2)
     measured = {name: table[:, index] for name, index in SURFRAD_COLUMNS.items()}
@@ -148,7 +149,8 @@ def test_arm_e13(shared_data, tmp_path):
 
 
 def test_oak_canopy_of_puechabon(shared_data, tmp_path):
-    """May over an evergreen oak forest: what it absorbs in all is measured, Rn + LW_up; sunlight is told from the rest by
+    """May over an evergreen oak forest: what it absorbs in all is measured, Rn + LW_up; sunlight is told from the rest
+    by
     photon flux, 2.02 umol of it a joule (Meek et al. 1984, Agron. J. 76, 939-945)."""
     rows = list(csv.DictReader((shared_data / "heat" / "fluxnet" / "FR_Pue_May_2012.csv").open()))
 
@@ -173,13 +175,20 @@ def test_oak_canopy_of_puechabon(shared_data, tmp_path):
 
 
 def test_caldern_meadow(shared_data, tmp_path):
-    """A calm summer day over a meadow in a forest, at 260 m (pressure of ISO 2533). Sunflecks that cross the pyranometer
-    miss the ground that the pyrgeometer sees, and the station stands in the trees' own air: air temperature alone is nearer."""
+    """A calm summer day over a meadow in a forest, at 260 m (pressure of ISO 2533). Sunflecks that cross the
+    pyranometer
+    miss the ground that the pyrgeometer sees, and the station stands in the trees' own air: air temperature alone is
+    nearer."""
     rows = list(csv.DictReader((shared_data / "heat" / "caldern" / "caldern_weather_station.csv").open()))
     columns = {
-        "sw_down": "rad_sw_in", "sw_up": "rad_sw_out", "lw_down": "LDnCo", "lw_up": "LUpCo", "air": "Ta_2m",
-        "humidity": "Huma_2m", "wind": "Windspeed_10m",
-    }  # fmt: skip
+        "sw_down": "rad_sw_in",
+        "sw_up": "rad_sw_out",
+        "lw_down": "LDnCo",
+        "lw_up": "LUpCo",
+        "air": "Ta_2m",
+        "humidity": "Huma_2m",
+        "wind": "Windspeed_10m",
+    }
     measured = {name: np.array([float(row[key]) for row in rows]) for name, key in columns.items()}
     measured["time"] = np.array([row["datetime"].replace(" ", "T") for row in rows], "datetime64[s]")
     measured["pressure"] = np.full(len(rows), 982.0)
@@ -189,7 +198,8 @@ def test_caldern_meadow(shared_data, tmp_path):
 
 
 def test_bsrn_payerne_grass(shared_data, tmp_path):
-    """June over grass, minutes averaged by tens; wind was not recorded: 2 m/s at 2 m, what FAO Paper 56 (chapter 3) takes then,
+    """June over grass, minutes averaged by tens; wind was not recorded: 2 m/s at 2 m, what FAO Paper 56 (chapter 3)
+    takes then,
     are 2.7 m/s at 10 m (its equation 47)."""
     measured = bsrn(shared_data / "heat" / "bsrn" / "bsrn-pay0616.dat.gz")
     material = canopy("grass of Payerne", "grass_green", solar_absorptance=1 - albedo(measured))
@@ -200,7 +210,10 @@ def test_bsrn_payerne_grass(shared_data, tmp_path):
 def bsrn(file, average=10):
     """Ten-minute means of logical records 100 and 300 (BSRN Operations Manual): minutes of a month of 30 days."""
     minutes = 30 * 24 * 60
-    columns = {name: np.full(minutes, np.nan) for name in ("sw_down", "sw_up", "lw_down", "lw_up", "air", "humidity", "pressure")}
+    columns = {
+        name: np.full(minutes, np.nan)
+        for name in ("sw_down", "sw_up", "lw_down", "lw_up", "air", "humidity", "pressure")
+    }
 
     def put(name, place, text, missing):
         columns[name][place] = np.nan if float(text) == missing else float(text)
@@ -231,5 +244,7 @@ def bsrn(file, average=10):
         counts = np.isfinite(parts).sum(axis=1)
         means[name] = np.where(counts > 0, np.nansum(parts, axis=1) / np.maximum(counts, 1), np.nan)
     means["wind"] = np.full(minutes // average, 2.7)
-    means["time"] = np.datetime64("2016-06-01T00:00:00") + np.arange(minutes // average) * np.timedelta64(60 * average, "s")
+    means["time"] = np.datetime64("2016-06-01T00:00:00") + np.arange(minutes // average) * np.timedelta64(
+        60 * average, "s"
+    )
     return means

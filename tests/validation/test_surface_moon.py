@@ -16,8 +16,9 @@ MEAN_TEMPERATURE = 213.0
 
 
 def regolith():
-    """Two layers with the properties of Vasavada et al. (1999), Icarus 141, 179-193, at the equator's mean temperature: 2 cm of
-    1300 kg/m3 over 1800 kg/m3, conductivity k (1 + chi (T / 350 K)^3), heat capacity of lunar fines; albedo 0.12 and emissivity 0.95
+    """Two layers with the properties of Vasavada et al. (1999), Icarus 141, 179-193, at the equator's mean temperature:
+    2 cm of 1300 kg/m3 over 1800 kg/m3, conductivity k (1 + chi (T / 350 K)^3), heat capacity of lunar fines; albedo
+    0.12 and emissivity 0.95
     as Hayne et al. (2017), J. Geophys. Res. Planets 122, 2371-2400."""
     temperature = MEAN_TEMPERATURE
     capacity = np.polynomial.Polynomial([-3.6125, 2.7431, 2.3616e-3, -1.2340e-5, 8.9093e-9])(temperature)
@@ -48,8 +49,8 @@ def test_lunar_equator(shared_data):
     difference = np.interp(table[:, 0], hours, temperature) - table[:, 1]
     midnight, sunset = np.interp([12.0, 6.0], hours, temperature)
     print(
-        f"\nnoon {temperature[0]:.1f} K, sunset {sunset:.1f} K, midnight {midnight:.1f} K, mean {temperature.mean():.1f} K; "
-        f"night less Diviner {difference.min():+.1f} to {difference.max():+.1f} K"
+        f"\nnoon {temperature[0]:.1f} K, sunset {sunset:.1f} K, midnight {midnight:.1f} K, mean"
+        f" {temperature.mean():.1f} K; night less Diviner {difference.min():+.1f} to {difference.max():+.1f} K"
     )
     assert temperature[0] == pytest.approx(386.1, abs=1.0)
     assert temperature.mean() == pytest.approx(MEAN_TEMPERATURE, abs=5.0)

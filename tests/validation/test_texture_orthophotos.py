@@ -47,7 +47,17 @@ LEAST_UNSEEN, SHADOW_LOSS = 0.52, 0.03
 class Photograph:
     """A labelled photograph, with a job whose seeds are a few patches of its labels."""
 
-    def __init__(self, image: Path, labels: Path, number: int, palette: dict, folder: Path, patches: int, method: str, half: int = HALF):
+    def __init__(
+        self,
+        image: Path,
+        labels: Path,
+        number: int,
+        palette: dict,
+        folder: Path,
+        patches: int,
+        method: str,
+        half: int = HALF,
+    ):
         self.image, self.half, mask = image, half, read_channels(labels)
         self.truth = np.full(mask.shape[:2], -1)
         for k, key in enumerate(palette):
@@ -91,7 +101,11 @@ def _photographs(shared_data, kind, tmp_path, patches=PATCHES, method="colour", 
 
 
 def _report(what, quality, record_property):
-    figures = {"mean_iou": quality.mean_iou, "accuracy": quality.overall_accuracy, "calibration_error": quality.calibration_error}
+    figures = {
+        "mean_iou": quality.mean_iou,
+        "accuracy": quality.overall_accuracy,
+        "calibration_error": quality.calibration_error,
+    }
     for name, value in figures.items():
         record_property(name, value)
     iou = quality.intersection_over_union.round(3).tolist()
@@ -99,7 +113,8 @@ def _report(what, quality, record_property):
 
 
 @pytest.mark.parametrize(
-    "kind, method, least", [("orthophoto", "colour", 0.49), ("orthophoto", "textured", 0.50), ("drone", "textured", 0.48)]
+    "kind, method, least",
+    [("orthophoto", "colour", 0.49), ("orthophoto", "textured", 0.50), ("drone", "textured", 0.48)],
 )
 def test_seeds_of_the_photograph(shared_data, tmp_path, record_property, kind, method, least):
     if method == "textured":
@@ -133,7 +148,9 @@ def test_model_for_unseen_sheets(shared_data, tmp_path, record_property):
     for part in np.array_split(np.random.default_rng(RANDOM_SEED).permutation(np.unique(sheet)), PARTS):
         held = np.isin(sheet, part)
         others = np.flatnonzero(~held)
-        model = train_textured([known[i] for i in others], [names_of[i] for i in others], Classifier(prior="seeds"), RANDOM_SEED)
+        model = train_textured(
+            [known[i] for i in others], [names_of[i] for i in others], Classifier(prior="seeds"), RANDOM_SEED
+        )
         index = np.array([*(names.index(name) for name in model.names), -1])
         random = np.random.default_rng(RANDOM_SEED)
         for i in np.flatnonzero(held):

@@ -1,7 +1,8 @@
 """Scattered light and thermal sky against PythonicDISORT: what few streams leave out.
 
-Plane-parallel DISORT with 32 streams over the same layers: the sky of mid-latitude summer in the infrared, and haze and a thin cloud
-at 1 um by optical depth and albedo of the ground. ``pip install pythonicdisort`` brings it; the tables are printed with ``-s``.
+Plane-parallel DISORT with 32 streams over the same layers: the sky of mid-latitude summer in the infrared, and haze and
+a thin cloud at 1 um by optical depth and albedo of the ground. ``pip install pythonicdisort`` brings it; the tables are
+printed with ``-s``.
 """
 
 from dataclasses import replace
@@ -64,9 +65,19 @@ def disort(air, point, mu0, beam, emission, surface):
         start = from_top[:-1] - slope * np.append(0.0, bottom[:-1])
         source = np.stack([start, slope], axis=1)
     _, _, down, *_ = pydisort(
-        bottom, np.minimum(albedo, 1 - 1e-9), STREAMS, moments, mu0, beam, 0.0, NLeg=STREAMS, b_pos=surface,
-        only_flux=True, f_arr=np.maximum(moments[:, STREAMS], 0.0), s_poly_coeffs=source,
-    )  # fmt: skip
+        bottom,
+        np.minimum(albedo, 1 - 1e-9),
+        STREAMS,
+        moments,
+        mu0,
+        beam,
+        0.0,
+        NLeg=STREAMS,
+        b_pos=surface,
+        only_flux=True,
+        f_arr=np.maximum(moments[:, STREAMS], 0.0),
+        s_poly_coeffs=source,
+    )
     return down(bottom[-1])[0]
 
 
@@ -146,7 +157,9 @@ def particles(kind, depth, albedo):
 
 
 def reference(air, mu0, albedo):
-    """DISORT's cosines, radiances at the observer and the ground (direction, azimuth), and diffuse flux at the ground."""
+    """DISORT's cosines, radiances at the observer and the ground (direction, azimuth), and diffuse flux at the
+    ground.
+    """
     from PythonicDISORT.pydisort import pydisort
 
     depth, single, moments = layers(air, 0)
@@ -158,14 +171,25 @@ def reference(air, mu0, albedo):
     shape = np.array([(depth[g] * single[g]) @ moments[g] for g in groups]) / scattering[:, None]
     bottom = np.cumsum(total)
     cosine, _, down, _, radiance = pydisort(
-        bottom, np.minimum(scattering / total, 1 - 1e-9), STREAMS, shape, mu0, 1.0, 0.0, NLeg=STREAMS, NT_cor=True,
-        f_arr=np.maximum(shape[:, STREAMS], 0.0), BDRF_Fourier_modes=[albedo] if albedo else [],
-    )  # fmt: skip
+        bottom,
+        np.minimum(scattering / total, 1 - 1e-9),
+        STREAMS,
+        shape,
+        mu0,
+        1.0,
+        0.0,
+        NLeg=STREAMS,
+        NT_cor=True,
+        f_arr=np.maximum(shape[:, STREAMS], 0.0),
+        BDRF_Fourier_modes=[albedo] if albedo else [],
+    )
     return cosine, radiance(bottom[0], AZIMUTHS), radiance(bottom[-1], AZIMUTHS), down(bottom[-1])[0]
 
 
 def seen(air, altitude, cosine, elevation):
-    """Our scattered radiance of light that travels at a cosine (positive up), by azimuth, and the transmittance of its path."""
+    """Our scattered radiance of light that travels at a cosine (positive up), by azimuth, and the transmittance of its
+    path.
+    """
     rays = geometry.trace(air.shells, np.array([altitude]), -np.arcsin([cosine]))
     segments = transfer.Segments.of(rays, 0)
     ends = np.append(segments.index, segments.index[-1] + 1)
@@ -183,7 +207,8 @@ def test_flux_and_radiance_by_optical_depth(kind, albedo, mu0):
     pytest.importorskip("PythonicDISORT")
     elevation = np.arcsin(mu0)
     print(
-        f"\n{kind}, albedo {albedo:g}, source at {np.degrees(elevation):.0f} degree; difference in %: sky irradiance; radiance"
+        f"\n{kind}, albedo {albedo:g}, source at {np.degrees(elevation):.0f} degree; difference in %: sky irradiance;"
+        " radiance"
     )
     print("optical depth    sky   down rms  mean   aureole    up rms  mean")
     for depth in DEPTHS:

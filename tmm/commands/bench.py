@@ -38,7 +38,9 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
         "job": job,
         "distinct_colours": colours,
         "peak_memory": quantity(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, "MiB"),
-        "orfeo_toolbox": "installed; compare by its own commands" if shutil.which("otbcli_ImageClassifier") else "not installed",
+        "orfeo_toolbox": (
+            "installed; compare by its own commands" if shutil.which("otbcli_ImageClassifier") else "not installed"
+        ),
         "classifiers": [_report(row) for row in rows],
     }
     if as_json:
@@ -65,5 +67,8 @@ def _print(result: dict) -> None:
     rows = [[each["name"], *(f"{each[key]['value']:.3f}" for key in keys)] for each in result["classifiers"]]
     echo_table(("classifier", "mean IoU", "accuracy", "calibration error", "training [s]", "Mtexel/s"), rows)
     numbers = result["distinct_colours"].values()
-    click.echo(f"distinct colours of a texture: {min(numbers)} to {max(numbers)}; peak memory {result['peak_memory']['value']:.0f} MiB")
+    click.echo(
+        f"distinct colours of a texture: {min(numbers)} to {max(numbers)}; peak memory"
+        f" {result['peak_memory']['value']:.0f} MiB"
+    )
     click.echo(f"Orfeo ToolBox: {result['orfeo_toolbox']}")

@@ -7,20 +7,32 @@ from skyshine.schemas.commands import emit_json, json_option
 
 @click.command(epilog="Example: tmm export build/yellowstone_road.tmm.h5 --to gltf --out exchange")
 @click.argument("file", type=click.Path())
-@click.option("--to", "form", type=click.Choice(["png", "gltf", "dirsig", "cdb"]), required=True, help="Format to write.")
+@click.option(
+    "--to", "form", type=click.Choice(["png", "gltf", "dirsig", "cdb"]), required=True, help="Format to write."
+)
 @click.option("--out", type=click.Path(), required=True, help="Folder to write into; of a CDB, its root.")
-@click.option("--level", type=click.IntRange(min=0), help="Mip level to write; by default the first, or the one that fits the tile.")
+@click.option(
+    "--level",
+    type=click.IntRange(min=0),
+    help="Mip level to write; by default the first, or the one that fits the tile.",
+)
 @click.option("--tile", help="CDB: the tile that the texture covers, such as N12E044_L00_U0_R0.")
 @click.option("--model", help="CDB: the name of a geotypical model's texture; all mip levels are written.")
 @click.option("--lod", type=int, help="CDB: level of detail of the model texture's finest level, -10 to 23.")
-@click.option("--map", "map_file", type=click.Path(), help="CDB: a map of materials to base materials in place of the packaged one.")
+@click.option(
+    "--map",
+    "map_file",
+    type=click.Path(),
+    help="CDB: a map of materials to base materials in place of the packaged one.",
+)
 @click.option("--separate", is_flag=True, help="glTF: write .gltf, .bin and .png in place of one .glb.")
 @json_option
 def command(file, form, out, level, tile, model, lod, map_file, separate, as_json) -> None:
     """Write the materials of FILE in another format.
 
-    png: indexed PNG with a legend. gltf: a quad with a feature ID texture and a property table. dirsig: material map and mixture
-    map. cdb: raster materials with their composite material table, of a tile (005, 006) or of a model (504, 505).
+    png: indexed PNG with a legend. gltf: a quad with a feature ID texture and a property table. dirsig: material map
+    and mixture map. cdb: raster materials with their composite material table, of a tile (005, 006) or of a model (504,
+    505).
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.exchange.export import CdbTarget, export

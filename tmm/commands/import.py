@@ -5,16 +5,23 @@ import click
 from skyshine.schemas.commands import emit_json, json_option, quantity
 
 
-@click.command(epilog="Example: tmm import cdb/Tiles/N12/E044/005_RMTexture/L00/U0/N12E044_D005_S001_T001_L00_U0_R0.tif --out build")
+@click.command(
+    epilog=(
+        "Example: tmm import cdb/Tiles/N12/E044/005_RMTexture/L00/U0/N12E044_D005_S001_T001_L00_U0_R0.tif --out build"
+    )
+)
 @click.argument("file", type=click.Path())
 @click.option("--out", type=click.Path(), required=True, help="Folder to write the database into.")
 @click.option("--legend", type=click.Path(), help="PNG: the legend in JSON; by default NAME.legend.json beside FILE.")
-@click.option("--map", "map_file", type=click.Path(), help="CDB: a map of base materials to ours in place of the packaged one.")
+@click.option(
+    "--map", "map_file", type=click.Path(), help="CDB: a map of base materials to ours in place of the packaged one."
+)
 @json_option
 def command(file: str, out: str, legend: str | None, map_file: str | None, as_json: bool) -> None:
     """Write the materials of FILE as a texture database (.tmm.h5) with all mip levels.
 
-    FILE is the first layer of raster materials in a CDB (datasets 005 and 504), in its place there, or an indexed PNG with a legend.
+    FILE is the first layer of raster materials in a CDB (datasets 005 and 504), in its place there, or an indexed PNG
+    with a legend.
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.exchange.imported import import_texture

@@ -10,8 +10,20 @@ from skyshine.schemas.commands import echo_table, emit_json, json_option, quanti
 @click.argument("labels", type=click.Path())
 @click.option("--image", type=click.Path(), help="The texture's image; by default looked for near FILE by its name.")
 @click.option("--htt", type=click.Path(), help="Temperatures: show what wrong texels cost in radiance; needs --band.")
-@click.option("--band", "bands", type=click.Path(), multiple=True, help="Band properties of the same job; may be given several times.")
-@click.option("--atmq", "airs", type=click.Path(), multiple=True, help="Atmosphere of each --band, for the sky's light that surfaces reflect.")
+@click.option(
+    "--band",
+    "bands",
+    type=click.Path(),
+    multiple=True,
+    help="Band properties of the same job; may be given several times.",
+)
+@click.option(
+    "--atmq",
+    "airs",
+    type=click.Path(),
+    multiple=True,
+    help="Atmosphere of each --band, for the sky's light that surfaces reflect.",
+)
 @click.option("--altitude", type=float, help="Of the surface, km; by default the lowest of the temperatures.")
 @click.option("--azimuth", type=float, default=0.0, help="Of the surface, degrees from north eastward.")
 @click.option("--slope", type=float, default=0.0, help="Of the surface, degrees; 0 is level.")
@@ -21,7 +33,8 @@ def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_
 
     LABELS has the keys `image` and `palette`, as `labels` has in a job. Shadow is where a texel is far darker than
     the material it is labelled with is elsewhere; without the texture's image it is not told from sunlight.
-    With --htt and --band the wrong texels are turned into errors of band radiance and equivalent temperature by time of day.
+    With --htt and --band the wrong texels are turned into errors of band radiance and equivalent temperature by time of
+    day.
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm import radiance_cost
@@ -62,7 +75,9 @@ def _print(report: dict) -> None:
     rows = []
     for name in ("whole", "inside_shadow", "outside_shadow"):
         if report[name] is not None:
-            figures = [f"{report[name][key]['value']:.3f}" for key in ("overall_accuracy", "mean_iou", "calibration_error")]
+            figures = [
+                f"{report[name][key]['value']:.3f}" for key in ("overall_accuracy", "mean_iou", "calibration_error")
+            ]
             rows.append([name.replace("_", " "), str(report[name]["texels"]), *figures])
     echo_table(("part", "texels", "accuracy", "mean IoU", "calibration error"), rows)
     if report["inside_shadow"] is None:

@@ -35,7 +35,10 @@ def command(job: str, out: str, as_json: bool) -> None:
         "overall_accuracy_outside_shadow": held.outside.overall_accuracy,
     }
     first = loaded.textures[0]
-    settings = {"classifier": first.classifier.model_dump(mode="json"), "held_out": first.held_out.model_dump(mode="json")}
+    settings = {
+        "classifier": first.classifier.model_dump(mode="json"),
+        "held_out": first.held_out.model_dump(mode="json"),
+    }
     text = yaml.safe_dump(settings | {"textures": [texture.image for texture in loaded.textures]}, sort_keys=False)
     write_model(model, out, text, f"materials {library.version}", quality)
     if as_json:

@@ -45,5 +45,9 @@ def _by_chunk(files: tuple[str, ...], as_json: bool) -> None:
     for file, (names, share) in each.items():
         click.echo(f"{file}: percent of the texels of each chunk")
         rows, columns, _ = share.shape
-        table = [[str(y), str(x), *(f"{100 * part:.1f}" for part in share[y, x])] for y in range(rows) for x in range(columns)]
+        table = [
+            [str(y), str(x), *(f"{100 * part:.1f}" for part in share[y, x])]
+            for y in range(rows)
+            for x in range(columns)
+        ]
         echo_table(("row", "column", *names), table)

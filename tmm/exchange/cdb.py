@@ -1,9 +1,9 @@
 """Raster materials of OGC CDB: tiles (datasets 005 and 006) and textures of geotypical models (504 and 505).
 
-Component selector 1 is 001 for indices into the Composite Material Table and 002 for the share of that material; selector 2
-is the layer, from 001. Indices are unsigned integers in LZW-compressed TIFF, shares floats from 0 to 1 in plain TIFF, as
-OGC 15-113 (volume 1, clauses 3.4, 3.6 and 5.6) has integers compressed and floats not. File and folder names follow the same
-clauses and the examples in the OGC conformance tests of CDB 1.0.
+Component selector 1 is 001 for indices into the Composite Material Table and 002 for the share of that material;
+selector 2 is the layer, from 001. Indices are unsigned integers in LZW-compressed TIFF, shares floats from 0 to 1 in
+plain TIFF, as OGC 15-113 (volume 1, clauses 3.4, 3.6 and 5.6) has integers compressed and floats not. File and folder
+names follow the same clauses and the examples in the OGC conformance tests of CDB 1.0.
 """
 
 from __future__ import annotations
@@ -173,13 +173,16 @@ def read_cdb(path: str | os.PathLike) -> CdbRaster:
     shares = [_share(place.raster(root, MIXTURE, k + 1), layer, len(layers)) for k, layer in enumerate(layers)]
     for layer in layers:
         if layer.shape != layers[0].shape or layer.dtype.kind != "u":
-            raise InputError("has layers of different sizes, or of other than unsigned integers; write them again", file=path)
+            raise InputError(
+                "has layers of different sizes, or of other than unsigned integers; write them again", file=path
+            )
     table = read_table(place.table(root))
     index = np.stack(layers)
     missing = sorted(set(np.unique(index).tolist()) - {0} - set(table))
     if missing:
         raise InputError(
-            f"has the index {missing[0]}, which {place.table(root).name} has not; allowed: {', '.join(map(str, table))}",
+            f"has the index {missing[0]}, which {place.table(root).name} has not; allowed:"
+            f" {', '.join(map(str, table))}",
             file=path,
         )
     return CdbRaster(place, index, np.stack(shares), table)
@@ -213,7 +216,8 @@ def place_of(file_name: str) -> Tile | ModelTexture:
     if model:
         return ModelTexture(model["name"], _lod(model["lod"]))
     raise InputError(
-        "is not named as a CDB raster; allowed: such as N12E044_D005_S001_T001_L00_U0_R0.tif or D504_S001_T001_L04_Wall.tif",
+        "is not named as a CDB raster; allowed: such as N12E044_D005_S001_T001_L00_U0_R0.tif or"
+        " D504_S001_T001_L04_Wall.tif",
         file=file_name,
     )
 
@@ -262,7 +266,9 @@ def ranked_level(codes: np.ndarray, shares: np.ndarray) -> Level:
         ranked[: len(order)] = codes[order]
     weights = integer_weights(counts, WEIGHT_TOTAL)
     ranked[(weights == 0) | (counts == 0)] = 0
-    mix_code, mix_weight = (np.ascontiguousarray(part.T).reshape(*size, COMPONENTS).astype(np.uint16) for part in (ranked, weights))
+    mix_code, mix_weight = (
+        np.ascontiguousarray(part.T).reshape(*size, COMPONENTS).astype(np.uint16) for part in (ranked, weights)
+    )
     return Level(mix_code[..., 0].copy(), mix_code, mix_weight)
 
 
@@ -301,8 +307,8 @@ def _check_size(image: MaterialImage, place: Tile | ModelTexture) -> None:
     size = f"{image.width} x {image.height}"
     if isinstance(place, Tile) and (image.height, image.width) != (place.side, place.side):
         raise InputError(
-            f"'{image.name}' is {size}; allowed for a tile of {_lod_name(place.lod)}: {place.side} x {place.side}; resample "
-            "the texture to the tile's texels, or name another level of detail"
+            f"'{image.name}' is {size}; allowed for a tile of {_lod_name(place.lod)}: {place.side} x {place.side};"
+            " resample the texture to the tile's texels, or name another level of detail"
         )
     if isinstance(place, ModelTexture) and any(n & (n - 1) for n in (image.height, image.width)):
         raise InputError(f"'{image.name}' is {size}; allowed for a model texture: powers of two; resample the texture")
@@ -323,7 +329,9 @@ def write_cdb(root: str | os.PathLike, raster: CdbRaster) -> list[Path]:
     """
     root = Path(root)
     if not raster.table:
-        raise InputError(f"'{raster.place.name}' has no texel with a material; a Composite Material Table cannot be empty")
+        raise InputError(
+            f"'{raster.place.name}' has no texel with a material; a Composite Material Table cannot be empty"
+        )
     _remove_layers(root, raster.place)
     written = []
     for layer, index in enumerate(raster.index, 1):

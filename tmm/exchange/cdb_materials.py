@@ -72,8 +72,8 @@ class CdbMaterials:
     def mixture(self, composite: Composite) -> dict[int, float]:
         """Codes of our materials in a composite with their shares, three at most, largest first; shares sum to 1.
 
-        A composite of the name of one of ours is that one. Else one that is made as one of ours is made, if there is just
-        one such. Else the base materials of its topmost substrate count by their weights.
+        A composite of the name of one of ours is that one. Else one that is made as one of ours is made, if there is
+        just one such. Else the base materials of its topmost substrate count by their weights.
 
         Raises
         ------
@@ -98,7 +98,9 @@ class CdbMaterials:
                 code = self.library[name].code
                 shares[code] = shares.get(code, 0.0) + weight
         if not shares:
-            raise InputError(f"'{composite.name}' is made of base materials that count for nothing alone; map one of them")
+            raise InputError(
+                f"'{composite.name}' is made of base materials that count for nothing alone; map one of them"
+            )
         ranked = sorted(shares.items(), key=lambda item: (-item[1], item[0]))[:COMPONENTS]
         total = sum(share for _, share in ranked)
         return {code: share / total for code, share in ranked}

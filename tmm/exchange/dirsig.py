@@ -1,8 +1,9 @@
 """Material map and mixture map of DIRSIG.
 
-As its manual has them (Property Maps): a material map is an image of digital counts with a look-up table from count to material
-label; a mixture map is an image of floats with one band a material, the share of it. Both go with a scene's own projector and
-geometry, which name these files. The mixture map is written as ENVI raster (band sequential, little-endian), which DIRSIG reads.
+As its manual has them (Property Maps): a material map is an image of digital counts with a look-up table from count to
+material label; a mixture map is an image of floats with one band a material, the share of it. Both go with a scene's
+own projector and geometry, which name these files. The mixture map is written as ENVI raster (band sequential,
+little-endian), which DIRSIG reads.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ MAX_COUNT = 255  # of the 8 bit image of digital counts; 0 is no material
 
 
 def write_dirsig(folder: str | os.PathLike, image: MaterialImage) -> list[Path]:
-    """Write ``NAME.material.pgm`` with ``NAME.material.lut``, ``NAME.mixture.img`` with ``.hdr``, and the legend ``NAME.material.json``.
+    """Write ``NAME.material.pgm`` with ``NAME.material.lut``, ``NAME.mixture.img`` with ``.hdr``, and the legend
+    ``NAME.material.json``.
 
     The look-up table has a line ``count label`` for each material; labels are the material names.
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.exchange.image import MaterialImage, read_levels
 from skyshine.tmm.levels import level_sizes
+from skyshine.tmm.reader import open_tmm
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,8 @@ def _export_model(path, root: Path, materials, level: int | None, target: CdbTar
     images = read_levels(path, range(min(len(_level_sizes(path)), target.lod - MIN_LOD + 1)))
     codes = used_codes(images[0])  # one table serves all levels, and the coarser ones have no other materials
     rasters = [
-        from_image(image, model_texture(target.model, target.lod - k), materials, codes) for k, image in enumerate(images)
+        from_image(image, model_texture(target.model, target.lod - k), materials, codes)
+        for k, image in enumerate(images)
     ]
     return list(dict.fromkeys(file for raster in rasters for file in write_cdb(root, raster)))
 

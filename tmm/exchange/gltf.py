@@ -1,9 +1,9 @@
 """glTF 2.0 with a feature ID texture: EXT_mesh_features and EXT_structural_metadata.
 
-A quad of one unit carries the texture; each texel's feature ID is a row of the property table, which has code, name and share of
-the materials. A texel without material has the ID that follows the last row, stated as `nullFeatureId`. The feature ID set is what an
-application takes over to its own geometry.
-Specifications: glTF 2.0 (Khronos, ISO/IEC 12113), EXT_mesh_features and EXT_structural_metadata (3D Tiles community, CesiumGS).
+A quad of one unit carries the texture; each texel's feature ID is a row of the property table, which has code, name and
+share of the materials. A texel without material has the ID that follows the last row, stated as `nullFeatureId`. The
+feature ID set is what an application takes over to its own geometry. Specifications: glTF 2.0 (Khronos, ISO/IEC 12113),
+EXT_mesh_features and EXT_structural_metadata (3D Tiles community, CesiumGS).
 """
 
 from __future__ import annotations
@@ -50,7 +50,9 @@ def write_gltf(folder: str | os.PathLike, image: MaterialImage, binary: bool = T
         There are more materials than feature IDs, or a file cannot be written.
     """
     if len(image.materials) >= MAX_IDS:
-        raise InputError(f"'{image.name}' has {len(image.materials)} materials; allowed in a feature ID texture: {MAX_IDS - 1}")
+        raise InputError(
+            f"'{image.name}' has {len(image.materials)} materials; allowed in a feature ID texture: {MAX_IDS - 1}"
+        )
     buffer, folder = _Buffer(), Path(folder)
     ids, channels = _feature_ids(image)
     document = _document(image, buffer, channels)

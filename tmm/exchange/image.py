@@ -9,18 +9,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.levels import Level
+from skyshine.tmm.reader import open_tmm
 
-
-MAX_TEXELS = 1 << 27  # of a level that is exchanged: it is held in memory whole, with up to 24 bytes a texel while it is written
+MAX_TEXELS = (
+    1 << 27
+)  # of a level that is exchanged: it is held in memory whole, with up to 24 bytes a texel while it is written
 
 
 def check_size(height: int, width: int, path: str | os.PathLike) -> None:
     """Refuse a level too large to be exchanged, with an InputError."""
     if height * width > MAX_TEXELS:
         raise InputError(
-            f"has {width} x {height} texels; allowed in an exchange: {MAX_TEXELS}; export a coarser level with --level, or divide the image",
+            f"has {width} x {height} texels; allowed in an exchange: {MAX_TEXELS}; export a coarser level with --level,"
+            " or divide the image",
             file=path,
         )
 

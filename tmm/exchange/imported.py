@@ -11,14 +11,14 @@ from scipy import sparse
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
-from skyshine.tmm.layout import CHUNK, composite_layout, level_layout, texture_header
-from skyshine.tmm.reader import open_tmm
 from skyshine.tmm.exchange.cdb import INDEX, CdbRaster, place_of, ranked_level
 from skyshine.tmm.exchange.cdb_table import parse_table, table_text
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.job import Palette, TextureJob
+from skyshine.tmm.layout import CHUNK, composite_layout, level_layout, texture_header
 from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Composites, Level, level_sizes
 from skyshine.tmm.raster import file_sha256
+from skyshine.tmm.reader import open_tmm
 
 
 def write_imported(
@@ -67,11 +67,16 @@ def write_imported(
 
 
 def coarser_levels(image: MaterialImage) -> list[Level]:
-    """The mip levels above a level of mixtures: in each texel, the mean share of every material over its part of the image."""
+    """The mip levels above a level of mixtures: in each texel, the mean share of every material over its part of the
+    image.
+    """
     level = image.level
     codes = np.array(list(image.materials), np.uint16)
     weight = np.where(level.mix_code > 0, level.mix_weight, 0)
-    shares = [sum(np.where(level.mix_code[..., k] == code, weight[..., k], 0) for k in range(COMPONENTS)) / WEIGHT_TOTAL for code in codes]
+    shares = [
+        sum(np.where(level.mix_code[..., k] == code, weight[..., k], 0) for k in range(COMPONENTS)) / WEIGHT_TOTAL
+        for code in codes
+    ]
     found = []
     for height, width in level_sizes(image.height, image.width)[1:]:
         down, across = _parts(image.height, height), _parts(image.width, width)
@@ -82,7 +87,9 @@ def coarser_levels(image: MaterialImage) -> list[Level]:
 def _parts(length: int, parts: int) -> sparse.csr_matrix:
     """Means over equal parts of an axis whose borders may cut texels (parts, length)."""
     borders = np.arange(parts + 1) * (length / parts)
-    overlap = np.minimum(borders[1:, np.newaxis], np.arange(1, length + 1)) - np.maximum(borders[:-1, np.newaxis], np.arange(length))
+    overlap = np.minimum(borders[1:, np.newaxis], np.arange(1, length + 1)) - np.maximum(
+        borders[:-1, np.newaxis], np.arange(length)
+    )
     return sparse.csr_matrix(np.maximum(overlap, 0) * (parts / length))
 
 
@@ -101,12 +108,20 @@ def _usage(image: MaterialImage) -> Group:
     share = counts[list(image.materials)] / max(known, 1)
     attributes = {"texels": image.level.code.size, "texels_with_data": known, "texels_with_material": known}
     name = "share of the texels with data that have the material"
-    return Group({"material": _codes(image)}, {"share": Variable(("material",), share, "1", name)}, attributes=attributes)
+    return Group(
+        {"material": _codes(image)}, {"share": Variable(("material",), share, "1", name)}, attributes=attributes
+    )
 
 
 def _filled(k: int, level: Level, image: MaterialImage, known: np.ndarray) -> Group:
     layout = level_layout(k, level.code.shape, image.height, image.width)
-    data = {"code": level.code, "mix_code": level.mix_code, "mix_weight": level.mix_weight, "confidence": known, "typicality": known}
+    data = {
+        "code": level.code,
+        "mix_code": level.mix_code,
+        "mix_weight": level.mix_weight,
+        "confidence": known,
+        "typicality": known,
+    }
     variables = {name: replace(variable, data=data[name]) for name, variable in layout.variables.items()}
     return Group(layout.axes, variables)
 
@@ -136,7 +151,9 @@ def _cdb(raster: CdbRaster, path: Path) -> Group:
     return Group(
         axes,
         {
-            "index": Variable(dims, raster.index.astype(np.uint32), "1", "index of the composite material", chunks=chunks),
+            "index": Variable(
+                dims, raster.index.astype(np.uint32), "1", "index of the composite material", chunks=chunks
+            ),
             "share": Variable(dims, raster.share, "1", "share of the composite material", chunks=chunks),
             "table": Variable(("line",), np.array(lines, dtype=object), "1", "Composite Material Table, XML"),
         },
@@ -161,7 +178,11 @@ def kept_raster(path: str | os.PathLike) -> CdbRaster | None:
 
 
 def import_texture(
-    path: str | os.PathLike, out: str | os.PathLike, library, legend: str | os.PathLike | None = None, map_file: str | os.PathLike | None = None
+    path: str | os.PathLike,
+    out: str | os.PathLike,
+    library,
+    legend: str | os.PathLike | None = None,
+    map_file: str | os.PathLike | None = None,
 ) -> Path:
     """Read raster materials of a CDB (``.tif``) or an indexed PNG and write a database into a folder.
 

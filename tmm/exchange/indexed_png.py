@@ -41,7 +41,8 @@ def write_png(folder: str | os.PathLike, image: MaterialImage) -> list[Path]:
 
     if len(image.materials) > MAX_MATERIALS:
         raise InputError(
-            f"'{image.name}' has {len(image.materials)} materials; allowed in an indexed PNG: {MAX_MATERIALS}; use --to gltf"
+            f"'{image.name}' has {len(image.materials)} materials; allowed in an indexed PNG: {MAX_MATERIALS}; use --to"
+            " gltf"
         )
     colours = palette(len(image.materials))
     picture = Image.fromarray(image.index(first=1).astype(np.uint8)).convert("P")
@@ -72,7 +73,9 @@ def read_png(path: str | os.PathLike, legend_path: str | os.PathLike, library) -
         lookup[number] = library[name].code
     code = lookup[numbers]
     if not code.any():
-        raise InputError(f"has no number that {Path(legend_path).name} names; check that they belong together", file=path)
+        raise InputError(
+            f"has no number that {Path(legend_path).name} names; check that they belong together", file=path
+        )
     used = {int(c): library.by_code(int(c)).name for c in np.unique(code[code > 0])}
     return MaterialImage(Path(path).stem, used, pure_level(code))
 
@@ -105,12 +108,14 @@ def read_indices(path: str | os.PathLike) -> np.ndarray:
             check_size(picture.height, picture.width, path)
             if picture.mode not in ("P", "L", "1", "I;16"):
                 raise InputError(
-                    f"has the pixel type {picture.mode}; allowed: palette or grey of 8 or 16 bit; for colours that name "
-                    "materials use 'labels' in a job",
+                    f"has the pixel type {picture.mode}; allowed: palette or grey of 8 or 16 bit; for colours that name"
+                    " materials use 'labels' in a job",
                     file=path,
                 )
             return np.array(picture.convert("L") if picture.mode == "1" else picture).astype(np.uint16)
     except FileNotFoundError:
         raise InputError("does not exist; check the image's path", file=path) from None
     except (UnidentifiedImageError, OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise InputError(f"is not a readable image ({str(error).splitlines()[0][:80]}); save it again", file=path) from None
+        raise InputError(
+            f"is not a readable image ({str(error).splitlines()[0][:80]}); save it again", file=path
+        ) from None

@@ -56,5 +56,7 @@ def _number(key: str, path: Path) -> int:
 def _name(key: str, entry, path: Path, library) -> str:
     name = entry.get("name") if isinstance(entry, dict) else entry
     if not isinstance(name, str) or name not in library:
-        raise InputError(f"materials.{key}: unknown material '{str(name)[:40]}'; {nearest(name, library.names)}", file=path)
+        raise InputError(
+            f"materials.{key}: unknown material '{str(name)[:40]}'; {nearest(name, library.names)}", file=path
+        )
     return name

@@ -23,7 +23,9 @@ def read_plane(path: str | os.PathLike) -> np.ndarray:
     """
     channels = read_channels(Path(path))
     if channels.shape[2] != 1:
-        raise InputError(f"has {channels.shape[2]} channels; allowed: one; name a raster of material indices", file=path)
+        raise InputError(
+            f"has {channels.shape[2]} channels; allowed: one; name a raster of material indices", file=path
+        )
     return channels[..., 0]
 
 

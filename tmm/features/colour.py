@@ -39,7 +39,9 @@ def to_xyz(colours: np.ndarray, encoding: str) -> np.ndarray:
 
 
 def to_linear(colours: np.ndarray, encoding: str) -> np.ndarray:
-    """Linear light of Rec. 709 primaries (N, 3) float64, with 1 as white, of colours (N, 3); parameters as for `to_lab`."""
+    """Linear light of Rec. 709 primaries (N, 3) float64, with 1 as white, of colours (N, 3); parameters as for
+    `to_lab`.
+    """
     import OpenImageIO as oiio
 
     scale = np.iinfo(colours.dtype).max if colours.dtype.kind == "u" else 1.0
@@ -63,7 +65,9 @@ def to_coordinates(colours: np.ndarray, encoding: str) -> np.ndarray:
 
 
 def ndvi(colours: np.ndarray) -> np.ndarray:
-    """(near infrared - red) / (near infrared + red) of colours (N, 4) as stored (Rouse et al. 1974); 0 where both are."""
+    """(near infrared - red) / (near infrared + red) of colours (N, 4) as stored (Rouse et al. 1974); 0 where both
+    are.
+    """
     red, infrared = (colours[:, i].astype(np.float64) for i in (0, 3))
     total = infrared + red
     return np.divide(infrared - red, total, out=np.zeros_like(total), where=total != 0).clip(-1, 1)

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-SHADOW_RATIO = 0.4  # of the material's median luminance: above the skylight's share of clear-sky irradiance, 0.2 to 0.35
+SHADOW_RATIO = (
+    0.4  # of the material's median luminance: above the skylight's share of clear-sky irradiance, 0.2 to 0.35
+)
 
 
 def luminance(colours: np.ndarray, encoding: str) -> np.ndarray:

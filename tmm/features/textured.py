@@ -39,7 +39,9 @@ def light_planes(colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.nda
     flat = colours[:, :3]
     if flat.dtype.kind == "f":
         flat = np.clip(flat, -BRIGHT, BRIGHT)
-    return tuple(np.ascontiguousarray(part.T, np.float32) for part in (to_lab(flat, encoding), to_linear(flat, encoding)))
+    return tuple(
+        np.ascontiguousarray(part.T, np.float32) for part in (to_lab(flat, encoding), to_linear(flat, encoding))
+    )
 
 
 def features(lab: np.ndarray, linear: np.ndarray, valid: np.ndarray) -> np.ndarray:

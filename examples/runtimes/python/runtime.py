@@ -113,7 +113,10 @@ def unit(vector):
 def scattering_angle(elevation, source_elevation, azimuth):
     """Angle between line of sight and source, all in degree."""
     line, source = math.radians(elevation), math.radians(source_elevation)
-    half = math.sin((line - source) / 2) ** 2 + math.cos(line) * math.cos(source) * math.sin(math.radians(azimuth) / 2) ** 2
+    half = (
+        math.sin((line - source) / 2) ** 2
+        + math.cos(line) * math.cos(source) * math.sin(math.radians(azimuth) / 2) ** 2
+    )
     return 2 * math.degrees(math.asin(math.sqrt(min(max(half, 0.0), 1.0))))
 
 
@@ -143,8 +146,12 @@ def pixel(scene, surface, band, air, given):
     source = "source_azimuth"
     if "scattering_angle" in air.file:
         source = "scattering_angle"
-        centre[source] = scattering_angle(*(centre[name] for name in ("elevation", "source_elevation", "source_azimuth")))
-    path = air.value("path_radiance_ratio", (*SOURCE, source), centre) * -math.expm1(-5.5 * given["range"] / beta)  # (11)
+        centre[source] = scattering_angle(
+            *(centre[name] for name in ("elevation", "source_elevation", "source_azimuth"))
+        )
+    path = air.value("path_radiance_ratio", (*SOURCE, source), centre) * -math.expm1(
+        -5.5 * given["range"] / beta
+    )  # (11)
     skyshine = air.value("ambient_radiance", SOURCE, centre) * rho * tau  # (19)
     normal, to_source, to_observer = (unit(given[name]) for name in ("normal", "to_source", "to_observer"))
     incidence = max(float(normal @ to_source), 0.0)
@@ -154,10 +161,18 @@ def pixel(scene, surface, band, air, given):
     specular = direct * lobe(normal, to_source, to_observer, shininess) * fraction * normalisation  # (35)
     radiance = diffuse + specular + skyshine + thermal + path  # (1)
     return {
-        "temperature": temperature, "blackbody_radiance": blackbody, "beta_star": beta, "transmittance": tau,
-        "thermal": thermal, "path": path, "skyshine": skyshine, "diffuse": diffuse, "specular": specular,
-        "radiance": radiance, "pixel_value": pixel_value(radiance, scene),
-    }  # fmt: skip
+        "temperature": temperature,
+        "blackbody_radiance": blackbody,
+        "beta_star": beta,
+        "transmittance": tau,
+        "thermal": thermal,
+        "path": path,
+        "skyshine": skyshine,
+        "diffuse": diffuse,
+        "specular": specular,
+        "radiance": radiance,
+        "pixel_value": pixel_value(radiance, scene),
+    }
 
 
 def pixel_value(radiance, scene):

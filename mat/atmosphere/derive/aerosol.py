@@ -2,9 +2,9 @@
 
     python -m skyshine.mat.atmosphere.derive.aerosol lowtran7.f --out atmospheres/aerosol
 
-The tables stand in BLOCK DATA EXTDTA, DSTDTA, MARDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the models are those of
-Shettle and Fenn 1979, AFGL-TR-79-0214, Longtin et al. 1988, AFGL-TR-88-0112 (desert), and
-Gathman 1983 (Navy maritime).
+The tables stand in BLOCK DATA EXTDTA, DSTDTA, MARDTA, PHSDTA and PRFDTA (Kneizys et al. 1988, AFGL-TR-88-0177); the
+models are those of Shettle and Fenn 1979, AFGL-TR-79-0214, Longtin et al. 1988, AFGL-TR-88-0112 (desert), and Gathman
+1983 (Navy maritime).
 """
 
 from pathlib import Path
@@ -19,7 +19,8 @@ HUMIDITIES = (0, 70, 80, 99)
 # Model to the prefix of its arrays in EXTDTA and the rows of the phase function index in PHSDTA (the list of models in
 # the comment of SUBROUTINE PHASEF). With humidity: four rows, four arrays each of extinction, absorption, asymmetry.
 HUMID_MODELS = {"rural": ("RUR", 1), "maritime": ("OCN", 5), "urban": ("URB", 9), "tropospheric": ("TRO", 17)}
-# The fogs by that list (radiation 24, advection 25), which the asymmetries bear out; SUBROUTINE PHASEF takes them the other way round.
+# The fogs by that list (radiation 24, advection 25), which the asymmetries bear out; SUBROUTINE PHASEF takes them the
+# other way round.
 DRY_MODELS = {
     "stratospheric_background": ("BST", 21),
     "volcanic_aged": ("AVO", 22),
@@ -72,7 +73,9 @@ def write_optics(data, out):
                 arrays = [data[f"{prefix}{suffix}"] for suffix in ("EXT", "ABS", "SYM")]
             else:
                 break
-            rows += [(humidity, *row) for row in zip(data["VX2"][TABULATED], *(a[TABULATED] for a in arrays), strict=True)]
+            rows += [
+                (humidity, *row) for row in zip(data["VX2"][TABULATED], *(a[TABULATED] for a in arrays), strict=True)
+            ]
         note = () if name in HUMID_MODELS else ("The model does not depend on humidity.",)
         write_csv(out / f"{name}.csv", (f"Aerosol model: {name}", *PROVENANCE, *note), columns, rows)
 
@@ -99,10 +102,19 @@ def write_navy_maritime(data, out):
     rows = []
     for number, humidity in enumerate(data["AREL"], start=1):
         # A, B, C are extinction of the three parts, D, E, F their absorption (EQUIVALENCE in BLOCK DATA MARDTA).
-        rows += [(humidity, *row) for row in zip(data["ALAM"], *(data[f"{letter}{number}"] for letter in "ABCDEF"), strict=True)]
+        rows += [
+            (humidity, *row)
+            for row in zip(data["ALAM"], *(data[f"{letter}{number}"] for letter in "ABCDEF"), strict=True)
+        ]
     header = (
-        "Aerosol model: Navy maritime; decimal logarithms for unit amounts of continental particles and of two sizes of sea spray",
-        "LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government; model of Gathman 1983, Opt. Eng. 22, 57.",
+        (
+            "Aerosol model: Navy maritime; decimal logarithms for unit amounts of continental particles and of two"
+            " sizes of sea spray"
+        ),
+        (
+            "LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government; model of Gathman 1983, Opt."
+            " Eng. 22, 57."
+        ),
         "Derived by skyshine.mat.atmosphere.derive.aerosol.",
     )
     write_csv(out / "navy_maritime.csv", header, columns, rows)
@@ -114,7 +126,10 @@ def write_phase_functions(data, out):
     columns = ("angle[degree]", *(f"p{number}" for number in range(1, 71)))
     note = (
         "Phase functions, mean over the sphere 1, logarithm linear in angle between the nodes.",
-        "Where the table's mean is more than 1 % off, the value at 0 (in an unresolved forward peak) carries the correction.",
+        (
+            "Where the table's mean is more than 1 % off, the value at 0 (in an unresolved forward peak) carries the"
+            " correction."
+        ),
     )
     write_csv(out / "phase_functions.csv", (*note, *PROVENANCE), columns, np.column_stack([PHASE_ANGLES, functions.T]))
     rows = []
@@ -127,18 +142,23 @@ def write_phase_functions(data, out):
 
 
 def write_vertical(data, out):
-    """Extinction at 0.55 um against altitude: by visibility below 2 km, by visibility and season to 10 km, by season above."""
+    """Extinction at 0.55 um against altitude: by visibility below 2 km, by visibility and season to 10 km, by season
+    above.
+    """
     levels = slice(0, 33)  # the 34th altitude stands for infinity
     columns = {"altitude[km]": data["ZHT"][levels]}
     for season, middle, upper in (("spring_summer", "SPSU", "SS"), ("fall_winter", "FAWI", "FW")):
         for number, visibility in enumerate(VISIBILITIES, start=1):
             boundary = np.array([data[f"HZ2K({level},{number})"][0] for level in (1, 2, 3)])
-            # Between 2 and 10 km LOWTRAN7 knows 50 and 23 km; lower visibilities take the 23 km profile (SUBROUTINE AERPRF).
+            # Between 2 and 10 km LOWTRAN7 knows 50 and 23 km; lower visibilities take the 23 km profile (SUBROUTINE
+            # AERPRF).
             troposphere = data[f"{middle}{50 if visibility == 50 else 23}"][3:11]
             stratosphere = data[f"BAST{upper}"][11:27]
             rest = data["UPNATM"][27:33]
             columns[f"{season}_{visibility}"] = np.concatenate([boundary, troposphere, stratosphere, rest])
-    note = ("Aerosol extinction at 0.55 um [km-1] against altitude by season and visibility [km]; background stratosphere.",)
+    note = (
+        "Aerosol extinction at 0.55 um [km-1] against altitude by season and visibility [km]; background stratosphere.",
+    )
     write_csv(out / "vertical.csv", (*note, *PROVENANCE), columns, zip(*columns.values(), strict=True))
 
 
@@ -157,10 +177,10 @@ def write_stratosphere(data, out):
 def normalised(angles, values):
     """Phase function with mean 1 over the sphere.
 
-    Most of the table is normalised to within 1 %, the error of interpolating between its nodes, and is simply scaled. Where the
-    mean is further off, the cause is the forward peak: between its nodes at 0 and 2 degrees the diffraction peak of large
-    particles falls by up to powers of ten. There the value at 0 carries the correction, within the value at 2 degrees and twice
-    the tabulated one, so that the other angles keep their values.
+    Most of the table is normalised to within 1 %, the error of interpolating between its nodes, and is simply scaled.
+    Where the mean is further off, the cause is the forward peak: between its nodes at 0 and 2 degrees the diffraction
+    peak of large particles falls by up to powers of ten. There the value at 0 carries the correction, within the value
+    at 2 degrees and twice the tabulated one, so that the other angles keep their values.
     """
     values = values.copy()
     if abs(sphere_mean(angles, values) - 1) > 0.01:
@@ -176,7 +196,9 @@ def normalised(angles, values):
 
 
 def sphere_mean(angles, values):
-    """Exact part of the mean over the sphere of a function whose logarithm is linear in angle between nodes [degree]."""
+    """Exact part of the mean over the sphere of a function whose logarithm is linear in angle between nodes
+    [degree].
+    """
     theta = np.radians(angles)
     slope = np.diff(np.log(values)) / np.diff(theta)
     # Primitive of exp(a + b theta) sin(theta).

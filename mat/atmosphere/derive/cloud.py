@@ -2,9 +2,10 @@
 
     python -m skyshine.mat.atmosphere.derive.cloud FOLDER lowtran7.f --out atmospheres/cloud
 
-FOLDER holds H2O__Segelstein.yml (Segelstein 1981: water at 25 C) and H2O__Warren-2008.yml (Warren and Brandt 2008: ice at -7 C) of the
-refractiveindex.info database. Droplets and crystals have gamma distributions of effective variance 0.1 (Hansen and Travis 1974), rain
-that of Marshall and Palmer 1948. Crystals are taken as spheres of their ratio of volume to area (Grenfell and Warren 1999).
+FOLDER holds H2O__Segelstein.yml (Segelstein 1981: water at 25 C) and H2O__Warren-2008.yml (Warren and Brandt 2008: ice
+at -7 C) of the refractiveindex.info database. Droplets and crystals have gamma distributions of effective variance 0.1
+(Hansen and Travis 1974), rain that of Marshall and Palmer 1948. Crystals are taken as spheres of their ratio of volume
+to area (Grenfell and Warren 1999).
 """
 
 from pathlib import Path
@@ -25,13 +26,20 @@ DENSITY = {"water": 997.0, "ice": 918.0}  # kg m^-3 at 25 C and -7 C (CRC Handbo
 VARIANCE = 0.1
 # Wavelengths, um: closer together where the refractive indices have their bands.
 WAVELENGTHS = np.unique(
-    np.concatenate([np.geomspace(0.2, 2.5, 36), np.arange(2.6, 3.7, 0.1), np.geomspace(3.75, 32, 56), np.geomspace(36, 1000, 24), [0.55]])
-    .round(4)
+    np.concatenate(
+        [
+            np.geomspace(0.2, 2.5, 36),
+            np.arange(2.6, 3.7, 0.1),
+            np.geomspace(3.75, 32, 56),
+            np.geomspace(36, 1000, 24),
+            [0.55],
+        ]
+    ).round(4)
 )
 # Radii integrated over, um: enough of them to smooth the ripple of single spheres.
 RADII, DROPS = np.geomspace(0.1, 500, 1500), np.geomspace(20, 4500, 300)
-# Cloud types of LOWTRAN7: its number of the liquid water profile (BLOCK DATA MDTA), and liquid water per extinction at 0.55 um,
-# g m^-3 per km^-1 (SUBROUTINE EXABIN), which gives the effective radius.
+# Cloud types of LOWTRAN7: its number of the liquid water profile (BLOCK DATA MDTA), and liquid water per extinction at
+# 0.55 um, g m^-3 per km^-1 (SUBROUTINE EXABIN), which gives the effective radius.
 TYPES = {
     "cumulus": (1, 7.683e-3),
     "altostratus": (2, 4.509e-3),
@@ -41,11 +49,12 @@ TYPES = {
 }
 # Heights of the liquid water profiles, km above the ground (SUBROUTINE LAYCLD).
 HEIGHTS = np.array([0.0, 0.16, 0.33, 0.66, 1.0, 1.5, 2.0, 2.4, 2.7, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0])
-# Cirrus of LOWTRAN7 (SUBROUTINE CIRR18): base in mid-latitudes, thickness, km, and 0.14 km^-1 times the thickness in km as extinction
-# at 0.55 um. The radii stand for its two distributions, with modes of 64 and 4 um (BLOCK DATA EXTDTA).
+# Cirrus of LOWTRAN7 (SUBROUTINE CIRR18): base in mid-latitudes, thickness, km, and 0.14 km^-1 times the thickness in km
+# as extinction at 0.55 um. The radii stand for its two distributions, with modes of 64 and 4 um (BLOCK DATA EXTDTA).
 CIRRUS = {"cirrus": (10.0, 1.0, 64.0), "thin_cirrus": (10.0, 0.2, 5.0)}
-# Roughened crystals scatter sunlight with an asymmetry near 0.76 (Yang et al. 2013, J. Atmos. Sci. 70, 330), spheres with 0.87. The
-# difference lies in light that has passed through the crystal; where ice is black, spheres and crystals agree (diffraction).
+# Roughened crystals scatter sunlight with an asymmetry near 0.76 (Yang et al. 2013, J. Atmos. Sci. 70, 330), spheres
+# with 0.87. The difference lies in light that has passed through the crystal; where ice is black, spheres and crystals
+# agree (diffraction).
 ROUGHNESS = 0.11
 
 
@@ -56,16 +65,27 @@ ROUGHNESS = 0.11
 def main(folder, source, out):
     water, ice = (refractive_index(folder / f"H2O__{name}.yml") for name in ("Segelstein", "Warren-2008"))
     droplets = cloud_table(water, WATER_RADII, DENSITY["water"])
-    write_table(out / "water.csv", "droplets of liquid water", "Segelstein 1981 (water)", "effective_radius[um]", WATER_RADII, droplets)
+    write_table(
+        out / "water.csv",
+        "droplets of liquid water",
+        "Segelstein 1981 (water)",
+        "effective_radius[um]",
+        WATER_RADII,
+        droplets,
+    )
     crystals = cloud_table(ice, ICE_RADII, DENSITY["ice"])
     crystals[2] = rough(*crystals)
-    write_table(out / "ice.csv", "ice crystals", "Warren and Brandt 2008 (ice)", "effective_radius[um]", ICE_RADII, crystals)
+    write_table(
+        out / "ice.csv", "ice crystals", "Warren and Brandt 2008 (ice)", "effective_radius[um]", ICE_RADII, crystals
+    )
     write_table(out / "rain.csv", "rain", "Segelstein 1981 (water)", "rain_rate[mm/h]", RAIN_RATES, rain_table(water))
     write_types(out / "types.csv", block_data(source, "MDTA"), droplets[0][:, WAVELENGTHS == 0.55][:, 0])
 
 
 def refractive_index(file):
-    """Refractive index (W,) at `WAVELENGTHS` from a file of refractiveindex.info; the logarithm of its imaginary part is interpolated."""
+    """Refractive index (W,) at `WAVELENGTHS` from a file of refractiveindex.info; the logarithm of its imaginary part
+    is interpolated.
+    """
     rows = yaml.safe_load(file.read_text(encoding="utf-8"))["DATA"][0]["data"]
     wavelength, real, imaginary = np.array([line.split() for line in rows.splitlines() if line.strip()], float).T
     log = np.log(WAVELENGTHS)
@@ -118,7 +138,10 @@ def rain_table(index):
 def write_table(path, what, source, axis, nodes, table):
     """One CSV: extinction, absorption and asymmetry against the axis and wavelength."""
     header = (
-        f"Optical properties of {what} by Mie theory; refractive index of {source}, from the refractiveindex.info database (CC0).",
+        (
+            f"Optical properties of {what} by Mie theory; refractive index of {source}, from the refractiveindex.info"
+            " database (CC0)."
+        ),
         "Derived by skyshine.mat.atmosphere.derive.cloud.",
     )
     unit = "" if axis.startswith("rain") else "[m2/kg]"
@@ -134,8 +157,9 @@ def write_table(path, what, source, axis, nodes, table):
 def write_types(path, data, extinction):
     """The cloud types: phase, heights of base and top, optical depth at 0.55 um and effective radius.
 
-    The liquid water profiles are replaced by even layers of the same water path between their lowest and highest level in cloud, which
-    gives the extinctions that the manual of MODTRAN lists (Berk et al. 1989, GL-TR-89-0122: 92.6 km^-1 for cumulus ...).
+    The liquid water profiles are replaced by even layers of the same water path between their lowest and highest level
+    in cloud, which gives the extinctions that the manual of MODTRAN lists (Berk et al. 1989, GL-TR-89-0122: 92.6 km^-1
+    for cumulus ...).
     """
     rows = []
     for name, (number, per_extinction) in TYPES.items():
@@ -147,7 +171,10 @@ def write_types(path, data, extinction):
     for name, (base, thickness, radius) in CIRRUS.items():
         rows.append((name, "ice", base, base + thickness, 0.14 * thickness**2, radius))
     header = (
-        "Types of cloud of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government: heights above the ground,",
+        (
+            "Types of cloud of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government: heights"
+            " above the ground,"
+        ),
         "optical depth at 0.55 um. Derived by skyshine.mat.atmosphere.derive.cloud.",
     )
     write_csv(path, header, ("type", "phase", "base[km]", "top[km]", "optical_depth", "effective_radius[um]"), rows)

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-_STATEMENT = re.compile(r"(?P<names>[A-Z][A-Z0-9]*(?:\([0-9,]+\))?(?:,[A-Z][A-Z0-9]*(?:\([0-9,]+\))?)*)/(?P<values>[^/]*)/")
+_STATEMENT = re.compile(
+    r"(?P<names>[A-Z][A-Z0-9]*(?:\([0-9,]+\))?(?:,[A-Z][A-Z0-9]*(?:\([0-9,]+\))?)*)/(?P<values>[^/]*)/"
+)
 _ELEMENT = re.compile(r"[A-Z][A-Z0-9]*(?:\([0-9,]+\))?")
 
 

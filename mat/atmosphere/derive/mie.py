@@ -13,10 +13,12 @@ import numpy as np
 
 @numba.njit(cache=True)
 def _one(x, m):
-    """Efficiencies of extinction and scattering, and asymmetry, of a sphere of size parameter x and refractive index m = n + ik."""
+    """Efficiencies of extinction and scattering, and asymmetry, of a sphere of size parameter x and refractive index m
+    = n + ik.
+    """
     y = m * x
-    # Terms by Wiscombe 1980, Appl. Opt. 19, 1505. The logarithmic derivative runs down from as far above |y|, where its start, 0,
-    # is forgotten before it counts.
+    # Terms by Wiscombe 1980, Appl. Opt. 19, 1505. The logarithmic derivative runs down from as far above |y|, where its
+    # start, 0, is forgotten before it counts.
     terms = int(x + 4.05 * x ** (1 / 3) + 2) + 1
     start = max(terms, int(abs(y) + 4.05 * abs(y) ** (1 / 3))) + 16
     derivative = np.zeros(start + 1, dtype=np.complex128)

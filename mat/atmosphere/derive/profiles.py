@@ -26,7 +26,11 @@ TRACE_GASES = {"N2": "AN2", "NO": "ANO", "SO2": "SO2", "NO2": "ANO2", "NH3": "AN
 def main(source, out):
     data = block_data(source, "MLATMB")
     for number, name in enumerate(PROFILES, start=1):
-        columns = {"altitude[km]": data["ALT"], "pressure[hPa]": data[f"P{number}"], "temperature[K]": data[f"T{number}"]}
+        columns = {
+            "altitude[km]": data["ALT"],
+            "pressure[hPa]": data[f"P{number}"],
+            "temperature[K]": data[f"T{number}"],
+        }
         for gas_number, gas in enumerate(MAIN_GASES, start=1):
             columns[f"{gas}[ppmv]"] = data[f"AMOL{number}{gas_number}"]
         for gas, array in TRACE_GASES.items():
@@ -37,6 +41,7 @@ def main(source, out):
             "BLOCK DATA MLATMB), a work of the US Government. Derived by skyshine.mat.atmosphere.derive.profiles.",
         )
         write_csv(out / f"{name}.csv", header, columns, zip(*columns.values(), strict=True))
+
 
 if __name__ == "__main__":
     main()

@@ -2,8 +2,9 @@
 
     python -m skyshine.mat.atmosphere.derive.solar tsis1_hsrs_p1nm.nc e490_00a.dat --out atmospheres/sources
 
-TSIS-1 hybrid solar reference spectrum, version 2 (Coddington et al. 2021, 2023), from 0.202 to 2.73 um; ASTM E490-00a, as the
-package pyspectral carries it, outside. Each value is the mean over its bin of wavenumber, so that the table conserves energy.
+TSIS-1 hybrid solar reference spectrum, version 2 (Coddington et al. 2021, 2023), from 0.202 to 2.73 um; ASTM E490-00a,
+as the package pyspectral carries it, outside. Each value is the mean over its bin of wavenumber, so that the table
+conserves energy.
 """
 
 from pathlib import Path
@@ -15,7 +16,9 @@ import numpy as np
 from skyshine.mat.atmosphere.datafiles import write_csv
 
 # Bins [cm^-1]: 5 where the band model works (0.3 um and longer), wider in the ultraviolet, to the ends of E490.
-EDGES = np.concatenate([np.arange(10, 33500, 5), np.arange(33500, 49500, 50), np.arange(49500, 83501, 500)]).astype(float)
+EDGES = np.concatenate([np.arange(10, 33500, 5), np.arange(33500, 49500, 50), np.arange(49500, 83501, 500)]).astype(
+    float
+)
 E490_SAMPLES = 400_000  # log-spaced wavelengths from 0.12 to 1000 um: ten in the narrowest bin
 
 
@@ -27,8 +30,14 @@ def main(tsis, e490, out):
     wavelength, irradiance = join(*read_tsis(tsis), *np.loadtxt(e490, comments="#", unpack=True))
     mean = bin_means(wavelength, irradiance, EDGES)
     header = (
-        "Solar spectral irradiance at 1 au, mean over the bin that begins at the wavenumber of the row and ends at the next.",
-        "0.202 to 2.73 um: TSIS-1 HSRS version 2 (Coddington et al. 2021, doi:10.1029/2020GL091709); outside: ASTM E490-00a.",
+        (
+            "Solar spectral irradiance at 1 au, mean over the bin that begins at the wavenumber of the row and ends at"
+            " the next."
+        ),
+        (
+            "0.202 to 2.73 um: TSIS-1 HSRS version 2 (Coddington et al. 2021, doi:10.1029/2020GL091709); outside: ASTM"
+            " E490-00a."
+        ),
         "Derived by skyshine.mat.atmosphere.derive.solar.",
     )
     rows = zip(EDGES, (f"{value:.6e}" for value in np.append(mean, 0.0)), strict=True)

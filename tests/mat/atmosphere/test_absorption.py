@@ -88,10 +88,14 @@ def test_cross_sections_are_finite_and_never_negative(points):
 
 
 # Of each region, where absorption is strongest and weakest.
-@pytest.mark.parametrize("low, high", [(150, 200), (650, 700), (5300, 5500), (7850, 7950), (13000, 13200), (17000, 18000), (30000, 33333)])
+@pytest.mark.parametrize(
+    "low, high", [(150, 200), (650, 700), (5300, 5500), (7850, 7950), (13000, 13200), (17000, 18000), (30000, 33333)]
+)
 def test_extreme_air_stays_finite_and_monotone_in_every_region(table, low, high):
     points = table.points(low, high)
-    pressure, temperature = (a.ravel() for a in np.meshgrid([1e-3, 1e-1, 1e2, 5e4, 1.1e5], [150.0, 200.0, 273.0, 350.0]))
+    pressure, temperature = (
+        a.ravel() for a in np.meshgrid([1e-3, 1e-1, 1e2, 5e4, 1.1e5], [150.0, 200.0, 273.0, 350.0])
+    )
     for fraction in (0.0, 1e-9, 0.08):
         sections = points.cross_sections(pressure, temperature, np.full(pressure.size, fraction))
         for gas, values in sections.items():
@@ -127,7 +131,8 @@ def test_lines_keep_their_doppler_shape_below_the_lowest_pressure(points):
 def test_water_broadens_its_own_lines(points):
     dry, moist = (points.cross_sections(101300.0, 300.0, q, gases=["H2O"])["H2O"][0] for q in (0.0, 0.04))
     ratio = moist / dry
-    # The self width of water vapour is three to seven times its air width: wings grow by 8 to 24 %, centres shrink alike.
+    # The self width of water vapour is three to seven times its air width: wings grow by 8 to 24 %, centres shrink
+    # alike.
     assert 0.75 < ratio.min() < 0.97 < 1.06 < np.median(ratio) < 1.25
 
 
@@ -156,7 +161,9 @@ def test_continuum_is_quadratic_in_the_amount_of_water():
 
 
 def test_continuum_in_the_window_weakens_with_warmth(points):
-    values = points.cross_sections(np.full(2, 1e5), np.array([280.0, 310.0]), np.full(2, 0.01), gases=[CONTINUUM])[CONTINUUM]
+    values = points.cross_sections(np.full(2, 1e5), np.array([280.0, 310.0]), np.full(2, 0.01), gases=[CONTINUUM])[
+        CONTINUUM
+    ]
     assert np.all(values[0] > 1.3 * values[1])
 
 
@@ -215,7 +222,9 @@ def test_unknown_gas_is_refused(points):
         points.cross_sections(1e5, 290.0, 0.01, gases=["XYZ"])
 
 
-@pytest.mark.parametrize("low, high, message", [(1000, 1000, "no range"), (1200, 1100, "no range"), (2, 20, "not covered")])
+@pytest.mark.parametrize(
+    "low, high, message", [(1000, 1000, "no range"), (1200, 1100, "no range"), (2, 20, "not covered")]
+)
 def test_ranges_that_cannot_be_are_refused(table, low, high, message):
     with pytest.raises(InputError, match=message):
         table.points(low, high)
@@ -240,7 +249,8 @@ def test_lagrange_weights_reproduce_polynomials(count):
 
 
 @pytest.mark.parametrize(
-    "gas, low, high", [("CFC-11", 845, 850), ("CFC-12", 920, 925), ("HCFC-22", 805, 815), ("CCl4", 790, 800), ("HNO3", 870, 900)]
+    "gas, low, high",
+    [("CFC-11", 845, 850), ("CFC-12", 920, 925), ("HCFC-22", 805, 815), ("CCl4", 790, 800), ("HNO3", 870, 900)],
 )
 def test_heavy_molecules_absorb_in_the_window(table, gas, low, high):
     points = table.points(low, high)
@@ -253,9 +263,14 @@ def test_heavy_molecules_absorb_in_the_window(table, gas, low, high):
 def test_another_water_continuum_changes_that_alone_and_only_in_its_range():
     own, older = AbsorptionTable.open(), AbsorptionTable.open(water_continuum="mt_ckd_2.4")
     assert own.content != older.content
-    for low, high, factor in ((1000.0, 1010.0, (1.2, 1.5)), (2490.0, 2510.0, (0.25, 0.32)), (4000.0, 4010.0, (1.0, 1.0))):
+    for low, high, factor in (
+        (1000.0, 1010.0, (1.2, 1.5)),
+        (2490.0, 2510.0, (0.25, 0.32)),
+        (4000.0, 4010.0, (1.0, 1.0)),
+    ):
         ours, theirs = (
-            table.points(low, high).cross_sections([1e5], [296.0], [0.02], gases=["H2O", "H2O_continuum"]) for table in (own, older)
+            table.points(low, high).cross_sections([1e5], [296.0], [0.02], gases=["H2O", "H2O_continuum"])
+            for table in (own, older)
         )
         assert np.array_equal(ours["H2O"], theirs["H2O"])
         # Mlawer et al. 2012 and 2023: raised at 2500 cm-1 by MT_CKD 2.5, lowered at 1000 cm-1 by MT_CKD 4.

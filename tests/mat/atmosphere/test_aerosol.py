@@ -18,7 +18,9 @@ def model(request):
 
 
 def test_rural_figures_of_shettle_and_fenn():
-    """AFGL-TR-79-0214: rural extinction at 10 um; single-scattering albedo at 0.55 um 0.94 dry, 0.985 to 0.99 at 99 %."""
+    """AFGL-TR-79-0214: rural extinction at 10 um; single-scattering albedo at 0.55 um 0.94 dry, 0.985 to 0.99 at 99
+    %.
+    """
     rural = AerosolModel.load("rural")
     optics = rural.optics(1e4 / np.array([0.55, 10.0, 10.591]), [0.0, 70.0, 80.0, 99.0])
     np.testing.assert_allclose(optics.extinction[:, 0], 1.0)
@@ -65,7 +67,9 @@ def test_optics_are_bounded(model):
     assert np.all((optics.extinction > 0) & np.isfinite(optics.extinction))
     assert np.all((optics.single_scattering_albedo >= 0) & (optics.single_scattering_albedo <= 1))
     assert np.all(np.abs(optics.asymmetry) < 1)
-    np.testing.assert_allclose(optics.extinction[-3], optics.extinction[-1], rtol=1e-12)  # beyond 99 %; rows of a product may round apart
+    np.testing.assert_allclose(
+        optics.extinction[-3], optics.extinction[-1], rtol=1e-12
+    )  # beyond 99 %; rows of a product may round apart
 
 
 def test_phase_function_conserves_energy(model):
@@ -111,7 +115,9 @@ def test_visibility_at_the_ground(visibility, season):
 
 def test_visibility_orders_extinction():
     altitude = np.linspace(0, 9e3, 50)
-    profiles = np.array([aerosol_extinction_550(altitude, v, "spring_summer") for v in (0.1, 0.7, 2, 5, 8, 10, 23, 40, 50, 90, 300)])
+    profiles = np.array(
+        [aerosol_extinction_550(altitude, v, "spring_summer") for v in (0.1, 0.7, 2, 5, 8, 10, 23, 40, 50, 90, 300)]
+    )
     assert np.all(np.diff(profiles, axis=0) <= 0)
 
 
@@ -137,7 +143,8 @@ def test_layers_share_out_the_whole_extinction():
     assert layers[0][1][3] == 0 and layers[1][1][0] == 0
     troposphere = layers[1][0]
     np.testing.assert_array_equal(
-        troposphere.optics([1000.0], [99.0]).extinction, AerosolModel.load("tropospheric").optics([1000.0], [70.0]).extinction
+        troposphere.optics([1000.0], [99.0]).extinction,
+        AerosolModel.load("tropospheric").optics([1000.0], [70.0]).extinction,
     )
 
 

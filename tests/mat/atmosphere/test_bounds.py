@@ -1,4 +1,6 @@
-"""Bounds of what may be left out hold against the whole computation, in every kind of air, and are not far beyond it."""
+"""Bounds of what may be left out hold against the whole computation, in every kind of air, and are not far beyond
+it.
+"""
 
 from dataclasses import replace
 
@@ -16,7 +18,8 @@ from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
 
-# Observers from the ground to space, lines through the tangent point, the Sun in front, behind, above and below the horizon.
+# Observers from the ground to space, lines through the tangent point, the Sun in front, behind, above and below the
+# horizon.
 GRID = PathGrid(
     range_km=[0.0, 0.05, 1.0, 20.0, 300.0, 3000.0],
     altitude_km=[0.002, 1.0, 9.0, 30.0, 500.0],
@@ -51,8 +54,10 @@ def seen(table):
     """Path, sky and direct radiance as an observer gets them, W m^-2 sr^-1."""
     through = table.transmittance[..., None]
     return {
-        "path": table.path_radiance_ratio * (1 - through)[..., None], "sky": table.ambient * through, "direct": table.direct * through,
-    }  # fmt: skip
+        "path": table.path_radiance_ratio * (1 - through)[..., None],
+        "sky": table.ambient * through,
+        "direct": table.direct * through,
+    }
 
 
 @pytest.mark.parametrize("band", BANDS)
@@ -70,19 +75,28 @@ def test_scattered_light_stays_below_its_bound(name, band):
 
 
 def test_light_is_bounded_by_the_source_itself():
-    """Water absorbs in the cloud, so that a bound exists; between a white ground and the air there is none, and light is never left out."""
+    """Water absorbs in the cloud, so that a bound exists; between a white ground and the air there is none, and light
+    is never left out.
+    """
     points = band_of("3.8 um")
     bounds = Scattering.of(BandAtmosphere.of(made("thick cloud"), points).air)
-    assert np.all(np.isfinite(bounds.light) & (bounds.light > 0)) and np.all(np.isfinite(bounds.field) & np.isfinite(bounds.gain))
+    assert np.all(np.isfinite(bounds.light) & (bounds.light > 0)) and np.all(
+        np.isfinite(bounds.field) & np.isfinite(bounds.gain)
+    )
     white = Scattering.of(BandAtmosphere.of(made("clear", surface_albedo=1.0), points).air)
     assert np.all(np.isinf(white.field)) and np.all(np.isinf(white.light))
 
 
 @pytest.mark.parametrize("band", ["3.8 um", "10.5 um"])
-@pytest.mark.parametrize(("name", "layer"), [
-    ("clear", CloudLayer("ice", 9e3, 10e3, 30.0, 1e-5)), ("hazy", CloudLayer("water", 500.0, 900.0, 8.0, 1e-4)),
-    ("thick cloud", CloudLayer("ice", 6e3, 9e3, 30.0, 1e-4)), ("polar night", CloudLayer("ice", 50.0, 300.0, 10.0, 1e-5)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "layer"),
+    [
+        ("clear", CloudLayer("ice", 9e3, 10e3, 30.0, 1e-5)),
+        ("hazy", CloudLayer("water", 500.0, 900.0, 8.0, 1e-4)),
+        ("thick cloud", CloudLayer("ice", 6e3, 9e3, 30.0, 1e-4)),
+        ("polar night", CloudLayer("ice", 50.0, 300.0, 10.0, 1e-5)),
+    ],
+)
 def test_thin_layers_stay_below_their_bound(name, layer, band):
     state, points = made(name, clouds=[layer, *STATES[name].get("clouds", [])]), band_of(band)
     air, sun = BandAtmosphere.of(state, points), solar_irradiance(points.wavenumber)

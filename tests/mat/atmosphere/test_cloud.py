@@ -18,9 +18,15 @@ STRATUS = CloudLayer("water", 600.0, 1400.0, 8.0, 20.0)
 
 def look(state, points, altitude, elevation, distance=np.inf, source=0.7, light=0.0):
     return line_spectrum(
-        state, points, np.full(points.wavenumber.size, light), altitude=altitude, elevation=np.radians(elevation), distance=distance,
-        source_elevation=source, source_azimuth=1.0,
-    )  # fmt: skip
+        state,
+        points,
+        np.full(points.wavenumber.size, light),
+        altitude=altitude,
+        elevation=np.radians(elevation),
+        distance=distance,
+        source_elevation=source,
+        source_azimuth=1.0,
+    )
 
 
 @pytest.fixture
@@ -44,8 +50,8 @@ def isothermal_cloud(isothermal):
     return make
 
 
-# Droplets of 10 um: extinction 3 Q / (4 rho r) with Q = 2.1; asymmetry 0.86 to 0.87 in the visible; extinction at 11 um 0.6 to 0.8 of
-# the visible, less than half of it scattering (Hu and Stamnes 1993, J. Climate 6, 728).
+# Droplets of 10 um: extinction 3 Q / (4 rho r) with Q = 2.1; asymmetry 0.86 to 0.87 in the visible; extinction at 11 um
+# 0.6 to 0.8 of the visible, less than half of it scattering (Hu and Stamnes 1993, J. Climate 6, 728).
 def test_water_droplets():
     layer = CloudLayer.of_water_path("water", 500.0, 1000.0, 10.0, 0.1)
     assert layer.optical_depth == pytest.approx(0.75 * 2.1 * 0.1 / (997 * 10e-6), rel=0.01)
@@ -68,7 +74,9 @@ def test_ice_crystals_scatter_sunlight_less_forward_than_spheres():
     assert absorption[0, 1] > 1.2 * absorption[0, 0]
 
 
-@pytest.mark.parametrize("layer", [cloud_type(name) for name in cloud.TYPES] + [CloudLayer("water", 0.0, 200.0, 5.0, 1e4)])
+@pytest.mark.parametrize(
+    "layer", [cloud_type(name) for name in cloud.TYPES] + [CloudLayer("water", 0.0, 200.0, 5.0, 1e4)]
+)
 def test_the_layer_holds_its_optical_depth(layer):
     state = AtmosphericState.from_profile("midlatitude_summer", aerosol="none", clouds=[layer])
     from skyshine.mat.atmosphere.geometry import Shells
@@ -80,10 +88,18 @@ def test_the_layer_holds_its_optical_depth(layer):
     assert np.all(state.hydrometeors[0].extinction_550[state.altitude > layer.top + 1] == 0)
 
 
-# Extinction at 0.55 um [km^-1] of the manual of MODTRAN (Berk et al. 1989, GL-TR-89-0122), which took over these clouds.
+# Extinction at 0.55 um [km^-1] of the manual of MODTRAN (Berk et al. 1989, GL-TR-89-0122), which took over these
+# clouds.
 @pytest.mark.parametrize(
     ("name", "extinction"),
-    [("cumulus", 92.6), ("altostratus", 128.1), ("stratus", 56.9), ("stratocumulus", 38.7), ("nimbostratus", 92.0), ("cirrus", 0.14)],
+    [
+        ("cumulus", 92.6),
+        ("altostratus", 128.1),
+        ("stratus", 56.9),
+        ("stratocumulus", 38.7),
+        ("nimbostratus", 92.0),
+        ("cirrus", 0.14),
+    ],
 )
 def test_types_of_cloud(name, extinction):
     layer = cloud_type(name)
@@ -91,7 +107,8 @@ def test_types_of_cloud(name, extinction):
     assert name in cloud.TYPES and set(cloud._types()) == set(cloud.TYPES)
 
 
-# LOWTRAN7, FUNCTION TNRAIN: pi N0 / A^3 km^-1 with N0 = 8000, A = 41 R^-0.21; drops are large, so that Mie theory agrees within 3 %.
+# LOWTRAN7, FUNCTION TNRAIN: pi N0 / A^3 km^-1 with N0 = 8000, A = 41 R^-0.21; drops are large, so that Mie theory
+# agrees within 3 %.
 @pytest.mark.parametrize("rate", [0.1, 1.0, 12.5, 100.0])
 def test_rain_extinction_of_lowtran7(rate):
     layer = RainLayer(rate, 2e3)
@@ -100,11 +117,18 @@ def test_rain_extinction_of_lowtran7(rate):
     optics = layer.model.optics(1e4 / np.array([0.55, 4.0, 10.0]), np.array([50.0]))
     assert optics.extinction[0] == pytest.approx(1.0, rel=0.04)
     # Drops of millimetres are black in the infrared: half of the extinction is diffraction.
-    assert optics.single_scattering_albedo[0, 1:] == pytest.approx(0.52, abs=0.04) and optics.single_scattering_albedo[0, 0] > 0.999
+    assert (
+        optics.single_scattering_albedo[0, 1:] == pytest.approx(0.52, abs=0.04)
+        and optics.single_scattering_albedo[0, 0] > 0.999
+    )
 
 
-@pytest.mark.parametrize(("altitude", "elevation"), [(300, 90), (300, 5), (1000, 20), (1000, 0), (1000, -90), (3000, -5), (3000, -90)])
-def test_isothermal_air_with_black_cloud_glows_as_one_minus_transmittance(isothermal_cloud, thin_air, altitude, elevation):
+@pytest.mark.parametrize(
+    ("altitude", "elevation"), [(300, 90), (300, 5), (1000, 20), (1000, 0), (1000, -90), (3000, -5), (3000, -90)]
+)
+def test_isothermal_air_with_black_cloud_glows_as_one_minus_transmittance(
+    isothermal_cloud, thin_air, altitude, elevation
+):
     state = isothermal_cloud(0.0)
     found = look(state, thin_air, altitude, elevation)
     expected = (1 - found.transmittance) * planck_wavenumber(902.5, 280.0)
@@ -114,7 +138,9 @@ def test_isothermal_air_with_black_cloud_glows_as_one_minus_transmittance(isothe
 
 @pytest.mark.parametrize("albedo", [0.5, 1.0])
 def test_nothing_changes_inside_an_isothermal_enclosure(isothermal_cloud, synthetic_points, albedo):
-    """Above, a wall of opaque gas; below, ground of the same temperature: whatever scatters, radiance is that of a black body."""
+    """Above, a wall of opaque gas; below, ground of the same temperature: whatever scatters, radiance is that of a
+    black body.
+    """
     points = synthetic_points(EDGES, {"H2O": np.array([1e-23, 1e-23])})
     state = isothermal_cloud(albedo, surface_temperature=280.0, surface_albedo=0.3)
     state.mole_fraction["H2O"] = np.where(state.altitude > 2e3, 1e-2, 0.0)
@@ -129,7 +155,8 @@ def test_nothing_changes_inside_an_isothermal_enclosure(isothermal_cloud, synthe
 
 
 @pytest.mark.parametrize(
-    ("layer", "albedo"), [(CloudLayer("water", 600.0, 1400.0, 8.0, 1e4), 1.0), (CloudLayer("ice", 8e3, 9e3, 30.0, 1e4), 0.0)]
+    ("layer", "albedo"),
+    [(CloudLayer("water", 600.0, 1400.0, 8.0, 1e4), 1.0), (CloudLayer("ice", 8e3, 9e3, 30.0, 1e4), 0.0)],
 )
 def test_a_cloud_of_optical_depth_ten_thousand(thin_air, layer, albedo):
     state = AtmosphericState.from_profile(
@@ -139,7 +166,13 @@ def test_a_cloud_of_optical_depth_ten_thousand(thin_air, layer, albedo):
     warmest = planck_wavenumber(902.5, state.temperature.max())
     for altitude, elevation in ((0.0, 90.0), (inside, 0.0), (12e3, -60.0)):
         found = look(state, thin_air, altitude, elevation, light=1.0)
-        for values in (found.transmittance, found.path_thermal, found.path_scattered, found.sky_irradiance, found.direct_irradiance):
+        for values in (
+            found.transmittance,
+            found.path_thermal,
+            found.path_scattered,
+            found.sky_irradiance,
+            found.direct_irradiance,
+        ):
             assert np.all(np.isfinite(values)) and np.all(values >= 0)
         assert np.all(found.path_thermal <= warmest * 1.001)
     # From far above, the temperature of the cloud's top, or of the haze over it; inside, that of the place.

@@ -29,7 +29,11 @@ GRID = PathGrid(
 @pytest.fixture(scope="module")
 def band():
     everything = band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
-    return replace(everything, points=everything.points.subset(np.arange(0, everything.weight.size, 5)), weight=everything.weight[::5])
+    return replace(
+        everything,
+        points=everything.points.subset(np.arange(0, everything.weight.size, 5)),
+        weight=everything.weight[::5],
+    )
 
 
 def saturated(state):
@@ -41,7 +45,9 @@ def saturated(state):
 
 
 def saturation(state):
-    """Vapour pressure over water, Pa (Magnus: World Meteorological Organization 2018, Guide to Instruments, annex 4.B)."""
+    """Vapour pressure over water, Pa (Magnus: World Meteorological Organization 2018, Guide to Instruments, annex
+    4.B).
+    """
     celsius = state.temperature - 273.15
     return 611.2 * np.exp(17.62 * celsius / (243.12 + celsius))
 
@@ -82,7 +88,8 @@ def test_extremes_are_finite_and_bounded(band, name):
     top = np.max(sun * band.wavenumber**2 * 1e-4) * band.weight.sum() / np.pi
     assert np.all(table.direct <= top * (1 + 1e-6))
     hottest = 1.001 * band_radiance(RESPONSE, max(state.temperature.max(), state.surface_temperature))
-    # The sky scatters down no more than white ground under a bright sky can return, and emits no more than the hottest air.
+    # The sky scatters down no more than white ground under a bright sky can return, and emits no more than the hottest
+    # air.
     assert np.all(table.ambient <= 2 * top + hottest)
     assert np.all(table.direct[:, :2, :4, 0] == 0)  # the Sun far below the horizon
     night = table.path_radiance_ratio[:, 0, :, 0]
@@ -96,7 +103,9 @@ def test_isothermal_air_shows_its_temperature_along_every_path(band, isothermal)
     air = BandAtmosphere.of(state, band).air
     # The blackbody radiance of the points, each weighted with what it absorbs, divided by what the band absorbs.
     for place, altitude in enumerate(GRID.altitude_km * 1e3):
-        rays = trace(air.shells, np.full(7, altitude), np.radians(GRID.elevation_deg), np.tile(GRID.range_km * 1e3, (7, 1)))
+        rays = trace(
+            air.shells, np.full(7, altitude), np.radians(GRID.elevation_deg), np.tile(GRID.range_km * 1e3, (7, 1))
+        )
         for row in range(7):
             segments = transfer.Segments.of(rays, row)
             if not segments.index.size:
@@ -117,7 +126,13 @@ def test_isothermal_air_shows_its_temperature_along_every_path(band, isothermal)
 def test_transmittance_is_the_same_from_either_end(band):
     state = AtmosphericState.from_profile("midlatitude_summer", visibility_km=23.0)
     air = BandAtmosphere.of(state, band).air
-    for altitude, elevation, distance in ((2e3, -1.0, 37e3), (100e3, LIMB, 1500e3), (0.0, 0.0, 100e3), (0.0, 90.0, 30e3), (5e3, -89.0, 1.0)):
+    for altitude, elevation, distance in (
+        (2e3, -1.0, 37e3),
+        (100e3, LIMB, 1500e3),
+        (0.0, 0.0, 100e3),
+        (0.0, 90.0, 30e3),
+        (5e3, -89.0, 1.0),
+    ):
         there = trace(air.shells, np.array([altitude]), np.radians([elevation]), np.array([[distance]]))
         end = int(np.searchsorted(there.distance[0], distance))
         turned = there.direction[0, end] - there.central_angle[0, end] - np.pi / 2

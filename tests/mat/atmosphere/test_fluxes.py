@@ -53,7 +53,9 @@ def test_few_points_agree_with_all_of_the_table(state, fluxes):
 
 def test_the_stated_errors_are_small():
     stated = packaged_points().errors
-    assert stated["longwave_down"]["rms"] < 0.5 and stated["direct_normal"]["rms"] < 1.0 and stated["diffuse"]["rms"] < 0.5
+    assert (
+        stated["longwave_down"]["rms"] < 0.5 and stated["direct_normal"]["rms"] < 1.0 and stated["diffuse"]["rms"] < 0.5
+    )
 
 
 def test_longwave_is_below_the_black_body_of_the_warmest_air_and_falls_with_height(state, fluxes):
@@ -64,7 +66,9 @@ def test_longwave_is_below_the_black_body_of_the_warmest_air_and_falls_with_heig
 @pytest.mark.parametrize("kelvin", [220.0, 260.0, 320.0])
 def test_dense_fog_of_one_temperature_radiates_as_a_black_body(state, kelvin):
     fog = AerosolComponent(AerosolModel.load("fog_advection"), np.where(state.altitude < 1500.0, 0.2, 0.0))
-    opaque = replace(state, temperature=np.full(state.altitude.size, kelvin), aerosols=(fog,), surface_temperature=kelvin)
+    opaque = replace(
+        state, temperature=np.full(state.altitude.size, kelvin), aerosols=(fog,), surface_temperature=kelvin
+    )
     found = broadband_fluxes(opaque, 0.0, 0.0, 0.2).longwave_down[0]
     assert found == pytest.approx(Stefan_Boltzmann * kelvin**4, rel=5e-3)
 

@@ -43,7 +43,9 @@ def test_pure_scattering_keeps_all_energy(depth, asymmetry, albedo):
 @pytest.mark.parametrize("depth", [0.3, 3.0, 30.0, 300.0])
 @pytest.mark.parametrize("asymmetry", [0.0, 0.5])
 def test_conservative_slab_meets_the_closed_form(depth, asymmetry):
-    """Two-stream reflection without absorption (Toon et al. 1989, equations 12, 23 and 24, in the limit of no decay)."""
+    """Two-stream reflection without absorption (Toon et al. 1989, equations 12, 23 and 24, in the limit of no
+    decay).
+    """
     g1 = 0.75 * (1 - asymmetry)
     g3 = 0.5 - 0.75 * asymmetry * SUN
     expected = (g1 * depth + (g3 - g1 * SUN) * -np.expm1(-depth / SUN)) / (1 + g1 * depth)

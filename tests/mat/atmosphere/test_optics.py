@@ -9,7 +9,8 @@ from skyshine.mat.atmosphere.state import AtmosphericState
 
 @pytest.mark.parametrize("micron", [0.25, 0.3, 0.4, 0.55, 0.7, 0.85])
 def test_rayleigh_cross_section_of_bodhaine(micron):
-    # Bodhaine et al. 1999, equation 29: their own fit at 360 ppmv of CO2, good to 0.01 % from 0.25 to 0.85 um; 1e-28 cm2.
+    # Bodhaine et al. 1999, equation 29: their own fit at 360 ppmv of CO2, good to 0.01 % from 0.25 to 0.85 um; 1e-28
+    # cm2.
     fit = (1.0455996 - 341.29061 / micron**2 - 0.90230850 * micron**2) / (
         1 + 0.0027059889 / micron**2 - 85.968563 * micron**2
     )
@@ -18,7 +19,8 @@ def test_rayleigh_cross_section_of_bodhaine(micron):
 
 
 def test_rayleigh_optical_depth_of_the_air():
-    # Bodhaine et al. 1999, section 4: 0.0973 at 0.55 um for 1013.25 hPa at 45 degrees latitude (other authors 0.0971 to 0.0976).
+    # Bodhaine et al. 1999, section 4: 0.0973 at 0.55 um for 1013.25 hPa at 45 degrees latitude (other authors 0.0971 to
+    # 0.0976).
     state = AtmosphericState.from_profile("us_standard")
     section, _ = optics.rayleigh_scattering(np.array([1e4 / 0.55]), 0.036)
     assert section[0] * state._column(state.number_density, 0.0) == pytest.approx(0.0973, rel=5e-3)

@@ -18,8 +18,8 @@ def profile(request):
 def test_hydrostatic_balance(profile):
     """Pressure follows temperature, humidity and gravity.
 
-    The US standard profile of the report has 8.01 hPa at 32.5 km where the 1976 atmosphere has 8.26 hPa: the two layers that
-    meet there are off by 8 %. They cancel in the sum.
+    The US standard profile of the report has 8.01 hPa at 32.5 km where the 1976 atmosphere has 8.26 hPa: the two layers
+    that meet there are off by 8 %. They cancel in the sum.
     """
     moist = profile.mole_fraction["H2O"]
     molar_mass = 28.9647e-3 * (1 - moist) + 18.0153e-3 * moist
@@ -65,7 +65,9 @@ def _column(profile, gas):
     """Molecules m^-2 with the density exponential inside each layer."""
     density = profile.number_density * profile.mole_fraction[gas]
     ratio = density[:-1] / density[1:]
-    return np.sum(np.diff(profile.altitude) * (density[:-1] - density[1:]) / np.log(np.where(ratio == 1, 1 + 1e-9, ratio)))
+    return np.sum(
+        np.diff(profile.altitude) * (density[:-1] - density[1:]) / np.log(np.where(ratio == 1, 1 + 1e-9, ratio))
+    )
 
 
 def test_composition_is_complete(profile):
@@ -100,7 +102,9 @@ def test_fortran_data_statements(tmp_path):
 
 
 def test_halocarbons_are_even_below_the_tropopause_and_fall_above(profile):
-    """Tropospheric amounts of 2020 (WMO 2022); at 20 hPa CFC-11 is nearly gone and CFC-12 is not (e.g. ACE-FTS climatology)."""
+    """Tropospheric amounts of 2020 (WMO 2022); at 20 hPa CFC-11 is nearly gone and CFC-12 is not (e.g. ACE-FTS
+    climatology).
+    """
     for gas, amount in (("CFC-11", 224e-12), ("CFC-12", 500e-12), ("HCFC-22", 247e-12), ("CCl4", 77e-12)):
         values = profile.mole_fraction[gas]
         np.testing.assert_allclose(values[profile.pressure > 300e2], amount)

@@ -66,7 +66,9 @@ def test_row_scale_decides_what_matters():
     candidates = exponentials()
     reference = candidates.mean(0)
     scale = np.where(np.arange(120) < 60, 1.0, 1e-4)
-    index, weight, _ = select_points(candidates, reference, tolerance=0.0, max_points=4, total_weight=1.0, row_scale=scale)
+    index, weight, _ = select_points(
+        candidates, reference, tolerance=0.0, max_points=4, total_weight=1.0, row_scale=scale
+    )
     error = np.abs(weight @ candidates[index] - reference)
     assert error[:60].max() < 0.3 * error[60:].max()
 

@@ -36,7 +36,9 @@ def test_a_standard_profile_written_as_a_sounding_is_itself():
     rows = np.column_stack([profile.altitude / 1e3, profile.pressure / 1e2, profile.temperature])[low]
     rows = np.column_stack([rows, profile.mole_fraction["H2O"][low] * 1e6, profile.mole_fraction["O3"][low] * 1e9])
     lines = "\n".join(",".join(f"{x:.12g}" for x in row) for row in rows)
-    sounding = read_sounding(f"altitude[km],pressure[hPa],temperature[K],h2o[ppmv],O3[ppbv]\n{lines}\n", "t.csv", profile)
+    sounding = read_sounding(
+        f"altitude[km],pressure[hPa],temperature[K],h2o[ppmv],O3[ppbv]\n{lines}\n", "t.csv", profile
+    )
     ours, own = (AtmosphericState.from_profile(p) for p in (sounding, profile))
     assert ours.altitude == pytest.approx(own.altitude)
     assert ours.temperature == pytest.approx(own.temperature, abs=1e-6)
@@ -78,7 +80,9 @@ def test_units(head):
     for line in NIGHT.splitlines()[2:]:
         z, p, t, h = (float(x) for x in line.split(","))
         t = t * 1.8 + 32 if units[2] == "F" else t + 273.15
-        lines.append(",".join(f"{x:.9g}" for x in (z * factors[units[0]], p * factors[units[1]], t, h * factors[units[3]])))
+        lines.append(
+            ",".join(f"{x:.9g}" for x in (z * factors[units[0]], p * factors[units[1]], t, h * factors[units[3]]))
+        )
     ours, own = read("\n".join(lines)), read(NIGHT)
     assert ours.altitude == pytest.approx(own.altitude) and ours.pressure == pytest.approx(own.pressure, rel=1e-6)
     assert ours.temperature == pytest.approx(own.temperature, abs=1e-6)
@@ -92,8 +96,12 @@ def test_an_inversion_thinner_than_the_regular_levels_is_kept():
     assert np.all(np.diff(state.pressure) < 0) and np.all(np.diff(state.altitude) > 0)
     assert state.relative_humidity[0] == pytest.approx(90.0, abs=0.5)
     # Air of the standard profile far above, no step in temperature on the way there.
-    assert state.temperature_at(40e3) == pytest.approx(np.interp(40e3, STANDARD.altitude, STANDARD.temperature), abs=0.5)
-    assert np.max(np.abs(np.diff(state.temperature) / np.diff(state.altitude))) < 0.06  # K/m: that of the inversion itself
+    assert state.temperature_at(40e3) == pytest.approx(
+        np.interp(40e3, STANDARD.altitude, STANDARD.temperature), abs=0.5
+    )
+    assert (
+        np.max(np.abs(np.diff(state.temperature) / np.diff(state.altitude))) < 0.06
+    )  # K/m: that of the inversion itself
 
 
 def test_the_ground_below_a_sounding_is_continued_a_little_only():
@@ -106,7 +114,11 @@ def test_the_ground_below_a_sounding_is_continued_a_little_only():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("600,946.5", "450,946.5", r"night.csv:4:1: found the same altitude again, 450 m after 450 m; allowed: altitudes that increase"),
+        (
+            "600,946.5",
+            "450,946.5",
+            r"night.csv:4:1: found the same altitude again, 450 m after 450 m; allowed: altitudes that increase",
+        ),
         ("1500,844.5", "500,844.5", r"night.csv:5:1: found a lower altitude, 500 m after 600 m"),
         ("844.5", "946.5", r"night.csv:5:6: found 94650 Pa above 94650 Pa; allowed: pressure that falls"),
         ("-6.5,40", "-6.5,130", r"night.csv:5:17: found 130, which is 130 % relative humidity at 266\.6 K"),
@@ -115,12 +127,28 @@ def test_the_ground_below_a_sounding_is_continued_a_little_only():
         ("-14.0,30", "-14.0", r"night.csv:6:1: found 3 cells; allowed: 4"),
         ("temperature[C]", "temperature", r"night.csv:2:27: found no unit of temperature; allowed: K, C"),
         ("altitude[m]", "altitude[km]", r"night.csv:3:1: found 450, which is 4.5e\+05 m; allowed"),
-        ("altitude[m]", "altitude[ft]", r"night.csv:5:6: found 84450 Pa where altitudes and temperatures .* look at the units"),
+        (
+            "altitude[m]",
+            "altitude[ft]",
+            r"night.csv:5:6: found 84450 Pa where altitudes and temperatures .* look at the units",
+        ),
         ("pressure[hPa]", "pressure[furlong]", r"night.csv:2:13: found the unit 'furlong' of pressure; allowed: Pa"),
-        ("relative_humidity[%]", "O3[ppbv]", r"night.csv:2:1: found no humidity; allowed: one of relative_humidity, dew_point"),
-        ("temperature[C]", "temprature[C]", r"night.csv:2:27: found the column 'temprature'; did you mean 'temperature'"),
+        (
+            "relative_humidity[%]",
+            "O3[ppbv]",
+            r"night.csv:2:1: found no humidity; allowed: one of relative_humidity, dew_point",
+        ),
+        (
+            "temperature[C]",
+            "temprature[C]",
+            r"night.csv:2:27: found the column 'temprature'; did you mean 'temperature'",
+        ),
         ("temperature[C]", "altitude[km]", r"night.csv:2:27: found the column 'altitude' twice"),
-        ("altitude[m],pressure[hPa]", "altitude[m],O3[ppm]", r"night.csv:2:1: the column 'pressure' is missing; add it"),
+        (
+            "altitude[m],pressure[hPa]",
+            "altitude[m],O3[ppm]",
+            r"night.csv:2:1: the column 'pressure' is missing; add it",
+        ),
     ],
 )
 def test_bad_soundings_say_where(old, new, message):

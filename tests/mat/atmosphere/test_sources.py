@@ -6,7 +6,13 @@ import pytest
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.derive import lunar as derive_lunar
 from skyshine.mat.atmosphere.derive.solar import bin_means
-from skyshine.mat.atmosphere.lunar import MOON_RADIUS, disk_reflectance, lunar_irradiance, subsolar_temperature, thermal_emissivity
+from skyshine.mat.atmosphere.lunar import (
+    MOON_RADIUS,
+    disk_reflectance,
+    lunar_irradiance,
+    subsolar_temperature,
+    thermal_emissivity,
+)
 from skyshine.mat.atmosphere.solar import ASTRONOMICAL_UNIT, solar_irradiance
 from skyshine.mat.atmosphere.sources import position
 from skyshine.schemas.errors import InputError
@@ -30,7 +36,11 @@ class TestSun:
         infrared = np.arange(12.5, 33500, 5)
         ultraviolet = np.arange(33525.0, 49500, 50)
         far = np.arange(49750.0, 83500, 500)
-        total = 5 * solar_irradiance(infrared).sum() + 50 * solar_irradiance(ultraviolet).sum() + 500 * solar_irradiance(far).sum()
+        total = (
+            5 * solar_irradiance(infrared).sum()
+            + 50 * solar_irradiance(ultraviolet).sum()
+            + 500 * solar_irradiance(far).sum()
+        )
         assert total == pytest.approx(1361.0, rel=0.005)
 
     @pytest.mark.parametrize(
@@ -111,7 +121,9 @@ class TestReflectedMoonlight:
         rows = np.loadtxt(shared_data / "moon" / "miller_turner_2009_300_750nm.csv.gz", delimiter=",", skiprows=1)
         spectra = rows[:, 1].reshape(181, 451)[:76:2, 140:421]
         ratios = [
-            1e3 * mean_per_um(lambda nu, g=g: lunar_irradiance(nu, g, MEAN_DISTANCE, 1.0).reflected, 0.44, 0.72) / spectrum.mean()
+            1e3
+            * mean_per_um(lambda nu, g=g: lunar_irradiance(nu, g, MEAN_DISTANCE, 1.0).reflected, 0.44, 0.72)
+            / spectrum.mean()
             for g, spectrum in zip(range(0, 76, 2), spectra, strict=True)
         ]
         assert np.abs(np.array(ratios) - 1).max() < 0.15
@@ -145,18 +157,28 @@ class TestThermalMoonlight:
         result = lunar_irradiance([1000.0, 2500.0], phase, MEAN_DISTANCE, 1.0).thermal
         for wavenumber, value in zip((1000.0, 2500.0), result, strict=True):
             emissivity = thermal_emissivity(1e4 / wavenumber)
-            assert value == pytest.approx(emissivity * planck_wavenumber(wavenumber, temperature).sum() * solid_angle, rel=1e-2)
+            assert value == pytest.approx(
+                emissivity * planck_wavenumber(wavenumber, temperature).sum() * solid_angle, rel=1e-2
+            )
 
     def test_full_moon_at_10_um(self):
-        """A smooth black disk of 385 K at noon that cools with the fourth root of the cosine of the Sun's zenith angle."""
+        """A smooth black disk of 385 K at noon that cools with the fourth root of the cosine of the Sun's zenith
+        angle.
+        """
         from skyshine.mat.radiometry import planck_wavenumber
 
         cosine = (np.arange(4000) + 0.5) / 4000
-        disk = np.mean(2 * cosine * planck_wavenumber(1000.0, 385.0 * cosine**0.25)) * np.pi * (MOON_RADIUS / MEAN_DISTANCE) ** 2
+        disk = (
+            np.mean(2 * cosine * planck_wavenumber(1000.0, 385.0 * cosine**0.25))
+            * np.pi
+            * (MOON_RADIUS / MEAN_DISTANCE) ** 2
+        )
         assert lunar_irradiance([1000.0], 0.0, MEAN_DISTANCE, 1.0).thermal[0] == pytest.approx(disk, rel=0.10)
 
     def test_subsolar_temperature(self):
-        """Noon at the lunar equator, Diviner: 380 to 400 K over the year and from highland to mare (Vasavada et al. 2012)."""
+        """Noon at the lunar equator, Diviner: 380 to 400 K over the year and from highland to mare (Vasavada et al.
+        2012).
+        """
         assert 380 < subsolar_temperature(1.017) < subsolar_temperature(0.983) < 400
 
     def test_where_emission_takes_over(self):
@@ -175,7 +197,9 @@ class TestThermalMoonlight:
         nodes, weights = np.polynomial.legendre.leggauss(12)
         for node, weight in zip(nodes, weights, strict=True):
             spectrum = lunar_irradiance(edges + 5, float(np.degrees(np.arccos(node))), MEAN_DISTANCE, 1.0).thermal
-            emitted += weight * 2 * np.pi * MEAN_DISTANCE**2 * np.sum(spectrum / thermal_emissivity(1e4 / (edges + 5))) * 10
+            emitted += (
+                weight * 2 * np.pi * MEAN_DISTANCE**2 * np.sum(spectrum / thermal_emissivity(1e4 / (edges + 5))) * 10
+            )
         absorbed = np.pi * MOON_RADIUS**2 * 1361 * 0.88 / 0.95
         night = 4 * np.pi * MOON_RADIUS**2 * 5.670374e-8 * 100.0**4
         assert emitted == pytest.approx(absorbed + night, rel=5e-3)
@@ -210,8 +234,8 @@ class TestPosition:
     def test_moon_of_meeus(self):
         """Meeus, Astronomical Algorithms, examples 47.a and 48.a: 1992-04-12 0h TD, 368,409.7 km, phase angle 69.0756.
 
-        From the centre of the Earth; the observer whose zenith the Moon is in (right ascension 134.69, declination 13.77,
-        Greenwich sidereal time 200.2 degrees) is nearer by the radius of the Earth and sees the same phase.
+        From the centre of the Earth; the observer whose zenith the Moon is in (right ascension 134.69, declination
+        13.77, Greenwich sidereal time 200.2 degrees) is nearer by the radius of the Earth and sees the same phase.
         """
         moon = position("moon", times("1992-04-11T23:59:01"), 13.768, 134.688 - 199.92)
         assert moon.elevation[0] > 89
@@ -220,7 +244,9 @@ class TestPosition:
         assert moon.waxing[0]
 
     def test_total_eclipse_of_the_sun(self):
-        """NASA: greatest eclipse 2017-08-21 18:25:32 UT at 36.967 N, 87.672 W, the Sun 64 degrees high: both in one place."""
+        """NASA: greatest eclipse 2017-08-21 18:25:32 UT at 36.967 N, 87.672 W, the Sun 64 degrees high: both in one
+        place.
+        """
         moment = times("2017-08-21T18:25:32")
         sun = position("sun", moment, 36.967, -87.672)
         moon = position("moon", moment, 36.967, -87.672)
@@ -232,7 +258,9 @@ class TestPosition:
         assert (MOON_RADIUS / moon.distance[0]) / (695.7e6 / sun.distance[0]) == pytest.approx(1.0306, abs=2e-3)
 
     def test_total_eclipse_of_the_moon(self):
-        """Greatest eclipse 2018-07-27 20:22 UT: full Moon, up over Cairo, its distance near apogee (406,223 km geocentric)."""
+        """Greatest eclipse 2018-07-27 20:22 UT: full Moon, up over Cairo, its distance near apogee (406,223 km
+        geocentric).
+        """
         moon = position("moon", times("2018-07-27T20:21:44"), 30.0, 31.2)
         assert moon.phase_angle[0] < 1.6
         assert moon.elevation[0] > 0
@@ -276,7 +304,9 @@ def test_mean_sunlight_over_wide_intervals_keeps_the_sum():
 
 
 def test_direct_moonlight_on_the_ground_follows_the_phase():
-    """Miller and Turner 2009 at 0.555 um: 2.15 and 0.444 mW m^-2 um^-1 at phases of 30 and 90 degrees, 4.53 at full Moon."""
+    """Miller and Turner 2009 at 0.555 um: 2.15 and 0.444 mW m^-2 um^-1 at phases of 30 and 90 degrees, 4.53 at full
+    Moon.
+    """
     from skyshine.mat.atmosphere.absorption import AbsorptionTable
     from skyshine.mat.atmosphere.compile import band_points
     from skyshine.mat.atmosphere.state import AtmosphericState
@@ -290,4 +320,6 @@ def test_direct_moonlight_on_the_ground_follows_the_phase():
     for phase in (0.0, 30.0, 90.0):
         light = lunar_irradiance(band.wavenumber, phase, MEAN_DISTANCE, 1.0).total
         direct.append(atmosphere.at_points(0.5, 0.5, -90.0, 40.0, 0.0, light).direct[0])
-    assert np.array(direct[1:]) / direct[0] == pytest.approx(np.array([2.15, 0.444]) / 4.53, rel=0.15)  # each is within 10 %
+    assert np.array(direct[1:]) / direct[0] == pytest.approx(
+        np.array([2.15, 0.444]) / 4.53, rel=0.15
+    )  # each is within 10 %

@@ -17,9 +17,19 @@ EDGES = np.array([900.0, 905.0])
 # From nothing to optical depths of 1e5 and beyond on long paths.
 SECTIONS = np.array([0.0, 1e-40, 1e-32, 1e-28, 1e-26, 1e-24, 1e-22, 1e-20])
 PATHS = [
-    (0.0, 90.0, None), (0.0, 30.0, 20e3), (0.0, 0.0, 50e3), (0.0, 0.0, 1.0), (1e3, -90.0, None), (1e3, -0.9, None),
-    (12e3, -3.0, None), (12e3, -2.0, 500e3), (100e3, -9.0, None), (100e3, 10.0, None), (700e3, -25.0, None), (700e3, -60.0, None),
-]  # fmt: skip
+    (0.0, 90.0, None),
+    (0.0, 30.0, 20e3),
+    (0.0, 0.0, 50e3),
+    (0.0, 0.0, 1.0),
+    (1e3, -90.0, None),
+    (1e3, -0.9, None),
+    (12e3, -3.0, None),
+    (12e3, -2.0, 500e3),
+    (100e3, -9.0, None),
+    (100e3, 10.0, None),
+    (700e3, -25.0, None),
+    (700e3, -60.0, None),
+]
 
 
 def path(air, altitude, elevation, distance):
@@ -144,11 +154,15 @@ def test_band_and_spectral_scattering_agree(synthetic_points):
     attenuation = transfer.segment_attenuation(segments, transfer.Depths(depth), air.source_paths, to_source)
     weight = np.linspace(1.0, 2.0, 8)
     spectral = transfer.scattered_spectral(segments, air.optics, attenuation, deflection) @ weight
-    band = transfer.scattered_band(segments, air.optics, transfer.Depths(depth), air.source_paths, to_source, deflection, weight)
+    band = transfer.scattered_band(
+        segments, air.optics, transfer.Depths(depth), air.source_paths, to_source, deflection, weight
+    )
     assert band[-1] == pytest.approx(spectral, rel=2e-3)  # the band's light is interpolated in elevation as a whole
     assert np.all(np.diff(band, axis=0) >= 0)
     # Moonlight is a millionth as bright; single precision must not notice.
-    faint = transfer.scattered_band(segments, air.optics, transfer.Depths(depth), air.source_paths, to_source, deflection, weight * 1e-30)
+    faint = transfer.scattered_band(
+        segments, air.optics, transfer.Depths(depth), air.source_paths, to_source, deflection, weight * 1e-30
+    )
     assert faint == pytest.approx(band * 1e-30, rel=1e-6)
 
 
@@ -196,7 +210,9 @@ def test_diffusivity_of_a_thin_sky(synthetic_points, isothermal):
 
 
 def test_scattered_sky_of_thin_air(synthetic_points, isothermal):
-    """Half of what thin air scatters comes down: E = F t / 2 times the integral of cosine and air mass, 1 on a flat Earth."""
+    """Half of what thin air scatters comes down: E = F t / 2 times the integral of cosine and air mass, 1 on a flat
+    Earth.
+    """
     air = SpectralAir.of(isothermal(surface_albedo=0.0), synthetic_points(np.array([5000.0, 5005.0]), {"CO2": [0.0]}))
     depth = air.state._column(air.state.number_density, 0.0) * air.optics.rayleigh[0, 0]
     sky = sky_irradiance(air, np.array([0.0]), np.radians([30.0, 60.0, 90.0]), zeniths=24, azimuths=12)

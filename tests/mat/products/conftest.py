@@ -68,7 +68,9 @@ def extra_build(extra_job):
 
 @pytest.fixture(scope="session")
 def own_axes(tmp_path_factory):
-    """A database of random values with every quantity on axes of its own, path radiance by scattering angle; and its tables."""
+    """A database of random values with every quantity on axes of its own, path radiance by scattering angle; and its
+    tables.
+    """
     draw, tables = np.random.default_rng(12), {}
     ends = ((0.001, 20.0), (0.01, 1.0), (-90.0, 90.0), (-20.0, 60.0), (0.0, 180.0))
     for number, (name, (_, count)) in enumerate(QUANTITIES.items()):

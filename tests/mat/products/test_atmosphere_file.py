@@ -6,11 +6,11 @@ import pytest
 import skyshine.mat
 from skyshine.mat.atmosphere.compile import band_points
 from skyshine.mat.job import load_job
+from skyshine.mat.path_grid import PathGrid
 from skyshine.mat.quantities import BandAtmosphere
 from skyshine.mat.scene import absorption_table, atmospheric_state, response_of
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.gridded import Gridded
-from skyshine.mat.path_grid import PathGrid
 from skyshine.schemas.hdf5 import Group
 
 

@@ -86,7 +86,9 @@ def test_states_of_one_air_share_the_points_and_have_errors_of_their_own(folder,
     assert len(fits) == 1 and origin is Origin.SHARED
     assert np.array_equal(first.index, second.index) and np.array_equal(first.band.weight, second.band.weight)
     assert first.errors["path_thermal"] != second.errors["path_thermal"]
-    assert first.errors["direct_irradiance"]["rms"] == pytest.approx(second.errors["direct_irradiance"]["rms"], rel=1e-12)
+    assert first.errors["direct_irradiance"]["rms"] == pytest.approx(
+        second.errors["direct_irradiance"]["rms"], rel=1e-12
+    )
     other = replace(state, temperature=state.temperature + 1.0)
     assert compiled(other, band)[1] is Origin.FITTED and len(fits) == 2
 
@@ -95,11 +97,14 @@ def test_another_state_tolerance_or_seed_is_compiled_anew(folder, state, band):
     compiled(state, band)
     warmer = replace(state, temperature=state.temperature + 1e-9)
     assert not any(
-        origin is Origin.CACHE for _, origin in (compiled(warmer, band), compiled(state, band, tolerance=2e-3), compiled(state, band, seed=1))
+        origin is Origin.CACHE
+        for _, origin in (compiled(warmer, band), compiled(state, band, tolerance=2e-3), compiled(state, band, seed=1))
     )
 
 
-@pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:200] + b"\xff" * 40 + b[240:]])
+@pytest.mark.parametrize(
+    "damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:200] + b"\xff" * 40 + b[240:]]
+)
 def test_a_broken_file_counts_as_absent_and_is_replaced(folder, state, band, damage):
     first, _ = compiled(state, band)
     (file,) = folder.iterdir()
@@ -126,7 +131,9 @@ def test_a_folder_that_cannot_be_made_or_is_switched_off_costs_nothing_but_time(
 
 
 def test_the_key_tells_values_and_shapes_apart():
-    keys = [content_key(value) for value in (1, 1.0, True, "1", None, [1], [[1]], np.ones(1), np.ones((1, 1)), {"a": 1})]
+    keys = [
+        content_key(value) for value in (1, 1.0, True, "1", None, [1], [[1]], np.ones(1), np.ones((1, 1)), {"a": 1})
+    ]
     assert len(set(keys)) == len(keys)
     assert content_key({"a": 1, "b": 2}) == content_key({"b": 2, "a": 1})
 

@@ -56,7 +56,9 @@ def test_the_same_job_gives_the_same_bytes_and_a_second_build_keeps_them(small_j
     report = build(load_job(small_job), out=other, jobs=1)
     assert all(entry["kept"] for entry in report["files"].values())
     # What a kept file cost is what it took to make it.
-    assert {name: entry["stages"] for name, entry in report["files"].items()} == {name: entry["stages"] for name, entry in made.items()}
+    assert {name: entry["stages"] for name, entry in report["files"].items()} == {
+        name: entry["stages"] for name, entry in made.items()
+    }
 
 
 def test_only_what_changed_is_built_again(small_job, small_build, tmp_path):
@@ -65,8 +67,11 @@ def test_only_what_changed_is_built_again(small_job, small_build, tmp_path):
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     report = build(load_job(tmp_path / "job.yaml"), jobs=1)
     assert {name: entry["kept"] for name, entry in report["files"].items()} == {
-        "b01.band.h5": True, "s01.htt.h5": False, "s01b01.atmq.h5": True, "s01b01.lunar_atmq.h5": True,
-    }  # fmt: skip
+        "b01.band.h5": True,
+        "s01.htt.h5": False,
+        "s01b01.atmq.h5": True,
+        "s01b01.lunar_atmq.h5": True,
+    }
 
 
 def test_a_damaged_file_is_built_again(small_job, small_build, tmp_path):
@@ -130,7 +135,10 @@ def test_columns_state_how_they_were_solved(small_build):
 def test_level_surfaces_are_the_same_for_every_azimuth(small_build):
     table = skyshine.mat.open(small_build / "s01.htt.h5")
     level = table.root.variables["temperature"].data[:, :, :, 0]
-    assert np.ptp(level, axis=2).max() == 0 and np.ptp(table.root.variables["temperature"].data[:, :, :, 1], axis=2).max() > 1
+    assert (
+        np.ptp(level, axis=2).max() == 0
+        and np.ptp(table.root.variables["temperature"].data[:, :, :, 1], axis=2).max() > 1
+    )
 
 
 def test_an_output_folder_that_cannot_be_made_is_one_clear_line(small_job, tmp_path):

@@ -39,10 +39,18 @@ def test_check_prints_what_is_built_and_when_the_sources_are_up(mat, small_job):
     assert "left out" in mat("check", small_job)[1]
 
 
-@pytest.mark.parametrize(("tolerance", "words"), [("0.2 K", "until 0.2 K holds"), ("{direct_radiance: 1 K}", "until 1 K of direct_radiance holds")])
+@pytest.mark.parametrize(
+    ("tolerance", "words"),
+    [("0.2 K", "until 0.2 K holds"), ("{direct_radiance: 1 K}", "until 1 K of direct_radiance holds")],
+)
 def test_check_says_why_it_does_not_know_how_many_nodes_a_tolerance_takes(mat, small_job, tmp_path, tolerance, words):
     job = tmp_path / "job.yaml"
-    job.write_text(small_job.read_text(encoding="utf-8").replace("atmosphere_grid:", f"atmosphere_grid:\n  tolerance: {tolerance}"), encoding="utf-8")
+    job.write_text(
+        small_job.read_text(encoding="utf-8").replace(
+            "atmosphere_grid:", f"atmosphere_grid:\n  tolerance: {tolerance}"
+        ),
+        encoding="utf-8",
+    )
     shown = mat("check", job)[1]
     assert words in shown and "not known before the build" in shown and "at most 20,000,000 nodes" in shown
 
@@ -51,14 +59,22 @@ def test_info_shows_versions_axes_and_errors(mat, small_build):
     status, shown, _ = mat("info", small_build / "s01b01.atmq.h5", "--json")
     content = json.loads(shown)
     assert status == 0 and content["attributes"]["filetype"] == "atmq"
-    assert content["axes"]["range"] == {"units": "km", "nodes": 4, "long_name": content["axes"]["range"]["long_name"], "from": 0.001, "to": 20.0}
+    assert content["axes"]["range"] == {
+        "units": "km",
+        "nodes": 4,
+        "long_name": content["axes"]["range"]["long_name"],
+        "from": 0.001,
+        "to": 20.0,
+    }
     assert content["accuracy"]["rms_kelvin"]["values"]["beta_star"] > 0
     assert content["cost"]["tables"]["value"] > 0 and content["cost"]["tables"]["units"] == "s"
     plain = mat("info", small_build / "s01b01.atmq.h5")[1]
     assert "beta_star" in plain and "cost, with the files of the same task: compile" in plain
 
 
-@pytest.mark.parametrize("record", [None, "{", '{"files": []}', '{"files": {"s01.htt.h5": {"stages": 3}}}', "[" * 100_000])
+@pytest.mark.parametrize(
+    "record", [None, "{", '{"files": []}', '{"files": {"s01.htt.h5": {"stages": 3}}}', "[" * 100_000]
+)
 def test_info_without_a_sound_record_of_cost(mat, small_build, tmp_path, record):
     shutil.copy(small_build / "s01.htt.h5", tmp_path)
     if record is not None:
@@ -90,7 +106,12 @@ def test_query_gives_a_value_with_its_stated_error(mat, small_build):
     place = ["material=asphalt_road", "altitude=0.5", "azimuth=200", "slope=20", "time=13.5"]
     status, shown, _ = mat("query", small_build / "s01.htt.h5", "temperature", *place, "--json")
     result = json.loads(shown)
-    assert status == 0 and result["units"] == "K" and 290 < result["value"] < 345 and result["stated_error"]["maximum"]["value"] > 0
+    assert (
+        status == 0
+        and result["units"] == "K"
+        and 290 < result["value"] < 345
+        and result["stated_error"]["maximum"]["value"] > 0
+    )
     assert "temperature = " in mat("query", small_build / "s01.htt.h5", "temperature", *place)[1]
 
 
@@ -98,10 +119,19 @@ def test_query_gives_a_value_with_its_stated_error(mat, small_build):
     ("arguments", "complaint"),
     [
         (["temprature", "material=1"], "found the quantity 'temprature'; did you mean 'temperature'?"),
-        (["temperature", "material=concrete", "altitude=0", "azimuth=0", "slope=0", "time=1"], "found the material 'concrete'"),
+        (
+            ["temperature", "material=concrete", "altitude=0", "azimuth=0", "slope=0", "time=1"],
+            "found the material 'concrete'",
+        ),
         (["temperature", "material=asphalt_road", "azimuth=0", "slope=0", "time=1"], "the axis 'altitude' is missing"),
-        (["temperature", "material=asphalt_road", "altitude=9", "azimuth=0", "slope=0", "time=1"], "altitude: found 9; allowed: 0 to 1"),
-        (["temperature", "material=asphalt_road", "altitude=x"], "found 'x' for the axis 'altitude'; allowed: a number"),
+        (
+            ["temperature", "material=asphalt_road", "altitude=9", "azimuth=0", "slope=0", "time=1"],
+            "altitude: found 9; allowed: 0 to 1",
+        ),
+        (
+            ["temperature", "material=asphalt_road", "altitude=x"],
+            "found 'x' for the axis 'altitude'; allowed: a number",
+        ),
         (["temperature", "noon"], "found 'noon'; allowed: AXIS=VALUE"),
     ],
 )

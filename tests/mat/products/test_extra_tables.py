@@ -1,4 +1,6 @@
-"""Extra tables where a job asks for them: the classic files keep their bytes, values are the spectral integrals, the report states gain and cost."""
+"""Extra tables where a job asks for them: the classic files keep their bytes, values are the spectral integrals, the
+report states gain and cost.
+"""
 
 import json
 import shutil
@@ -77,14 +79,18 @@ def test_at_the_nodes_emission_times_transmittance_is_the_integral(extra_job, ex
         rho = np.interp(1e4 / points.wavenumber, library[name].wavelength, library[name].reflectance)
         through = spectral * planck_wavenumber(points.wavenumber, 325.0) * points.radiance_weight @ (1 - rho)
         beta = thermal.beta_star(material=name, temperature=325.0, **place)
-        seen = band.blackbody_radiance(325.0) * (1 - band.value("reflectance_planck", material=name, planck_temperature=325.0))
+        seen = band.blackbody_radiance(325.0) * (
+            1 - band.value("reflectance_planck", material=name, planck_temperature=325.0)
+        )
         within = thermal.root.variables["class_difference"].data[number] + 2e-4  # other quadrature of the band
         assert abs(seen * thermal.transmittance(range=5.0, beta_star=beta) / through - 1) <= 2 * within
 
 
 def test_a_material_is_read_through_its_class(thermal):
     place = {"planck_temperature": 290.0, "range": 3.0, "altitude": 0.4, "elevation": -10.0}
-    for name, number in zip(thermal.root.variables["material_name"].data, thermal.root.variables["class_of_material"].data):
+    for name, number in zip(
+        thermal.root.variables["material_name"].data, thermal.root.variables["class_of_material"].data
+    ):
         of_class = thermal.value("beta_star_thermal", material_class=number, **place)
         assert thermal.value("beta_star_thermal", material=name, **place) == of_class
     with pytest.raises(InputError, match="found the material 'asfalt_road'.*asphalt_road"):
@@ -102,12 +108,19 @@ def test_a_frame_reads_tables_on_axes_of_their_own_and_by_scattering_angle(own_a
     still = {"altitude": 0.6, "source_elevation": 22.0}
     azimuth = draw.uniform(-400, 400, 100)
     frame = whole.part(**still, elevation=(-20.0, -5.0))
-    for name, extra in (("beta_star", {}), ("ambient_radiance", {}), ("path_radiance_ratio", {"source_azimuth": azimuth})):
+    for name, extra in (
+        ("beta_star", {}),
+        ("ambient_radiance", {}),
+        ("path_radiance_ratio", {"source_azimuth": azimuth}),
+    ):
         source = {} if name == "beta_star" else {"source_elevation": 22.0}
         expected = whole.value(name, altitude=0.6, **source, **place, **extra)
         np.testing.assert_allclose(frame.value(name, **place, **extra), expected, rtol=1e-12)
     expected = whole.value("path_radiance_ratio", **still, **place, source_azimuth=70.0)
-    np.testing.assert_allclose(whole.part(**still, elevation=(-20.0, -5.0), source_azimuth=70.0).value("path_radiance_ratio", **place), expected)
+    np.testing.assert_allclose(
+        whole.part(**still, elevation=(-20.0, -5.0), source_azimuth=70.0).value("path_radiance_ratio", **place),
+        expected,
+    )
     line = whole.part(**still, elevation=-9.0, source_azimuth=70.0)
     assert line.root.variables["path_radiance_ratio"].data.ndim == 1
     expected = whole.value("path_radiance_ratio", **still, range=place["range"], elevation=-9.0, source_azimuth=70.0)
@@ -123,12 +136,19 @@ def test_stated_errors_cover_both_what_is_read_and_what_classes_cost(thermal):
 def test_xarray_opens_it(extra_build):
     xarray = pytest.importorskip("xarray")
     with xarray.open_dataset(extra_build / THERMAL, engine="h5netcdf") as data:
-        assert data["beta_star_thermal"].sel(material_class=1).dims == ("planck_temperature", "range", "altitude", "elevation")
+        assert data["beta_star_thermal"].sel(material_class=1).dims == (
+            "planck_temperature",
+            "range",
+            "altitude",
+            "elevation",
+        )
 
 
 def test_what_is_left_out_changes_no_class_and_no_value(extra_job, thermal, tmp_path):
     file = tmp_path / "job.yaml"
-    file.write_text(extra_job.read_text(encoding="utf-8") + "needs: {elevation_deg: [-4, 10], range_km: [2, 4]}\n", encoding="utf-8")
+    file.write_text(
+        extra_job.read_text(encoding="utf-8") + "needs: {elevation_deg: [-4, 10], range_km: [2, 4]}\n", encoding="utf-8"
+    )
     loaded = load_job(file)
     (task,) = [task for task in make_plan(loaded, load_library()).tasks if task.kind == "thermal"]
     run_task(task, loaded, tmp_path, ("asphalt_road", "grass_green"), True)
@@ -137,9 +157,13 @@ def test_what_is_left_out_changes_no_class_and_no_value(extra_job, thermal, tmp_
     place = {"planck_temperature": 310.0, "range": np.linspace(2, 4, 5), "altitude": 0.6, "elevation": 3.0}
     for name in ("asphalt_road", "grass_green"):
         np.testing.assert_allclose(
-            less.value("beta_star_thermal", material=name, **place), thermal.value("beta_star_thermal", material=name, **place), rtol=2e-3
-        )  # fmt: skip
-    np.testing.assert_array_equal(less.root.variables["class_difference"].data, thermal.root.variables["class_difference"].data)
+            less.value("beta_star_thermal", material=name, **place),
+            thermal.value("beta_star_thermal", material=name, **place),
+            rtol=2e-3,
+        )
+    np.testing.assert_array_equal(
+        less.root.variables["class_difference"].data, thermal.root.variables["class_difference"].data
+    )
 
 
 def test_it_exports_flat_and_is_queried_and_drawn(extra_build, tmp_path):
@@ -147,7 +171,9 @@ def test_it_exports_flat_and_is_queried_and_drawn(extra_build, tmp_path):
     place = {"material": "grass_green", "planck_temperature": 301.0, "range": 2.0, "altitude": 0.2, "elevation": 0.0}
     value = float(flat.value("beta_star_thermal", **place))
     asked = [f"{axis}={number}" for axis, number in place.items()]
-    result = CliRunner().invoke(main, ["query", str(extra_build / THERMAL), "beta_star_thermal", *asked, "--json"], standalone_mode=False)
+    result = CliRunner().invoke(
+        main, ["query", str(extra_build / THERMAL), "beta_star_thermal", *asked, "--json"], standalone_mode=False
+    )
     assert json.loads(result.output)["value"] == pytest.approx(value, rel=1e-6)
     assert (extra_build / "pictures" / "s01b01.thermal_atmq.png").stat().st_size > 10_000
 
@@ -156,9 +182,13 @@ def test_normalisation_by_angle_reaches_grazing_light(small_build, extra_build):
     plain, extra = (skyshine.mat.open(folder / "b01.band.h5") for folder in (small_build, extra_build))
     (width,) = {load_library()["asphalt_road"].lobe_fwhm}
     angle = np.linspace(0.0, 89.0, 61)
-    np.testing.assert_allclose(extra.normalisation(material="asphalt_road", angle=angle), normalisation(width, angle), rtol=3e-3)
+    np.testing.assert_allclose(
+        extra.normalisation(material="asphalt_road", angle=angle), normalisation(width, angle), rtol=3e-3
+    )
     assert extra.normalisation(material="asphalt_road", angle=90.0) == 0.0
-    np.testing.assert_allclose(plain.normalisation(material="asphalt_road", angle=[0.0, 45.0]), normalisation(width, [0.0, 45.0]), rtol=1e-6)
+    np.testing.assert_allclose(
+        plain.normalisation(material="asphalt_road", angle=[0.0, 45.0]), normalisation(width, [0.0, 45.0]), rtol=1e-6
+    )
     with pytest.raises(InputError, match="source_angle: found 89; allowed: 0 to 75"):
         plain.normalisation(material="asphalt_road", angle=89.0)
     assert 0 < extra.error("normalisation_fine")["maximum"] < 0.02
@@ -181,11 +211,16 @@ def test_the_report_reads_the_stored_tables_and_counts_their_cost(prepared, extr
     budget = error_budget(prepared, extra_build, load_library(), source="sun", scenes=4, seed=3)
     options = describe(budget)["options"]
     emitted = options["weighted_transmittance"]
-    assert emitted["basis"] == "stored tables" and emitted["cost"]["size"]["value"] == (extra_build / THERMAL).stat().st_size
+    assert (
+        emitted["basis"] == "stored tables"
+        and emitted["cost"]["size"]["value"] == (extra_build / THERMAL).stat().st_size
+    )
     assert emitted["cost"]["build"]["value"] > 0 and set(emitted["rms_by_material"]) == {"asphalt_road", "grass_green"}
     before, after = emitted["without_interpolation"]["rms"]["values"]
     assert after < 0.05 * before
-    assert rms(budget.options["normalisation_by_angle"].after) <= 0.1 * rms(budget.options["normalisation_by_angle"].before)
+    assert rms(budget.options["normalisation_by_angle"].after) <= 0.1 * rms(
+        budget.options["normalisation_by_angle"].before
+    )
     assert options["normalisation_by_angle"]["cost"]["build"]["value"] > 0
     # The tables' own interpolation is what a frame leaves, whatever the field of view.
     frame = budget.frames["frame"]
@@ -200,5 +235,7 @@ def test_a_table_that_is_asked_for_and_missing(prepared, small_build, extra_buil
         error_budget(prepared, small_build, load_library(), source="sun", scenes=4, seed=3)
     folder = shutil.copytree(small_build, tmp_path / "built")
     shutil.copyfile(extra_build / THERMAL, folder / THERMAL)
-    with pytest.raises(InputError, match="b01.band.h5 lacks the normalisation_by_angle that the job asks for; build the job again"):
+    with pytest.raises(
+        InputError, match="b01.band.h5 lacks the normalisation_by_angle that the job asks for; build the job again"
+    ):
         error_budget(prepared, folder, load_library(), source="sun", scenes=4, seed=3)

@@ -1,4 +1,6 @@
-"""Databases of a job that leaves things out: as the whole ones within what they say, the same bytes each time, restored by one key."""
+"""Databases of a job that leaves things out: as the whole ones within what they say, the same bytes each time, restored
+by one key.
+"""
 
 import dataclasses
 import json
@@ -10,8 +12,8 @@ import pytest
 
 import skyshine.mat
 from skyshine import materials
-from skyshine.mat.atmosphere_product import compiled_band, path_grid
 from skyshine.mat.atmosphere.compile import band_points
+from skyshine.mat.atmosphere_product import compiled_band, path_grid
 from skyshine.mat.build import build
 from skyshine.mat.job import load_job
 from skyshine.mat.quantities import BandAtmosphere
@@ -83,9 +85,12 @@ def test_the_file_says_what_it_lacks_and_by_how_much(kept, restored):
 def test_no_read_differs_by_more_than_that(kept, restored):
     generator = np.random.default_rng(3)
     tables = opened(kept), opened(restored)
-    where = {name: generator.uniform(axis.values[0], axis.values[-1], 4000) for name, axis in tables[0].root.axes.items()}
+    where = {
+        name: generator.uniform(axis.values[0], axis.values[-1], 4000) for name, axis in tables[0].root.axes.items()
+    }
     read = [
-        {name: table.value(name, **{axis: where[axis] for axis in table.root.variables[name].dims}) for name in NAMES} for table in tables
+        {name: table.value(name, **{axis: where[axis] for axis in table.root.variables[name].dims}) for name in NAMES}
+        for table in tables
     ]
     bound = tables[0].root.groups["accuracy"].attributes["left_out_bound"]
     through = [np.exp(-5.5 * where["range"] / one["beta_star"]) for one in read]
@@ -114,7 +119,9 @@ def test_part_of_a_day_reads_like_the_whole(kept, restored):
     times = np.concatenate([np.linspace(22, 24, 40), np.linspace(0, 4.5, 40)])
     place = {"material": "grass_green", "altitude": 0.3, "azimuth": 300.0, "slope": 20.0}
     assert np.allclose(night.temperature(**place, time=times), day.temperature(**place, time=times), atol=1e-4)
-    assert np.allclose(night.temperature(**place, time=times[:-1]), night.temperature(**place, time=times[:-1] + 24.0), atol=1e-9)
+    assert np.allclose(
+        night.temperature(**place, time=times[:-1]), night.temperature(**place, time=times[:-1] + 24.0), atol=1e-9
+    )
     with pytest.raises(InputError, match="time: found 12; allowed: 22 to 28.5"):
         night.temperature(**place, time=12.0)
     assert night.error("temperature")["maximum"] < 5.0  # azimuths stand half a turn apart
@@ -142,7 +149,13 @@ def test_a_tolerance_of_the_surface_grid_places_times_of_the_whole_day(tmp_path)
     build(load_job(tmp_path / "job.yaml"), jobs=1)
     with h5py.File(tmp_path / "built" / "s01.htt.h5") as file:
         times, read = file["time"][()], file["time"].attrs["interpolation"]
-    assert read == "linear" and times[0] <= 22 + 1 / 6 and times[-1] >= 28 + 1 / 6 and np.all(np.diff(times) > 0) and times.size < 24
+    assert (
+        read == "linear"
+        and times[0] <= 22 + 1 / 6
+        and times[-1] >= 28 + 1 / 6
+        and np.all(np.diff(times) > 0)
+        and times.size < 24
+    )
 
 
 def test_a_material_of_equal_heat_balance_is_solved_once(tmp_path, monkeypatch):

@@ -57,9 +57,13 @@ def test_a_file_built_again_since_it_was_opened_is_not_mixed_with_the_old_one(co
 def test_threads_share_a_table(small_build):
     table = skyshine.mat.open(small_build / "s01.htt.h5")
     times = np.linspace(-50, 50, 5000)
-    expected = skyshine.mat.open(small_build / "s01.htt.h5").value("temperature", material="grass_green", **PLACE | {"time": times})
+    expected = skyshine.mat.open(small_build / "s01.htt.h5").value(
+        "temperature", material="grass_green", **PLACE | {"time": times}
+    )
     with ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(lambda _: table.value("temperature", material="grass_green", **PLACE | {"time": times}), range(32)))
+        found = list(
+            pool.map(lambda _: table.value("temperature", material="grass_green", **PLACE | {"time": times}), range(32))
+        )
     for each in found:
         np.testing.assert_array_equal(each, expected)
 
@@ -78,7 +82,8 @@ def test_out_of_range_is_chosen_for_each_axis(small_build):
 
 
 @pytest.mark.parametrize(
-    ("version", "remedy"), [("2.1.0", "upgrade skyshine to one whose htt format is 2.x"), ("0.9.0", "build it again from its job")]
+    ("version", "remedy"),
+    [("2.1.0", "upgrade skyshine to one whose htt format is 2.x"), ("0.9.0", "build it again from its job")],
 )
 def test_another_version_says_how_to_convert(copied, version, remedy):
     with h5py.File(copied, "r+") as file:
@@ -129,7 +134,9 @@ def test_the_flat_export_is_what_its_page_says_and_is_queried_like_the_database(
     assert table.temperature(material="grass_green", **PLACE) == same.temperature(material="grass_green", **PLACE)
 
 
-@pytest.mark.parametrize("change", [{"bytes": 7}, {"data": "gone.bin"}, {"format_version": "2.0.0"}, {"groups": {}}, {"groups": []}])
+@pytest.mark.parametrize(
+    "change", [{"bytes": 7}, {"data": "gone.bin"}, {"format_version": "2.0.0"}, {"groups": {}}, {"groups": []}]
+)
 def test_a_flat_export_that_does_not_fit_is_refused(small_build, tmp_path, change):
     file = export_raw(small_build / "b01.band.h5", tmp_path)
     file.write_text(json.dumps(json.loads(file.read_text(encoding="utf-8")) | change), encoding="utf-8")

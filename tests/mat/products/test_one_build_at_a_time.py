@@ -1,4 +1,6 @@
-"""What keeps builds whole: one at a time in a folder, clear lines where the disk is full, processes that end with their parent."""
+"""What keeps builds whole: one at a time in a folder, clear lines where the disk is full, processes that end with their
+parent.
+"""
 
 import os
 import signal
@@ -46,7 +48,9 @@ def small_disk(tmp_path):
     """A disk of 64 KiB."""
     disk = tmp_path / "disk"
     disk.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True, check=False)
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk], capture_output=True, check=False
+    )
     if mounted.returncode != 0:
         pytest.skip("no right to mount a small disk here")
     yield disk

@@ -31,7 +31,12 @@ def test_scattering_angle_may_be_named_itself(own_axes, places):
     table, where = skyshine.mat.open(file), {axis: places[axis] for axis in AXES[:4]}
     angle = tables["path_radiance_ratio"].located(places)["scattering_angle"]
     one = table.value("path_radiance_ratio", **where, scattering_angle=angle)
-    other = table.value("path_radiance_ratio", **where, source_azimuth=-places["source_azimuth"], out_of_range={"source_azimuth": "clamp"})
+    other = table.value(
+        "path_radiance_ratio",
+        **where,
+        source_azimuth=-places["source_azimuth"],
+        out_of_range={"source_azimuth": "clamp"},
+    )
     np.testing.assert_allclose(one, other)
     with pytest.raises(InputError, match="the axis 'source_elevation' is missing"):
         table.value("path_radiance_ratio", range=1.0, altitude=0.5, elevation=0.0, source_azimuth=0.0)

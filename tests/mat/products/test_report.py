@@ -48,7 +48,9 @@ def test_grey_surface_through_grey_air(honest, prepared):
     shape = 3, band.weight.size
     generator = np.random.default_rng(4)
     through = np.broadcast_to(np.array([[1e-3], [0.4], [0.98]]), shape)
-    lines = SpectralLines(through, generator.random(shape), generator.random(shape), np.array([1.0, 2.0, 3.0]), np.ones(3, bool))
+    lines = SpectralLines(
+        through, generator.random(shape), generator.random(shape), np.array([1.0, 2.0, 3.0]), np.ones(3, bool)
+    )
     finish = Finish(np.array([0.02, 0.9]), np.array([0.0, 0.7]), np.array([1.0, 40.0]), np.array([1.1, 12.0]))
     kelvin = np.array([[250.0, 300.0], [280.0, 330.0], [310.0, 290.0]])
     bounce = reflection(views, views.normal, finish)
@@ -86,7 +88,9 @@ def test_planted_errors_show_under_their_names(honest, budget_of, small_build, t
     )
     assert 2 < warmer - before < 5.5  # 5 K, seen through the air
     for source in ("path_radiance_table", "compiled_band", "transmittance"):
-        assert rms(wrong.errors[source]) == pytest.approx(rms(honest.errors[source]), rel=0.2)  # a wrong reflectance weighs them anew
+        assert rms(wrong.errors[source]) == pytest.approx(
+            rms(honest.errors[source]), rel=0.2
+        )  # a wrong reflectance weighs them anew
     assert rms(wrong.errors["all"] - honest.errors["all"]) > 0.1
 
 
@@ -115,8 +119,11 @@ def test_page_stands_alone(small_job, small_build, tmp_path):
     """HTML and JSON; nothing is fetched from anywhere."""
     page = tmp_path / "report.html"
     result = CliRunner().invoke(
-        main, ["report", str(small_job), "--out", str(page), "--scenes", "1"], catch_exceptions=False, standalone_mode=False
-    )  # fmt: skip
+        main,
+        ["report", str(small_job), "--out", str(page), "--scenes", "1"],
+        catch_exceptions=False,
+        standalone_mode=False,
+    )
     assert result.exit_code == 0
     text = page.read_text(encoding="utf-8")
     assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)""", text) and "<svg" in text and "@import" not in text

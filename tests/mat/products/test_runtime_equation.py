@@ -29,10 +29,15 @@ def equation_1(temperature_radiance, tau, path_ratio, ambient, direct, rho, spec
 
 @pytest.fixture(scope="module")
 def from_files(small_build):
-    surface, band, air = (skyshine.mat.open(small_build / name) for name in ("s01.htt.h5", "b01.band.h5", "s01b01.atmq.h5"))
+    surface, band, air = (
+        skyshine.mat.open(small_build / name) for name in ("s01.htt.h5", "b01.band.h5", "s01b01.atmq.h5")
+    )
     sun = {"source_elevation": SOURCE_ELEVATION}
     tau = air.transmittance(range=VIEW["range"], beta_star=air.value("beta_star", **VIEW))
-    of = {name: band.value(name, material=MATERIAL) for name in ("reflectance", "specular_fraction", "shininess", "normalisation")}
+    of = {
+        name: band.value(name, material=MATERIAL)
+        for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
+    }
     return equation_1(
         band.blackbody_radiance(surface.temperature(material=MATERIAL, **FACE)),
         tau,
@@ -53,13 +58,22 @@ def direct(job, points):
     thermal = np.trapezoid(planck_wavelength(wavelength, solved.temperature.item()), wavelength)
     rho = np.trapezoid(np.interp(wavelength, material.wavelength, material.reflectance), wavelength) / (high - low)
     air = BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), points)
-    seen = air.at_points(*VIEW.values(), SOURCE_ELEVATION, SOURCE_AZIMUTH, source_irradiance(job, "sun", points.wavenumber))
+    seen = air.at_points(
+        *VIEW.values(), SOURCE_ELEVATION, SOURCE_AZIMUTH, source_irradiance(job, "sun", points.wavenumber)
+    )
     exponent = np.log(0.5) / np.log(np.cos(np.radians(material.lobe_fwhm / 4)))
     factor = np.mean([normalisation_by_sum(exponent, angle) for angle in (0, 15, 30, 45, 60, 75)])
     return equation_1(
-        thermal, seen.transmittance[0], seen.path_radiance_ratio[0], seen.ambient[0], seen.direct[0],
-        rho, material.specular_fraction, exponent, factor,
-    )  # fmt: skip
+        thermal,
+        seen.transmittance[0],
+        seen.path_radiance_ratio[0],
+        seen.ambient[0],
+        seen.direct[0],
+        rho,
+        material.specular_fraction,
+        exponent,
+        factor,
+    )
 
 
 def normalisation_by_sum(exponent, incidence, count=1500):
@@ -75,7 +89,9 @@ def normalisation_by_sum(exponent, incidence, count=1500):
 
 def test_one_pixel_from_the_files_alone(small_job, from_files):
     job = load_job(small_job).job
-    everything = band_points(absorption_table().points(*response_of(job.bands[0]).wavenumber_range), response_of(job.bands[0]))
+    everything = band_points(
+        absorption_table().points(*response_of(job.bands[0]).wavenumber_range), response_of(job.bands[0])
+    )
     assert from_files == pytest.approx(direct(job, everything), rel=2e-3)  # the tolerance of the compiled band
 
 

@@ -72,15 +72,28 @@ def scene(small_build):
     """Pixels all over the axes, round the periodic ones more than once, at nodes too, lit from behind too."""
     draw = np.random.default_rng(7)
     limits = {
-        "surface_altitude": (0, 1), "surface_azimuth": (-400, 800), "surface_slope": (0, 45), "time": (-30, 60),
-        "range": (0.001, 20), "centre_range": (0.001, 20), "altitude": (0.01, 1), "centre_elevation": (-90, 90),
-        "source_elevation": (-20, 60), "source_azimuth": (-500, 500),
-    }  # fmt: skip
+        "surface_altitude": (0, 1),
+        "surface_azimuth": (-400, 800),
+        "surface_slope": (0, 45),
+        "time": (-30, 60),
+        "range": (0.001, 20),
+        "centre_range": (0.001, 20),
+        "altitude": (0.01, 1),
+        "centre_elevation": (-90, 90),
+        "source_elevation": (-20, 60),
+        "source_azimuth": (-500, 500),
+    }
     pixels = []
     for number in range(PIXELS):
         pixel = {name: float(draw.uniform(*limit)) for name, limit in limits.items()}
         if number % 10 == 0:
-            pixel |= {"time": 24.0, "surface_azimuth": 360.0, "altitude": 1.0, "centre_elevation": 90.0, "source_azimuth": 180.0}
+            pixel |= {
+                "time": 24.0,
+                "surface_azimuth": 360.0,
+                "altitude": 1.0,
+                "centre_elevation": 90.0,
+                "source_azimuth": 180.0,
+            }
         pixel |= {name: draw.normal(size=3).tolist() for name in ("normal", "to_source", "to_observer")}
         pixels.append(pixel | {"material": ["asphalt_road", "grass_green"][number % 2]})
     return {name: str(small_build / file) for name, file in FILES.items()} | CAMERA | {"pixels": pixels}
@@ -94,7 +107,8 @@ def by_library(scene):
     face = {name: of[f"surface_{name}"] for name in ("altitude", "azimuth", "slope")}
     temperature = surface.temperature(material=of["material"], time=of["time"], **face)
     rho, fraction, shininess, normalisation = (
-        band.value(name, material=of["material"]) for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
+        band.value(name, material=of["material"])
+        for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
     )
     view = {"range": of["centre_range"], "altitude": of["altitude"], "elevation": of["centre_elevation"]}
     sun = {"source_elevation": of["source_elevation"]}
@@ -106,17 +120,21 @@ def by_library(scene):
     direct = np.where(cosine > 0, air.value("direct_radiance", **view, **sun) * rho * tau, 0.0)
     blackbody = band.blackbody_radiance(temperature)
     result = {
-        "temperature": temperature, "blackbody_radiance": blackbody, "transmittance": tau,
+        "temperature": temperature,
+        "blackbody_radiance": blackbody,
+        "transmittance": tau,
         "thermal": blackbody * (1 - rho) * tau,
         "path": air.value("path_radiance_ratio", **view, **sun, source_azimuth=of["source_azimuth"]) * (1 - tau),
         "skyshine": air.value("ambient_radiance", **view, **sun) * rho * tau,
         "diffuse": direct * cosine * (1 - fraction),
         "specular": direct * specular_lobe(shininess, source, observer, normal) * fraction * normalisation,
-    }  # fmt: skip
+    }
     result["radiance"] = sum(result[name] for name in ("thermal", "path", "skyshine", "diffuse", "specular"))
     share = np.clip(result["radiance"] / CAMERA["gain"], 0, 1)
     result["pixel_value"] = np.clip(
-        np.trunc(2 ** CAMERA["bits"] * CAMERA["buffer_gain"] * (share - CAMERA["offset"]) - 0.5), 0, 2 ** CAMERA["bits"] - 1
+        np.trunc(2 ** CAMERA["bits"] * CAMERA["buffer_gain"] * (share - CAMERA["offset"]) - 0.5),
+        0,
+        2 ** CAMERA["bits"] - 1,
     )
     return result
 
@@ -143,7 +161,9 @@ def test_tables_on_axes_of_their_own_are_read_alike(runtime, scene, own_axes):
     assert status == 0, complaint
     expected = by_library(scene)
     for name in ("transmittance", "path", "skyshine", "diffuse", "radiance"):
-        np.testing.assert_allclose([pixel[name] for pixel in json.loads(shown)["pixels"]], expected[name], rtol=1e-6, atol=1e-12, err_msg=name)
+        np.testing.assert_allclose(
+            [pixel[name] for pixel in json.loads(shown)["pixels"]], expected[name], rtol=1e-6, atol=1e-12, err_msg=name
+        )
 
 
 def test_outside_an_axis_it_stops_or_clamps_as_the_scene_says(runtime, scene):
@@ -180,6 +200,10 @@ def test_another_version_another_kind_and_damage_are_refused_in_one_line(runtime
         file.attrs["format_version"] = "2.0.0"
     damaged = tmp_path / "damaged.htt.h5"
     damaged.write_bytes(Path(scene["surface"]).read_bytes()[:3000])
-    for wrong, words in ((newer, "2.0.0; allowed: htt 1.x"), (scene["band"], "holds 'band'"), (damaged, "not a readable HDF5 file")):
+    for wrong, words in (
+        (newer, "2.0.0; allowed: htt 1.x"),
+        (scene["band"], "holds 'band'"),
+        (damaged, "not a readable HDF5 file"),
+    ):
         status, shown, complaint = runtime(scene | {"surface": str(wrong)})
         assert status == 1 and words in complaint and len(complaint.strip().splitlines()) == 1 and not shown.strip()

@@ -57,7 +57,8 @@ def test_missing_folder_is_named(tmp_path):
 
 @pytest.mark.parametrize(
     "nanometres, expected",
-    # Binary cross sections of O2-O2, cm5 molecule-2: Thalman and Volkamer 2013 (Phys. Chem. Chem. Phys. 15, 15371), 295 K.
+    # Binary cross sections of O2-O2, cm5 molecule-2: Thalman and Volkamer 2013 (Phys. Chem. Chem. Phys. 15, 15371), 295
+    # K.
     [(477.0, 6.6e-46), (577.2, 1.10e-45), (630.0, 7.2e-46)],
 )
 def test_oxygen_pairs_in_the_visible(continua, nanometres, expected):

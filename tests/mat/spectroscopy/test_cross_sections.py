@@ -1,4 +1,6 @@
-"""Measured cross sections: published strengths and peaks, behaviour at the ends of temperature, distribution over points."""
+"""Measured cross sections: published strengths and peaks, behaviour at the ends of temperature, distribution over
+points.
+"""
 
 import gzip
 
@@ -29,7 +31,8 @@ def strength(source, low, high, temperature=293.0):
 @pytest.mark.parametrize(
     "gas, nanometres, expected, tolerance",
     [
-        # Hartley peak at 255 nm, Chappuis peak at 602 nm, edge of Huggins: Gorshelev et al. 2014 (Atmos. Meas. Tech. 7, 609).
+        # Hartley peak at 255 nm, Chappuis peak at 602 nm, edge of Huggins: Gorshelev et al. 2014 (Atmos. Meas. Tech. 7,
+        # 609).
         ("O3", 255.0, 1.15e-17, 0.03),
         ("O3", 602.0, 5.1e-21, 0.06),
         ("O3", 325.0, 1.65e-20, 0.06),
@@ -45,8 +48,9 @@ def test_ultraviolet_and_visible_peaks(sources, gas, nanometres, expected, toler
 @pytest.mark.shared_data
 @pytest.mark.parametrize(
     "gas, expected",
-    # Whole infrared strengths, 1e-17 cm molecule-1: Harrison 2018 (Atmos. Meas. Tech. 11, 5827) for CFC-11 (710 to 1290 cm-1),
-    # Harrison 2015 (Atmos. Meas. Tech. 8, 3197) for CFC-12 (800 to 1270 cm-1); the tables here hold the two strong bands.
+    # Whole infrared strengths, 1e-17 cm molecule-1: Harrison 2018 (Atmos. Meas. Tech. 11, 5827) for CFC-11 (710 to 1290
+    # cm-1), Harrison 2015 (Atmos. Meas. Tech. 8, 3197) for CFC-12 (800 to 1270 cm-1); the tables here hold the two
+    # strong bands.
     [("CFC-11", 10.0), ("CFC-12", 13.6)],
 )
 def test_strengths_of_the_chlorofluorocarbons(sources, gas, expected):
@@ -91,7 +95,9 @@ def test_spread_keeps_the_mean_and_the_distribution():
     np.testing.assert_allclose(constant, 7.0)
 
 
-@pytest.mark.parametrize("text", ["", "too short", f"{'CCl4':>10}{800.0:10.4f}{801.0:10.4f}{9:10d}{296.0:10.4f}\n 1.0E-18\n"])
+@pytest.mark.parametrize(
+    "text", ["", "too short", f"{'CCl4':>10}{800.0:10.4f}{801.0:10.4f}{9:10d}{296.0:10.4f}\n 1.0E-18\n"]
+)
 def test_damaged_tables_are_refused(tmp_path, text):
     path = tmp_path / "CCL4.gz"
     with gzip.open(path, "wt") as file:

@@ -12,7 +12,13 @@ from skyshine.schemas.errors import InputError
 
 def record(molecule=2, isotopologue="1", wavenumber=2349.1433, strength=3.5e-18, shift=-0.0028):
     text = f"{molecule:2d}{isotopologue}{wavenumber:12.6f}{strength:10.3e}{2.0:10.3e}"
-    text += f"{0.0745:.4f}"[1:] + f"{0.099:5.3f}" + f"{16.3897:10.4f}" + f"{0.71:4.2f}" + f"{shift:8.6f}".replace("0.", ".")[:8]
+    text += (
+        f"{0.0745:.4f}"[1:]
+        + f"{0.099:5.3f}"
+        + f"{16.3897:10.4f}"
+        + f"{0.71:4.2f}"
+        + f"{shift:8.6f}".replace("0.", ".")[:8]
+    )
     return text.ljust(160)
 
 

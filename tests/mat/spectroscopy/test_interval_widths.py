@@ -20,7 +20,9 @@ def test_a_range_is_widened_to_whole_intervals():
     assert most_points(5000.0) < most_points(4995.0)
 
 
-@pytest.mark.parametrize("low, high, message", [(800, 750, "no range"), (5, 20, "not within"), (33000, 40000, "not within")])
+@pytest.mark.parametrize(
+    "low, high, message", [(800, 750, "no range"), (5, 20, "not within"), (33000, 40000, "not within")]
+)
 def test_ranges_that_cannot_be_are_refused(low, high, message):
     with pytest.raises(InputError, match=message):
         interval_edges(low, high)

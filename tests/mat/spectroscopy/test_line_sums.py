@@ -16,8 +16,16 @@ def lines(wavenumber, strength=1e-20, molecule=CO2, width=0.07, energy=100.0, sh
     wavenumber = np.atleast_1d(np.asarray(wavenumber, float))
     full = np.ones(wavenumber.size)
     return LineList(
-        molecule, full.astype(int), wavenumber, strength * full, width * full, 4 * width * full, energy * full, 0.7 * full, shift * full
-    )  # fmt: skip
+        molecule,
+        full.astype(int),
+        wavenumber,
+        strength * full,
+        width * full,
+        4 * width * full,
+        energy * full,
+        0.7 * full,
+        shift * full,
+    )
 
 
 def at(line_list, wavenumber, pressure=101325.0, temperature=296.0, **settings):
@@ -25,7 +33,8 @@ def at(line_list, wavenumber, pressure=101325.0, temperature=296.0, **settings):
 
 
 def test_lorentz_line_at_reference_conditions():
-    # At 296 K and 1 atm, 0.5 cm-1 from the centre, a line of half width 0.07 cm-1 is Lorentzian: S g / pi / (d^2 + g^2).
+    # At 296 K and 1 atm, 0.5 cm-1 from the centre, a line of half width 0.07 cm-1 is Lorentzian: S g / pi / (d^2 +
+    # g^2).
     expected = 1e-20 * 1e-4 * 0.07 / np.pi / (0.5**2 + 0.07**2)
     assert at(lines(1000.0), [1000.5])[0] == pytest.approx(expected, rel=2e-4)
 

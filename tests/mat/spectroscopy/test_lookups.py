@@ -1,4 +1,6 @@
-"""Stand-ins for missing line lists: LOWTRAN7's parameters from its source, REPTRAN's representatives on the fine grid."""
+"""Stand-ins for missing line lists: LOWTRAN7's parameters from its source, REPTRAN's representatives on the fine
+grid.
+"""
 
 import numpy as np
 import pytest
@@ -58,7 +60,8 @@ def test_ozone_near_nine_and_a_half_micrometres(shared_data, tmp_path):
     grid = linebyline.interval_grid(1050.0, 1055.0)
     spectrum = source.spectrum(grid, 1050.0, 1055.0)
     assert spectrum.shape == (nodes.PRESSURE.size, nodes.TEMPERATURE.size, grid.size) and spectrum.min() >= 0
-    # Band strength of nu3 is 1.4e-17 cm over some 70 cm-1 (Rothman et al. 2005): a mean of about 2e-19 cm2, more in the branches.
+    # Band strength of nu3 is 1.4e-17 cm over some 70 cm-1 (Rothman et al. 2005): a mean of about 2e-19 cm2, more in the
+    # branches.
     mean = spectrum[-1, 4].mean() * 1e4
     assert 1e-19 < mean < 8e-19
     some, humid = source.points(grid[[5, 700, 4000]], 1050.0, 1055.0)
@@ -69,7 +72,9 @@ def test_ozone_near_nine_and_a_half_micrometres(shared_data, tmp_path):
 @pytest.mark.shared_data
 @pytest.mark.parametrize("slope", [0.0, 0.5])
 def test_a_steep_shape_is_flattened_until_it_keeps_the_transmittance_of_its_band(shared_data, tmp_path, slope):
-    """Ozone at 1060-1075 cm-1: REPTRAN's representatives as they are against the three intervals, through the whole atmosphere."""
+    """Ozone at 1060-1075 cm-1: REPTRAN's representatives as they are against the three intervals, through the whole
+    atmosphere.
+    """
     values = ",".join(f"{slope * step:.2f}" for step in range(4))
     path = tmp_path / "lowtran7.f"
     path.write_text(
@@ -89,4 +94,6 @@ def test_a_steep_shape_is_flattened_until_it_keeps_the_transmittance_of_its_band
     exact = np.average(np.exp(-depth), weights=source._weights[: source._count[band], band])
     assert abs(np.mean(means) - exact) < SHAPE_EFFECT + 0.001
     assert (strengths[2] / strengths[0] > 1.5) == (slope > 0)
-    assert np.mean(strengths) == pytest.approx(np.average(depth / column, weights=source._weights[: depth.size, band]), rel=0.02)
+    assert np.mean(strengths) == pytest.approx(
+        np.average(depth / column, weights=source._weights[: depth.size, band]), rel=0.02
+    )

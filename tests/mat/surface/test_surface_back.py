@@ -33,7 +33,9 @@ def night(steps, pressure=0.0, sky=200.0):
     def row(value):
         return np.full((1, steps), float(value))
 
-    return Forcing(row(0), row(0), row(0), row(sky), row(0), row(280), row(800), row(pressure), row(2), np.array([[1.0]]))
+    return Forcing(
+        row(0), row(0), row(0), row(sky), row(0), row(280), row(800), row(pressure), row(2), np.array([[1.0]])
+    )
 
 
 def solve(chosen, forcing=night, **options):
@@ -139,7 +141,8 @@ def test_a_material_file_carries_its_back_by_hour(tmp_path):
     hours = ", ".join(str(100 + hour) for hour in range(24))
     file = tmp_path / "hood.yaml"
     file.write_text(
-        f"{before}back:\n  kind: {{value: heated, source: test}}\n  heat_flux: {{value: [{hours}], source: test}}\n{surface}",
+        f"{before}back:\n  kind: {{value: heated, source: test}}\n  heat_flux: {{value: [{hours}], source:"
+        f" test}}\n{surface}",
         encoding="utf-8",
     )
     stack, _, _ = load_thermal(file)

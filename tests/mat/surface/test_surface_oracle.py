@@ -37,9 +37,17 @@ def forcing_at(seconds):
     sun = 750 * np.exp(2.5 * (np.cos(turn * (hours - 12)) - 1))
     none = np.zeros_like(hours)
     return Forcing(
-        0.8 * sun, 0.2 * sun, none, 0.78 * 5.67e-8 * air**4, none, air, 1200 + 100 * np.cos(turn * hours), none + 1e5,
-        2 + np.cos(turn * (hours - 14)), np.array([[0.8]]),
-    )  # fmt: skip
+        0.8 * sun,
+        0.2 * sun,
+        none,
+        0.78 * 5.67e-8 * air**4,
+        none,
+        air,
+        1200 + 100 * np.cos(turn * hours),
+        none + 1e5,
+        2 + np.cos(turn * (hours - 14)),
+        np.array([[0.8]]),
+    )
 
 
 @pytest.mark.parametrize("name", COLUMNS)
@@ -55,7 +63,8 @@ def test_solver_agrees_with_the_oracle(name):
 
 
 def test_steel_plate_cools_into_space():
-    """10 mm of steel at one temperature, 350 K at first, black on one side: 1/T^3 grows by 3 sigma t / (rho c d), and T is
+    """10 mm of steel at one temperature, 350 K at first, black on one side: 1/T^3 grows by 3 sigma t / (rho c d), and T
+    is
     293.4416 K after an hour."""
     steel = (45.0, 7850.0, 480.0)
     stack = ThermalStack(Layer(0.009998, *steel), (Layer(1e-6, *steel), Layer(1e-6, *steel)), Back("adiabatic"))

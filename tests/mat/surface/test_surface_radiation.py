@@ -1,4 +1,6 @@
-"""Measured light in place of the computed: means that are kept, nights, other altitudes, files and jobs that lack it."""
+"""Measured light in place of the computed: means that are kept, nights, other altitudes, files and jobs that lack
+it.
+"""
 
 from dataclasses import replace
 from datetime import date
@@ -53,7 +55,9 @@ def test_direct_light_at_night_is_refused_and_a_little_is_stray(site, clear):
     direct[1] = 5.0
     assert np.all(MeasuredRadiation(HOURS, direct, np.zeros(24)).sunlight(site, *clear)[0] == 0)
     direct[1] = 300.0
-    with pytest.raises(InputError, match=r"found 300 W m\^-2 of direct light in the time to 2 h, when the Sun is down; check date"):
+    with pytest.raises(
+        InputError, match=r"found 300 W m\^-2 of direct light in the time to 2 h, when the Sun is down; check date"
+    ):
         MeasuredRadiation(HOURS, direct, np.zeros(24)).sunlight(site, *clear)
 
 
@@ -112,7 +116,9 @@ def test_tmy3_of_greensboro():
 def test_a_job_takes_measured_light_from_a_table(tmp_path, load_weather):
     light = np.where((HOURS > 6) & (HOURS < 19), 600.0, 0.0)
     rows = [f"{hour % 24:02d}:00,20,{light[hour - 1]:g},{light[hour - 1] / 6:g},350" for hour in (24, *range(1, 24))]
-    (tmp_path / "day.csv").write_text("\n".join(["time,air_temperature[C],direct_normal,diffuse,lw_down", *rows]) + "\n")
+    (tmp_path / "day.csv").write_text(
+        "\n".join(["time,air_temperature[C],direct_normal,diffuse,lw_down", *rows]) + "\n"
+    )
     site, weather, sky = scene_inputs(load_weather("{file: day.csv, radiation: measured}"), 1)
     forcing = Scene(site, weather, sky, np.array([1800.0]), np.array([0.0]), np.array([0.0])).forcing(SUN_STEPS)
     assert hourly_means(forcing.shortwave_diffuse[0])[11] == pytest.approx(100.0, rel=0.01)
@@ -128,11 +134,26 @@ TABLE = f"time: {EIGHT}, air_temperature_c: {[20] * 8}"
 @pytest.mark.parametrize(
     "weather, message",
     [
-        ("{air_temperature_c: 20, radiation: measured}", "found radiation: measured without direct_normal_w_m2 and diffuse_w_m2"),
-        (f"{{hourly: {{{TABLE}}}, radiation: measured}}", "found radiation: measured without direct_normal_w_m2 and diffuse_w_m2"),
-        (f"{{hourly: {{{TABLE}, direct_normal_w_m2: {[0] * 8}}}, radiation: measured}}", "found one of direct_normal_w_m2 and diffuse_w_m2"),
-        (f"{{hourly: {{{TABLE}, longwave_down_w_m2: {[300] * 8}}}}}", "found longwave_down_w_m2 by hour and radiation: computed"),
-        (f"{{hourly: {{{TABLE}, direct_normal_w_m2: {[0] * 7}, diffuse_w_m2: {[0] * 8}}}, radiation: measured}}", "found 7 values of direct_normal"),
+        (
+            "{air_temperature_c: 20, radiation: measured}",
+            "found radiation: measured without direct_normal_w_m2 and diffuse_w_m2",
+        ),
+        (
+            f"{{hourly: {{{TABLE}}}, radiation: measured}}",
+            "found radiation: measured without direct_normal_w_m2 and diffuse_w_m2",
+        ),
+        (
+            f"{{hourly: {{{TABLE}, direct_normal_w_m2: {[0] * 8}}}, radiation: measured}}",
+            "found one of direct_normal_w_m2 and diffuse_w_m2",
+        ),
+        (
+            f"{{hourly: {{{TABLE}, longwave_down_w_m2: {[300] * 8}}}}}",
+            "found longwave_down_w_m2 by hour and radiation: computed",
+        ),
+        (
+            f"{{hourly: {{{TABLE}, direct_normal_w_m2: {[0] * 7}, diffuse_w_m2: {[0] * 8}}}, radiation: measured}}",
+            "found 7 values of direct_normal",
+        ),
     ],
 )
 def test_what_does_not_fit_is_placed_in_the_job(tmp_path, load_weather, weather, message):
@@ -141,6 +162,8 @@ def test_what_does_not_fit_is_placed_in_the_job(tmp_path, load_weather, weather,
 
 
 def test_a_file_without_light_is_named(tmp_path, load_weather):
-    (tmp_path / "day.csv").write_text("time,air_temperature[C]\n" + "".join(f"{hour:02d}:00,20\n" for hour in range(0, 24, 3)))
+    (tmp_path / "day.csv").write_text(
+        "time,air_temperature[C]\n" + "".join(f"{hour:02d}:00,20\n" for hour in range(0, 24, 3))
+    )
     with pytest.raises(InputError, match="day.csv.*direct_normal"):
         load_weather("{file: day.csv, radiation: measured}")

@@ -59,7 +59,9 @@ materials: [concrete]
 
 
 def test_layers_of_cloud_take_the_place_of_a_fraction(tmp_path):
-    """Stratus leaves no beam, little light, and a nearly black warm sky, whatever the fraction of the weather would do."""
+    """Stratus leaves no beam, little light, and a nearly black warm sky, whatever the fraction of the weather would
+    do.
+    """
     file = tmp_path / "job.yaml"
     found = {}
     for name, clouds, fraction in (("clear", "clouds: []", ""), ("layer", "clouds: [{type: stratus}]", "")):

@@ -97,7 +97,11 @@ def test_epw_hours_end_where_the_file_says(tmp_path):
     "day, change, message",
     [
         (date(2026, 6, 20), (), "test.epw: found 0 hours of 20 June; allowed: the 24 of a day"),
-        (date(2026, 6, 22), [(24 + 5, 6, "99.9")], "test.epw:38: temp_air: found 99.9; allowed: numbers worth -90 to 70"),
+        (
+            date(2026, 6, 22),
+            [(24 + 5, 6, "99.9")],
+            "test.epw:38: temp_air: found 99.9; allowed: numbers worth -90 to 70",
+        ),
         (date(2026, 6, 21), [(2, 22, "99")], "test.epw:11: total_sky_cover: found 99"),
         (date(2026, 6, 21), [(0, 1, "June")], "is not a file that pvlib reads as EPW"),
     ],
@@ -126,7 +130,9 @@ def csv(folder, rows, header="time,air_temperature[C],wind_speed[km/h],cloud_fra
 
 
 def test_csv_by_time_of_day(tmp_path):
-    found = read_weather(csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(0, 24, 3)]), date(2026, 6, 21), 0)
+    found = read_weather(
+        csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(0, 24, 3)]), date(2026, 6, 21), 0
+    )
     assert found.air_temperature_c == pytest.approx(np.arange(0, 24, 3)) and found.relative_humidity_percent is None
     assert found.wind_speed_m_s == pytest.approx([10.0] * 8) and found.cloud_fraction == pytest.approx([0.5] * 8)
 
@@ -167,6 +173,8 @@ def test_a_missing_file_is_placed_in_the_job(tmp_path, load_weather):
 
 def test_a_tmy3_file_with_times_that_are_numbers_is_refused_in_one_line(tmp_path):
     file = tmp_path / "year.csv"
-    file.write_text("723170,TEST,NC,-5.0,36.1,-79.95,273\nDate (MM/DD/YYYY),Time (HH:MM),ETR (W/m^2)\n06/21/1988,1400,0\n")
+    file.write_text(
+        "723170,TEST,NC,-5.0,36.1,-79.95,273\nDate (MM/DD/YYYY),Time (HH:MM),ETR (W/m^2)\n06/21/1988,1400,0\n"
+    )
     with pytest.raises(InputError, match="year.csv: is not a file that pvlib reads as TMY3: .*; check it"):
         read_weather(file, date(2026, 6, 21), -5)

@@ -21,7 +21,8 @@ def table():
     }
     shapes = {"path": ("range", "altitude", "elevation", "source_azimuth"), "plain": ("material",)}
     variables = {
-        name: Variable(dims, draw.random([axes[d].values.size for d in dims]).astype(np.float32), "1", name) for name, dims in shapes.items()
+        name: Variable(dims, draw.random([axes[d].values.size for d in dims]).astype(np.float32), "1", name)
+        for name, dims in shapes.items()
     }
     variables["valid"] = Variable(("range", "altitude", "elevation"), np.ones((4, 2, 5), np.int8), "1", "valid")
     return Table("t.h5", "atmq", Group(axes, variables), {})
@@ -29,18 +30,27 @@ def table():
 
 def test_it_reads_as_the_whole_does(table):
     draw = np.random.default_rng(5)
-    place = {"range": draw.uniform(0, 9, 300), "elevation": draw.uniform(-8, -4, 300), "source_azimuth": draw.uniform(-400, 400, 300)}
+    place = {
+        "range": draw.uniform(0, 9, 300),
+        "elevation": draw.uniform(-8, -4, 300),
+        "source_azimuth": draw.uniform(-400, 400, 300),
+    }
     part = table.part(altitude=1.3, elevation=(-8.0, -4.0))
     np.testing.assert_allclose(part.value("path", **place), table.value("path", altitude=1.3, **place), rtol=1e-12)
     assert part.root.variables["path"].data.shape == (4, 2, 3)
-    assert set(part.root.axes) == {"range", "elevation", "source_azimuth", "material"} and "valid" not in part.root.variables
+    assert (
+        set(part.root.axes) == {"range", "elevation", "source_azimuth", "material"}
+        and "valid" not in part.root.variables
+    )
     np.testing.assert_array_equal(part.root.variables["plain"].data, table.root.variables["plain"].data)
 
 
 def test_a_profile_along_one_line_of_sight(table):
     still = {"altitude": 0.4, "elevation": 7.0, "source_azimuth": 200.0}
     ranges = np.linspace(0, 9, 40)
-    np.testing.assert_allclose(table.part(**still).value("path", range=ranges), table.value("path", range=ranges, **still), rtol=1e-12)
+    np.testing.assert_allclose(
+        table.part(**still).value("path", range=ranges), table.value("path", range=ranges, **still), rtol=1e-12
+    )
 
 
 def test_ends_outside_the_axis_clamp_where_asked(table):

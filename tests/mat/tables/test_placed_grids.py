@@ -13,7 +13,9 @@ from skyshine.mat.scattering import scattering_angle
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.schemas.errors import CheckFailed
 
-BASE = PathGrid([0.1, 1.0, 10.0, 30.0], [0.0, 1.0, 4.0], [-90.0, -5.0, 0.0, 30.0, 90.0], [-5.0, 0.0, 60.0], [0.0, 60.0, 180.0])
+BASE = PathGrid(
+    [0.1, 1.0, 10.0, 30.0], [0.0, 1.0, 4.0], [-90.0, -5.0, 0.0, 30.0, 90.0], [-5.0, 0.0, 60.0], [0.0, 60.0, 180.0]
+)
 SCALE = Scale(10.0, 1.0, 1.0)
 
 
@@ -29,17 +31,28 @@ class Air:
 
     def table(self, grid, wanted):
         r, a, e, s, z = np.meshgrid(*(getattr(grid, name) for name in PathGrid.__dataclass_fields__), indexing="ij")
-        beta, ratio, ambient, direct, tau = self.quantities(r, a, e, s, z if grid.by_scattering_angle else scattering_angle(e, s, z))
+        beta, ratio, ambient, direct, tau = self.quantities(
+            r, a, e, s, z if grid.by_scattering_angle else scattering_angle(e, s, z)
+        )
         path, source = (..., 0, 0), (..., 0)
-        found = {"beta_star": beta[path], "path_radiance_ratio": ratio, "ambient": ambient[source], "direct": direct[source]}
+        found = {
+            "beta_star": beta[path],
+            "path_radiance_ratio": ratio,
+            "ambient": ambient[source],
+            "direct": direct[source],
+        }
         found = {name: value if name in wanted else None for name, value in found.items()}
         return AtmosphericQuantities(**found, valid=np.ones(tau[path].shape, bool), transmittance=tau[path])
 
     def along_lines(self, ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, *, wanted):
         a, e, s = altitude[:, None, None], elevation[:, None, None], source[:, None]
-        beta, ratio, ambient, direct, tau = self.quantities(ranges[:, :, None], a, e, s, scattering_angle(e, s, azimuth[:, None]))
+        beta, ratio, ambient, direct, tau = self.quantities(
+            ranges[:, :, None], a, e, s, scattering_angle(e, s, azimuth[:, None])
+        )
         row = np.arange(len(ambient_at))
-        return AtmosphericQuantities(beta[..., 0], ratio, ambient[row, ambient_at, 0], direct, np.ones(ranges.shape, bool), tau[..., 0])
+        return AtmosphericQuantities(
+            beta[..., 0], ratio, ambient[row, ambient_at, 0], direct, np.ones(ranges.shape, bool), tau[..., 0]
+        )
 
 
 def placed(tolerance, names=tuple(QUANTITIES), most=10**6, base=BASE):
@@ -49,9 +62,13 @@ def placed(tolerance, names=tuple(QUANTITIES), most=10**6, base=BASE):
         return Probes.drawn(air, base, np.zeros(1), generator, sky=count if key == "ambient" else 0, count=count)
 
     return placed_grids(
-        lambda grid, key: air.table(grid, (key,)), probes, base,
-        dict.fromkeys(names, (SCALE, tolerance)), seed=3, most=most,
-    )  # fmt: skip
+        lambda grid, key: air.table(grid, (key,)),
+        probes,
+        base,
+        dict.fromkeys(names, (SCALE, tolerance)),
+        seed=3,
+        most=most,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +104,10 @@ def test_azimuths_of_part_of_the_circle_stay_azimuths():
 
 
 def test_what_cannot_be_held_names_quantity_and_axis():
-    words = r"atmosphere_grid.tolerance 0.001 cannot be held for beta_star with 500 nodes: it takes more than .*, most for the \w+; raise it"
+    words = (
+        r"atmosphere_grid.tolerance 0.001 cannot be held for beta_star with 500 nodes: it takes more than .*, most for"
+        r" the \w+; raise it"
+    )
     with pytest.raises(CheckFailed, match=words):
         placed(1e-3, most=500)
 

@@ -1,4 +1,6 @@
-"""Lines of sight on which tables are measured: every cell as often as every other, and no error where a table is linear."""
+"""Lines of sight on which tables are measured: every cell as often as every other, and no error where a table is
+linear.
+"""
 
 import numpy as np
 import pytest

@@ -66,13 +66,22 @@ def test_subdivided_keeps_the_nodes():
     assert cut[5] == pytest.approx(100**0.25)
 
 
-BASE = {"altitude_km": [0.0, 3.0], "azimuth_deg": [0.0, 90.0, 180.0, 270.0], "slope_deg": [0.0, 45.0, 90.0], "time_h": [0.0, 8.0, 16.0]}
+BASE = {
+    "altitude_km": [0.0, 3.0],
+    "azimuth_deg": [0.0, 90.0, 180.0, 270.0],
+    "slope_deg": [0.0, 45.0, 90.0],
+    "time_h": [0.0, 8.0, 16.0],
+}
 
 
 def temperature(axes):
     """A smooth day of one material, with the shape of a temperature table."""
     altitude, azimuth, slope, time = np.meshgrid(*(np.asarray(v, float) for v in axes.values()), indexing="ij")
-    day = 10 * np.cos(np.pi * (time - 14) / 12) * (1 + 0.5 * np.sin(np.radians(slope)) * np.cos(np.radians(azimuth - 180)))
+    day = (
+        10
+        * np.cos(np.pi * (time - 14) / 12)
+        * (1 + 0.5 * np.sin(np.radians(slope)) * np.cos(np.radians(azimuth - 180)))
+    )
     return (290 - 6.5 * altitude + day)[None]
 
 
@@ -81,14 +90,19 @@ def test_surface_axes_hold_the_tolerance_elsewhere(tolerance):
     found = refined_axes(temperature, BASE, 1, tolerance, seed=5, most=10**7)
     generator = np.random.default_rng(11)
     places = {
-        "altitude_km": generator.uniform(0, 3, 5), "azimuth_deg": generator.uniform(0, 360, 12),
-        "slope_deg": generator.uniform(0, 90, 12), "time_h": generator.uniform(0, 24, 40),
-    }  # fmt: skip
+        "altitude_km": generator.uniform(0, 3, 5),
+        "azimuth_deg": generator.uniform(0, 360, 12),
+        "slope_deg": generator.uniform(0, 90, 12),
+        "time_h": generator.uniform(0, 24, 40),
+    }
     error = np.abs(read_temperature(temperature(found.axes), found.axes, places) - temperature(places))
     assert np.percentile(error, 99) <= tolerance and error.max() <= 2 * tolerance
     assert found.axes["altitude_km"].size == 2  # linear: its ends are enough
 
 
 def test_what_cannot_be_held_is_said():
-    with pytest.raises(CheckFailed, match="surface_grid.tolerance 0.001 K cannot be held with 500 nodes: it takes .* most for the (azimuth|time), "):
+    with pytest.raises(
+        CheckFailed,
+        match="surface_grid.tolerance 0.001 K cannot be held with 500 nodes: it takes .* most for the (azimuth|time), ",
+    ):
         refined_axes(temperature, BASE, 1, 1e-3, seed=5, most=500)

@@ -211,7 +211,7 @@ def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]
                 **scope,
             },
         )
-        for source, name in zip(job.sources, task.files)
+        for source, name in zip(job.sources, task.files, strict=True)
     }
 
 

@@ -153,7 +153,11 @@ class _Emission:
         for number, path in enumerate(lines_of_sight(self.air, ranges, altitude, elevation)):
             weights = emission_weights(self.band, self.reflectance, kelvin[number])
             place = dict(
-                zip(axes, (kelvin[number], ranges[number, path.valid, None], altitude[number], elevation[number]))
+                zip(
+                    axes,
+                    (kelvin[number], ranges[number, path.valid, None], altitude[number], elevation[number]),
+                    strict=True,
+                )
             )
             read = interpolate(beta, rules, {"class": np.arange(classes.count)} | place)
             exact = emission_beta_star(self.air, path, classes.means(weights))[path.valid]

@@ -20,7 +20,7 @@ from skyshine.schemas.errors import CheckFailed, InputError
 
 # One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what
 # cores are left over.
-THREAD_LIMITS = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+THREAD_LIMITS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 DASK = "dask:"
 CONNECT_SECONDS = 30
 # Dask's nannies let glibc give every freed array back to the system (distributed.nanny.pre-spawn-environ), and tasks

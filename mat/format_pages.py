@@ -34,7 +34,7 @@ with deflate, shuffle and Fletcher-32. Every axis is a dimension scale of its gr
 where a runtime interpolates on it, `interpolation` (`linear`, `linear_periodic`, `linear_folded`, `exact`), `period` and
 `out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` says how each is read. A reader of format {major} reads every
 {major}.x and refuses any other number before the first point.
-"""
+"""  # noqa: E501
 ATTRIBUTES = {
     "Conventions": "of the netCDF Climate and Forecast metadata",
     "filetype": "this format",
@@ -123,7 +123,7 @@ def _dims(rule: dict) -> str:
     if "prefixItems" in rule:
         return ", ".join(" or ".join(item["enum"]) for item in rule["prefixItems"])
     lists = rule["enum"] if "enum" in rule else [rule["const"]]
-    return ", ".join(" or ".join(dict.fromkeys(names)) for names in zip(*lists))
+    return ", ".join(" or ".join(dict.fromkeys(names)) for names in zip(*lists, strict=True))
 
 
 def _type(has: dict) -> str:
@@ -141,7 +141,7 @@ def _value(rule: dict) -> str:
 
 def describe_fields(layout: dict, root: Group) -> None:
     """Take into a layout schema what a file says of its fields, and how its axes are read."""
-    has = layout["properties"] if "properties" in layout else layout
+    has = layout.get("properties", layout)
     for kind, items in (("axes", root.axes), ("variables", root.variables)):
         for name, item in items.items():
             rule = has[kind].get("properties", {}).get(name)

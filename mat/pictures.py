@@ -56,7 +56,7 @@ def draw_spectrum(spectrum, title: str, picture: str | os.PathLike) -> Path:
         "aerosol": spectrum.transmittance_aerosol,
     }
     strongest = sorted(parts, key=lambda name: np.mean(parts[name]))[:SHOWN_PARTS]
-    for name, colour in zip(strongest, _colours(len(strongest))):
+    for name, colour in zip(strongest, _colours(len(strongest)), strict=True):
         upper.plot(spectrum.wavenumber, parts[name], color=colour, lw=0.8, alpha=0.8, label=name)
     upper.plot(spectrum.wavenumber, spectrum.transmittance, color="black", lw=1.0, label="all")
     upper.set(ylabel="transmittance", ylim=(-0.02, 1.02))
@@ -100,7 +100,7 @@ def _temperatures(figure, table: Table) -> None:
     names = {code: name for name, code in table.materials.items()}
     day, aspect = figure.subplots(1, 2)
     flat = float(np.min(axes["slope"].values))
-    for code, colour in zip(codes, _colours(codes.size)):
+    for code, colour in zip(codes, _colours(codes.size), strict=True):
         kelvin = table.temperature(material=code, altitude=low, azimuth=faces[0], slope=flat, time=hours)
         day.plot(hours, kelvin - 273.15, color=colour, label=names[int(code)])
     day.set(xlabel="local time, h", ylabel="temperature, °C", title=f"slope {flat:g}°, altitude {low:g} km")
@@ -164,7 +164,7 @@ def _thermal(figure, table: ThermalTable) -> None:
         return
     where = {"altitude": low, "elevation": level, "out_of_range": {"range": "clamp"}}
     first, half = 0, None
-    for number, colour in zip(classes, _colours(classes.size)):
+    for number, colour in zip(classes, _colours(classes.size), strict=True):
         count = sizes[number]
         label = names[first] + (f" and {count - 1} more" if count > 1 else "")
         first += count
@@ -206,7 +206,7 @@ def _reach(axis, table: Table, altitude: float) -> None:
     elevations = table.root.axes["elevation"].values
     chosen = elevations[np.unique(np.linspace(0, elevations.size - 1, 9).round().astype(int))]
     ranges = _ranges(table)
-    for elevation, colour in zip(chosen, _colours(chosen.size)):
+    for elevation, colour in zip(chosen, _colours(chosen.size), strict=True):
         axis.semilogx(ranges, _transmittance(table, ranges, altitude, elevation), color=colour, label=f"{elevation:g}°")
     axis.set(xlabel="range, km", ylabel="transmittance", title=f"observer at {altitude:g} km", ylim=(-0.02, 1.02))
     axis.legend(fontsize=7, title="elevation", title_fontsize=7)

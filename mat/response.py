@@ -85,7 +85,9 @@ def _in_wavelength(wavenumber, response):
     parts = np.maximum(np.ceil(np.log(ratio) / np.log(_RATIO)), 1).astype(int)
     # A stretch on which the response does not change needs no nodes.
     parts[np.diff(response) == 0] = 1
-    pieces = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(wavenumber[:-1], wavenumber[1:], parts)]
+    pieces = [
+        np.linspace(a, b, n, endpoint=False) for a, b, n in zip(wavenumber[:-1], wavenumber[1:], parts, strict=True)
+    ]
     nodes = np.append(np.concatenate(pieces), wavenumber[-1])
     order = np.argsort(wavenumber)
     return 1e4 / nodes, np.interp(nodes, wavenumber[order], response[order])

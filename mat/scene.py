@@ -180,6 +180,7 @@ def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, st
         up = position(source, times, job.site.latitude_deg, job.site.longitude_deg).elevation > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], up, [False]]).astype(int)))
         spans[source] = [
-            (clock_text(hours[a]), clock_text(hours[b - 1] + step)) for a, b in zip(edges[::2], edges[1::2])
+            (clock_text(hours[a]), clock_text(hours[b - 1] + step))
+            for a, b in zip(edges[::2], edges[1::2], strict=True)
         ]
     return spans

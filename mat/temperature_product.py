@@ -171,5 +171,7 @@ def _errors(
         AxisRule("time", np.asarray(axes["time_h"], float), PERIODIC if whole_day else LINEAR, 24.0),
     ]
     mesh = np.meshgrid(codes, *places.values(), indexing="ij", sparse=True)
-    read = interpolate(table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh)))
+    read = interpolate(
+        table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh, strict=True))
+    )
     return measure("temperature", read - exact, read - exact), measure("solver", exact - fine, exact - fine)

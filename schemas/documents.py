@@ -70,7 +70,7 @@ class Document:
         """The parts of a location that stand in the file, without the names of a model's alternatives."""
         path: tuple = ()
         for part in location:
-            path += (part,) if path + (part,) in self.places else ()
+            path += (part,) if (*path, part) in self.places else ()
         return path
 
     def error(self, location: tuple, message: str) -> InputError:
@@ -145,7 +145,7 @@ class _Builder:
             return _scalar(node, self.file)
         if isinstance(node, yaml.SequenceNode):
             self._plain_tag(node, "seq")
-            return [self.build(child, path + (i,)) for i, child in enumerate(node.value)]
+            return [self.build(child, (*path, i)) for i, child in enumerate(node.value)]
         self._plain_tag(node, "map")
         return self._mapping(node, path)
 
@@ -160,17 +160,17 @@ class _Builder:
                 raise _at(key_node, self.file, "found a list or mapping as a key; allowed: plain text keys")
             key = _scalar(key_node, self.file)
             if key in data:
-                first = self.places[path + (key,)]
+                first = self.places[(*path, key)]
                 raise _at(
                     key_node,
                     self.file,
                     f"key '{key}' stands twice (first at line {first[0]}); allowed: each key once; remove one",
                 )
-            data[key] = self.build(value_node, path + (key,))
+            data[key] = self.build(value_node, (*path, key))
             mark = (key_node.start_mark.line + 1, key_node.start_mark.column + 1)
-            self.places[path + (key, KEY)] = mark
+            self.places[(*path, key, KEY)] = mark
             if not isinstance(value_node, yaml.ScalarNode):
-                self.places[path + (key,)] = mark
+                self.places[(*path, key)] = mark
         return data
 
 

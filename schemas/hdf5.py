@@ -248,7 +248,7 @@ def _write_array(target, name, data, described, float_type, chunks) -> h5py.Data
         content = {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
         filters = {}
         if np.prod(data.shape) > 1:
-            shape = tuple(min(c, n) for c, n in zip(chunks, data.shape)) if chunks else True
+            shape = tuple(min(c, n) for c, n in zip(chunks, data.shape, strict=True)) if chunks else True
             filters = {
                 "chunks": shape,
                 "compression": "gzip",

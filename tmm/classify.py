@@ -58,7 +58,7 @@ class GaussianModel:
         # Distances in whitened coordinates: the inverse of a small Cholesky factor, applied to all colours at once.
         whitening = np.linalg.inv(np.linalg.cholesky(self.covariances))
         columns = np.ascontiguousarray(lab.T)
-        pairs = zip(whitening, self.means[..., np.newaxis])
+        pairs = zip(whitening, self.means[..., np.newaxis], strict=True)
         return np.stack([np.sum((factor @ (columns - mean)) ** 2, axis=0) for factor, mean in pairs])
 
     def log_posterior(self, squared_distance: np.ndarray) -> np.ndarray:
@@ -310,7 +310,7 @@ def _members(valid: np.ndarray, radius: int, inner: tuple[slice, slice]) -> np.n
     """
     if not valid.all():
         return np.maximum(_box_sum(valid, radius, inner), 1).astype(np.float32)
-    ends = zip(valid.shape, inner)
+    ends = zip(valid.shape, inner, strict=True)
     rows, columns = (_box_sum(np.ones((1, n), bool), radius, np.s_[:, part])[0].astype(np.float32) for n, part in ends)
     return np.multiply.outer(rows, columns)
 

@@ -141,7 +141,7 @@ class _RowWriter:
             two = self._weights[: self._kept, columns]
             third = WEIGHT_TOTAL - two.sum(axis=-1, keepdims=True, dtype=np.int32)
             weights = np.concatenate([two, third.astype(np.uint16)], axis=-1)
-            for array, values in zip(self._arrays, (codes[..., 0], codes, weights)):
+            for array, values in zip(self._arrays, (codes[..., 0], codes, weights), strict=True):
                 array[rows, columns] = values
         self._done, self._kept = rows.stop, 0
 

@@ -61,8 +61,8 @@ class LevelStream:
         part : Level
             Rows of that level, from `row` on, that these rows of codes have completed.
         """
-        counted = [counter.add(code == number) for number, counter in zip(self._codes, self._counters)]
-        for level, parts in enumerate(zip(*counted), start=1):
+        counted = [counter.add(code == number) for number, counter in zip(self._codes, self._counters, strict=True)]
+        for level, parts in enumerate(zip(*counted, strict=True), start=1):
             height, width = parts[0].shape
             step = max(PIECE_TEXELS // width, 1)
             for top in range(0, height, step):
@@ -73,7 +73,7 @@ class LevelStream:
         """The mixtures that the counts (n, w) of each material make."""
         size = counts[0].shape
         codes, ranks = (np.zeros((COMPONENTS, counts[0].size), kind) for kind in (np.uint16, np.int64))
-        for number, count in zip(self._codes, counts):
+        for number, count in zip(self._codes, counts, strict=True):
             _insert(codes, ranks, number, count.ravel())
         return _level(codes, ranks, size)
 
@@ -255,6 +255,6 @@ def _packed_mixtures(level: Level) -> np.ndarray:
     counts = np.concatenate([level.mix_weight[mixed], np.tile([[1, 0, 0]], (len(pure), 1))]).T.astype(np.int64)
     weights = integer_weights(counts, PERCENT)
     packed = np.zeros(codes.shape[1], np.uint64)
-    for (shift, _), part in zip(_FIELDS, (*np.where(weights > 0, codes, 0), *weights[:2])):
+    for (shift, _), part in zip(_FIELDS, (*np.where(weights > 0, codes, 0), *weights[:2]), strict=True):
         packed |= part.astype(np.uint64) << np.uint64(shift)
     return np.unique(packed)

@@ -97,7 +97,7 @@ def _draw_codes(file: TmmFile, axis, code: np.ndarray) -> list:
     canvas = np.empty((*code.shape, 3), np.float32)
     canvas[:] = UNKNOWN
     handles = []
-    for number, (material, (name, share)) in enumerate(zip(file.materials, file.usage.items())):
+    for number, (material, (name, share)) in enumerate(zip(file.materials, file.usage.items(), strict=True)):
         colour = palette[(2 * number) % 20 + number // 10 % 2]
         canvas[code == material] = colour
         handles.append(Patch(facecolor=colour, label=f"{name} ({material}), {100 * share:.1f} %"))

@@ -82,7 +82,7 @@ class Tally:
         known = found >= 0
         values = confidence[known].astype(np.float64)
         number = np.minimum((values * BINS).astype(int), BINS - 1)
-        for row, weight in zip(self._bins, (np.ones_like(values), values, (found == true)[known])):
+        for row, weight in zip(self._bins, (np.ones_like(values), values, (found == true)[known]), strict=True):
             row += np.bincount(number, weight, BINS)
 
     def quality(self) -> Quality:
@@ -138,7 +138,7 @@ def held_out(
     region: np.ndarray,
     fold: np.ndarray,
     typicality: np.ndarray | None = None,
-    settings: Classifier = Classifier(),
+    settings: Classifier | None = None,
 ) -> HeldOut:
     """Quality of what was found at held-out texels (N,).
 
@@ -161,7 +161,7 @@ def held_out(
         mine = fold == part
         calibrated[mine] = fit_calibration(confidence[~mine], right[~mine], region[~mine])(confidence[mine])
     typicality = np.ones_like(confidence) if typicality is None else typicality
-    found = with_unknown(Classified(found, calibrated, typicality), settings)
+    found = with_unknown(Classified(found, calibrated, typicality), settings or Classifier())
     qualities = []
     for part in (np.ones(len(true), bool), dark, ~dark):
         tally = Tally(count)

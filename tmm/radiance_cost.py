@@ -37,7 +37,7 @@ def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> l
         opened[path] = open_table(path)
         if opened[path].filetype != kind:
             raise InputError(f"holds '{opened[path].filetype}'; allowed: '{kind}'; name another file", file=path)
-    paired = zip(bands, airs) if airs else ((band, None) for band in bands)
+    paired = zip(bands, airs, strict=True) if airs else ((band, None) for band in bands)
     return [(opened[htt], opened[band], opened[air] if air else None) for band, air in paired]
 
 

@@ -33,7 +33,7 @@ class TmmFile:
         self._planes: dict[tuple[int, str], np.ndarray] = {}
         with sound(file.filename):
             group = file["materials"]
-            self.materials = dict(zip(group["material"][()].tolist(), group["name"].asstr()[()].tolist()))
+            self.materials = dict(zip(group["material"][()].tolist(), group["name"].asstr()[()].tolist(), strict=True))
             self.levels = len(file["levels"])
             self.height, self.width = file["levels/0/code"].shape
 
@@ -76,7 +76,7 @@ class TmmFile:
     @property
     def usage(self) -> dict[str, float]:
         """Share of the texels with data that have each material."""
-        return dict(zip(self.materials.values(), self.array("usage/share").astype(float).tolist()))
+        return dict(zip(self.materials.values(), self.array("usage/share").astype(float).tolist(), strict=True))
 
     def code(self, x, y, level: int = 0, outside: Literal["error", "clamp"] = "error") -> np.ndarray:
         """Material code at points.

@@ -70,7 +70,7 @@ def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict]:
             "share": quantity(float(np.exp(share)), "1"),
             "name": clusters.names.get(number),
         }
-        for number, colour, share in zip(range(1, len(colours) + 1), colours, model.log_prior)
+        for number, colour, share in zip(range(1, len(colours) + 1), colours, model.log_prior, strict=True)
     ]
 
 

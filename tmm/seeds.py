@@ -150,7 +150,7 @@ def _settle(job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Pa
     texel, material, region = claims
     order = np.argsort(texel, kind="stable")
     texel, material, region = texel[order], material[order], region[order]
-    unique, first, counts = np.unique(texel, return_index=True, return_counts=True)
+    unique, first, _counts = np.unique(texel, return_index=True, return_counts=True)
     lowest, highest = (reduce.reduceat(material, first) for reduce in (np.minimum, np.maximum))
     agreed = lowest == highest
     rows, columns = np.divmod(unique, texture.width)

@@ -118,10 +118,7 @@ class TextureFile:
         """
         values = self._raster.rows(rows.start, rows.stop)[:, columns]
         colours = np.ascontiguousarray(values[..., self._picked])
-        if colours.dtype.kind == "f":
-            valid = np.isfinite(colours).all(axis=-1)
-        else:
-            valid = np.ones(colours.shape[:2], bool)
+        valid = np.isfinite(colours).all(axis=-1) if colours.dtype.kind == "f" else np.ones(colours.shape[:2], bool)
         if self._alpha is not None:
             full = np.iinfo(self.dtype).max if self.dtype.kind == "u" else 1.0
             valid &= values[..., self._alpha] >= ALPHA_LIMIT * full

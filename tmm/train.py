@@ -95,7 +95,9 @@ def train_textured(
         scikit-learn (the extra ``train``) is not installed.
     """
     everything = tuple(dict.fromkeys(name for names_ in names_of for name in names_))
-    material = [np.array([everything.index(n) for n in own])[part.material] for part, own in zip(known, names_of)]
+    material = [
+        np.array([everything.index(n) for n in own])[part.material] for part, own in zip(known, names_of, strict=True)
+    ]
     used, target = np.unique(np.concatenate(material), return_inverse=True)
     found = tuple(everything[k] for k in used)
     both = np.concatenate([part.plain for part in known] + [part.shaded for part in known])
@@ -245,4 +247,4 @@ def _held_out_textures(
                 np.full(len(fold), number),
             )
             rows.append([column[fold == 0] for column in columns])
-    return held_out(len(names), *(np.concatenate(column) for column in zip(*rows)))
+    return held_out(len(names), *(np.concatenate(column) for column in zip(*rows, strict=True)))

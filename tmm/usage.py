@@ -74,4 +74,4 @@ def _read(path: str | os.PathLike) -> tuple[dict[str, float], int]:
     with open_database(path, "tmm", 1) as file:
         names = file["materials/name"].asstr()[()].tolist()
         shares = file["usage/share"][()].astype(float).tolist()
-        return dict(zip(names, shares)), int(file["usage"].attrs["texels_with_data"])
+        return dict(zip(names, shares, strict=True)), int(file["usage"].attrs["texels_with_data"])

@@ -242,7 +242,7 @@ class _Scene:
         here = runtime_radiance(few, tables.blackbody(own), bounce, finish)
         ends = vertices(views, self.grid, tables)
         across = 0.0
-        for end, weight in zip(ends, (1 - views.share, views.share)):
+        for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
             kelvin = self._temperature(views, end.normal, end.surface_altitude, self.steps)
             q = Readings.of(self.few.at_points(*end.place(views), self.few_light))
             light = reflection(views, end.normal, self._finish(views, end.normal))
@@ -258,7 +258,7 @@ class _Scene:
             q = Readings.of(self.few.at_points(*centre.place(views), self.few_light))
             own_tau = Readings(q.at_range(centre.range, views.range), few.path_radiance_ratio, few.ambient, few.direct)
             rest = Readings(few.transmittance, q.path_radiance_ratio, q.ambient, q.direct)
-            for name, readings in zip(found, (own_tau, rest)):
+            for name, readings in zip(found, (own_tau, rest), strict=True):
                 found[name].append(runtime_radiance(readings, tables.blackbody(own), bounce, finish) - here)
             rows = chosen == number
             together[rows] = self._all_together(views, ends, tables.readings(views, centre), centre, names)[rows]
@@ -278,7 +278,7 @@ class _Scene:
         name.
         """
         tables, finish, shown = self.tables, self.tables.finish, 0.0
-        for end, weight in zip(ends, (1 - views.share, views.share)):
+        for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
             tau = read.at_range(centre.range, end.range)
             readings = Readings(tau, read.path_radiance_ratio, read.ambient, read.direct)
             glow = tables.blackbody(tables.temperature(views, end.normal, end.surface_altitude))

@@ -8,6 +8,7 @@ temperature table wants it.
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import resource
 import subprocess
 import sys
@@ -62,7 +63,7 @@ def model(days: int, walls: int = WALLS) -> str:
     turn = 2 * np.pi * np.arange(walls + 1) / walls
     ring = [(20 * np.cos(a), 20 * np.sin(a)) for a in turn]
     text = _HEAD.format(period="1, 1, 2017, 12, 31, 2017" if days == YEAR else "6, 21, 2017, 6, 21, 2017")
-    for number, (one, other) in enumerate(zip(ring, ring[1:])):
+    for number, (one, other) in enumerate(itertools.pairwise(ring)):
         corners = [(*one, 3.0), (*one, 0.0), (*other, 0.0), (*other, 3.0)]
         text += _surface(f"wall {number}", "Wall", "Outdoors", corners)
     text += _surface("roof", "Roof", "Outdoors", [(x, y, 3.0) for x, y in ring[:-1]])

@@ -161,7 +161,7 @@ def _random_sounding(generator, name: str) -> Profile:
     wet = np.where(generator.random(levels.size) < 0.2, 0.0, generator.uniform(0.0, 100.0, levels.size))
     scale = _SCALE_HEIGHT * (warm[1:] + warm[:-1]) / 2  # of the air between two levels, km
     pressure = 1013.0 * np.exp(-levels[0] / 7.5 - np.cumsum(np.append(0.0, np.diff(levels) / scale)))
-    rows = (f"{z},{p:.6f},{t:.2f},{u:.2f}" for z, p, t, u in zip(levels, pressure, warm, wet))
+    rows = (f"{z},{p:.6f},{t:.2f},{u:.2f}" for z, p, t, u in zip(levels, pressure, warm, wet, strict=True))
     text = "\n".join(["altitude[km],pressure[hPa],temperature[K],relative_humidity[%]", *rows]) + "\n"
     return read_sounding(text, Path("drawn.csv"), load_profile(name))
 

@@ -118,7 +118,8 @@ def _random_way(generator, height: int, width: int) -> dict:
         }
     if way == "palette":
         colours = {
-            f"#{int(value):06X}": name for value, name in zip(generator.integers(0, 1 << 24, len(chosen)), chosen)
+            f"#{int(value):06X}": name
+            for value, name in zip(generator.integers(0, 1 << 24, len(chosen)), chosen, strict=True)
         }
         return {"palette": {"colours": colours, "match": str(generator.choice(["exact", "nearest"]))}}
     ranges = [

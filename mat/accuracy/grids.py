@@ -143,7 +143,9 @@ def _placed(
         found = _Measured.together(errors[-_DRAWS:])
         if found.holds:
             return Placed(
-                table, *found.summary, tuple(profile.uniform(nodes) for profile, nodes in zip(profiles, axes))
+                table,
+                *found.summary,
+                tuple(profile.uniform(nodes) for profile, nodes in zip(profiles, axes, strict=True)),
             )
         axes, guilty = _halved(name, table, lines, errors, [profile.logarithmic for profile in profiles])
     error = f" after an error of {found.summary[0]:.2g} (99 %), {found.summary[1]:.2g} (worst)" if found else ""
@@ -218,7 +220,7 @@ def _halved(
 ) -> tuple[list[np.ndarray], int | None]:
     """Axes with the cells halved that are to blame for the worst reads, and the axis most to blame."""
     many, parts = _Measured.together(errors).too_many, []
-    for probes, found in zip(lines, errors):
+    for probes, found in zip(lines, errors, strict=True):
         bad = (found.error > _MARGIN) & (many | ~found.rising)
         located = table.located(probes.at(name))
         parts.append(
@@ -235,7 +237,7 @@ def _halved(
         at = {axis: value[rising] for axis, value in places.items()}
         blame[:, rising] = np.stack([_dusk(table, at, axis) for axis in range(len(table.nodes))])
     worst, score = np.argmax(blame, axis=0), {}
-    for axis, (label, nodes) in enumerate(zip(table.axes, table.nodes)):
+    for axis, (label, nodes) in enumerate(zip(table.axes, table.nodes, strict=True)):
         if nodes.size == 1:
             continue
         mine = worst == axis
@@ -247,7 +249,7 @@ def _halved(
     for axis, cell in sorted(score, key=lambda key: -score[key]):
         low, high = table.nodes[axis][cell], table.nodes[axis][cell + 1]
         axes[axis].append(np.sqrt(low * high) if logarithmic[axis] else (low + high) / 2)
-        if np.prod([len(nodes) / n for nodes, n in zip(axes, size)]) > (
+        if np.prod([len(nodes) / n for nodes, n in zip(axes, size, strict=True)]) > (
             _GROWTH if np.prod(size) > _SMALL else _FAST_GROWTH
         ):
             break

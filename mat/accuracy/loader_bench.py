@@ -42,7 +42,7 @@ def bench_loader(shape: tuple[int, ...], points: int, seed: int = 1) -> LoaderBe
     nodes = [np.sort(draw.random(count)) for count in shape]
     values = draw.random(shape).astype(np.float32)
     where = {f"axis{k}": draw.uniform(axis[0], axis[-1], points) for k, axis in enumerate(nodes)}
-    rules = [AxisRule(name, axis) for name, axis in zip(where, nodes)]
+    rules = [AxisRule(name, axis) for name, axis in zip(where, nodes, strict=True)]
     own, found = _fastest(lambda: interpolate(values, rules, where))
     peer = RegularGridInterpolator(nodes, values.astype(float))
     stacked = np.stack(list(where.values()), axis=1)

@@ -208,7 +208,7 @@ def frame_errors(
             views, Sight(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal)
         )
         ways = Readings(tau, read.path_radiance_ratio, read.ambient, read.direct), along, pixel
-        for name, readings in zip(READINGS, ways):
+        for name, readings in zip(READINGS, ways, strict=True):
             found[name].append(shown(readings) - here)
     return {name: np.array(values) for name, values in found.items()}
 

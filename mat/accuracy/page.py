@@ -40,8 +40,8 @@ def render(report: dict, budgets: Sequence[Budget]) -> str:
     environment.filters["short"] = _short
     environment.filters["thousandth"] = lambda value: _short(value if value is None else value / 1e3)
     source = resources.files(__package__).joinpath(_TEMPLATE).read_text(encoding="utf-8")
-    plots = [_plot(described, budget) for described, budget in zip(report["budgets"], budgets)]
-    pairs = list(zip(report["budgets"], plots))
+    plots = [_plot(described, budget) for described, budget in zip(report["budgets"], budgets, strict=True)]
+    pairs = list(zip(report["budgets"], plots, strict=True))
     return environment.from_string(source).render(report=report, pairs=pairs, slants=SLANTS, fields=FIELDS_OF_VIEW)
 
 
@@ -70,8 +70,10 @@ def _plot(described: dict, budget: Budget) -> str:
     bars.set_yticklabels([name.replace("_", " ") for name in names], fontsize=7)
     bars.legend(fontsize=7)
     table = described["extrapolation"]["rms_kelvin" if thermal else "rms"]
-    for (name, values), style in zip(table.items(), ("-", ":")):
-        for (low, high), column, colour in zip(SLANTS, zip(*values["values"]), ("C0", "C1", "C2", "C3")):
+    for (name, values), style in zip(table.items(), ("-", ":"), strict=True):
+        for (low, high), column, colour in zip(
+            SLANTS, zip(*values["values"], strict=True), ("C0", "C1", "C2", "C3"), strict=False
+        ):
             if None not in column:
                 lines.loglog(
                     FIELDS_OF_VIEW, column, style, color=colour, label=f"{_LABELS[name]}, {low:g} to {high:g}°"

@@ -71,7 +71,7 @@ class Probes:
             source[:, None],
             azimuth[:, None],
         )
-        return cls(dict(zip(AXES, places)), ambient_at, truth)
+        return cls(dict(zip(AXES, places, strict=True)), ambient_at, truth)
 
     def errors(self, tables: dict[str, Gridded], scale: Scale | None) -> dict[str, np.ndarray]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in its
@@ -123,7 +123,7 @@ def errors_at(tables: dict[str, Gridded], places, truth, scale: Scale | None) ->
     truth : AtmosphericQuantities
         At the points.
     """
-    at, found = dict(zip(AXES, places)), {}
+    at, found = dict(zip(AXES, places, strict=True)), {}
     for name, table in tables.items():
         read, exact = table.read(at), getattr(truth, QUANTITIES[name][0])
         error = read - exact if scale is None else scale.error(name, read, exact, truth.transmittance, at["range"])
@@ -141,7 +141,7 @@ def lines_in_cells(
     turn = generator.permutation(cells[0] * cells[1])[np.arange(count) % (cells[0] * cells[1])]
     altitude, elevation = (
         _in_cell(nodes, cell, generator)
-        for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]))
+        for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]), strict=True)
     )
     steps = max(1, base.range_km.size - 1)
     return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)

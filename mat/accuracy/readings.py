@@ -78,7 +78,7 @@ class Tables:
             if not (folder / name).is_file():
                 raise InputError(f"holds no {name}; build the job first: mat build", file=folder)
         surface, properties, air, *rest = (open_table(folder / name) for name in names)
-        for name, other in ((names[1], properties), *zip(names[3:], rest)):
+        for name, other in ((names[1], properties), *zip(names[3:], rest, strict=True)):
             if list(surface.materials.values()) != list(other.materials.values()):
                 raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
         if NORMALISATION_BY_ANGLE in job.extra_tables and "normalisation_fine" not in properties.root.variables:
@@ -117,7 +117,7 @@ class Tables:
         """Interpolated temperatures (n, M), K."""
         slope, azimuth = self.facing(normal)
         codes = np.array(list(self.surface.materials.values()))
-        columns = dict(altitude=altitude, azimuth=azimuth, slope=slope, time=views.time)
+        columns = {"altitude": altitude, "azimuth": azimuth, "slope": slope, "time": views.time}
         return self.surface.temperature(
             material=codes, out_of_range="clamp", **{name: values[:, None] for name, values in columns.items()}
         )
@@ -130,7 +130,7 @@ class Tables:
         """The interpolated quantities of the views, or of other sights of the same observers."""
         sight = sight or Sight(views.range, views.elevation, views.heading, views.surface_altitude, views.normal)
         names = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
-        place = dict(zip(names, sight.place(views)))
+        place = dict(zip(names, sight.place(views), strict=True))
         path = {name: place[name] for name in names[:3]}
         source = path | {"source_elevation": place["source_elevation"]}
 

@@ -86,7 +86,7 @@ def read_temperature(table: np.ndarray, axes: dict, places: dict) -> np.ndarray:
         AxisRule(name, np.asarray(nodes, float), *((PERIODIC, PERIODS[name]) if name in PERIODS else ()))
         for name, nodes in axes.items()
     ]
-    mesh = dict(zip(places, np.meshgrid(*places.values(), indexing="ij", sparse=True)))
+    mesh = dict(zip(places, np.meshgrid(*places.values(), indexing="ij", sparse=True), strict=True))
     return np.stack([interpolate(one.astype(float), rules, mesh) for one in table])
 
 

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from skyshine.schemas.commands import quantity
@@ -198,10 +199,10 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
         return {name: placed.table for name, placed in found.items()}
 
     for stride in strides:
-        rung("the job's axes" if stride == 1 else f"one in {stride} of them", lambda: thinned(stride), stride == 1)
+        rung("the job's axes" if stride == 1 else f"one in {stride} of them", partial(thinned, stride), stride == 1)
     for tolerance in tolerances:
         try:
-            rung(f"tolerance {tolerance:g} K", lambda: held(tolerance))
+            rung(f"tolerance {tolerance:g} K", partial(held, tolerance))
         except CheckFailed:  # a ladder ends where a rung cannot be had
             break
     why = (
@@ -285,7 +286,7 @@ def plot(ladders: Sequence[Ladder], picture: Path) -> None:
 
     figure = Figure(figsize=(4.6 * len(ladders), 4.2), layout="constrained")
     FigureCanvasAgg(figure)
-    for axes, ladder in zip(figure.subplots(1, len(ladders), squeeze=False)[0], ladders):
+    for axes, ladder in zip(figure.subplots(1, len(ladders), squeeze=False)[0], ladders, strict=True):
         front = sorted(ladder.pareto(), key=lambda rung: rung.seconds)
         axes.loglog(
             [rung.seconds for rung in front], [max(rung.error, 1e-9) for rung in front], "-", color="tab:grey", lw=1

@@ -8,7 +8,7 @@ all longer waves.
 
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -162,7 +162,7 @@ class AerosolModel:
         return linear_weights(-np.log(100 - self.humidity), -np.log(100 - humidity))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _load(name, fixed_humidity):
     table = read_csv(atmospheres.path(f"aerosol/{name}.csv"))
     humidity = np.unique(table["relative_humidity[percent]"])

@@ -57,7 +57,7 @@ class CloudLayer:
     def __post_init__(self):
         if self.phase not in PHASES:
             raise InputError(f"no cloud of '{self.phase}'; {nearest(self.phase, PHASES)}")
-        if not (0 <= self.base and self.base + THINNEST <= self.top <= TOP_LIMIT):
+        if not (self.base >= 0 and self.base + THINNEST <= self.top <= TOP_LIMIT):
             raise InputError(
                 f"cloud from {self.base / 1e3:g} to {self.top / 1e3:g} km above the ground is not allowed; give a base"
                 f" of at least 0 and a top at least {THINNEST / 1e3:g} km higher, at most {TOP_LIMIT / 1e3:g} km"

@@ -22,7 +22,7 @@ def lagrange_weights(nodes, x):
     first = np.clip(np.searchsorted(nodes, x, side="right") - size // 2, 0, nodes.size - size)
     index = first[..., None] + np.arange(size)
     stencil = nodes[index]
-    weights = np.zeros(x.shape + (nodes.size,))
+    weights = np.zeros((*x.shape, nodes.size))
     for k in range(size):
         others = np.delete(stencil, k, axis=-1)
         value = np.prod((x[..., None] - others) / (stencil[..., k, None] - others), axis=-1)

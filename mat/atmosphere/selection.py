@@ -114,9 +114,9 @@ def _with_one_more(products, gram, moment, chosen, rng):
     trials = _short_list(gain, rng)
     root = np.sqrt(pivot[trials])
     fits = _fits(factor, rows[:, trials], root, goal, missing[trials] / root)
-    errors = [_square_error(products, chosen + [int(j)], w) for j, w in zip(trials, fits, strict=True)]
+    errors = [_square_error(products, [*chosen, int(j)], w) for j, w in zip(trials, fits, strict=True)]
     best = int(np.argmin(errors))
-    return chosen + [int(trials[best])], fits[best], errors[best]
+    return [*chosen, int(trials[best])], fits[best], errors[best]
 
 
 def _short_list(gain, rng):

@@ -120,7 +120,7 @@ def surface(job, out, quick, as_json):
             advance(1)
         rungs, left_out = bench.run(cases, advance)
     by_kind = surface_materials([library[name] for name in bench.SPEED_MATERIALS.values()])
-    speeds = bench.speeds(dict(zip(bench.SPEED_MATERIALS, by_kind)), inputs)
+    speeds = bench.speeds(dict(zip(bench.SPEED_MATERIALS, by_kind, strict=True)), inputs)
     peer = energyplus.Cost(None, None, "left out: --quick") if quick else energyplus.measure()
     rungs += [
         bench.Rung(f"EnergyPlus, {name}", "EnergyPlus", None, None, seconds, energyplus.COLUMNS)

@@ -54,7 +54,7 @@ def _accuracy(root) -> dict:
         labels = group.axes[variable.dims[0]].values
         result[name] = {
             "units": variable.units,
-            "values": {str(k): _finite(v) for k, v in zip(labels, variable.data.tolist())},
+            "values": {str(k): _finite(v) for k, v in zip(labels, variable.data.tolist(), strict=True)},
         }
     return result
 

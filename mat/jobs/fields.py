@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from typing import Annotated
 
@@ -30,7 +31,7 @@ def clock_text(hours: float) -> str:
 
 
 def ascending(values: list[float]) -> list[float]:
-    for before, after in zip(values, values[1:]):
+    for before, after in itertools.pairwise(values):
         if not after > before:
             raise ValueError(f"found {after:g} after {before:g}; allowed: strictly ascending values; sort them")
     return values

@@ -99,7 +99,7 @@ def _rows(file: Path) -> Iterator[Member]:
                     file=file,
                     line=lines.line_num,
                 )
-            values = {key: plain_value(cell, file, lines.line_num) for key, cell in zip(header, cells)}
+            values = {key: plain_value(cell, file, lines.line_num) for key, cell in zip(header, cells, strict=True)}
             yield Member(values, file, lines.line_num)
     except csv.Error as error:
         raise InputError(f"is not CSV: {error}", file=file, line=lines.line_num) from None

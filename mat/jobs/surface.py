@@ -75,7 +75,7 @@ class HourlyWeather(StrictModel):
                     f"found {len(values)} values of {name}; allowed: {len(self.time)}, one for each time; add or remove"
                     " some"
                 )
-        gaps = [(after - before) % 24 for before, after in zip(self.time, [*self.time[1:], self.time[0]])]
+        gaps = [(after - before) % 24 for before, after in zip(self.time, [*self.time[1:], self.time[0]], strict=True)]
         if max(gaps) > LONGEST_GAP_H:
             where = gaps.index(max(gaps))
             raise ValueError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
@@ -112,7 +113,7 @@ def read_weather(file: Path, day: date, utc_offset_h: float, *, radiation: bool 
 def _is_tmy3(file: Path) -> bool:
     """Whether the second line is the header of a TMY3 file."""
     with file.open(encoding="utf-8", errors="replace") as lines:
-        return any(line.startswith("Date (MM/DD/YYYY)") for _, line in zip(range(2), lines))
+        return any(line.startswith("Date (MM/DD/YYYY)") for line in itertools.islice(lines, 2))
 
 
 def _day_table(file: Path, radiation: bool) -> HourlyWeather:

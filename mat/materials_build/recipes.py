@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -145,7 +146,7 @@ class Recipe(StrictModel):
     @model_validator(mode="after")
     def _rising(self):
         edges = [edge for piece in self.pieces for edge in piece.range]
-        if any(b < a for a, b in zip(edges, edges[1:], strict=False)):
+        if any(b < a for a, b in itertools.pairwise(edges)):
             raise ValueError("pieces overlap or are not in order of wavelength; mend their ranges")
         return self
 

@@ -7,6 +7,7 @@ altitudes, under many states, as targets. The error is measured on states of a p
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -78,14 +79,13 @@ def _with_cloud(state, rng):
     return replace(state, aerosols=(*state.aerosols, component))
 
 
+def _sky_emission(state, points):
+    return sky_emission(state, points, state.surface_altitude + HEIGHTS)
+
+
 def longwave_targets(states, points):
     """Thermal fluxes (M, P) W m^-2 (cm^-1)^-1 of the states at `HEIGHTS`."""
-    return np.concatenate(
-        [
-            _in_chunks(lambda part: sky_emission(state, part, state.surface_altitude + HEIGHTS), points)
-            for state in states
-        ]
-    )
+    return np.concatenate([_in_chunks(partial(_sky_emission, state), points) for state in states])
 
 
 def shortwave_targets(states, points):
@@ -96,7 +96,7 @@ def shortwave_targets(states, points):
         both = sunlight_shares(state, part, altitude, ELEVATIONS, state.surface_albedo)
         return np.stack(both).reshape(2, altitude.size * ELEVATIONS.size, -1).astype(np.float32)
 
-    parts = [_in_chunks(lambda part: shares(state, part), points) for state in states]
+    parts = [_in_chunks(partial(shares, state), points) for state in states]
     return np.concatenate(parts, axis=1)
 
 

@@ -214,8 +214,8 @@ def _nested(out, low, high, center, shift, width, strength, doppler, factor, pre
                     else:
                         oa, ob, oc = _quartic(outer, gamma, inverse, y, b1, shape)
                     inner = radius[level - 1] if level > start else 0.0
-                    first = max(0, int(math.ceil((c - outer - origin) / h)))
-                    final = min(points - 1, int(math.floor((c + outer - origin) / h)))
+                    first = max(0, math.ceil((c - outer - origin) / h))
+                    final = min(points - 1, math.floor((c + outer - origin) / h))
                     for i in range(first, final + 1):
                         d = abs(origin + i * h - c)
                         d2 = d * d

@@ -100,14 +100,14 @@ def _moment(cell: str) -> float:
 
 def _equal_steps(file: Path, seconds: np.ndarray, values: dict[str, np.ndarray]) -> Record:
     step = float(np.median(np.diff(seconds)))
-    steps = int(round((seconds[-1] - seconds[0]) / step)) + 1
+    steps = round((seconds[-1] - seconds[0]) / step) + 1
     if steps > MAXIMUM_STEPS:
         raise InputError(f"found {steps} steps; allowed: {MAXIMUM_STEPS}; average the record or cut it", file=file)
     grid = seconds[0] + step * np.arange(steps)
     equal = {name: np.interp(grid, seconds, series) for name, series in values.items()}
     equal["sw_down"] = np.maximum(equal["sw_down"], 0.0)
     equal["relative_humidity"] = np.minimum(equal["relative_humidity"], 100.0)
-    start = np.datetime64(int(round(1e3 * seconds[0])), "ms")
+    start = np.datetime64(round(1e3 * seconds[0]), "ms")
     return Record(start, step, equal)
 
 

@@ -235,13 +235,10 @@ class _Anderson:
         self.target, self.change = target, change
         if not self.steps:
             return target
-        new, bend = self.steps[0]
+        _new, bend = self.steps[0]
         first = _dot(bend, bend)
         with np.errstate(divide="ignore", invalid="ignore"):
-            if len(self.steps) == 1:
-                weights = [_dot(bend, change) / first]
-            else:
-                weights = self._two(first, bend, change)
+            weights = [_dot(bend, change) / first] if len(self.steps) == 1 else self._two(first, bend, change)
         result = target.copy()
         for weight, (step, _) in zip(weights, self.steps, strict=True):
             result -= np.where(np.isfinite(weight), weight, 0.0).astype(step.dtype)[:, None] * step

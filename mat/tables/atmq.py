@@ -58,11 +58,11 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict)
         Band edges, state and source, for the root.
     """
     path = tables["path_radiance_ratio"]
-    shared = dict(zip(path.axes, path.nodes))
+    shared = dict(zip(path.axes, path.nodes, strict=True))
     axes, variables = {name: _axis(name, nodes) for name, nodes in shared.items()}, {}
     for quantity, (units, words, more) in _DESCRIBED.items():
         table, dims = tables[quantity], []
-        for name, nodes in zip(table.axes, table.nodes):
+        for name, nodes in zip(table.axes, table.nodes, strict=True):
             own = name if np.array_equal(nodes, shared[name]) else f"{quantity}_{name}"
             axes[own] = _axis(name, nodes)
             dims.append(own)
@@ -79,7 +79,7 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict)
 
 def path_axes(grid: PathGrid) -> dict[str, Axis]:
     """The axes of the lines of sight of a grid."""
-    return {name: _axis(name, getattr(grid, field)) for name, field in zip(PATH, FIELDS)}
+    return {name: _axis(name, getattr(grid, field)) for name, field in zip(PATH, FIELDS, strict=True)}
 
 
 def _axis(name: str, nodes: np.ndarray) -> Axis:

@@ -40,7 +40,7 @@ def part_of(root: Group, rules: Mapping[str, Sequence[AxisRule]], places: Mappin
     for name, variable in root.variables.items():
         if name in rules:
             data, dims = np.asarray(variable.data, dtype=float), list(variable.dims)
-            for rule, dim in zip(rules[name], variable.dims):
+            for rule, dim in zip(rules[name], variable.dims, strict=True):
                 if rule.name not in places[name]:
                     continue
                 place, wanted = dims.index(dim), np.asarray(places[name][rule.name])

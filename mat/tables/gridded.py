@@ -74,5 +74,5 @@ class Gridded:
 
     def read_at(self, values: np.ndarray, located: dict[str, np.ndarray]) -> np.ndarray:
         """Interpolated values of an array on these axes, at coordinates on them."""
-        rules = [AxisRule(name, nodes) for name, nodes in zip(self.axes, self.nodes)]
+        rules = [AxisRule(name, nodes) for name, nodes in zip(self.axes, self.nodes, strict=True)]
         return interpolate(values, rules, located)

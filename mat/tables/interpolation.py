@@ -38,7 +38,7 @@ def interpolate(values: np.ndarray, rules: Sequence[AxisRule], where: Mapping[st
             raise InputError(f"found the axis '{name}'; {nearest(name, names)}")
     corners, stride = [], values.size
     base: np.ndarray | int = 0
-    for rule, count in zip(rules, values.shape):
+    for rule, count in zip(rules, values.shape, strict=True):
         if rule.name not in where and rule.nodes.size > 1:
             raise InputError(f"the axis '{rule.name}' is missing; give a value for it")
         lower, upper, weight = rule.locate(np.asarray(where.get(rule.name, rule.nodes[0])))

@@ -176,7 +176,7 @@ class Table:
         if "material_name" not in self.root.variables:
             return {}
         names = self.root.variables["material_name"].data
-        return dict(zip(names.tolist(), (int(code) for code in self.root.axes["material"].values)))
+        return dict(zip(names.tolist(), (int(code) for code in self.root.axes["material"].values), strict=True))
 
     def material_codes(self, given) -> np.ndarray:
         """Codes of materials given by code or by name."""
@@ -264,7 +264,7 @@ class AtmosphereTable(Table):
             own[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
         return own
 
-    def transmittance(self, *, range, beta_star):  # noqa: A002 - the axis has this name
+    def transmittance(self, *, range, beta_star):
         """Transmittance over a range in km for a given beta*, equation (9)."""
         return np.exp(-5.5 * np.asarray(range, float) / np.asarray(beta_star, float))
 
@@ -272,7 +272,7 @@ class AtmosphereTable(Table):
 class ThermalTable(AtmosphereTable):
     """A ``.thermal_atmq`` database."""
 
-    def beta_star(self, *, material, temperature, range, altitude, elevation, out_of_range=None):  # noqa: A002
+    def beta_star(self, *, material, temperature, range, altitude, elevation, out_of_range=None):
         """beta* in km of the light that materials emit, in place of beta* in equation (6).
 
         Parameters

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -89,7 +90,7 @@ def subdivided(nodes: np.ndarray, parts: int, logarithmic: bool = False) -> np.n
     nodes = np.asarray(nodes, float)
     share = np.arange(1, parts + 1) / parts
     found = [nodes[:1]]
-    for low, high in zip(nodes, nodes[1:]):
+    for low, high in itertools.pairwise(nodes):
         inside = low * (high / low) ** share if logarithmic and low > 0 else low + (high - low) * share
         inside[-1] = high
         found.append(inside)

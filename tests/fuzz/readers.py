@@ -51,7 +51,7 @@ materials: [asphalt_road]
 output: {folder: built}
 surface_grid: {time: ["00:00", "12:00"]}
 """
-SOUNDING = "altitude[km],pressure[hPa],temperature[C],relative_humidity[%],O3[ppmv]\n0,1013,15,50,.03\n5,540,-18,30,.05\n12,193,-57,10,.2\n"
+SOUNDING = "altitude[km],pressure[hPa],temperature[C],relative_humidity[%],O3[ppmv]\n0,1013,15,50,.03\n5,540,-18,30,.05\n12,193,-57,10,.2\n"  # noqa: E501
 RESPONSE = "# a filter\nwavelength[um],response\n8,0\n9,.9\n11,1\n12,0\n"
 DAY = "time,air_temperature[C],relative_humidity[%],wind_speed[m/s]\n" + "".join(
     f"{h:02d}:00,{10 + h % 12},50,2\n" for h in range(24)
@@ -78,7 +78,7 @@ textures:
 LEGEND = (
     '{"image": "road.png", "no_material": 0, "materials": {"1": {"code": 7, "name": "asphalt_road"}, "2": "conifer"}}'
 )
-MATERIAL = "<Material><Name>BM_SAND</Name><Weight>60</Weight></Material><Material><Name>BM_SOIL</Name><Weight>40</Weight></Material>"
+MATERIAL = "<Material><Name>BM_SAND</Name><Weight>60</Weight></Material><Material><Name>BM_SOIL</Name><Weight>40</Weight></Material>"  # noqa: E501
 CDB = f"<T><Composite_Material index='7'><Name>a</Name><Primary_Substrate>{MATERIAL}</Primary_Substrate>"
 CDB += f"<Surface_Substrate>{MATERIAL}<Thickness>0.1</Thickness></Surface_Substrate></Composite_Material></T>"
 LIBRARY = load_library()

@@ -39,7 +39,7 @@ def test_air_of_one_temperature_radiates_what_it_absorbs(scene):
 
 def test_level_paths_hold_the_air_of_their_altitude(scene):
     _, segments = scene.rays()
-    for sight, kind, part in zip(scene.sights, scene.kind, segments):
+    for sight, kind, part in zip(scene.sights, scene.kind, segments, strict=True):
         assert (kind == "horizontal") == (sight.elevation == 0)
         if kind == "horizontal":
             density = np.exp(np.interp(sight.altitude, scene.state.altitude, np.log(scene.state.number_density)))

@@ -85,7 +85,10 @@ def test_hours_inside_do_not_change(nodes, hours, share):
     whole = np.interp(time, nodes, [value[node] for node in nodes], period=24.0)
     rule = AxisRule("time", np.array(kept), LINEAR, 24.0)
     lower, upper, weight = rule.locate(np.array([time, time % 24.0]))
-    read = [value[kept[a] % 24.0] * (1 - w) + value[kept[b] % 24.0] * w for a, b, w in zip(lower, upper, weight)]
+    read = [
+        value[kept[a] % 24.0] * (1 - w) + value[kept[b] % 24.0] * w
+        for a, b, w in zip(lower, upper, weight, strict=True)
+    ]
     assert read == pytest.approx([whole, whole], abs=1e-9)
 
 

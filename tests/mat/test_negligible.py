@@ -40,7 +40,7 @@ def test_what_is_left_out_stays_within_the_tolerance():
         assert 0 not in found.particles and 1 not in found.particles and 3 in found.particles
     assert decided(0.02).scattered.keys() == {"moon"} and decided(0.02).particles.keys() == {2, 3, 4}
     assert decided(1e-3).particles.keys() == {3, 4} and not decided(1e-3).scattered
-    assert {source: found for source, found in decided(1.0, scattered=(1e-3, 1e-3)).scattered.items()}.keys() == {
+    assert dict(decided(1.0, scattered=(1e-3, 1e-3)).scattered.items()).keys() == {
         "sun",
         "moon",
     }

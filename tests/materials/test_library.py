@@ -1,5 +1,6 @@
 """The packaged materials, a user's folder on top of them, and what is said of broken files."""
 
+import itertools
 import json
 import re
 import shutil
@@ -52,7 +53,7 @@ def test_every_wavelength_has_an_origin(library):
         edges = [(stretch.lower, stretch.upper) for stretch in material.ranges]
         assert edges[0][0] == pytest.approx(material.wavelength[0], rel=1e-3)
         assert edges[-1][1] == pytest.approx(material.wavelength[-1], rel=1e-3)
-        for (_, end), (start, _) in zip(edges, edges[1:], strict=False):
+        for (_, end), (start, _) in itertools.pairwise(edges):
             assert start == pytest.approx(end, rel=2e-3), material.name
         assert "sample:" in material.reflectance_note
 

@@ -115,7 +115,7 @@ def test_usage_counts_materials_that_are_never_first(library, tmp_path, write_im
 def test_a_real_cdb_comes_back_with_its_names_and_codes(tile, shared_data, tmp_path):
     from skyshine.tmm.exchange.cdb import read_cdb
 
-    place = f"Tiles/N12/E044/005_RMTexture/{'LC' if tile.startswith('LC') else tile}/U0/N12E044_D005_S001_T001_{tile}_U0_R0.tif"
+    place = f"Tiles/N12/E044/005_RMTexture/{'LC' if tile.startswith('LC') else tile}/U0/N12E044_D005_S001_T001_{tile}_U0_R0.tif"  # noqa: E501
     source = shared_data / "cdb" / "yemen" / place
     assert run("import", source, "--out", tmp_path).exit_code == 0
     path = tmp_path / f"N12E044_{tile}_U0_R0.tmm.h5"

@@ -1,5 +1,6 @@
 """Indexed PNG, DIRSIG and glTF, each decoded again by what its own specification says."""
 
+import itertools
 import json
 import struct
 from dataclasses import replace
@@ -134,7 +135,7 @@ def test_gltf_feature_ids_lead_to_names(image, binary, tmp_path):
     read = sum(picture[..., channel].astype(int) << 8 * k for k, channel in enumerate(ids["texture"]["channels"]))
     names = _strings(document, content, table["properties"]["name"], table["count"])
     codes = np.frombuffer(_view(document, content, table["properties"]["code"]["values"]), "<u2")
-    for k, (code, name) in enumerate(zip(codes, names)):
+    for k, (code, name) in enumerate(zip(codes, names, strict=True)):
         assert image.materials[code] == name and np.array_equal(read == k, image.level.code == code)
     assert np.array_equal(read == ids["nullFeatureId"], image.level.code == 0)
     for view in document["bufferViews"]:
@@ -198,4 +199,4 @@ def _strings(document, content, stored, count) -> list[str]:
     offsets = np.frombuffer(_view(document, content, stored["stringOffsets"]), "<u4")
     text = _view(document, content, stored["values"])
     assert stored["stringOffsetType"] == "UINT32" and len(offsets) == count + 1
-    return [text[a:b].decode() for a, b in zip(offsets[:-1], offsets[1:])]
+    return [text[a:b].decode() for a, b in itertools.pairwise(offsets)]

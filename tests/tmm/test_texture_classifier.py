@@ -22,7 +22,9 @@ def model():
 
 def test_posterior_against_scipy(model):
     lab = np.random.default_rng(6).uniform(0, 100, (500, 3))
-    joint = np.stack([stats.multivariate_normal(m, c).logpdf(lab) for m, c in zip(model.means, model.covariances)])
+    joint = np.stack(
+        [stats.multivariate_normal(m, c).logpdf(lab) for m, c in zip(model.means, model.covariances, strict=True)]
+    )
     joint += model.log_prior[:, np.newaxis]
     expected = joint - np.logaddexp.reduce(joint, axis=0)
     np.testing.assert_allclose(model.log_posterior(model.squared_distance(lab)), expected, rtol=1e-9, atol=1e-9)
@@ -66,7 +68,7 @@ def test_against_texel_by_texel(radius):
     result = classifier.window(0, 23, 0, 31)
     distance = classifier.model.squared_distance(to_lab(pixels.reshape(-1, 3), "srgb"))
     posterior = np.exp(classifier.model.log_posterior(distance)).reshape(3, 23, 31)
-    for row, column in zip(*np.nonzero(valid)):
+    for row, column in zip(*np.nonzero(valid), strict=True):
         box = np.s_[max(row - radius, 0) : row + radius + 1, max(column - radius, 0) : column + radius + 1]
         mean = posterior[(slice(None), *box)][:, valid[box]].mean(axis=1)
         found = result.material[row, column]
@@ -106,7 +108,7 @@ def test_two_halves(job, two_halves, build, library):
     result = build(job(two_halves))
     code = result.code
     assert (code[:, :17] == library[GREEN].code).all() and (code[:, 23:] == library[GREY].code).all()
-    assert dict(zip(result.map.names, result.written.usage))[GREEN] == pytest.approx(0.5, abs=0.05)
+    assert dict(zip(result.map.names, result.written.usage, strict=True))[GREEN] == pytest.approx(0.5, abs=0.05)
     assert result.map.quality.whole.overall_accuracy == 1 and result.map.quality.whole.tested > 0
 
 
@@ -130,7 +132,7 @@ def test_known_truth_is_found_again(job, write_image, build, library):
         rows, columns = np.nonzero(truth[8::16, 8::16] == k)
         polygons[name] = [
             [[16 * c + 4, 16 * r + 4], [16 * c + 11, 16 * r + 4], [16 * c + 11, 16 * r + 11], [16 * c + 4, 16 * r + 11]]
-            for r, c in list(zip(rows, columns))[:4]
+            for r, c in list(zip(rows, columns, strict=True))[:4]
         ]
     image = write_image("patches.png", pixels)
     result = build(job(image, polygons, classifier={"radius": 2}))

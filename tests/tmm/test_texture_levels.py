@@ -92,7 +92,7 @@ def test_composites_list_every_mixture_once():
     for level in mip_levels(code):
         composites.add(level)
     components, weights = composites.mixtures()
-    found = {(*map(int, c), *map(int, w)) for c, w in zip(components, weights)}
+    found = {(*map(int, c), *map(int, w)) for c, w in zip(components, weights, strict=True)}
     pure = {(k, 0, 0, 100, 0, 0) for k in (1, 2, 3)}
     assert found == pure | {(1, 3, 0, 75, 25, 0), (2, 1, 3, 50, 38, 12)} and len(components) == len(found)
 

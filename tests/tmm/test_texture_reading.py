@@ -31,7 +31,7 @@ def test_float_is_linear_and_not_finite_is_no_data(write_image, tmp_path, read):
     values[1, 2, 0], values[3, 4, 2] = np.nan, np.inf
     texture = read(tmp_path / write_image("a.tif", values, "float"))
     assert texture.encoding == "linear"
-    assert sorted(zip(*np.nonzero(~texture.valid))) == [(1, 2), (3, 4)]
+    assert sorted(zip(*np.nonzero(~texture.valid), strict=True)) == [(1, 2), (3, 4)]
 
 
 def test_transparent_texels_keep_their_colour_and_have_no_data(write_image, tmp_path, read):

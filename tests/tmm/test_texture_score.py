@@ -35,7 +35,7 @@ def test_confusion_of_a_known_error(scored):
     _, found = scored(draw)
     assert found.whole.tested == 20 * 10 + 20 * 10
     assert found.whole.overall_accuracy == pytest.approx(350 / 400)
-    iou = dict(zip(found.names, found.whole.intersection_over_union))
+    iou = dict(zip(found.names, found.whole.intersection_over_union, strict=True))
     assert iou == pytest.approx({GREEN: 1, GREY: 150 / 200, "water_fresh": 0})
     assert found.whole.mean_iou == pytest.approx((1 + 0.75 + 0) / 3)
     assert found.inside.tested + found.outside.tested == 400

@@ -15,7 +15,7 @@ GREEN, GREY = "grass_green", "asphalt_road"
 def _texels(job, folder, library, name):
     *_, seeds = load_texture(job, folder, library)
     mine = seeds.material == seeds.names.index(name)
-    return set(zip(seeds.columns[mine].tolist(), seeds.rows[mine].tolist()))
+    return set(zip(seeds.columns[mine].tolist(), seeds.rows[mine].tolist(), strict=True))
 
 
 def test_a_rectangle_holds_the_texels_whose_centres_it_holds(job, two_halves, tmp_path, library):

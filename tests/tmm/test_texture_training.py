@@ -23,7 +23,7 @@ def _stack(pixels, encoding="srgb"):
 
 
 def test_features_of_a_flat_texture():
-    stack = dict(zip(names(), _stack(np.full((40, 40, 3), (200, 100, 50), np.uint8))))
+    stack = dict(zip(names(), _stack(np.full((40, 40, 3), (200, 100, 50), np.uint8)), strict=True))
     for radius in (2, 6, 16):
         np.testing.assert_allclose(stack[f"L_{radius}"], stack["L_0"], atol=1e-3)
         # Variance and gradient are 0: what is left is the floor under the logarithm, 0.5 ln 1e-4.

@@ -66,7 +66,7 @@ def test_usage_by_chunk(run, demo):
     # Chunks weigh by their texels, those at the edges less.
     rows, columns = (np.diff(np.append(np.arange(0, n, 256), n)) for n in (height, width))
     mean = np.einsum("yxk,y,x->k", share, rows, columns) / (height * width)
-    assert dict(zip(entry["materials"], mean)) == pytest.approx(
+    assert dict(zip(entry["materials"], mean, strict=True)) == pytest.approx(
         {n: u["value"] for n, u in report["usage"].items()}, abs=1e-6
     )
     assert f"{100 * share[0, 1, 0]:.1f}" in run("usage", path, "--chunks").output

@@ -106,7 +106,7 @@ def test_interpolation_in_pressure_and_temperature_adds_little(library, shared_d
         pressure = np.sort(101325.0 * 10 ** rng.uniform(-4, 0, 8))
         temperature = rng.uniform(200.0, 315.0, 8)
         interpolated = points.cross_sections(pressure, temperature, 0.0, gases=[gas])[gas]
-        for p, t, section in zip(pressure, temperature, interpolated):
+        for p, t, section in zip(pressure, temperature, interpolated, strict=True):
             direct = source.cross_sections(points.wavenumber, [p], [t])[:, 0, 0]
             if direct.max() < 1e-33:
                 continue

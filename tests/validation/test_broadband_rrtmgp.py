@@ -8,6 +8,7 @@ Gases are the same in both. Longwave: emission along eight zenith angles. Shortw
 """
 
 import io
+import itertools
 import zipfile
 
 import numpy as np
@@ -198,7 +199,10 @@ def layers(state):
     moles = {name: state.mole_fraction_at(gas, middle) / (1 - water) for name, gas in GASES.items()}
     # Dry air between the levels, by the hydrostatic equation with the state's own number density.
     air = np.array(
-        [np.trapezoid(_density(state, np.linspace(a, b, 9)), np.linspace(a, b, 9)) for a, b in zip(edges, edges[1:])]
+        [
+            np.trapezoid(_density(state, np.linspace(a, b, 9)), np.linspace(a, b, 9))
+            for a, b in itertools.pairwise(edges)
+        ]
     )
     return edges, pressure, temperature, air * (1 - water) * 1e-4, moles
 
@@ -241,7 +245,7 @@ def shortwave(wheel, state, elevation):
     from PythonicDISORT.pydisort import pydisort
 
     optics = GasOptics(wheel, SHORTWAVE_FILE)
-    edges, pressure, temperature, dry, moles = layers(state)
+    _edges, pressure, temperature, dry, moles = layers(state)
     part = optics.of(pressure, temperature, dry, moles)
     absorbed, scattered = part.absorption(), part.rayleigh()
     v = optics.v

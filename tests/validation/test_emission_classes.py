@@ -42,10 +42,12 @@ def test_temperature_and_classes_earn_their_axes(edges, worth):
     kelvins = generator.uniform(270.0, 330.0, LINES)
     paths = [np.exp(-line.depth[line.valid]) for line in lines_of_sight(air, ranges, altitude, elevation)]
     fixed = emission_weights(band, rho, REFERENCE)
-    through = np.concatenate([path @ emission_weights(band, rho, kelvin).T for path, kelvin in zip(paths, kelvins)])
+    through = np.concatenate(
+        [path @ emission_weights(band, rho, kelvin).T for path, kelvin in zip(paths, kelvins, strict=True)]
+    )
     classes = EmissionClasses.of(through, TOLERANCE)
     errors = {name: [] for name in ("classic", "one table", "by class", "by temperature", "both")}
-    for path, kelvin in zip(paths, kelvins):
+    for path, kelvin in zip(paths, kelvins, strict=True):
         own = emission_weights(band, rho, kelvin)
         emitted = (1 - rho) @ (band.radiance_weight * planck_wavenumber(band.wavenumber, kelvin))
         exact = path @ own.T

@@ -18,7 +18,7 @@ const validator = require('gltf-validator'), fs = require('fs'), path = require(
 const read = name => new Uint8Array(fs.readFileSync(name));
 validator.validateBytes(read(file), {externalResourceFunction: uri => Promise.resolve(read(path.join(path.dirname(file), uri)))})
   .then(report => console.log(JSON.stringify(report)));
-"""
+"""  # noqa: E501
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ what remains at 4.15 um is the head of the CO2 band (2375-2400 cm-1), where MODT
 
 import csv
 import io
+import itertools
 import zipfile
 from dataclasses import replace
 
@@ -131,8 +132,8 @@ def bins(low, high):
 def bin_means(values, low, high):
     """Means (..., bins) over 0.1 um of spectra (..., W) at `WAVELENGTH`, by trapezoids."""
     edges, means = bins(low, high), []
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
-        inside = np.flatnonzero((WAVELENGTH > first - 0.005) & (WAVELENGTH < last + 0.005))
+    for first, last in itertools.pairwise(edges):
+        inside = np.flatnonzero((first - 0.005 < WAVELENGTH) & (last + 0.005 > WAVELENGTH))
         share = np.ones(inside.size)
         share[[0, -1]] = 0.5
         means.append(values[..., inside] @ share / share.sum())
@@ -180,7 +181,7 @@ def test_points_against_modtran(spectra, state, name, continuum, limit_tau, limi
     table, edges, paths = AbsorptionTable.open(water_continuum=continuum), bins(low, high), list(spectra)
     ours = np.zeros((2, len(paths), edges.size - 1))
     black = np.zeros(edges.size - 1)
-    for b, (first, last) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for b, (first, last) in enumerate(itertools.pairwise(edges)):
         response = bin_response(first, last)
         band = band_points(table.points(*response.wavenumber_range), response)
         air = SpectralAir.of(state, band.points)
@@ -212,7 +213,7 @@ def test_scattered_sunlight(spectra, state):
     edges = bins(*SOLAR)
     table, paths = AbsorptionTable.open(), [path for path in spectra if path[1] > 0]
     ours, once = np.zeros((2, len(paths), edges.size - 1))
-    for b, (first, last) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for b, (first, last) in enumerate(itertools.pairwise(edges)):
         response = SpectralResponse.rectangular(first, last)
         band = band_points(table.points(*response.wavenumber_range), response)
         albedo = float(np.interp(0.5 * (first + last), *FOREST.T))

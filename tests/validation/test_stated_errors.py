@@ -72,7 +72,7 @@ def fresh_points(air, sun, base, points, sky_points):
     exact = {name: np.ravel(value) for name, value in vars(truth).items()}
     above = exact.pop("valid")
     exact["ambient"] = np.append(exact["ambient"], np.full(points - sky_points, np.nan))
-    return {name: place[above] for name, place in zip(AXES, places)}, {
+    return {name: place[above] for name, place in zip(AXES, places, strict=True)}, {
         name: value[above] for name, value in exact.items()
     }
 
@@ -125,7 +125,8 @@ def uniform_grid(grid, counts, nodes):
         factor *= 1.005
     ends = [(axis[0], axis[-1]) for axis in grid]
     return ScatteringGrid(
-        np.geomspace(*ends[0], shape(factor)[0]), *(np.linspace(*end, n) for end, n in zip(ends[1:], shape(factor)[1:]))
+        np.geomspace(*ends[0], shape(factor)[0]),
+        *(np.linspace(*end, n) for end, n in zip(ends[1:], shape(factor)[1:], strict=True)),
     )
 
 
@@ -220,14 +221,16 @@ def test_tolerance_of_temperatures_holds_at_fresh_places(tolerance, tmp_path):
         (0, job.surface_grid.slope_deg[-1]),
         (0, 24),
     )
-    altitude, azimuth, slope, time = (generator.uniform(*end, count) for end, count in zip(ends, (5, 9, 9, 25)))
+    altitude, azimuth, slope, time = (
+        generator.uniform(*end, count) for end, count in zip(ends, (5, 9, 9, 25), strict=True)
+    )
     names = list(table.materials)
     materials = surface_materials([library[name] for name in names], job.operated)
     direct = temperature_table(
         materials, *scene_inputs(job, 1), 1e3 * altitude, azimuth, slope, time, steps=job.accuracy.solver_steps
     )
     mesh = np.meshgrid(np.arange(len(names)), altitude, azimuth, slope, time, indexing="ij", sparse=True)
-    where = dict(zip(("altitude", "azimuth", "slope", "time"), mesh[1:]))
+    where = dict(zip(("altitude", "azimuth", "slope", "time"), mesh[1:], strict=True))
     error = np.abs(
         table.temperature(material=np.array(list(table.materials.values()))[mesh[0]], **where) - direct.temperature
     )

@@ -52,7 +52,7 @@ def soil(name, absorptance, conductivity, capacity, roughness, wetness=0.0, resi
 
 def compare(material, measured, folder):
     """Root mean square error [K] of the model, and of air temperature alone, over the longest stretch without gaps."""
-    whole = np.flatnonzero(np.all([np.isfinite(measured[name]) for name in FORCING + ("lw_up",)], axis=0))
+    whole = np.flatnonzero(np.all([np.isfinite(measured[name]) for name in (*FORCING, "lw_up")], axis=0))
     gaps = np.flatnonzero(np.diff(measured["time"][whole]) > np.timedelta64(3, "h"))
     whole = max(np.split(whole, gaps + 1), key=len)
     measured = {name: values[whole] for name, values in measured.items()}

@@ -30,7 +30,7 @@ def command(job: str, out: str | None, as_json: bool) -> None:
 
 
 def _report(mapped, written, path) -> dict:
-    usage = dict(zip(mapped.names, written.usage.tolist()))
+    usage = dict(zip(mapped.names, written.usage.tolist(), strict=True))
     held = mapped.quality
     return {
         "file": str(path),

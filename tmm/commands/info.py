@@ -36,7 +36,7 @@ def _confusion(source) -> dict[int, list[int]]:
     """Held-out texels of each material that has seeds, found as unknown and as each of these materials."""
     if not source.has("quality/confusion"):
         return {}
-    return dict(zip(source.array("quality/material").tolist(), source.array("quality/confusion").tolist()))
+    return dict(zip(source.array("quality/material").tolist(), source.array("quality/confusion").tolist(), strict=True))
 
 
 def _plain(value):

@@ -49,7 +49,9 @@ def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_
         **{name: None if part is None else _report(part) for name, part in parts.items()},
         "materials": [
             {"name": name, "intersection_over_union": quantity(iou, "1"), "found_unknown_then_each": row.tolist()}
-            for name, iou, row in zip(result.names, result.whole.intersection_over_union, result.whole.confusion)
+            for name, iou, row in zip(
+                result.names, result.whole.intersection_over_union, result.whole.confusion, strict=True
+            )
         ],
     }
     if tables:

@@ -247,7 +247,7 @@ def to_image(raster: CdbRaster, materials: CdbMaterials) -> MaterialImage:
         by_index = np.zeros(int(raster.index.max()) + 1, np.float32)
         for index, mixture in mixtures.items():
             by_index[index] = mixture.get(code, 0.0)
-        for index, share in zip(raster.index, raster.share):
+        for index, share in zip(raster.index, raster.share, strict=True):
             shares[row] += by_index[index] * share
     names = {code: materials.library.by_code(code).name for code in codes}
     name = raster.place.name

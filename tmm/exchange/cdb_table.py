@@ -136,7 +136,7 @@ def _substrate(element, path: Path) -> Substrate:
     if not sum(weights):
         raise InputError("the weights of a substrate are all 0; give one", file=path, line=element.sourceline)
     whole = largest_remainders(weights)
-    ranked = sorted(zip(names, whole), key=lambda item: -item[1])
+    ranked = sorted(zip(names, whole, strict=True), key=lambda item: -item[1])
     thickness = (element.findtext("{*}Thickness") or "").strip()
     return Substrate(tuple(item for item in ranked if item[1] > 0), thickness or None)
 

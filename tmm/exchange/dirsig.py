@@ -53,7 +53,7 @@ def mixture_bands(image: MaterialImage) -> np.ndarray:
     """Shares (K, H, W) float32 of the materials in the order of their codes; all 0 where there is none."""
     bands = np.zeros((len(image.materials), image.height, image.width), np.float32)
     weight = image.level.mix_weight / np.float32(WEIGHT_TOTAL)
-    for band, code in zip(bands, image.materials):
+    for band, code in zip(bands, image.materials, strict=True):
         for k in range(COMPONENTS):
             band += np.where(image.level.mix_code[..., k] == code, weight[..., k], 0)
     return bands

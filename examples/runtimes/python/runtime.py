@@ -87,9 +87,13 @@ class Database:
         located = [self.axis(quantity, name).locate(where[name]) for name in axes]
         total = 0.0
         for corner in itertools.product((0, 1), repeat=len(axes)):
-            share = math.prod(weight if up else 1.0 - weight for up, (_, _, weight) in zip(corner, located))
+            share = math.prod(
+                weight if up else 1.0 - weight for up, (_, _, weight) in zip(corner, located, strict=True)
+            )
             if share:
-                total += share * float(self.arrays[quantity][tuple(place[up] for up, place in zip(corner, located))])
+                total += share * float(
+                    self.arrays[quantity][tuple(place[up] for up, place in zip(corner, located, strict=True))]
+                )
         return total
 
     def material(self, given):

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from skyshine.mat.atmosphere.derive.mie import sphere_efficiencies  # noqa: E402
+from skyshine.mat.atmosphere.derive.mie import sphere_efficiencies
 
 
 # Wiscombe 1979, NCAR/TN-140+STR, test cases of MIEV: extinction, scattering, asymmetry.

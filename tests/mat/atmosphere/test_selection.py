@@ -39,13 +39,13 @@ def test_error_falls_to_a_part_in_a_thousand_with_few_points():
 
 def test_sets_are_nested_and_repeatable():
     candidates = exponentials()
-    settings = dict(tolerance=0.0, total_weight=1.0)
+    settings = {"tolerance": 0.0, "total_weight": 1.0}
     short = select_points(candidates, candidates.mean(0), max_points=5, **settings)
     long = select_points(candidates, candidates.mean(0), max_points=9, **settings)
     again = select_points(candidates, candidates.mean(0), max_points=9, **settings)
     assert set(short[0]) <= set(long[0]) | set(short[0][short[1] == 0])
     np.testing.assert_array_equal(long[2][:5], short[2])
-    for first, second in zip(long, again):
+    for first, second in zip(long, again, strict=True):
         np.testing.assert_array_equal(first, second)
 
 
@@ -75,10 +75,10 @@ def test_row_scale_decides_what_matters():
 
 def test_identical_and_opaque_candidates():
     same = np.ones((6, 10))
-    index, weight, ladder = select_points(same, np.ones(10), tolerance=1e-9, max_points=4, total_weight=2.0)
+    _, weight, ladder = select_points(same, np.ones(10), tolerance=1e-9, max_points=4, total_weight=2.0)
     assert weight.sum() == pytest.approx(2.0) and ladder[-1] < 1e-9
     opaque = np.zeros((6, 10))
-    index, weight, _ = select_points(opaque, np.zeros(10), tolerance=1e-9, max_points=4, total_weight=2.0)
+    _index, weight, _ = select_points(opaque, np.zeros(10), tolerance=1e-9, max_points=4, total_weight=2.0)
     assert weight.sum() == pytest.approx(2.0)
 
 

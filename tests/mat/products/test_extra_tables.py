@@ -75,7 +75,7 @@ def test_at_the_nodes_emission_times_transmittance_is_the_integral(extra_job, ex
     (line,) = lines_of_sight(air, np.array([[5.0]]), np.array([1.0]), np.array([-5.0]))
     spectral = np.exp(-line.depth[0])
     band, library = skyshine.mat.open(extra_build / "b01.band.h5"), load_library()
-    for name, number in zip(("asphalt_road", "grass_green"), range(2)):
+    for name, number in zip(("asphalt_road", "grass_green"), range(2), strict=True):
         rho = np.interp(1e4 / points.wavenumber, library[name].wavelength, library[name].reflectance)
         through = spectral * planck_wavenumber(points.wavenumber, 325.0) * points.radiance_weight @ (1 - rho)
         beta = thermal.beta_star(material=name, temperature=325.0, **place)
@@ -89,7 +89,7 @@ def test_at_the_nodes_emission_times_transmittance_is_the_integral(extra_job, ex
 def test_a_material_is_read_through_its_class(thermal):
     place = {"planck_temperature": 290.0, "range": 3.0, "altitude": 0.4, "elevation": -10.0}
     for name, number in zip(
-        thermal.root.variables["material_name"].data, thermal.root.variables["class_of_material"].data
+        thermal.root.variables["material_name"].data, thermal.root.variables["class_of_material"].data, strict=True
     ):
         of_class = thermal.value("beta_star_thermal", material_class=number, **place)
         assert thermal.value("beta_star_thermal", material=name, **place) == of_class

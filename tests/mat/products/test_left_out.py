@@ -94,8 +94,8 @@ def test_no_read_differs_by_more_than_that(kept, restored):
     ]
     bound = tables[0].root.groups["accuracy"].attributes["left_out_bound"]
     through = [np.exp(-5.5 * where["range"] / one["beta_star"]) for one in read]
-    path = [one["path_radiance_ratio"] * (1 - t) for one, t in zip(read, through)]
-    sky = [one["ambient_radiance"] * t for one, t in zip(read, through)]
+    path = [one["path_radiance_ratio"] * (1 - t) for one, t in zip(read, through, strict=True)]
+    sky = [one["ambient_radiance"] * t for one, t in zip(read, through, strict=True)]
     assert 0 < np.max(np.abs(path[0] - path[1])) <= bound and 0 < np.max(np.abs(sky[0] - sky[1])) <= bound
     for name in ("beta_star", "direct_radiance"):
         assert np.array_equal(read[0][name], read[1][name])
@@ -109,7 +109,9 @@ def test_zero_restores_the_whole_computation_to_the_last_bit(restored):
     own = source_irradiance(job, "moon", compiled.band.wavenumber, compiled.band.width)
     whole = BandAtmosphere.of(state, compiled.band).table(path_grid(job), own)
     variables = opened(restored).root.variables
-    for name, values in zip(NAMES, (whole.beta_star, whole.path_radiance_ratio, whole.ambient, whole.direct)):
+    for name, values in zip(
+        NAMES, (whole.beta_star, whole.path_radiance_ratio, whole.ambient, whole.direct), strict=True
+    ):
         assert np.array_equal(variables[name].data, values.astype(np.float32))
 
 

@@ -14,7 +14,7 @@ from skyshine.schemas.errors import InputError
 def places():
     draw = np.random.default_rng(3)
     limits = ((0.001, 20.0), (0.01, 1.0), (-90.0, 90.0), (-20.0, 60.0), (0.0, 180.0))
-    return {name: draw.uniform(*ends, 300) for name, ends in zip(AXES, limits)}
+    return {name: draw.uniform(*ends, 300) for name, ends in zip(AXES, limits, strict=True)}
 
 
 @pytest.mark.parametrize("flat", [False, True])

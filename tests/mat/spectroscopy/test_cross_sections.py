@@ -9,8 +9,8 @@ import pytest
 
 pytest.importorskip("numba")
 
-from skyshine.mat.spectroscopy.cross_sections import Fit, Measurements, read_cross_sections, read_table, spread  # noqa: E402
-from skyshine.schemas.errors import InputError  # noqa: E402
+from skyshine.mat.spectroscopy.cross_sections import Fit, Measurements, read_cross_sections, read_table, spread
+from skyshine.schemas.errors import InputError
 
 
 @pytest.fixture(scope="module")

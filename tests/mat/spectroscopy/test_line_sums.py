@@ -6,8 +6,8 @@ import pytest
 pytest.importorskip("numba")
 pytest.importorskip("hapi")
 
-from skyshine.mat.spectroscopy import linebyline  # noqa: E402
-from skyshine.mat.spectroscopy.lines import LineList  # noqa: E402
+from skyshine.mat.spectroscopy import linebyline
+from skyshine.mat.spectroscopy.lines import LineList
 
 CO2, H2O = 2, 1
 

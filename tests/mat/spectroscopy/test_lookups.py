@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("numba")
 pytest.importorskip("netCDF4")
 
-from skyshine.mat.spectroscopy import linebyline, nodes  # noqa: E402
-from skyshine.mat.spectroscopy.lookups import SHAPE_EFFECT, WHOLE_COLUMN, LookupSource, band_parameters  # noqa: E402
-from skyshine.schemas.errors import InputError  # noqa: E402
+from skyshine.mat.spectroscopy import linebyline, nodes
+from skyshine.mat.spectroscopy.lookups import SHAPE_EFFECT, WHOLE_COLUMN, LookupSource, band_parameters
+from skyshine.schemas.errors import InputError
 
 FORTRAN = """\
       DATA IWLO3 /   0,    515,   -999/

@@ -27,18 +27,18 @@ def material(surface=SMOOTH, absorptance=0.7, emissivity=0.9):
 
 
 def forcing(**changes):
-    values = dict(
-        shortwave_direct=400.0,
-        shortwave_diffuse=80.0,
-        shortwave_reflected=20.0,
-        longwave_sky=250.0,
-        longwave_ground=100.0,
-        air_temperature=290.0,
-        vapour_pressure=1000.0,
-        pressure=101325.0,
-        wind_speed=2.0,
-        cos_slope=1.0,
-    )
+    values = {
+        "shortwave_direct": 400.0,
+        "shortwave_diffuse": 80.0,
+        "shortwave_reflected": 20.0,
+        "longwave_sky": 250.0,
+        "longwave_ground": 100.0,
+        "air_temperature": 290.0,
+        "vapour_pressure": 1000.0,
+        "pressure": 101325.0,
+        "wind_speed": 2.0,
+        "cos_slope": 1.0,
+    }
     values.update(changes)
     return Forcing(**{name: np.atleast_2d(np.asarray(value, float)) for name, value in values.items()})
 

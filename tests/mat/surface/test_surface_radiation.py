@@ -36,7 +36,7 @@ def clear(site, sky):
 def test_every_interval_keeps_its_mean(site, clear, share):
     means = [share * hourly_means(part) for part in clear]
     found = MeasuredRadiation(HOURS, *means).sunlight(site, *clear)
-    for light, mean, part in zip(found, means, clear):
+    for light, mean, part in zip(found, means, clear, strict=True):
         assert hourly_means(light) == pytest.approx(mean, rel=1e-12)
         assert light == pytest.approx(share * part, rel=1e-9)  # the clear sky's share of each hour is one number
 

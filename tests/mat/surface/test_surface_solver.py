@@ -31,18 +31,18 @@ def material(stack=PLATE, surface=DRY, absorptance=0.8, emissivity=0.9, name="pl
 
 
 def steady(steps=96, **changes):
-    values = dict(
-        shortwave_direct=0.0,
-        shortwave_diffuse=0.0,
-        shortwave_reflected=0.0,
-        longwave_sky=0.0,
-        longwave_ground=0.0,
-        air_temperature=290.0,
-        vapour_pressure=1000.0,
-        pressure=101325.0,
-        wind_speed=3.0,
-        cos_slope=1.0,
-    )
+    values = {
+        "shortwave_direct": 0.0,
+        "shortwave_diffuse": 0.0,
+        "shortwave_reflected": 0.0,
+        "longwave_sky": 0.0,
+        "longwave_ground": 0.0,
+        "air_temperature": 290.0,
+        "vapour_pressure": 1000.0,
+        "pressure": 101325.0,
+        "wind_speed": 3.0,
+        "cos_slope": 1.0,
+    }
     values.update(changes)
     cosine = np.atleast_2d(values.pop("cos_slope"))
     rows = {name: np.atleast_2d(np.asarray(value, float)) + np.zeros((1, steps)) for name, value in values.items()}
@@ -135,7 +135,11 @@ def test_random_columns_settle_within_bounds_and_close_their_energy():
 def day(n, noon=800.0, **changes):
     hours = np.arange(n) * 24.0 / n
     sun = noon * np.maximum(np.cos(np.pi * (hours - 12) / 14), 0) * (np.abs(hours - 12) < 7)
-    values = dict(shortwave_direct=sun, longwave_sky=280.0, air_temperature=290 + 6 * np.cos(np.pi * (hours - 15) / 12))
+    values = {
+        "shortwave_direct": sun,
+        "longwave_sky": 280.0,
+        "air_temperature": 290 + 6 * np.cos(np.pi * (hours - 15) / 12),
+    }
     return steady(n, **(values | changes))
 
 

@@ -117,7 +117,7 @@ def test_tmy3_of_greensboro():
     if not file.is_file():
         pytest.skip("this pvlib comes without its sample file")
     cells = file.read_text().splitlines()[2 + 24 * 171 + 13].split(",")
-    assert cells[:2] == ["06/21/1988", "14:00"] or cells[0].startswith("06/21") and cells[1] == "14:00"
+    assert cells[:2] == ["06/21/1988", "14:00"] or (cells[0].startswith("06/21") and cells[1] == "14:00")
     found = read_weather(file, date(2026, 6, 21), -5)
     at = found.time.index(14.0)
     assert found.air_temperature_c[at] == float(cells[31]) and found.altitude_km == 0.273

@@ -13,10 +13,12 @@ def test_it_agrees_with_scipy_in_five_axes():
     generator = np.random.default_rng(3)
     nodes = [np.sort(generator.random(n)) for n in (4, 3, 5, 2, 6)]
     values = generator.random([n.size for n in nodes])
-    rules = [AxisRule(name, n) for name, n in zip("abcde", nodes)]
+    rules = [AxisRule(name, n) for name, n in zip("abcde", nodes, strict=True)]
     points = np.stack([generator.uniform(n[0], n[-1], 200) for n in nodes])
     expected = RegularGridInterpolator(nodes, values)(points.T)
-    np.testing.assert_allclose(interpolate(values, rules, dict(zip("abcde", points))), expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        interpolate(values, rules, dict(zip("abcde", points, strict=True))), expected, rtol=1e-12
+    )
 
 
 def test_nodes_give_their_values_exactly_and_arguments_broadcast():

@@ -93,7 +93,7 @@ def test_each_quantity_has_the_axes_it_needs(found):
 
 def test_the_same_seed_gives_the_same_nodes(found):
     again = placed(0.02, ("direct_radiance",))["direct_radiance"].table
-    for one, other in zip(again.nodes, found["direct_radiance"].table.nodes):
+    for one, other in zip(again.nodes, found["direct_radiance"].table.nodes, strict=True):
         np.testing.assert_array_equal(one, other)
 
 

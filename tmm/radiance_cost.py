@@ -49,7 +49,7 @@ def report(score, htt, band, air, surface: dict) -> dict:
     InputError
         The tables lack a material that was scored, or do not go together.
     """
-    from skyshine.mat.accuracy.misclassification import misclassification_cost, surface_radiance
+    from skyshine.mat.runtime.misclassification import misclassification_cost, surface_radiance
 
     rows = score.whole.confusion
     used = [k for k in range(len(score.names)) if rows[k].any() or rows[:, k + 1].any()]

@@ -36,9 +36,9 @@ def batch(job, count, workers, as_json):
     \b
     Example: mat bench batch year/every_day.yaml --states 8
     """
-    from skyshine.mat.accuracy.batch_bench import Size, bench_batch, sampled
-    from skyshine.mat.job import load_job
-    from skyshine.mat.plan import make_plan
+    from skyshine.mat.bench.batch import Size, bench_batch, sampled
+    from skyshine.mat.job.model import load_job
+    from skyshine.mat.plan.plan import make_plan
     from skyshine.materials.library import load_library
 
     begin = time.perf_counter()

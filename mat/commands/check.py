@@ -16,13 +16,13 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
 @json_option
 def command(job: str, as_json: bool) -> None:
     """Check JOB; print what will be built, what is left out and why, which source is up when, and the size."""
-    from skyshine.mat.accuracy.cost import estimate
-    from skyshine.mat.atmosphere_product import physics_left_out
-    from skyshine.mat.job import load_job
-    from skyshine.mat.plan import make_plan
-    from skyshine.mat.scene import check_scene, source_hours
-    from skyshine.mat.state_summary import state_summaries
-    from skyshine.mat.temperature_product import twins_left_out
+    from skyshine.mat.job.model import load_job
+    from skyshine.mat.plan.cost import estimate
+    from skyshine.mat.plan.plan import make_plan
+    from skyshine.mat.products.atmosphere import physics_left_out
+    from skyshine.mat.products.temperature import twins_left_out
+    from skyshine.mat.scene.atmosphere import check_scene, source_hours
+    from skyshine.mat.scene.summary import state_summaries
     from skyshine.materials.library import load_library
 
     loaded = load_job(job)
@@ -82,7 +82,7 @@ def _files(plan, states: int) -> list[str]:
 
 
 def _print(loaded, plan, left_out, hours, states, cost) -> None:
-    from skyshine.mat.state_summary import summary_line
+    from skyshine.mat.scene.summary import summary_line
 
     click.echo(f"{loaded.file}: holds")
     for line, numbers in groupby(range(1, len(states) + 1), lambda number: summary_line(states[number - 1])):

@@ -14,7 +14,7 @@ def command(file: str, as_json: bool) -> None:
     """
     from pathlib import Path
 
-    from skyshine.mat.build_record import cost_of
+    from skyshine.mat.build.record import cost_of
     from skyshine.schemas.hdf5 import read_file
 
     root, attributes = read_file(file)

@@ -21,8 +21,8 @@ def leaving_out(job, seed, as_json):
     import tempfile
     from pathlib import Path
 
-    from skyshine.mat.accuracy.leaving_out import compare
-    from skyshine.mat.job import load_job
+    from skyshine.mat.bench.leaving_out import compare
+    from skyshine.mat.job.model import load_job
 
     loaded = load_job(job)
     os.environ["SKYSHINE_CACHE"] = ""  # or the second build would find what the first has compiled

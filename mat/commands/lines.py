@@ -100,7 +100,7 @@ def broadband(table, points, tolerance, out, as_json):
     Example:
       mat lines broadband --out broadband.h5
     """
-    from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
     from skyshine.mat.spectroscopy.broadband import build
 
     with progress(4, "stages") as advance:
@@ -128,7 +128,7 @@ def info(file, as_json):
     Example:
       mat lines info --json
     """
-    from skyshine.mat.atmosphere.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 
     table = AbsorptionTable.open(file)
     about = describe(table)

@@ -47,9 +47,9 @@ def _find(library, name):
 
 def _summary(material):
     """Solar absorptance and the emissivities of a material, by name."""
-    from skyshine.mat.atmosphere.sources import solar_irradiance
-    from skyshine.mat.radiometry import SpectralResponse
-    from skyshine.mat.reflectance import band_emissivity, solar_absorptance, thermal_emissivity
+    from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+    from skyshine.mat.radiometry.blackbody import SpectralResponse
+    from skyshine.mat.radiometry.reflectance import band_emissivity, solar_absorptance, thermal_emissivity
 
     wavelength = 1e4 / SOLAR_WAVENUMBERS[::-1]
     irradiance = solar_irradiance(SOLAR_WAVENUMBERS)[::-1] * 1e4 / wavelength**2

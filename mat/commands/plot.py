@@ -12,7 +12,7 @@ def command(files: tuple[str, ...], out: str) -> None:
     """Draw FILES: temperatures, atmospheric quantities, band properties."""
     from pathlib import Path
 
-    from skyshine.mat.pictures import draw
+    from skyshine.mat.tables.pictures import draw
 
     target = Path(out)
     if len(files) == 1 and target.suffix.lower() != ".png":

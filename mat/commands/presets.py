@@ -18,7 +18,7 @@ def command(name: str | None, as_json: bool) -> None:
     """
     import yaml
 
-    from skyshine.mat.jobs.presets import presets
+    from skyshine.mat.job.presets import presets
 
     known = presets()
     if name is not None and name not in known:

@@ -33,10 +33,10 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
     Random scenes go through the runtime's equations with the tables, and through the accurate spectral integrals; each
     source of error is switched on alone, then all together.
     """
-    from skyshine.mat.accuracy.budget import Prepared, error_budget
-    from skyshine.mat.accuracy.page import render
-    from skyshine.mat.accuracy.summary import describe_all
-    from skyshine.mat.job import load_job
+    from skyshine.mat.job.model import load_job
+    from skyshine.mat.report.budget import Prepared, error_budget
+    from skyshine.mat.report.page import render
+    from skyshine.mat.report.summary import describe_all
     from skyshine.materials.library import load_library
 
     loaded, library = load_job(_job_file(job)), load_library()

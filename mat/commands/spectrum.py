@@ -117,11 +117,11 @@ def command(
     """
     import numpy as np
 
-    from skyshine.mat.atmosphere.absorption import AbsorptionTable
-    from skyshine.mat.atmosphere.cloud import cloud_type
-    from skyshine.mat.atmosphere.rain import RainLayer
-    from skyshine.mat.atmosphere.spectrum import line_spectrum
-    from skyshine.mat.atmosphere.state import AtmosphericState
+    from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.particles.cloud import cloud_type
+    from skyshine.mat.atmosphere.particles.rain import RainLayer
+    from skyshine.mat.atmosphere.spectra.spectrum import line_spectrum
+    from skyshine.mat.atmosphere.state.state import AtmosphericState
 
     profile, ground = _profile(atmosphere, above)
     altitude = ground / 1e3 if altitude is None else altitude
@@ -158,7 +158,7 @@ def command(
         resolution=resolution,
     )
     if picture is not None:
-        from skyshine.mat.pictures import draw_spectrum
+        from skyshine.mat.tables.pictures import draw_spectrum
 
         if not picture.lower().endswith(".png"):
             raise InputError(f"found --plot '{picture}'; allowed: a name that ends in .png")
@@ -197,8 +197,8 @@ def _irradiance(source, points):
     """Of the source outside the atmosphere, mean over each point's interval, W m^-2 (cm^-1)^-1."""
     import numpy as np
 
-    from skyshine.mat.atmosphere.lunar import lunar_irradiance
-    from skyshine.mat.atmosphere.solar import solar_irradiance
+    from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
+    from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 
     low, high = points.interval_edges[points.interval].T
     if source == "sun":
@@ -210,8 +210,8 @@ def _irradiance(source, points):
 
 def _profile(name, above):
     """A standard profile by its name, or the sounding in a file; and the altitude of its ground, m."""
-    from skyshine.mat.atmosphere.profiles import load_profile
-    from skyshine.mat.atmosphere.sounding import read_sounding
+    from skyshine.mat.atmosphere.state.profiles import load_profile
+    from skyshine.mat.atmosphere.state.sounding import read_sounding
     from skyshine.schemas.csv_table import read_text
 
     if name.endswith(".csv"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 import numpy as np
 
-from skyshine.mat.specular import SOURCE_ANGLES, normalisation, shininess
+from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, shininess
 from skyshine.schemas.commands import emit_json, json_option, quantity
 
 

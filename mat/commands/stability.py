@@ -24,7 +24,7 @@ def stability(seconds, seed, as_json):
     Example:
       mat bench stability --seconds 60 --seed 3
     """
-    from skyshine.mat.accuracy import stability as suite
+    from skyshine.mat.bench import stability as suite
 
     trials = suite.run(seconds, seed)
     if as_json:

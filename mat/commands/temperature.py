@@ -13,7 +13,7 @@ from skyshine.schemas.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from skyshine.mat.jobs.surface import Operation
+    from skyshine.mat.job.surface import Operation
     from skyshine.mat.surface.column import ColumnResult
 
 
@@ -50,7 +50,7 @@ def command(
     if (job is None) == (forcing is None):
         raise InputError("found both or neither of --job and --forcing; allowed: one of them")
     if job is not None:
-        from skyshine.mat.surface_inputs import surface_inputs
+        from skyshine.mat.scene.surface import surface_inputs
 
         model, (site, weather, sky) = surface_inputs(job, state)
         surface = _material(material, model.operated, **own)
@@ -87,7 +87,7 @@ def _material(
         return SurfaceMaterial(name, thermal, surface, **given)
     from dataclasses import replace
 
-    from skyshine.mat.surface_inputs import surface_materials
+    from skyshine.mat.scene.surface import surface_materials
 
     (found,) = surface_materials([load_library()[name]], operated)
     return replace(found, **{key: value for key, value in given.items() if value is not None})
@@ -96,7 +96,7 @@ def _material(
 def _sun(times: np.ndarray, latitude: float | None, longitude: float | None):
     if latitude is None or longitude is None:
         raise InputError("a slope under a measured record needs the Sun; give --latitude and --longitude")
-    from skyshine.mat.atmosphere.sources import position
+    from skyshine.mat.atmosphere.sources.sun_and_moon import position
 
     sun = position("sun", times.astype("datetime64[s]"), latitude, longitude, 0.0)
     return sun.elevation, sun.azimuth

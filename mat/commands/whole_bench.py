@@ -12,7 +12,7 @@ from skyshine.schemas.commands import echo_table, emit_json, progress, write_mea
 
 def run(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json: bool) -> None:
     """Measure every part and print, or write, its ladder."""
-    from skyshine.mat.accuracy import whole_bench as bench
+    from skyshine.mat.bench import whole as bench
 
     chosen = bench.parts(quick, textures)
     ladders, seconds = [], {}

@@ -11,13 +11,20 @@ from functools import partial
 
 import numpy as np
 
-from skyshine.mat.atmosphere.aerosol import AerosolModel
-from skyshine.mat.atmosphere.fluxes import FILETYPE, LONGWAVE, QUANTITIES, SHORTWAVE, sky_emission, sunlight_shares
-from skyshine.mat.atmosphere.profiles import load_profile
-from skyshine.mat.atmosphere.selection import select_points
-from skyshine.mat.atmosphere.sources import solar_irradiance
-from skyshine.mat.atmosphere.state import AerosolComponent, AtmosphericState
-from skyshine.mat.radiometry import planck_wavenumber
+from skyshine.mat.atmosphere.band.selection import select_points
+from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
+from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+from skyshine.mat.atmosphere.spectra.fluxes import (
+    FILETYPE,
+    LONGWAVE,
+    QUANTITIES,
+    SHORTWAVE,
+    sky_emission,
+    sunlight_shares,
+)
+from skyshine.mat.atmosphere.state.profiles import load_profile
+from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE, TRAINING_PROFILES
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 

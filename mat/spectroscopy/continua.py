@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.interpolation import lagrange_weights
+from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
 from skyshine.mat.spectroscopy.linebyline import C2, CM2_TO_M2
 from skyshine.schemas.errors import InputError
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.geometry import refractivity
+from skyshine.mat.atmosphere.transfer.geometry import refractivity
 from skyshine.mat.spectroscopy.linebyline import CM2_TO_M2
 from skyshine.schemas.errors import InputError
 

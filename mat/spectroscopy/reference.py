@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import click
 import numpy as np
 
-from skyshine.mat.atmosphere.absorption import CONTINUUM, water_continuum
-from skyshine.mat.atmosphere.datafiles import write_csv
-from skyshine.mat.atmosphere.profiles import BOLTZMANN, PROFILES, load_profile
+from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, water_continuum
+from skyshine.mat.atmosphere.state.profiles import BOLTZMANN, PROFILES, load_profile
 from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import GASES, LineLibrary
 from skyshine.mat.spectroscopy.widths import interval_edges
+from skyshine.schemas.data_csv import write_csv
 
 
 @dataclass(frozen=True)

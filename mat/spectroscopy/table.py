@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
+from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.cross_sections import read_cross_sections

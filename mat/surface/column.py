@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.surface.back import back_drive
+from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.conduction import depth_response, frequencies
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky, plane_irradiance

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.surface import balance as laws
-from skyshine.mat.surface.back import back_drive
+from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.errors import InputError

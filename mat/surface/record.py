@@ -11,7 +11,7 @@ import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing, saturation_pressure
-from skyshine.mat.surface.readings import AIR_COLUMNS, Column, read_readings
+from skyshine.mat.surface.weather_readings import AIR_COLUMNS, Column, read_readings
 from skyshine.schemas.errors import InputError
 
 # Thermopile pyranometers read a few W m^-2 below zero at night (thermal offset, BSRN: McArthur 2005, WMO/TD-No. 1274).

@@ -14,7 +14,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from skyshine.mat.surface.back import BackFlux
+from skyshine.mat.surface.back_boundary import BackFlux
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial

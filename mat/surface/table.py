@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from skyshine.mat.surface.back import at_hours
+from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.site import Site

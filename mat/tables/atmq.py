@@ -12,7 +12,7 @@ from skyshine.mat.tables.gridded import ANGLE, AXES, FIELDS, Gridded
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 if TYPE_CHECKING:
-    from skyshine.mat.path_grid import PathGrid
+    from skyshine.mat.quantities.grid import PathGrid
 
 RADIANCE = "W m^-2 sr^-1"
 PATH = AXES[:3]

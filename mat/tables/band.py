@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skyshine.mat.accuracy.interpolation import accuracy_group, measure
-from skyshine.mat.radiometry import SpectralResponse, band_radiance
-from skyshine.mat.reflectance import band_emissivity, band_reflectance
-from skyshine.mat.specular import normalisation, normalisation_to_grazing, shininess
+from skyshine.mat.measure.sampling import accuracy_group, measure
+from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
+from skyshine.mat.radiometry.lobe import normalisation, normalisation_to_grazing, shininess
+from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance
 from skyshine.mat.tables.axes import EXACT, table_axis
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 

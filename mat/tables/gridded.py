@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skyshine.mat.scattering import scattering_angle
+from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 
 if TYPE_CHECKING:
-    from skyshine.mat.path_grid import PathGrid
-    from skyshine.mat.quantities import AtmosphericQuantities
+    from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities
+    from skyshine.mat.quantities.grid import PathGrid
 
 AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 FIELDS = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")

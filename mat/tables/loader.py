@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.scattering import scattering_angle
+from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.axes import POLICIES, AxisRule
 from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
 from skyshine.mat.tables.frame import part_of

@@ -13,8 +13,8 @@ from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.schemas.hdf5 import Group, Variable
 
 if TYPE_CHECKING:
-    from skyshine.mat.emission import EmissionClasses
-    from skyshine.mat.path_grid import PathGrid
+    from skyshine.mat.quantities.emission import EmissionClasses
+    from skyshine.mat.quantities.grid import PathGrid
     from skyshine.materials.library import Material
 
 QUANTITY = "beta_star_thermal"

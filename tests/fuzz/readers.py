@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.profiles import load_profile
-from skyshine.mat.atmosphere.sounding import read_sounding
-from skyshine.mat.job import load_job
-from skyshine.mat.jobs.series import Series, members
-from skyshine.mat.jobs.weather_files import read_weather
-from skyshine.mat.response import parse_response
+from skyshine.mat.atmosphere.state.profiles import load_profile
+from skyshine.mat.atmosphere.state.sounding import read_sounding
+from skyshine.mat.job.model import load_job
+from skyshine.mat.job.series import Series, members
+from skyshine.mat.job.weather_files import read_weather
+from skyshine.mat.radiometry.response_table import parse_response
 from skyshine.mat.spectroscopy.lines import read_lines
 from skyshine.mat.surface.record import read_record
 from skyshine.mat.tables.loader import open_table

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from skyshine.mat.accuracy import absorption_bench as bench
-from skyshine.mat.accuracy import ladders, lowtran
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.bench import absorption as bench
+from skyshine.mat.bench import ladders, lowtran
 from skyshine.mat.commands.bench import command
-from skyshine.mat.radiometry import planck_wavenumber
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.errors import InputError
 
 NARROW = (11.0, 11.3)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from skyshine.mat.accuracy import atmosphere_bench as bench
-from skyshine.mat.accuracy import lowtran
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.bench import atmosphere as bench
+from skyshine.mat.bench import lowtran
 from skyshine.mat.commands.bench import command
 
 

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.emission import EmissionClasses, beta_star_table, emission_weights, ln_transmittance
-from skyshine.mat.path_grid import PathGrid
-from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere
-from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.quantities.band_atmosphere import BETA_CAP_KM, BandAtmosphere
+from skyshine.mat.quantities.emission import EmissionClasses, beta_star_table, emission_weights, ln_transmittance
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 
 GRID = PathGrid(
     [0.0, 1e-6, 0.001, 1.0, 10.0, 300.0, 36000.0],

@@ -6,10 +6,10 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.cli import main
-from skyshine.mat.job import load_job
-from skyshine.mat.plan import make_plan
-from skyshine.mat.scene import check_scene, source_hours
-from skyshine.mat.starter import example_names, starter_files
+from skyshine.mat.commands.starter import example_names, starter_files
+from skyshine.mat.job.model import load_job
+from skyshine.mat.plan.plan import make_plan
+from skyshine.mat.scene.atmosphere import check_scene, source_hours
 from skyshine.materials.library import load_library
 
 SCENES = ["airfield", "desert_vehicle", "ship", "urban_canyon", "year"]
@@ -69,8 +69,8 @@ def test_unknown_example(tmp_path):
 
 
 def test_a_state_is_built_on_its_own_date(tmp_path):
-    from skyshine.mat.plan import Task
-    from skyshine.mat.products import run_task
+    from skyshine.mat.build.tasks import run_task
+    from skyshine.mat.plan.plan import Task
     from skyshine.mat.tables.loader import open_table
 
     warm = "profile: midlatitude_summer, weather: {air_temperature_c: 15}"

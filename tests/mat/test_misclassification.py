@@ -7,14 +7,14 @@ import pytest
 from scipy import constants
 from scipy.integrate import quad
 
-from skyshine.mat.accuracy.misclassification import (
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.runtime.misclassification import (
     SurfaceRadiance,
     equivalent_temperature,
     misclassification_cost,
     sun_elevation,
     surface_radiance,
 )
-from skyshine.mat.radiometry import SpectralResponse
 from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
 from skyshine.mat.tables.band import TEMPERATURES, band_radiance
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyshine.mat.job import load_job
-from skyshine.mat.needs import around, hours_around
-from skyshine.mat.plan import make_plan
+from skyshine.mat.job.model import load_job
+from skyshine.mat.job.needs import around, hours_around
+from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.tables.axes import LINEAR, AxisRule
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.bounds import Bounds
-from skyshine.mat.atmosphere.cloud import CloudLayer
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.job import Accuracy, Job
-from skyshine.mat.jobs.atmosphere import AtmosphereGrid
-from skyshine.mat.negligible import Negligible
-from skyshine.mat.radiometry import SpectralResponse, band_radiance
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.bounds import Bounds
+from skyshine.mat.job.atmosphere import AtmosphereGrid
+from skyshine.mat.job.model import Accuracy, Job
+from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
+from skyshine.mat.scene.omission import Negligible
 
 LONG, SHORT = SpectralResponse.rectangular(8.0, 12.0), SpectralResponse.rectangular(0.5, 0.7)
 STATE = AtmosphericState.from_profile("us_standard", clouds=[CloudLayer("ice", 9e3, 10e3, 30.0, 0.1)])

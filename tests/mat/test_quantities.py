@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere.solar import solar_irradiance
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.path_grid import PathGrid, ScatteringGrid
-from skyshine.mat.quantities import BETA_CAP_KM, BandAtmosphere
-from skyshine.mat.radiometry import SpectralResponse, band_radiance
-from skyshine.mat.scattering import scattering_angle
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.quantities.band_atmosphere import BETA_CAP_KM, BandAtmosphere
+from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
+from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.schemas.errors import InputError
 
 RESPONSE = SpectralResponse.rectangular(3.9, 4.1)

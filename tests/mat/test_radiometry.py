@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy import constants
 from scipy.integrate import quad
 
-from skyshine.mat.radiometry import (
+from skyshine.mat.radiometry.blackbody import (
     SpectralResponse,
     band_radiance,
     brightness_temperature,

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from skyshine.mat.radiometry import SpectralResponse
-from skyshine.mat.reflectance import band_emissivity, band_reflectance, solar_absorptance, thermal_emissivity
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance, solar_absorptance, thermal_emissivity
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
@@ -154,7 +154,7 @@ def test_what_is_refused(arguments, message):
 
 @pytest.mark.parametrize("response", [MWIR, LWIR])
 def test_reflectance_that_errors_count_for_in_kelvin_is_that_of_nine_in_ten_materials(library, response):
-    from skyshine.mat.accuracy.atmospheric import REFLECTANCE
+    from skyshine.mat.measure.scale import REFLECTANCE
 
     of_all = [band_reflectance(library[name], response) for name in library.names]
     assert np.quantile(of_all, 0.9) <= REFLECTANCE

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.radiometry import SpectralResponse, band_radiance
-from skyshine.mat.response import parse_response
+from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
+from skyshine.mat.radiometry.response_table import parse_response
 from skyshine.schemas.errors import InputError
 
 TABLE = """\

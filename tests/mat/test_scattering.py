@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.scattering import azimuth_at, scattering_angle
+from skyshine.mat.radiometry.scattering_angle import azimuth_at, scattering_angle
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.cli import main
-from skyshine.mat.specular import lobe_integral, normalisation, shininess, specular_lobe
+from skyshine.mat.radiometry.lobe import lobe_integral, normalisation, shininess, specular_lobe
 from skyshine.schemas.errors import InputError
 
 # Width, shininess, N_s, least and greatest deviation of the six source angles in percent.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from skyshine.mat.accuracy import stability
+from skyshine.mat.bench import stability
 
 
 def test_a_few_cases_hold():

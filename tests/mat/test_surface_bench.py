@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.accuracy import energyplus
-from skyshine.mat.accuracy.marching import Grid, march
+from skyshine.mat.bench import energyplus
+from skyshine.mat.bench.marching import Grid, march
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns

@@ -2,7 +2,7 @@
 
 import pytest
 
-from skyshine.mat.accuracy.whole_bench import (
+from skyshine.mat.bench.whole import (
     Ladder,
     Rung,
     describe,

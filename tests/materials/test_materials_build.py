@@ -5,11 +5,11 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine import materials
-from skyshine.mat.materials_build.__main__ import main
-from skyshine.mat.materials_build.optics import fresnel_reflectance, pane
-from skyshine.mat.materials_build.readers import read_constants, read_ecostress
-from skyshine.mat.materials_build.recipes import Recipes
-from skyshine.mat.materials_build.resample import compact_grid, fine_grid, project
+from skyshine.mat.maintain.materials.__main__ import main
+from skyshine.mat.maintain.materials.optics import fresnel_reflectance, pane
+from skyshine.mat.maintain.materials.readers import read_constants, read_ecostress
+from skyshine.mat.maintain.materials.recipes import Recipes
+from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project
 from skyshine.materials.files import load_spectrum
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError

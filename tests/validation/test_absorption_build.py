@@ -3,7 +3,7 @@
 import pytest
 from click.testing import CliRunner
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.commands.lines import command
 
 pytestmark = [pytest.mark.validation, pytest.mark.shared_data]

@@ -11,12 +11,12 @@ pytestmark = [pytest.mark.validation, pytest.mark.shared_data]
 pytest.importorskip("numba")
 pytest.importorskip("hapi")
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable  # noqa: E402
-from skyshine.mat.spectroscopy import linebyline  # noqa: E402
-from skyshine.mat.spectroscopy.continua import Continua  # noqa: E402
-from skyshine.mat.spectroscopy.gases import LineLibrary  # noqa: E402
-from skyshine.mat.spectroscopy.reference import Path, interval_transmittance  # noqa: E402
-from skyshine.mat.spectroscopy.sources import LineSource  # noqa: E402
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.spectroscopy import linebyline
+from skyshine.mat.spectroscopy.continua import Continua
+from skyshine.mat.spectroscopy.gases import LineLibrary
+from skyshine.mat.spectroscopy.reference import Path, interval_transmittance
+from skyshine.mat.spectroscopy.sources import LineSource
 
 
 @pytest.fixture(scope="module")

@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES
-from skyshine.mat.atmosphere.bounds import Scattering
-from skyshine.mat.atmosphere.cloud import CloudLayer
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere.lunar import lunar_irradiance
-from skyshine.mat.atmosphere.profiles import PROFILES
-from skyshine.mat.atmosphere.rain import RainLayer
-from skyshine.mat.atmosphere.solar import solar_irradiance
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.path_grid import PathGrid
-from skyshine.mat.quantities import BandAtmosphere
-from skyshine.mat.radiometry import SpectralResponse
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
+from skyshine.mat.atmosphere.particles.rain import RainLayer
+from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.profiles import PROFILES
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.bounds import Scattering
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 
 pytestmark = pytest.mark.validation
 CASES = 60

@@ -5,12 +5,12 @@ fog for cloud.
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.cloud import cloud_type
-from skyshine.mat.atmosphere.fluxes import LONGWAVE, SHORTWAVE, broadband_fluxes, sky_emission, sunlight_shares
-from skyshine.mat.atmosphere.rain import RainLayer
-from skyshine.mat.atmosphere.sources import solar_irradiance
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.cloud import cloud_type
+from skyshine.mat.atmosphere.particles.rain import RainLayer
+from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+from skyshine.mat.atmosphere.spectra.fluxes import LONGWAVE, SHORTWAVE, broadband_fluxes, sky_emission, sunlight_shares
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 
 pytestmark = pytest.mark.validation
 

@@ -14,10 +14,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.fluxes import BroadbandPoints, broadband_fluxes
-from skyshine.mat.atmosphere.profiles import PROFILES
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.spectra.fluxes import BroadbandPoints, broadband_fluxes
+from skyshine.mat.atmosphere.state.profiles import PROFILES
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 
 pytestmark = pytest.mark.validation
 

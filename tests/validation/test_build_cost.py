@@ -4,10 +4,10 @@ import resource
 
 import pytest
 
-from skyshine.mat.accuracy.cost import estimate
-from skyshine.mat.build import build
-from skyshine.mat.job import load_job
-from skyshine.mat.plan import make_plan
+from skyshine.mat.build.build import build
+from skyshine.mat.job.model import load_job
+from skyshine.mat.plan.cost import estimate
+from skyshine.mat.plan.plan import make_plan
 from skyshine.materials.library import load_library
 
 pytestmark = pytest.mark.validation

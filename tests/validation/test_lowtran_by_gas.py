@@ -7,12 +7,12 @@ pytestmark = [pytest.mark.validation, pytest.mark.shared_data]
 
 pytest.importorskip("numba")
 
-from skyshine.mat.accuracy import lowtran  # noqa: E402
-from skyshine.mat.atmosphere.absorption import CONTINUUM, AbsorptionTable  # noqa: E402
-from skyshine.mat.atmosphere.state import AtmosphericState  # noqa: E402
-from skyshine.mat.spectroscopy.continua import Continua  # noqa: E402
-from skyshine.mat.spectroscopy.gases import LineLibrary  # noqa: E402
-from skyshine.mat.spectroscopy.reference import horizontal_path, interval_transmittance  # noqa: E402
+from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, AbsorptionTable
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.bench import lowtran
+from skyshine.mat.spectroscopy.continua import Continua
+from skyshine.mat.spectroscopy.gases import LineLibrary
+from skyshine.mat.spectroscopy.reference import horizontal_path, interval_transmittance
 
 REGIONS = {
     "15 um": (500, 800),

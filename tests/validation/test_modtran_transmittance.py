@@ -25,13 +25,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import geometry, transfer
-from skyshine.mat.atmosphere.absorption import AbsorptionTable, water_continuum
-from skyshine.mat.atmosphere.air import SpectralAir
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere.solar import solar_irradiance
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.radiometry import SpectralResponse, band_radiance
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer import geometry
+from skyshine.mat.atmosphere.transfer import segments as transfer
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 
 pytestmark = pytest.mark.validation
 
@@ -292,7 +293,7 @@ def line_by_line(state, paths, shared_data, low, high):
     what MT_CKD 2.4
     adds to the optical depth (paths, W): continua are smooth, so it is taken at each wavelength of the spectra."""
     pytest.importorskip("numba")
-    from skyshine.mat.accuracy.line_by_line import absorption_at_levels, judged_gases
+    from skyshine.mat.bench.line_by_line import absorption_at_levels, judged_gases
     from skyshine.mat.spectroscopy.continua import Continua
     from skyshine.mat.spectroscopy.gases import LineLibrary
 

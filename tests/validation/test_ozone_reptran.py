@@ -5,8 +5,8 @@ bands.
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 
 LOW, HIGH = 965.0, 1085.0  # cm^-1
 LIMIT = 0.02

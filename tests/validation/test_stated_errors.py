@@ -7,18 +7,18 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from skyshine.mat.accuracy.atmospheric import Scale
-from skyshine.mat.accuracy.interpolation import random_places
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere_product import compiled_band, path_grid
-from skyshine.mat.build import build
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.build.build import build
 from skyshine.mat.cli import main
-from skyshine.mat.job import load_job
-from skyshine.mat.path_grid import ScatteringGrid
-from skyshine.mat.quantities import BandAtmosphere
-from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.job.model import load_job
+from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.scale import Scale
+from skyshine.mat.products.atmosphere import compiled_band, path_grid
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.grid import ScatteringGrid
+from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.table import temperature_table
-from skyshine.mat.surface_inputs import scene_inputs, surface_materials
 from skyshine.mat.tables.gridded import AXES, FIELDS, QUANTITIES, Gridded
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.loader import open_table

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface import column
 from skyshine.mat.surface.balance import saturation_pressure
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface_inputs import surface_materials
 from skyshine.materials.library import load_library
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 

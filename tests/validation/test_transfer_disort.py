@@ -10,14 +10,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import geometry, transfer
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.aerosol import AerosolModel, AerosolOptics
-from skyshine.mat.atmosphere.air import SpectralAir
-from skyshine.mat.atmosphere.optics import PHASE_ANGLES, rayleigh_phase
-from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
-from skyshine.mat.atmosphere.state import AerosolComponent, AtmosphericState
-from skyshine.mat.radiometry import planck_wavenumber
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, AerosolOptics
+from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
+from skyshine.mat.atmosphere.transfer import geometry
+from skyshine.mat.atmosphere.transfer import segments as transfer
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, rayleigh_phase
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
 pytestmark = pytest.mark.validation
 

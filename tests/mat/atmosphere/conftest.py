@@ -40,7 +40,7 @@ def isothermal():
     """Factory of an isothermal state without water: ``isothermal(temperature, aerosol="none")``."""
     from dataclasses import replace
 
-    from skyshine.mat.atmosphere.state import AtmosphericState
+    from skyshine.mat.atmosphere.state.state import AtmosphericState
 
     def make(temperature=280.0, **settings):
         state = AtmosphericState.from_profile("us_standard", **{"aerosol": "none", **settings})

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.absorption import CONTINUUM, AbsorptionTable, water_continuum
-from skyshine.mat.atmosphere.datafiles import read_csv
-from skyshine.mat.atmosphere.interpolation import lagrange_weights
+from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
+from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 
 REFERENCE = Path(__file__).parents[2] / "data" / "line_by_line_tropical_5km.csv"

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import aerosol_column, windblown
-from skyshine.mat.atmosphere.aerosol import MODELS, AerosolModel
-from skyshine.mat.atmosphere.aerosol_column import SEASONS, aerosol_extinction_550, aerosol_layers
-from skyshine.mat.atmosphere.derive.aerosol import normalised, sphere_mean
+from skyshine.mat.atmosphere.particles import aerosol_column, windblown
+from skyshine.mat.atmosphere.particles.aerosol import MODELS, AerosolModel
+from skyshine.mat.atmosphere.particles.aerosol_column import SEASONS, aerosol_extinction_550, aerosol_layers
+from skyshine.mat.maintain.atmospheres.aerosol import normalised, sphere_mean
 from skyshine.schemas.errors import InputError
 
 WAVELENGTHS = np.geomspace(0.2, 1000, 80)

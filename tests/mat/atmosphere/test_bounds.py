@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.accuracy.radiance import REFERENCE
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.bounds import Scattering, particle_bounds, table_lines
-from skyshine.mat.atmosphere.cloud import CloudLayer
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere.solar import solar_irradiance
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.path_grid import PathGrid
-from skyshine.mat.quantities import BandAtmosphere
-from skyshine.mat.radiometry import SpectralResponse, planck_wavenumber
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.bounds import Scattering, particle_bounds, table_lines
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.radiometry.equivalent_temperature import REFERENCE
 
 # Observers from the ground to space, lines through the tangent point, the Sun in front, behind, above and below the
 # horizon.

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import cloud, rain
-from skyshine.mat.atmosphere.cloud import CloudLayer, cloud_type
-from skyshine.mat.atmosphere.particles import HenyeyGreensteinModel
-from skyshine.mat.atmosphere.rain import RainLayer
-from skyshine.mat.atmosphere.spectrum import line_spectrum
-from skyshine.mat.atmosphere.state import AerosolComponent, AtmosphericState
-from skyshine.mat.radiometry import planck_wavenumber
+from skyshine.mat.atmosphere.particles import cloud, rain
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer, cloud_type
+from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
+from skyshine.mat.atmosphere.particles.rain import RainLayer
+from skyshine.mat.atmosphere.spectra.spectrum import line_spectrum
+from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.errors import InputError
 
 EDGES = np.array([900.0, 905.0])
@@ -79,8 +79,8 @@ def test_ice_crystals_scatter_sunlight_less_forward_than_spheres():
 )
 def test_the_layer_holds_its_optical_depth(layer):
     state = AtmosphericState.from_profile("midlatitude_summer", aerosol="none", clouds=[layer])
-    from skyshine.mat.atmosphere.geometry import Shells
-    from skyshine.mat.atmosphere.twostream import vertical_column
+    from skyshine.mat.atmosphere.transfer.geometry import Shells
+    from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column
 
     shells = Shells.of(state.altitude, state.number_density, 900.0)
     per_molecule = (state.hydrometeors[0].extinction_550 / state.number_density)[:, None]
@@ -185,7 +185,7 @@ def test_a_cloud_of_optical_depth_ten_thousand(thin_air, layer, albedo):
 
 def test_conservative_cloud_passes_on_all_light():
     """Energy of sunlight: what falls on a black ground and what rises at the top add up to what came in."""
-    from skyshine.mat.atmosphere.multiple import diffuse_fluxes
+    from skyshine.mat.atmosphere.transfer.two_stream_light import diffuse_fluxes
 
     layer = CloudLayer("water", 600.0, 1400.0, 8.0, 40.0)
     depth = np.full((1, 1), layer.optical_depth * (1 - 0.86**2))
@@ -239,7 +239,7 @@ def test_rain_falls_below_its_top_only():
 
 @pytest.mark.parametrize("asymmetry", [0.0, 0.85, 0.95, 0.987, 0.999])
 def test_narrow_forward_peaks_lose_no_light(asymmetry):
-    from skyshine.mat.atmosphere.optics import PHASE_ANGLES, normalised
+    from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, normalised
 
     cosine = np.cos(PHASE_ANGLES)
     exact = (1 - asymmetry**2) / (1 + asymmetry**2 - 2 * asymmetry * cosine) ** 1.5

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.band_targets import KINDS
-from skyshine.mat.atmosphere.compile import band_points, compile_band, fit_band, over_air
-from skyshine.mat.atmosphere.solar import solar_irradiance
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.path_grid import PathGrid
-from skyshine.mat.radiometry import SpectralResponse
+from skyshine.mat.atmosphere.band.compile import band_points, compile_band, fit_band, over_air
+from skyshine.mat.atmosphere.band.targets import KINDS
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.schemas.errors import InputError
 
 GRID = PathGrid(

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import diffuse, geometry, transfer
-from skyshine.mat.atmosphere.air import SpectralAir
-from skyshine.mat.radiometry import planck_wavenumber
+from skyshine.mat.atmosphere.transfer import geometry
+from skyshine.mat.atmosphere.transfer import segments as transfer
+from skyshine.mat.atmosphere.transfer import thermal_source as diffuse
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
 EDGES = np.array([900.0, 905.0])
 SECTIONS = np.array([0.0, 1e-32, 1e-28, 1e-26, 1e-25, 1e-24, 1e-22, 1e-20])

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import transfer
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere.geometry import trace
-from skyshine.mat.atmosphere.solar import solar_irradiance
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.path_grid import PathGrid
-from skyshine.mat.quantities import BandAtmosphere
-from skyshine.mat.radiometry import SpectralResponse, band_radiance
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer import segments as transfer
+from skyshine.mat.atmosphere.transfer.geometry import trace
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 
 RESPONSE = SpectralResponse.rectangular(3.95, 4.05)
 LIMB = -8.6  # degree; from 100 km this line of sight passes some 28 km above the ground

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.aerosol import AerosolModel
-from skyshine.mat.atmosphere.fluxes import (
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
+from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+from skyshine.mat.atmosphere.spectra.fluxes import (
     LONGWAVE,
     SHORTWAVE,
     BroadbandPoints,
@@ -17,8 +18,7 @@ from skyshine.mat.atmosphere.fluxes import (
     sky_emission,
     sunlight_shares,
 )
-from skyshine.mat.atmosphere.sources import solar_irradiance
-from skyshine.mat.atmosphere.state import AerosolComponent, AtmosphericState
+from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.schemas.errors import InputError
 
 HEIGHTS = np.array([0.0, 1e3, 4e3])

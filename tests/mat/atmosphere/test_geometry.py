@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import geometry
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.schemas.errors import InputError
 
 RADIUS = geometry.EARTH_RADIUS

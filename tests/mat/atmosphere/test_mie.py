@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from skyshine.mat.atmosphere.derive.mie import sphere_efficiencies
+from skyshine.mat.maintain.atmospheres.mie import sphere_efficiencies
 
 
 # Wiscombe 1979, NCAR/TN-140+STR, test cases of MIEV: extinction, scattering, asymmetry.

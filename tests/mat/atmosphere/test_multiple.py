@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import geometry, transfer
-from skyshine.mat.atmosphere.air import SpectralAir
-from skyshine.mat.atmosphere.multiple import diffuse_fluxes, upward_share
-from skyshine.mat.atmosphere.optics import PHASE_ANGLES
-from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.transfer import geometry
+from skyshine.mat.atmosphere.transfer import segments as transfer
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.transfer.two_stream_light import diffuse_fluxes, upward_share
 
 EDGES = np.array([9000.0, 9005.0])
 SUN = np.array([0.2, 0.6, 1.0])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import optics
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer import optics
 
 
 @pytest.mark.parametrize("micron", [0.25, 0.3, 0.4, 0.55, 0.7, 0.85])

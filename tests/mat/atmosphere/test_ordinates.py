@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import ordinates
+from skyshine.mat.atmosphere.transfer import ordinates
 
 SUN = np.array([0.2, 0.6, 1.0])
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.selection import select_points
+from skyshine.mat.atmosphere.band.selection import select_points
 
 
 def exponentials(points=200, seed=0):

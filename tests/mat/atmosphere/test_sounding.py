@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.amounts import DOBSON_UNIT
-from skyshine.mat.atmosphere.humidity import mole_fraction, saturation_pressure
-from skyshine.mat.atmosphere.profiles import GASES, PROFILES, load_profile
-from skyshine.mat.atmosphere.sounding import read_sounding
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.state.gas_amounts import DOBSON_UNIT
+from skyshine.mat.atmosphere.state.humidity import mole_fraction, saturation_pressure
+from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES, load_profile
+from skyshine.mat.atmosphere.state.sounding import read_sounding
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.schemas.errors import InputError
 
 STANDARD = load_profile("us_standard")

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from skyshine import atmospheres
-from skyshine.mat.atmosphere.derive import lunar as derive_lunar
-from skyshine.mat.atmosphere.derive.solar import bin_means
-from skyshine.mat.atmosphere.lunar import (
+from skyshine.mat.atmosphere.sources.lunar import (
     MOON_RADIUS,
     disk_reflectance,
     lunar_irradiance,
     subsolar_temperature,
     thermal_emissivity,
 )
-from skyshine.mat.atmosphere.solar import ASTRONOMICAL_UNIT, solar_irradiance
-from skyshine.mat.atmosphere.sources import position
+from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT, solar_irradiance
+from skyshine.mat.atmosphere.sources.sun_and_moon import position
+from skyshine.mat.maintain.atmospheres import lunar as derive_lunar
+from skyshine.mat.maintain.atmospheres.solar import bin_means
 from skyshine.schemas.errors import InputError
 
 MEAN_DISTANCE = 384_400e3  # m
@@ -60,7 +60,7 @@ class TestSun:
 
     def test_brightness_temperature_in_the_window(self):
         """The photosphere seen at 10 um is near 5,040 K (Vernazza et al. 1976), at 4 um near 5,600 K."""
-        from skyshine.mat.radiometry import planck_wavenumber
+        from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
         solid_angle = np.pi * (695.7e6 / ASTRONOMICAL_UNIT) ** 2
         for wavenumber, expected in ((1002.5, 5040), (2502.5, 5600)):
@@ -145,7 +145,7 @@ class TestThermalMoonlight:
     @pytest.mark.parametrize("phase", [0.0, 45.0, 90.0, 150.0, 180.0])
     def test_against_a_picture_of_the_disk(self, phase):
         """Sum over the pixels of the disk, the equilibrium of each with the Sun, at 10 and 4 um."""
-        from skyshine.mat.radiometry import planck_wavenumber
+        from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
         axis = (np.arange(600) + 0.5) / 300 - 1
         x, y = np.meshgrid(axis, axis)
@@ -165,7 +165,7 @@ class TestThermalMoonlight:
         """A smooth black disk of 385 K at noon that cools with the fourth root of the cosine of the Sun's zenith
         angle.
         """
-        from skyshine.mat.radiometry import planck_wavenumber
+        from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
         cosine = (np.arange(4000) + 0.5) / 4000
         disk = (
@@ -307,11 +307,11 @@ def test_direct_moonlight_on_the_ground_follows_the_phase():
     """Miller and Turner 2009 at 0.555 um: 2.15 and 0.444 mW m^-2 um^-1 at phases of 30 and 90 degrees, 4.53 at full
     Moon.
     """
-    from skyshine.mat.atmosphere.absorption import AbsorptionTable
-    from skyshine.mat.atmosphere.compile import band_points
-    from skyshine.mat.atmosphere.state import AtmosphericState
-    from skyshine.mat.quantities import BandAtmosphere
-    from skyshine.mat.radiometry import SpectralResponse
+    from skyshine.mat.atmosphere.band.compile import band_points
+    from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.state.state import AtmosphericState
+    from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+    from skyshine.mat.radiometry.blackbody import SpectralResponse
 
     response = SpectralResponse.rectangular(0.55, 0.56)
     band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.aerosol_column import RAYLEIGH_550
-from skyshine.mat.atmosphere.humidity import saturation_pressure
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.particles.aerosol_column import RAYLEIGH_550
+from skyshine.mat.atmosphere.state.humidity import saturation_pressure
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.schemas.errors import InputError
 
 

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere import geometry, transfer
-from skyshine.mat.atmosphere.air import SpectralAir
-from skyshine.mat.atmosphere.optics import rayleigh_phase
-from skyshine.mat.atmosphere.sky import direct_transmittance, sky_irradiance
-from skyshine.mat.atmosphere.source_paths import SourcePaths
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.radiometry import planck_wavenumber
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer import geometry
+from skyshine.mat.atmosphere.transfer import segments as transfer
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.optics import rayleigh_phase
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
 EDGES = np.array([900.0, 905.0])
 # From nothing to optical depths of 1e5 and beyond on long paths.

@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat import band_cache
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.compile import band_points, fit_band, over_air
-from skyshine.mat.atmosphere.sources import solar_irradiance
-from skyshine.mat.atmosphere.state import AtmosphericState
-from skyshine.mat.band_cache import CACHE_VARIABLE, Origin, cache_folder, cached_compile_band, content_key
-from skyshine.mat.build import build
-from skyshine.mat.job import load_job
-from skyshine.mat.path_grid import PathGrid
-from skyshine.mat.radiometry import SpectralResponse
+from skyshine.mat.atmosphere.band import cache as band_cache
+from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin, cache_folder, cached_compile_band, content_key
+from skyshine.mat.atmosphere.band.compile import band_points, fit_band, over_air
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.build.build import build
+from skyshine.mat.job.model import load_job
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 
 GRID = PathGrid([0.0, 1.0, 10.0], [0.01, 2.0], [-30.0, 0.0, 60.0], [10.0, 50.0], [0.0, 180.0])
 TABLE = AbsorptionTable.open()

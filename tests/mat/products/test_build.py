@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.build import build
-from skyshine.mat.job import load_job
+from skyshine.mat.build.build import build
+from skyshine.mat.job.model import load_job
 from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
 

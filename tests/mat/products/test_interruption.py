@@ -9,8 +9,8 @@ import subprocess
 import sys
 import time
 
-from skyshine.mat.build import build
-from skyshine.mat.job import load_job
+from skyshine.mat.build.build import build
+from skyshine.mat.job.model import load_job
 
 FIRST, LAST = "s01.htt.h5", "s01b01.lunar_atmq.h5"
 

@@ -12,14 +12,14 @@ import pytest
 
 import skyshine.mat
 from skyshine import materials
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.atmosphere_product import compiled_band, path_grid
-from skyshine.mat.build import build
-from skyshine.mat.job import load_job
-from skyshine.mat.quantities import BandAtmosphere
-from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.build.build import build
+from skyshine.mat.job.model import load_job
+from skyshine.mat.products.atmosphere import compiled_band, path_grid
+from skyshine.mat.products.temperature import twins_left_out
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of, source_irradiance
 from skyshine.mat.tables.verify import problems
-from skyshine.mat.temperature_product import twins_left_out
 from skyshine.schemas.errors import InputError
 
 JOB = """\

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from filelock import FileLock
 
-from skyshine.mat.build import LOCK, build
-from skyshine.mat.job import load_job
+from skyshine.mat.build.build import LOCK, build
+from skyshine.mat.job.model import load_job
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file, write_whole
 
@@ -38,7 +38,7 @@ def test_an_unknown_executor_and_a_silent_address_are_one_clear_line(small_job, 
     with pytest.raises(InputError, match="found --executor 'slurm'; allowed: dask:ADDRESS"):
         build(load_job(small_job), out=tmp_path, executor="slurm")
     pytest.importorskip("distributed")
-    monkeypatch.setattr("skyshine.mat.executors.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("skyshine.mat.build.executors.CONNECT_SECONDS", 0.5)
     with pytest.raises(InputError, match="where no scheduler answers"):
         build(load_job(small_job), out=tmp_path, executor="dask:tcp://127.0.0.1:9")
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from skyshine.mat.accuracy.budget import Prepared, error_budget
-from skyshine.mat.accuracy.quantisation import BITS, PixelScale
-from skyshine.mat.accuracy.runtime import Finish, Readings, reflection, runtime_radiance, spectral_radiance
-from skyshine.mat.accuracy.summary import describe, measures
 from skyshine.mat.cli import main
-from skyshine.mat.job import load_job
-from skyshine.mat.quantities import SpectralLines
-from skyshine.mat.radiometry import planck_wavenumber
+from skyshine.mat.job.model import load_job
+from skyshine.mat.quantities.band_atmosphere import SpectralLines
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
+from skyshine.mat.report.budget import Prepared, error_budget
+from skyshine.mat.report.quantisation import BITS, PixelScale
+from skyshine.mat.report.runtime import Finish, Readings, reflection, runtime_radiance, spectral_radiance
+from skyshine.mat.report.summary import describe, measures
 from skyshine.materials.library import load_library
 
 SCENES = 4

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.atmosphere.compile import band_points
-from skyshine.mat.job import load_job
-from skyshine.mat.quantities import BandAtmosphere
-from skyshine.mat.radiometry import planck_wavelength
-from skyshine.mat.scene import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.job.model import load_job
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.radiometry.blackbody import planck_wavelength
+from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.table import temperature_table
-from skyshine.mat.surface_inputs import scene_inputs, surface_materials
 from skyshine.materials.library import load_library
 
 MATERIAL = "asphalt_road"

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.specular import specular_lobe
+from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.tables.axes import table_axis
 from skyshine.schemas.hdf5 import Header, read_file, write_file
 

@@ -7,8 +7,8 @@ pytest.importorskip("numba")
 pytest.importorskip("netCDF4")
 pytestmark = pytest.mark.shared_data
 
-from skyshine.mat.spectroscopy.continua import Coefficients, Continua, radiation_term  # noqa: E402
-from skyshine.schemas.errors import InputError  # noqa: E402
+from skyshine.mat.spectroscopy.continua import Coefficients, Continua, radiation_term
+from skyshine.schemas.errors import InputError
 
 
 @pytest.fixture(scope="module")

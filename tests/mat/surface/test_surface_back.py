@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.job import load_job
-from skyshine.mat.surface.back import at_hours
+from skyshine.mat.job.model import load_job
+from skyshine.mat.scene.surface import surface_materials
+from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import depth_response
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import Method, solve_columns
 from skyshine.mat.surface.table import temperature_table
-from skyshine.mat.surface_inputs import surface_materials
 from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack

@@ -10,11 +10,11 @@ import numpy as np
 import pvlib
 import pytest
 
-from skyshine.mat.jobs.weather_files import read_weather
+from skyshine.mat.job.weather_files import read_weather
+from skyshine.mat.scene.surface import scene_inputs
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.site import SUN_STEPS
-from skyshine.mat.surface_inputs import scene_inputs
 from skyshine.schemas.errors import InputError
 
 HOURS = np.arange(1.0, 25.0)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.fluxes import broadband_fluxes
-from skyshine.mat.atmosphere.state import AtmosphericState
+from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.scene.surface import band_model_sky, surface_inputs
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.site import SUN_STEPS, Site
-from skyshine.mat.surface_inputs import band_model_sky, surface_inputs
 from skyshine.schemas.errors import InputError
 
 

@@ -7,12 +7,12 @@ import numpy as np
 import pvlib
 import pytest
 
-from skyshine.mat.jobs.weather_files import read_weather
+from skyshine.mat.job.weather_files import read_weather
+from skyshine.mat.scene.surface import scene_inputs
 from skyshine.mat.surface.balance import saturation_pressure
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.site import sun_hours
 from skyshine.mat.surface.weather import air_temperature, from_hours
-from skyshine.mat.surface_inputs import scene_inputs
 from skyshine.schemas.errors import InputError
 
 HOURS = np.arange(24.0)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.accuracy.atmospheric import Scale
-from skyshine.mat.accuracy.grids import placed_grids
-from skyshine.mat.accuracy.probes import Probes
-from skyshine.mat.jobs.atmosphere import AtmosphereGrid
-from skyshine.mat.path_grid import PathGrid
-from skyshine.mat.quantities import AtmosphericQuantities
-from skyshine.mat.scattering import scattering_angle
+from skyshine.mat.job.atmosphere import AtmosphereGrid
+from skyshine.mat.measure.atmosphere_nodes import placed_grids
+from skyshine.mat.measure.probes import Probes
+from skyshine.mat.measure.scale import Scale
+from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.schemas.errors import CheckFailed
 

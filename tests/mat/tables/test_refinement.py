@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.accuracy.surface_grids import read_temperature, refined_axes
-from skyshine.mat.tables.refinement import fewest_nodes, holds, subdivided, uniform_nodes
+from skyshine.mat.measure.refinement import fewest_nodes, holds, subdivided, uniform_nodes
+from skyshine.mat.measure.surface_nodes import read_temperature, refined_axes
 from skyshine.schemas.errors import CheckFailed
 
 

@@ -1,1 +1,0 @@
-"""How wrong the tables are, measured."""

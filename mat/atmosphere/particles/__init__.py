@@ -1,0 +1,1 @@
+"""Extinction, scattering and phase functions of aerosol, cloud and rain."""

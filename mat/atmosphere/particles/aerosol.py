@@ -1,0 +1,209 @@
+"""Aerosol of LOWTRAN7: optical properties and phase functions.
+
+Models of Shettle and Fenn 1979 (AFGL-TR-79-0214) as tabulated in LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177).
+Extinction is relative to that at 0.55 um; the vertical profile (`aerosol_column`) carries the amount. Phase functions
+are LOWTRAN7's own tables (34 angles, 27 wavelengths from 0.2 to 40 um), not Henyey-Greenstein; those of 40 um stand for
+all longer waves.
+"""
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
+
+import numpy as np
+
+from skyshine import atmospheres
+from skyshine.mat.atmosphere.particles.particles import AerosolOptics
+from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.errors import InputError
+
+MODELS = ("rural", "urban", "maritime", "tropospheric", "fog_advection", "fog_radiation")
+MODELS += ("stratospheric_background", "volcanic_aged", "volcanic_fresh", "meteoric_dust")
+
+
+@dataclass(frozen=True, eq=False)
+class AerosolModel:
+    """One aerosol model: tables against humidity (H nodes), wavelength (W nodes) and angle.
+
+    Attributes
+    ----------
+    name : str
+    humidity : (H,) array
+        Percent; one node for a model that does not depend on humidity.
+    wavelength : (W,) array
+        um.
+    extinction, absorption, asymmetry : (H, W) arrays
+    phase_angle : (A,) array
+        Degree.
+    phase_wavelength : (V,) array
+        um.
+    phase : (A, H, V) array
+        Mean over the sphere 1.
+    fixed_humidity : float or None
+        Percent; replaces the humidity of the air.
+    """
+
+    name: str
+    humidity: np.ndarray
+    wavelength: np.ndarray
+    extinction: np.ndarray
+    absorption: np.ndarray
+    asymmetry: np.ndarray
+    phase_angle: np.ndarray
+    phase_wavelength: np.ndarray
+    phase: np.ndarray
+    fixed_humidity: float | None = None
+
+    @staticmethod
+    def load(name, fixed_humidity=None):
+        """Load a packaged model.
+
+        Parameters
+        ----------
+        name : str
+            One of `MODELS`.
+        fixed_humidity : float, optional
+            Percent; the model then ignores the humidity of the air.
+
+        Raises
+        ------
+        InputError
+            For an unknown name; the message holds the nearest one.
+        """
+        if name not in MODELS:
+            nearest = get_close_matches(str(name), MODELS, n=1, cutoff=0.0)[0]
+            raise InputError(f"no aerosol model '{name}'; did you mean '{nearest}'? Allowed: {', '.join(MODELS)}")
+        return _load(name, fixed_humidity)
+
+    def optics(self, wavenumber, relative_humidity):
+        """Extinction, single-scattering albedo and asymmetry.
+
+        Interpolation is LOWTRAN7's: logarithm of the property linear in log(100 - humidity), then linear in wavelength.
+        Humidity above 99 % acts as 99 %. Beyond 200 um, the end of the tables, extinction falls as 1 / wavelength
+        (absorption by small particles: Bohren and Huffman 1983, section 5.1), albedo and asymmetry stay.
+
+        Parameters
+        ----------
+        wavenumber : (P,) array
+            cm^-1, at most 50,000 (0.2 um).
+        relative_humidity : (L,) array
+            Percent.
+
+        Returns
+        -------
+        AerosolOptics
+
+        Raises
+        ------
+        InputError
+            For a wavenumber outside the tables or a humidity that is negative or not a number.
+        """
+        wavelength = self._wavelength(wavenumber)
+        weights = linear_weights(self.wavelength, wavelength)
+        humid = self._log_humidity_weights(relative_humidity)
+        extinction, absorption, asymmetry = (
+            interpolate_humidity(humid, table) @ weights for table in (self.extinction, self.absorption, self.asymmetry)
+        )
+        beyond = np.minimum(1.0, self.wavelength[-1] / wavelength)
+        return AerosolOptics(extinction * beyond, 1.0 - absorption / extinction, asymmetry)
+
+    def phase_function(self, cos_angle, wavenumber, relative_humidity):
+        """Scattering phase function.
+
+        Logarithm linear in angle between the tabulated angles, then linear in wavelength and humidity, so that the mean
+        over the sphere is exactly 1 everywhere.
+
+        Parameters
+        ----------
+        cos_angle : (A,) array
+            Cosine of the scattering angle.
+        wavenumber : (P,) array
+            cm^-1, at most 50,000 (0.2 um).
+        relative_humidity : (L,) array
+            Percent.
+
+        Returns
+        -------
+        (A, L, P) array
+
+        Raises
+        ------
+        InputError
+            As `optics`, and for a cosine outside -1..1 by more than rounding.
+        """
+        cosine = np.atleast_1d(np.asarray(cos_angle, dtype=float))
+        if not np.all(np.abs(cosine) <= 1 + 1e-9):
+            raise InputError("the cosine of the scattering angle must lie between -1 and 1")
+        angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        log_phase = np.log(self.phase).reshape(len(self.phase_angle), -1)
+        at_angle = np.exp(linear_weights(self.phase_angle, angle).T @ log_phase).reshape(-1, *self.phase.shape[1:])
+        at_humidity = np.einsum(
+            "hl,ahv->alv", linear_weights(self.humidity, self._humidity(relative_humidity)), at_angle
+        )
+        return at_humidity @ linear_weights(self.phase_wavelength, self._wavelength(wavenumber))
+
+    def _wavelength(self, wavenumber):
+        wavenumber = np.atleast_1d(np.asarray(wavenumber, dtype=float))
+        limit = 1e4 / self.wavelength[0]
+        if not np.all((wavenumber > 0) & (wavenumber <= limit * (1 + 1e-9))):
+            raise InputError(f"aerosol '{self.name}' is tabulated for wavenumbers above 0 and up to {limit:.0f} cm-1")
+        return 1e4 / wavenumber
+
+    def _humidity(self, relative_humidity):
+        humidity = np.atleast_1d(np.asarray(relative_humidity, dtype=float))
+        if not np.all(humidity >= 0):
+            raise InputError("relative humidity must be at least 0 percent and a number")
+        if self.fixed_humidity is not None:
+            humidity = np.full_like(humidity, self.fixed_humidity)
+        return humidity
+
+    def _log_humidity_weights(self, relative_humidity):
+        humidity = np.minimum(self._humidity(relative_humidity), self.humidity[-1])
+        return linear_weights(-np.log(100 - self.humidity), -np.log(100 - humidity))
+
+
+@cache
+def _load(name, fixed_humidity):
+    table = read_csv(atmospheres.path(f"aerosol/{name}.csv"))
+    humidity = np.unique(table["relative_humidity[percent]"])
+    extinction, absorption, asymmetry = (
+        table[column].reshape(len(humidity), -1) for column in ("extinction", "absorption", "asymmetry")
+    )
+    functions = read_csv(atmospheres.path("aerosol/phase_functions.csv"))
+    index = read_csv(atmospheres.path("aerosol/phase_index.csv"))
+    rows = np.flatnonzero(index["model"] == name)
+    phase_columns = list(index)[2:]
+    number = np.array([index[column][rows] for column in phase_columns], dtype=int).T
+    values = np.array([functions[f"p{n}"] for n in range(1, len(functions))])
+    return AerosolModel(
+        name=name,
+        humidity=humidity,
+        wavelength=table["wavelength[um]"].reshape(len(humidity), -1)[0],
+        extinction=extinction,
+        absorption=absorption,
+        asymmetry=asymmetry,
+        phase_angle=functions["angle[degree]"],
+        phase_wavelength=np.array([float(column) for column in phase_columns]),
+        phase=np.moveaxis(values[number - 1], -1, 0),
+        fixed_humidity=fixed_humidity,
+    )
+
+
+def interpolate_humidity(weights, table):
+    """Interpolate the logarithm of a (H, W) table with (H, L) weights; a model of one humidity may hold zeros."""
+    if len(table) == 1:
+        return np.broadcast_to(table, (weights.shape[1], table.shape[1]))
+    return np.exp(weights.T @ np.log(table))
+
+
+def linear_weights(nodes, points):
+    """Weights (N, M) of linear interpolation from N increasing nodes to M points, the end values held outside."""
+    if len(nodes) == 1:
+        return np.ones((1, len(points)))
+    upper = np.clip(np.searchsorted(nodes, points, side="right"), 1, len(nodes) - 1)
+    fraction = np.clip((points - nodes[upper - 1]) / (nodes[upper] - nodes[upper - 1]), 0.0, 1.0)
+    weights = np.zeros((len(nodes), len(points)))
+    column = np.arange(len(points))
+    weights[upper - 1, column] = 1.0 - fraction
+    weights[upper, column] = fraction
+    return weights

@@ -1,0 +1,221 @@
+"""How much aerosol there is at each altitude, and of which models: LOWTRAN7's vertical profiles.
+
+References
+----------
+Kneizys et al. 1988, AFGL-TR-88-0177 (SUBROUTINES AERPRF and EXABIN, BLOCK DATA PRFDTA).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine import atmospheres
+from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
+from skyshine.mat.atmosphere.particles.windblown import (
+    DEFAULT_AIR_MASS,
+    DEFAULT_WIND,
+    HUMIDITY,
+    desert_model,
+    desert_with_amount,
+    navy_maritime_model,
+    navy_maritime_with_amount,
+)
+from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.errors import InputError, nearest
+
+# Of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); those of desert and Navy follow the
+# wind.
+BOUNDARY_MODELS = {
+    "rural": 23.0,
+    "urban": 5.0,
+    "maritime": 23.0,
+    "navy_maritime": None,
+    "tropospheric": 50.0,
+    "desert": None,
+    "fog_advection": 0.2,
+    "fog_radiation": 0.5,
+}
+# Loading (aerosol/stratosphere.csv) and particles of the stratosphere: LOWTRAN7's IVULCN 1, 2, 5, 4, 3, 8.
+STRATOSPHERES = {
+    "background": ("background", "stratospheric_background"),
+    "moderate_aged": ("moderate", "volcanic_aged"),
+    "moderate_fresh": ("moderate", "volcanic_fresh"),
+    "high_aged": ("high", "volcanic_aged"),
+    "high_fresh": ("high", "volcanic_fresh"),
+    "extreme_fresh": ("extreme", "volcanic_fresh"),
+}
+SEASONS = ("spring_summer", "fall_winter")
+
+KOSCHMIEDER = 3.912  # -ln 0.02: optical depth at the visibility (Koschmieder 1924, contrast threshold 2 %)
+RAYLEIGH_550 = 0.01159e-3  # m^-1, molecular extinction at 0.55 um at the ground (LOWTRAN7, SUBROUTINE AERTMP)
+VISIBILITY_RANGE = (0.1, 300.0)  # km; above about 330 km the molecules alone would be too much
+# Beyond 2 km the tropospheric model keeps this humidity whatever that of the air (LOWTRAN7, SUBROUTINE EXABIN).
+TROPOSPHERIC_HUMIDITY = 70.0
+# Aerosol follows the ground below this altitude (LOWTRAN7, GNDALT).
+TERRAIN_ALTITUDE = 6e3
+# Where one region's model gives way to the next, m: LOWTRAN7's levels about its limits of 2, 10 and 30 km.
+TRANSITIONS = ((2e3, 3e3), (10e3, 11e3), (30e3, 35e3))
+
+
+def default_visibility(model, wind_speed=DEFAULT_WIND, relative_humidity=80.0, air_mass=DEFAULT_AIR_MASS):
+    """Visibility [km] that belongs to a boundary-layer model.
+
+    Parameters
+    ----------
+    model : str
+        One of `BOUNDARY_MODELS`.
+    wind_speed : float
+        m s^-1: of the desert and Navy maritime aerosols, whose amount it sets (LOWTRAN7, SUBROUTINES DESATT and
+        MARINE).
+    relative_humidity, air_mass : float, int
+        Percent at the ground; 1 to 10: of the Navy maritime aerosol.
+    """
+    if model == "desert":
+        at_550 = desert_with_amount(wind_speed)[1]
+    elif model == "navy_maritime":
+        at_550 = float(np.interp(relative_humidity, HUMIDITY, navy_maritime_with_amount(wind_speed, air_mass)[1]))
+    else:
+        return BOUNDARY_MODELS.get(model, BOUNDARY_MODELS["rural"])
+    return float(np.clip(KOSCHMIEDER / (at_550 + RAYLEIGH_550 * 1e3), *VISIBILITY_RANGE))
+
+
+def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0, loading="background"):
+    """Aerosol extinction at 0.55 um against altitude.
+
+    At the ground extinction is 3.912 / visibility (Koschmieder) less that of the molecules. Above it follows LOWTRAN7
+    (SUBROUTINE AERPRF): linear in 1 / visibility between its profiles to 2 km (and beyond them), likewise between 23
+    and 50 km visibility and beyond to 10 km; background stratosphere by season; upper atmosphere to 100 km; none above.
+    The logarithm is linear in altitude between levels.
+
+    Parameters
+    ----------
+    altitude : (N,) array
+        Above sea level, m; below the ground the value of the ground is returned.
+    visibility_km : float
+        0.1 to 300 km.
+    season : str
+        One of `SEASONS`.
+    ground_altitude : float
+        Above sea level, m, below 6 km: the profile below 6 km is squeezed to stand on the ground, as in LOWTRAN7.
+    loading : str
+        Of the stratosphere: background, moderate, high or extreme.
+
+    Returns
+    -------
+    (N,) array
+        m^-1.
+
+    Raises
+    ------
+    InputError
+        For a visibility, season, altitude or ground altitude that is not allowed.
+    """
+    low, high = VISIBILITY_RANGE
+    if not low <= visibility_km <= high:
+        raise InputError(f"visibility {visibility_km} km is outside {low:g} to {high:g} km")
+    if season not in SEASONS:
+        raise InputError(f"no aerosol season '{season}'; allowed: {', '.join(SEASONS)}")
+    altitude = _model_altitude(altitude, ground_altitude)
+    table = read_csv(atmospheres.path("aerosol/vertical.csv"))
+    levels = table["altitude[km]"] * 1e3
+    columns = {
+        float(name.rpartition("_")[2]): values * 1e-3 for name, values in table.items() if name.startswith(season)
+    }
+    extinction = _interpolate_visibility(columns, visibility_km)
+    if loading != "background":
+        laden = read_csv(atmospheres.path("aerosol/stratosphere.csv"))
+        extinction[-laden["altitude[km]"].size :] = laden[f"{season}_{loading}"] * 1e-3
+    extinction[0] = KOSCHMIEDER / (visibility_km * 1e3) - RAYLEIGH_550
+    profile = np.exp(np.interp(altitude, levels, np.log(extinction)))
+    return np.where(altitude > levels[-1], 0.0, profile)
+
+
+def _interpolate_visibility(columns, visibility):
+    """Linear in 1 / visibility between (and beyond) the tabulated profiles; a dict of visibility [km] to (N,)
+    profiles.
+    """
+    nodes = np.array(sorted(columns, reverse=True))
+    upper = int(np.clip(np.searchsorted(1 / nodes, 1 / visibility), 1, len(nodes) - 1))
+    first, second = nodes[upper - 1], nodes[upper]
+    fraction = (1 / visibility - 1 / first) / (1 / second - 1 / first)
+    return columns[first] + fraction * (columns[second] - columns[first])
+
+
+def _model_altitude(altitude, ground_altitude):
+    """Altitude in a profile that begins at sea level."""
+    altitude = np.atleast_1d(np.asarray(altitude, dtype=float))
+    if np.any(np.isnan(altitude)):
+        raise InputError("altitude must be a number")
+    if not ground_altitude < TERRAIN_ALTITUDE:
+        raise InputError(
+            f"ground altitude {ground_altitude} m is not below {TERRAIN_ALTITUDE:.0f} m, where aerosol profiles end"
+        )
+    squeezed = TERRAIN_ALTITUDE * (altitude - ground_altitude) / (TERRAIN_ALTITUDE - ground_altitude)
+    return np.where(altitude < TERRAIN_ALTITUDE, np.maximum(squeezed, 0.0), altitude)
+
+
+def aerosol_layers(
+    altitude,
+    visibility_km,
+    season,
+    boundary_model,
+    ground_altitude=0.0,
+    stratosphere="background",
+    wind_speed=DEFAULT_WIND,
+    air_mass=DEFAULT_AIR_MASS,
+):
+    """The aerosol models of a column and how much of each there is.
+
+    Parameters
+    ----------
+    altitude : (N,) array
+        Above sea level, m.
+    visibility_km : float
+    season : str
+        One of `SEASONS`.
+    boundary_model : str
+        Model of the lowest 2 km, one of `BOUNDARY_MODELS`; ``"none"`` for a column without any aerosol.
+    ground_altitude : float
+        Above sea level, m.
+    stratosphere : str
+        One of `STRATOSPHERES`.
+    wind_speed : float
+        At 10 m, m s^-1: of the desert and Navy maritime aerosols.
+    air_mass : int
+        1 (open ocean) to 10 (continental): of the Navy maritime aerosol.
+
+    Returns
+    -------
+    list of (AerosolModel, (N,) array)
+        Model and its extinction at 0.55 um, m^-1: boundary layer, troposphere (at 70 % humidity), stratosphere and
+        meteoric dust. The arrays add up to `aerosol_extinction_550`; models change over linearly between 2 and 3, 10
+        and 11, 30 and 35 km.
+
+    Raises
+    ------
+    InputError
+        As `aerosol_extinction_550` and `AerosolModel.load`.
+    """
+    if boundary_model == "none":
+        return []
+    for name, allowed in ((boundary_model, (*BOUNDARY_MODELS, "none")), (stratosphere, STRATOSPHERES)):
+        if name not in allowed:
+            raise InputError(f"no aerosol '{name}'; {nearest(name, allowed)}")
+    loading, particles = STRATOSPHERES[stratosphere]
+    models = (
+        _boundary_layer(boundary_model, wind_speed, air_mass),
+        AerosolModel.load("tropospheric", fixed_humidity=TROPOSPHERIC_HUMIDITY),
+        AerosolModel.load(particles),
+        AerosolModel.load("meteoric_dust"),
+    )
+    extinction = aerosol_extinction_550(altitude, visibility_km, season, ground_altitude, loading)
+    position = _model_altitude(altitude, ground_altitude)
+    above = [np.clip((position - lower) / (upper - lower), 0.0, 1.0) for lower, upper in TRANSITIONS]
+    shares = [1.0 - above[0], above[0] - above[1], above[1] - above[2], above[2]]
+    return [(model, extinction * share) for model, share in zip(models, shares, strict=True)]
+
+
+def _boundary_layer(name, wind_speed, air_mass):
+    if name == "desert":
+        return desert_model(wind_speed)
+    return navy_maritime_model(wind_speed, air_mass) if name == "navy_maritime" else AerosolModel.load(name)

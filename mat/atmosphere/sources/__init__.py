@@ -1,0 +1,1 @@
+"""Sun and Moon: where they stand and what they radiate."""

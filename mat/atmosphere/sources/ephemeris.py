@@ -1,0 +1,106 @@
+"""Where the Sun and the Moon stand, by the package astronomy-engine (VSOP87 and NOVAS, within one arc minute)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT
+from skyshine.schemas.errors import InputError
+
+SOURCES = ("sun", "moon")
+J2000 = np.datetime64("2000-01-01T12:00:00", "us")
+MICROSECONDS_PER_DAY = 86_400e6
+
+
+@dataclass(frozen=True)
+class SourcePosition:
+    """Topocentric, geometric position (no refraction); every array has the shape (T,) of the times.
+
+    Attributes
+    ----------
+    elevation : array
+        Above the horizon, negative below it, degree.
+    azimuth : array
+        From north eastward, 0 to 360 degree.
+    distance : array
+        From the observer, m.
+    phase_angle : array
+        Angle Sun - source - observer, degree: 0 full, 180 new; 0 for the Sun itself.
+    waxing : array of bool
+        Whether the Moon is before full; False for the Sun.
+    sun_distance : array
+        From the source of light that is seen to the Sun, au: the Moon's distance from the Sun; for the Sun, the
+        observer's.
+    """
+
+    elevation: np.ndarray
+    azimuth: np.ndarray
+    distance: np.ndarray
+    phase_angle: np.ndarray
+    waxing: np.ndarray
+    sun_distance: np.ndarray
+
+
+def position(source, times, latitude, longitude, height=0.0):
+    """Position of the Sun or the Moon for an observer on the Earth.
+
+    Parameters
+    ----------
+    source : str
+        ``"sun"`` or ``"moon"``.
+    times : (T,) array of datetime64
+        UTC.
+    latitude, longitude : float
+        Geodetic, north and east positive, degree.
+    height : float
+        Above sea level, m.
+
+    Returns
+    -------
+    SourcePosition
+
+    Raises
+    ------
+    InputError
+        For another source, a time that is not a time, or an impossible place.
+    """
+    import astronomy  # slow to import
+
+    if source not in SOURCES:
+        raise InputError(f"no source '{source}'; allowed: {', '.join(SOURCES)}")
+    if not (abs(latitude) <= 90 and abs(longitude) <= 360 and np.isfinite(height)):
+        raise InputError(
+            f"no place at latitude {latitude}, longitude {longitude}, height {height}: degrees, degrees and metres"
+        )
+    observer = astronomy.Observer(latitude, longitude, height)
+    moments = [astronomy.Time(days) for days in _days_since_j2000(times)]
+    rows = np.array([_row(astronomy, source, moment, observer) for moment in moments]).reshape(-1, 6)
+    elevation, azimuth, distance, phase_angle, waxing, sun_distance = rows.T
+    return SourcePosition(elevation, azimuth, distance, phase_angle, waxing.astype(bool), sun_distance)
+
+
+def _row(astronomy, source, moment, observer):
+    """The six numbers of a `SourcePosition` at one moment."""
+    body = astronomy.Body.Sun if source == "sun" else astronomy.Body.Moon
+    seen = astronomy.Equator(body, moment, observer, ofdate=True, aberration=True)
+    horizon = astronomy.Horizon(moment, observer, seen.ra, seen.dec, astronomy.Refraction.Airless)
+    here = horizon.altitude, horizon.azimuth, seen.dist * ASTRONOMICAL_UNIT
+    if source == "sun":
+        return *here, 0.0, False, seen.dist
+    sun = astronomy.Equator(astronomy.Body.Sun, moment, observer, ofdate=True, aberration=True)
+    to_observer = -_vector(seen)
+    to_sun = _vector(sun) + to_observer
+    # From the cross product as well: the cosine alone loses the phase near full and new Moon.
+    phase = np.degrees(np.arctan2(np.linalg.norm(np.cross(to_observer, to_sun)), to_observer @ to_sun))
+    return *here, phase, astronomy.MoonPhase(moment) < 180, np.linalg.norm(to_sun)
+
+
+def _vector(equatorial):
+    return np.array([equatorial.vec.x, equatorial.vec.y, equatorial.vec.z])
+
+
+def _days_since_j2000(times):
+    times = np.atleast_1d(np.asarray(times))
+    if times.dtype.kind != "M" or np.any(np.isnat(times)):
+        raise InputError("times must be numpy datetime64 values in UTC, none of them NaT")
+    return (times.astype("datetime64[us]") - J2000).astype(float) / MICROSECONDS_PER_DAY

@@ -1,0 +1,206 @@
+"""Broadband fluxes on the ground: longwave of the sky, direct and diffuse sunlight, at any altitude and elevation of
+the Sun.
+
+A few spectral points stand for the whole thermal and the whole solar spectrum. They are chosen from the absorption
+table's own by `skyshine.mat.spectroscopy.broadband`, with fluxes of many states as targets; what that costs in error is
+kept in their file. At a point everything is as in a sensor's band: layers with their gases, particles and cloud,
+refracted beams through spherical shells, two streams of diffuse light with the ground's reflection.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from skyshine import atmospheres
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance, thrown_ahead
+from skyshine.mat.atmosphere.transfer.two_stream_light import level_fluxes
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import open_database
+
+FILETYPE, FORMAT_MAJOR = "broadband", 1
+# cm^-1. Thermal: of a black body of 330 K less than 0.1 % lies outside. Solar: what is left out arrives at no ground
+# (below 0.3 um) or is below 0.4 W m^-2 (beyond 12.5 um).
+LONGWAVE, SHORTWAVE = (10.0, 3400.0), (800.0, 33400.0)
+QUANTITIES = ("longwave_down", "direct_normal", "diffuse")
+# Zenith angles of the thermal sky: Gauss nodes in the cosine; against 24 of them, 2e-4.
+_ZENITHS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class BroadbandFluxes:
+    """Fluxes at A altitudes and S elevations of the Sun, W m^-2.
+
+    Attributes
+    ----------
+    altitude : (A,) array
+        m.
+    source_elevation : (S,) array
+        degree.
+    longwave_down : (A,) array
+        Thermal irradiance of a horizontal surface by the sky.
+    direct_normal : (A, S) array
+        Sunlight that was not scattered, on a surface normal to it; 0 where the Earth hides the Sun.
+    diffuse : (A, S) array
+        Scattered sunlight on a horizontal surface, from the sky.
+    """
+
+    altitude: np.ndarray
+    source_elevation: np.ndarray
+    longwave_down: np.ndarray
+    direct_normal: np.ndarray
+    diffuse: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class BroadbandPoints:
+    """The points that stand for the thermal and the solar spectrum.
+
+    Attributes
+    ----------
+    longwave, shortwave : SpectralPoints
+        With weights in cm^-1, and in W m^-2 of sunlight outside the atmosphere at 1 au.
+    errors : dict
+        By quantity: {"max", "p95", "rms"}, W m^-2, against all points of the table, on states the points were not
+        fitted to.
+    """
+
+    longwave: object
+    shortwave: object
+    errors: dict[str, dict[str, float]]
+
+    @classmethod
+    def open(cls, path=None, table=None) -> BroadbandPoints:
+        """Read a file of broadband points, by default the packaged one for the packaged absorption table.
+
+        The table may have another water vapour continuum than the one with which the points were chosen.
+
+        Raises
+        ------
+        InputError
+            The file is missing or damaged, or belongs to another absorption table.
+        """
+        path = atmospheres.path("broadband.h5") if path is None else path
+        table = AbsorptionTable.open() if table is None else table
+        with open_database(path, FILETYPE, FORMAT_MAJOR) as file:
+            if str(file.attrs["absorption_sha256"]) != table.content.split()[0]:
+                raise InputError(
+                    f"was chosen from another absorption table than {table.path}; choose anew: mat lines broadband"
+                    " --out FILE",
+                    file=path,
+                )
+            chosen = []
+            for name, (low, high) in (("longwave", LONGWAVE), ("shortwave", SHORTWAVE)):
+                points = table.points(low, high)
+                chosen.append(points.subset(file[name]["index"][()], file[name]["weight"][()].astype(float)))
+            errors = {
+                name: {key: float(file["errors"][name].attrs[key]) for key in ("max", "p95", "rms")}
+                for name in QUANTITIES
+            }
+        return cls(*chosen, errors)
+
+
+@lru_cache(maxsize=1)
+def packaged_points() -> BroadbandPoints:
+    """The packaged points, read once a process."""
+    return BroadbandPoints.open()
+
+
+def broadband_fluxes(state, altitude, source_elevation, ground_albedo, *, sun_distance=1.0, points=None):
+    """Longwave and shortwave irradiance of the ground under a state.
+
+    Parameters
+    ----------
+    state : AtmosphericState
+        With its particles.
+    altitude : (A,) array
+        Of the surfaces, m; from the state's ground up.
+    source_elevation : (S,) array
+        Geometric elevations of the Sun there, degree, -90 to 90; diffuse light ends with twilight.
+    ground_albedo : float
+        Of the surroundings for sunlight, 0 to 1.
+    sun_distance : float
+        au.
+    points : BroadbandPoints, optional
+        By default the packaged ones.
+
+    Returns
+    -------
+    BroadbandFluxes
+
+    Raises
+    ------
+    InputError
+        An altitude below the ground of the state or above its highest level, an elevation or an albedo outside its
+        range.
+    """
+    altitude, elevation = (np.atleast_1d(np.asarray(x, dtype=float)) for x in (altitude, source_elevation))
+    _check(state, altitude, elevation, ground_albedo, sun_distance)
+    points = packaged_points() if points is None else points
+    longwave = sky_emission(state, points.longwave, altitude) @ points.longwave.weight
+    sunlight = points.shortwave.weight / sun_distance**2
+    direct, diffuse = (
+        part @ sunlight for part in sunlight_shares(state, points.shortwave, altitude, elevation, ground_albedo)
+    )
+    return BroadbandFluxes(altitude, elevation, longwave, direct, diffuse)
+
+
+def sky_emission(state, points, altitude):
+    """Thermal irradiance of a horizontal surface by the sky at altitudes (A,) [m], at each point: (A, P) W m^-2
+    (cm^-1)^-1.
+    """
+    air = SpectralAir.of(state, points)
+    return sky_irradiance(air, altitude, np.zeros(0), zeniths=_ZENITHS).thermal
+
+
+def sunlight_shares(state, points, altitude, source_elevation, ground_albedo):
+    """What of sunlight arrives, per unit of the irradiance normal to it outside the atmosphere.
+
+    Parameters
+    ----------
+    altitude : (A,) array, m
+    source_elevation : (S,) array, degree
+    ground_albedo : float
+
+    Returns
+    -------
+    direct : (A, S, P) array
+        On a surface normal to the beam.
+    diffuse : (A, S, P) array
+        On a horizontal surface, from above. Light thrown straight ahead by particles is in it, however near to the Sun.
+    """
+    air = SpectralAir.of(state, points)
+    elevation = np.radians(source_elevation)
+    direct = direct_transmittance(air.source_paths, altitude, elevation)
+    diffuse = np.maximum(np.sin(elevation), 0.0)[:, None] * thrown_ahead(air, altitude, elevation, direct)
+    levels = state.altitude
+    place = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, levels.size - 2)
+    share = ((altitude - levels[place]) / np.diff(levels)[place])[:, None, None]
+    sine = np.sin(elevation)
+    fluxes = level_fluxes(
+        levels, air.shells, air.optics, air.scaled_extinction, air.scaled_source_paths, sine, ground_albedo
+    )
+    for part, _, falling in fluxes:
+        diffuse[..., part[1]] += falling[place] * (1 - share) + falling[place + 1] * share
+    return direct, diffuse
+
+
+def _check(state, altitude, elevation, ground_albedo, sun_distance):
+    low, high = state.altitude[[0, -1]]
+    if not np.all((altitude >= low) & (altitude <= high)):
+        raise InputError(
+            f"found surface altitudes {altitude.min():g} to {altitude.max():g} m; allowed: {low:g} to {high:g} m, the"
+            f" ground and the highest level of atmospheric state '{state.name}'"
+        )
+    if not np.all(np.abs(elevation) <= 90.0):
+        raise InputError(
+            f"found source elevations {elevation.min():g} to {elevation.max():g} degree; allowed: -90 to 90"
+        )
+    if not 0.0 <= ground_albedo <= 1.0:
+        raise InputError(f"found ground albedo {ground_albedo:g}; allowed: 0 to 1")
+    if not (np.isfinite(sun_distance) and sun_distance > 0):
+        raise InputError(f"found distance of the Sun {sun_distance:g} au; allowed: above 0")

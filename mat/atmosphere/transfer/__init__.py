@@ -1,0 +1,1 @@
+"""Transfer of light: geometry of refracted paths, optical depths, source functions, multiple scattering."""

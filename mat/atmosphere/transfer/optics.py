@@ -1,0 +1,264 @@
+"""Optical properties of air at the levels of a state: gases, continua, molecular scattering, particles, emission.
+
+Everything is per molecule of air [m^2], the measure in which `geometry` counts a path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyshine.mat.atmosphere.transfer.geometry import STANDARD_DENSITY, refractivity
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
+
+# Gases whose two-sided king factors make up that of air (Bodhaine et al. 1999, equations 5, 6 and 23), percent by
+# volume.
+_KING_NITROGEN, _KING_OXYGEN, _KING_ARGON, _ARGON_PERCENT = 78.084, 20.946, 1.00, 0.934
+_KING_CARBON_DIOXIDE = 1.15
+# Refractivity grows by 54 % of the carbon dioxide fraction beyond 300 ppmv (Bodhaine et al. 1999, equation 19).
+_REFRACTIVITY_OF_CO2 = 0.54
+# Aerosol phase functions stand at wavelengths whose steps are at most this ratio, and are linear between.
+_PHASE_WAVELENGTH_RATIO = 1.25
+PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
+
+
+def _moment_weights(angle, count):
+    """Weights (count, A) of values at angles (A,) [rad] in the Legendre moments of a function linear between them; of
+    its mean first.
+    """
+    point, weight = np.polynomial.legendre.leggauss(4)
+    part, width = 0.5 * (point + 1), np.diff(angle)[:, None]
+    where = angle[:-1, None] + part * width
+    share = (
+        0.25
+        * weight
+        * width
+        * np.sin(where)
+        * np.moveaxis(np.polynomial.legendre.legvander(np.cos(where), count - 1), -1, 0)
+    )
+    result = np.zeros((count, angle.size))
+    result[:, :-1] += np.sum(share * (1 - part), axis=-1)
+    result[:, 1:] += np.sum(share * part, axis=-1)
+    return result
+
+
+_SPHERE = _moment_weights(PHASE_ANGLES, 1)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class SpectralOptics:
+    """Optical properties at N levels and P spectral points; cross sections in m^2 per molecule of air.
+
+    Attributes
+    ----------
+    wavenumber : (P,) array
+        cm^-1, middle of each point's interval: what varies slowly is taken there.
+    absorption : dict of (N, P) arrays
+        By gas, "H2O_continuum" apart.
+    rayleigh : (N, P) array
+    rayleigh_anisotropy : (P,) array
+        Depolarisation term gamma of the molecular phase function.
+    aerosol_extinction, aerosol_scattering : (N, P) arrays
+        Of all particles: aerosol, cloud and rain.
+    asymmetry : (N, P) array
+        Of the particles: mean cosine of their scattering angle.
+    phase : (A, N, C) array
+        Phase function of the particles at `PHASE_ANGLES`, levels and C wavelengths; mean over the sphere 1.
+    phase_share : (C, P) array
+        Weight of each of those wavelengths at each point.
+    emission : (N, P) array
+        Blackbody radiance at the level's temperature, W m^-2 sr^-1 (cm^-1)^-1.
+    extinction : (N, P) array
+        Sum of everything.
+    """
+
+    wavenumber: np.ndarray
+    absorption: dict[str, np.ndarray]
+    rayleigh: np.ndarray
+    rayleigh_anisotropy: np.ndarray
+    aerosol_extinction: np.ndarray
+    aerosol_scattering: np.ndarray
+    asymmetry: np.ndarray
+    phase: np.ndarray
+    phase_share: np.ndarray
+    emission: np.ndarray
+    extinction: np.ndarray
+
+    def at(self, points) -> SpectralOptics:
+        """Those of a slice of the points."""
+        names = (
+            "rayleigh",
+            "aerosol_extinction",
+            "aerosol_scattering",
+            "asymmetry",
+            "phase_share",
+            "emission",
+            "extinction",
+        )
+        return replace(
+            self,
+            wavenumber=self.wavenumber[points],
+            absorption={gas: np.ascontiguousarray(values[:, points]) for gas, values in self.absorption.items()},
+            rayleigh_anisotropy=self.rayleigh_anisotropy[points],
+            **{name: np.ascontiguousarray(getattr(self, name)[:, points]) for name in names},
+        )
+
+
+def spectral_optics(state, points, gases=None):
+    """Optical properties of a state at spectral points.
+
+    Parameters
+    ----------
+    state : AtmosphericState
+    points : SpectralPoints
+    gases : sequence of str, optional
+        Those that absorb; by default every one the absorption table and the state hold.
+
+    Returns
+    -------
+    SpectralOptics
+    """
+    wavenumber = points.interval_edges.mean(axis=1)[points.interval]
+    absorption = gas_absorption(state, points, gases)
+    co2_percent = 100.0 * state.mole_fraction["CO2"][0]
+    section, anisotropy = rayleigh_scattering(wavenumber, co2_percent)
+    rayleigh = np.broadcast_to(section, (state.altitude.size, wavenumber.size))
+    aerosol_extinction, aerosol_scattering, asymmetry, phase, share = _aerosol(state, wavenumber)
+    return SpectralOptics(
+        wavenumber=wavenumber,
+        absorption=absorption,
+        rayleigh=rayleigh,
+        rayleigh_anisotropy=anisotropy,
+        aerosol_extinction=aerosol_extinction,
+        aerosol_scattering=aerosol_scattering,
+        asymmetry=asymmetry,
+        phase=phase,
+        phase_share=share,
+        emission=planck_wavenumber(wavenumber, state.temperature[:, None]),
+        extinction=rayleigh + aerosol_extinction + sum(absorption.values()),
+    )
+
+
+def gas_absorption(state, points, gases=None):
+    """Absorption by gas, dict of (N, P) m^2 per molecule of air; arguments as `spectral_optics`."""
+    sections = points.cross_sections(state.pressure, state.temperature, state.mole_fraction["H2O"], gases=gases)
+    absorption = {}
+    for gas, section in sections.items():
+        fraction = state.mole_fraction.get(gas.removesuffix("_continuum"))
+        if fraction is not None:
+            absorption[gas] = section * fraction[:, None]
+    return absorption
+
+
+def rayleigh_scattering(wavenumber, co2_percent):
+    """Scattering by air molecules.
+
+    Parameters
+    ----------
+    wavenumber : (P,) array
+        cm^-1.
+    co2_percent : float
+        Carbon dioxide, percent by volume.
+
+    Returns
+    -------
+    section : (P,) array
+        m^2 per molecule.
+    anisotropy : (P,) array
+        gamma = depolarisation / (2 - depolarisation).
+
+    References
+    ----------
+    Bodhaine et al. 1999, J. Atmos. Oceanic Technol. 16, 1854, equations 2, 5, 6, 19 and 23.
+    Chandrasekhar 1950 for the phase function with gamma.
+    """
+    micron = 1e4 / wavenumber
+    king_nitrogen = 1.034 + 3.17e-4 / micron**2
+    king_oxygen = 1.096 + 1.385e-3 / micron**2 + 1.448e-4 / micron**4
+    parts = np.array([_KING_NITROGEN, _KING_OXYGEN, _ARGON_PERCENT, co2_percent])
+    king = parts[0] * king_nitrogen + parts[1] * king_oxygen + parts[2] * _KING_ARGON + parts[3] * _KING_CARBON_DIOXIDE
+    king = king / parts.sum()
+    square = (1 + refractivity(wavenumber) * (1 + _REFRACTIVITY_OF_CO2 * (co2_percent / 100 - 300e-6))) ** 2
+    length = micron * 1e-6  # m
+    section = 24 * np.pi**3 * (square - 1) ** 2 / (length**4 * STANDARD_DENSITY**2 * (square + 2) ** 2) * king
+    # King factor (6 + 3 d) / (6 - 7 d) gives the depolarisation d.
+    depolarisation = 6 * (king - 1) / (3 + 7 * king)
+    return section, depolarisation / (2 - depolarisation)
+
+
+def rayleigh_phase(cosine, anisotropy):
+    """Molecular phase function, mean over the sphere 1 (Bodhaine et al. 1999, equation 10); broadcasts."""
+    return 0.75 / (1 + 2 * anisotropy) * ((1 + 3 * anisotropy) + (1 - anisotropy) * cosine**2)
+
+
+def _aerosol(state, wavenumber):
+    """Extinction, scattering and asymmetry (N, P), phase function (A, N, C) of the mixture at each level, weights (C,
+    P).
+    """
+    shape = (state.altitude.size, wavenumber.size)
+    extinction, scattering, forward = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    nodes, share = _phase_wavelengths(wavenumber)
+    phase = np.zeros((PHASE_ANGLES.size, state.altitude.size, nodes.size))
+    total = np.zeros((state.altitude.size, nodes.size))
+    for component in state.particles:
+        dims, part, asymmetry = sections(state, component, wavenumber)
+        extinction += dims
+        scattering += part
+        forward += part * asymmetry
+        _, part, _ = sections(state, component, nodes)
+        phase += part * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
+        total += part
+    phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
+    # Layers are linear between levels: at the edge of a cloud the level without particles must not add a phase function
+    # of its own.
+    filled = np.flatnonzero(np.all(total > 0, axis=1))
+    if filled.size:
+        phase = phase[:, filled[np.argmin(np.abs(np.arange(shape[0])[:, None] - filled), axis=1)]]
+    asymmetry = np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
+    return extinction, scattering, asymmetry, phase, share
+
+
+def sections(state, component, wavenumber):
+    """Extinction and scattering by one kind of particle, m^2 per molecule of air, and asymmetry; (N, P) each."""
+    amount = (component.extinction_550 / state.number_density)[:, None]
+    optics = component.model.optics(wavenumber, state.relative_humidity)
+    return amount * optics.extinction, amount * optics.extinction * optics.single_scattering_albedo, optics.asymmetry
+
+
+def normalised(phase):
+    """Phase functions (A, ...) at `PHASE_ANGLES` with mean 1 over the sphere as they are used, linear between the
+    angles.
+
+    Forward peaks narrower than the angles are the cause where it is not 1: the value at 0 carries the correction as far
+    as it stays the largest, so that all others keep theirs.
+    """
+    phase = np.array(phase, dtype=float)
+    missing = 1 - np.tensordot(_SPHERE, phase, axes=1)
+    phase[0] = np.maximum(phase[0] + missing / _SPHERE[0], np.minimum(phase[0], phase[1]))
+    return phase / np.tensordot(_SPHERE, phase, axes=1)
+
+
+def phase_moments(phase, count):
+    """Legendre moments (count, ...) of phase functions (A, ...) at `PHASE_ANGLES`, linear between the angles; the first
+    is 1.
+    """
+    moments = np.tensordot(_moment_weights(PHASE_ANGLES, count), phase, axes=1)
+    return moments / moments[0]
+
+
+def _phase_wavelengths(wavenumber):
+    """Wavenumbers (C,) at which phase functions stand, and linear weights (C, P) in wavelength."""
+    wavelength = 1e4 / wavenumber
+    low, high = wavelength.min(), wavelength.max()
+    count = 1 + int(np.ceil(np.log(high / low) / np.log(_PHASE_WAVELENGTH_RATIO) - 1e-9))
+    nodes = np.geomspace(low, high, count)
+    if count == 1:
+        return 1e4 / nodes, np.ones((1, wavenumber.size))
+    upper = np.clip(np.searchsorted(nodes, wavelength, side="right"), 1, count - 1)
+    fraction = np.clip((wavelength - nodes[upper - 1]) / (nodes[upper] - nodes[upper - 1]), 0.0, 1.0)
+    share = np.zeros((count, wavenumber.size))
+    column = np.arange(wavenumber.size)
+    share[upper - 1, column] = 1.0 - fraction
+    share[upper, column] += fraction
+    return 1e4 / nodes, share

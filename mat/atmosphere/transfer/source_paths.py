@@ -1,0 +1,218 @@
+"""Optical depth from a distant source to any point of the atmosphere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, bending_to_space, trace
+
+# Optical depth at which a source is as good as hidden: exp of its negative is 0 in single precision.
+HIDDEN = 1e4
+_SMALLEST_DEPTH = 1e-30
+# Nodes of the source table. Down: the lowest point of the ray, as (i / n)^2 of the height above the ground. Up:
+# degrees.
+_GRAZING_NODES = 20
+_UP_NODES = (0.2, 0.5, 1, 1.5, 2, 3, 4, 5.5, 7.5, 10, 14, 20, 28, 40, 55, 75, 90)
+# A ray that passes this far above the ground (m) is the lowest that reaches space.
+_CLEARANCE = 1e-3
+# Scale height of the shell whose air mass divides the slant optical depths of the table; 8 km is the air's (any would
+# do).
+_SCALE_HEIGHT = 8e3
+
+
+@dataclass(frozen=True, eq=False)
+class SourceRays:
+    """The refracted rays from each of N levels to space at U apparent elevations, from the one that grazes the ground
+    to the vertical.
+
+    Attributes
+    ----------
+    levels : (N,) array
+        Altitude, m.
+    elevation : (N, U) array
+        Geometric elevation at which each leaves for space, rad, increasing along U.
+    log_air_mass : (N, U) array
+        Of a shell, as it divides the optical depths of `SourcePaths`.
+    air : (N * U, N) array
+        Air of each ray, molecules m^-2, by the level whose properties it counts with.
+    """
+
+    levels: np.ndarray
+    elevation: np.ndarray
+    log_air_mass: np.ndarray
+    air: np.ndarray
+
+    @classmethod
+    def of(cls, shells):
+        """Those of `geometry.Shells`."""
+        apparent = _apparent_elevations(shells)
+        count, nodes = apparent.shape
+        rays = trace(shells, np.repeat(shells.altitude, nodes), apparent.ravel())
+        elevation = (np.pi / 2 - bending_to_space(rays)).reshape(count, nodes)
+        elevation = np.maximum.accumulate(elevation, axis=1)
+        # Each ray's segments run down through all layers, then up through all: fold both onto the levels.
+        down, up = np.split(np.arange(rays.layer.shape[1]), 2)
+        air = np.zeros((count * nodes, count))
+        air[:, :-1] += rays.lower[:, down[::-1]] + rays.lower[:, up]
+        air[:, 1:] += rays.upper[:, down[::-1]] + rays.upper[:, up]
+        return cls(shells.altitude, elevation, np.log(_shell_air_mass(shells.altitude[:, None], elevation)), air)
+
+
+@dataclass(frozen=True, eq=False)
+class SourcePaths:
+    """Optical depth from a distant source to any point, by altitude and geometric elevation.
+
+    That of `SourceRays`. A source below the grazing ray is hidden by the Earth.
+
+    Attributes
+    ----------
+    levels : (N,) array
+        Altitude, m.
+    elevation : (N, U) array
+        Geometric elevation, rad, increasing along U.
+    log_depth : (N, U, P) array
+        Logarithm of optical depth over the air mass of a shell, single precision.
+    """
+
+    levels: np.ndarray
+    elevation: np.ndarray
+    log_depth: np.ndarray
+
+    @classmethod
+    def of(cls, rays: SourceRays, extinction):
+        """Through an extinction (N, P) [m^2 per molecule]."""
+        count, nodes = rays.elevation.shape
+        depth = (rays.air @ extinction).reshape(count, nodes, -1)
+        np.log(np.maximum(depth, _SMALLEST_DEPTH, out=depth), out=depth)
+        depth -= rays.log_air_mass[..., None]
+        return cls(rays.levels, rays.elevation, depth.astype(np.float32))
+
+    def optical_depth(self, altitude, cosine):
+        """Optical depth to the source.
+
+        Parameters
+        ----------
+        altitude : (K,) array
+            Of the points, m.
+        cosine : (K, S) array
+            Of the source's geometric zenith angle at each point.
+
+        Returns
+        -------
+        (K, S, P) array
+            Single precision; `HIDDEN` or more where the Earth hides the source.
+        """
+        altitude, elevation, clear = self._entering(
+            np.asarray(altitude, dtype=float), np.arcsin(np.clip(cosine, -1.0, 1.0))
+        )
+        lower = np.clip(np.searchsorted(self.levels, altitude, side="right") - 1, 0, self.levels.size - 2)
+        share = np.clip((altitude - self.levels[lower]) / np.diff(self.levels)[lower], 0.0, 1.0)
+        nodes = self.elevation[lower] * (1 - share)[:, None] + self.elevation[lower + 1] * share[:, None]
+        place = _fractional_index(nodes, elevation)
+        hidden = (elevation < nodes[:, :1]) & ~clear
+        first = np.minimum(place.astype(int), nodes.shape[1] - 2)
+        fraction, share = (place - first), share[:, None]
+        row = lower[:, None] * nodes.shape[1] + first
+        table = self.log_depth.reshape(-1, self.log_depth.shape[2])
+        corners = (
+            (row, (1 - share) * (1 - fraction)),
+            (row + 1, (1 - share) * fraction),
+            (row + nodes.shape[1], share * (1 - fraction)),
+            (row + nodes.shape[1] + 1, share * fraction),
+        )
+        depth = np.zeros((*row.shape, table.shape[1]), dtype=np.float32)
+        for corner, weight in corners:
+            if np.any(weight):
+                depth += table[corner] * weight.astype(np.float32)[..., None]
+        depth += np.log(_shell_air_mass(altitude[:, None], elevation)).astype(np.float32)[..., None]
+        np.exp(depth, out=depth)
+        depth[clear] = 0.0
+        depth[hidden] += HIDDEN
+        return depth
+
+    def along(self, altitude, cosine):
+        """What lies between the segments of a ray and the source, at the table's own elevations.
+
+        Between those, light of a band goes with a power of `air_mass`: exactly so if the depth does, as in a clear
+        band.
+
+        Parameters
+        ----------
+        altitude : (K+1,) array
+            Of the segment ends, m; inside the atmosphere.
+        cosine : (K+1, S) array
+            Of the source's geometric zenith angle there.
+
+        Returns
+        -------
+        depth : (K+1, V, P) array
+            Optical depth from the source to the segment ends for V neighbouring elevations of the table; single
+            precision.
+        first : (K, S) int array
+            Of those, the last that is not above the source's elevation in the middle of each segment.
+        share : (K, S) array
+            Weight of the next one, in the logarithm of the air mass.
+        hidden : (K, S) bool array
+            The Earth hides the source.
+        """
+        lower = np.clip(np.searchsorted(self.levels, altitude, side="right") - 1, 0, self.levels.size - 2)
+        part = np.clip((altitude - self.levels[lower]) / np.diff(self.levels)[lower], 0.0, 1.0)[:, None]
+        node = self.elevation[lower] * (1 - part) + self.elevation[lower + 1] * part
+        middle = 0.5 * (node[1:] + node[:-1])
+        height = 0.5 * (altitude[1:] + altitude[:-1])[:, None]
+        elevation = np.arcsin(np.clip(0.5 * (cosine[1:] + cosine[:-1]), -1.0, 1.0))
+        first = np.minimum(_fractional_index(middle, elevation).astype(int), node.shape[1] - 2)
+        used = slice(first.min(), first.max() + 2)
+        air_mass = np.log(_shell_air_mass(height, middle))
+        start, end = (np.take_along_axis(air_mass, first + step, axis=1) for step in (0, 1))
+        gap = np.where(start > end, start - end, 1.0)
+        share = np.clip((start - np.log(_shell_air_mass(height, elevation))) / gap, 0.0, 1.0)
+        table, weight = self.log_depth[:, used], part.astype(np.float32)[..., None]
+        depth = table[lower]
+        depth += (table[lower + 1] - depth) * weight
+        depth += np.log(_shell_air_mass(altitude[:, None], node[:, used])).astype(np.float32)[..., None]
+        return np.exp(depth, out=depth), first - used.start, share, elevation < middle[:, :1]
+
+    def _entering(self, altitude, elevation):
+        """Points in space move along the ray to where it enters the atmosphere; `clear` (K, S) where it never does."""
+        top = self.levels[-1]
+        outside = (altitude > top)[:, None]
+        ratio = ((EARTH_RADIUS + altitude) / (EARTH_RADIUS + np.minimum(altitude, top)))[:, None] * np.cos(elevation)
+        clear = outside & ((elevation >= 0) | (ratio >= 1))
+        entering = -np.arccos(np.clip(ratio, 0.0, 1.0))
+        return np.minimum(altitude, top), np.where(outside & ~clear, entering, elevation), clear
+
+
+def _apparent_elevations(shells):
+    """Apparent elevations (N, U) [rad] of rays to space from each level, increasing."""
+    invariant = shells.index * shells.radius
+    step = (np.arange(_GRAZING_NODES + 1) / _GRAZING_NODES) ** 2
+    lowest = shells.altitude[0] + (shells.altitude - shells.altitude[0])[:, None] * step
+    at_lowest = np.interp(lowest, shells.altitude, invariant)
+    at_lowest = np.maximum(at_lowest, invariant[0] * (1 + _CLEARANCE / shells.radius[0]))
+    down = -np.arccos(np.minimum(at_lowest / invariant[:, None], 1.0))
+    down[0] = 0.0
+    up = np.broadcast_to(np.radians(_UP_NODES), (shells.altitude.size, len(_UP_NODES)))
+    return np.concatenate([down, up], axis=1)
+
+
+def _shell_air_mass(altitude, elevation):
+    """Air mass of a homogeneous shell above a point: smooth in elevation at any altitude, above and below the
+    horizon.
+    """
+    height = (EARTH_RADIUS + altitude) / _SCALE_HEIGHT
+    across = height * np.sin(elevation)
+    root = np.sqrt(across**2 + 2 * height + 1)
+    # Of the two equal forms, the one without cancellation.
+    return np.where(across > 0, (2 * height + 1) / (root + np.abs(across)), root + np.abs(across))
+
+
+def _fractional_index(nodes, points):
+    """Place of angles (K, S) among increasing nodes (K, U) [rad], as an index with a fraction, held at both ends."""
+    # One interpolation for all rows: each is moved beyond the one before, which is quicker than one by one.
+    move = 2 * np.pi * np.arange(len(nodes))[:, None]
+    index = np.broadcast_to(np.arange(nodes.shape[1], dtype=float), nodes.shape)
+    held = np.clip(points, nodes[:, :1], nodes[:, -1:])
+    return np.interp(held + move, (nodes + move).ravel(), index.ravel())

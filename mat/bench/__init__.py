@@ -1,0 +1,1 @@
+"""Error against run time of each part, and the peers it is compared with."""

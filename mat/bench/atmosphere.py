@@ -1,0 +1,302 @@
+"""Run time of the atmospheric tables beside LOWTRAN7 called for each line of sight, and error against run time.
+
+The full table has the default axes of a job. LOWTRAN7 computes single cells of it, drawn at random: path radiance with
+sunlight, single and multiple scattering, at its own spectral step. Times are seconds of processor time, which other
+work on the machine changes less than the clock; the table's wall time stands beside it.
+"""
+
+from __future__ import annotations
+
+import resource
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.atmosphere.band.compile import band_points, compile_band
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
+from skyshine.mat.bench import lowtran
+from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+
+BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}
+QUICK_BANDS = {"10-10.5 um": (10.0, 10.5)}
+PROFILE, VISIBILITY = "midlatitude_summer", 23.0  # km
+POINTS = (4, 16, 64)
+DIRECTIONS = (2, 4, 8, 16)
+_PEER_CELLS = 24
+_PEER_TOP = (
+    60e3  # m; with levels above, or with as many as it takes otherwise, its multiple scattering gives no numbers
+)
+_PEER_LEVELS = lowtran.MOST_LEVELS - 1
+# Cells on which the ladders of points and layers are judged.
+_SMALL = PathGrid(
+    range_km=[0.3, 2.0, 9.0, 60.0],
+    altitude_km=[0.1, 2.7, 11.0],
+    elevation_deg=[-37.0, -4.0, 1.5, 24.0],
+    source_elevation_deg=[8.0, 50.0],
+    source_azimuth_deg=[15.0, 100.0],
+)
+_QUANTITIES = ("transmittance", "path_radiance_ratio", "ambient", "direct")
+# Errors count relative to the quantity, or to this share of its largest value where it is below.
+_FLOOR = 0.1
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One setting of a ladder: processor seconds, and the rms error of each quantity (relative)."""
+
+    name: str
+    seconds: float
+    errors: dict[str, float]
+
+
+@dataclass(frozen=True)
+class BandBench:
+    """What was measured in one band.
+
+    Attributes
+    ----------
+    band : str
+    cells : int
+        Of the full table.
+    points, total_points : int
+        Spectral points of the compiled band and of all.
+    seconds : dict
+        By stage, "compile" and "table": (processor, wall) seconds.
+    peak_memory : int
+        Of the process until then, bytes.
+    peer_seconds : float or None
+        Of LOWTRAN7 for each cell, mean.
+    ladders : dict of list of Rung
+        "points", "directions", "layers".
+    """
+
+    band: str
+    cells: int
+    points: int
+    total_points: int
+    seconds: dict[str, tuple[float, float]]
+    peak_memory: int
+    peer_seconds: float | None
+    ladders: dict[str, list[Rung]]
+
+    @property
+    def cells_per_second(self) -> float:
+        """Of processor time."""
+        return self.cells / sum(processor for processor, _ in self.seconds.values())
+
+    @property
+    def ratio(self) -> float | None:
+        """How many times as many cells as LOWTRAN7 in the same time."""
+        return None if self.peer_seconds is None else self.cells_per_second * self.peer_seconds
+
+
+def bench_band(name, limits, *, program=None, quick=False, advance=None) -> BandBench:
+    """Measure one band.
+
+    Parameters
+    ----------
+    name : str
+    limits : (float, float)
+        um.
+    program : Path, optional
+        LOWTRAN7, from `lowtran.build`.
+    quick : bool
+        A table of the few cells of the ladders in place of the full one.
+    advance : callable, optional
+        Called after each of the five stages.
+    """
+    advance = advance or (lambda count: None)
+    grid = _SMALL if quick else default_grid()
+    state = AtmosphericState.from_profile(PROFILE, aerosol="rural", visibility_km=VISIBILITY)
+    response = SpectralResponse.rectangular(*limits)
+    seconds = {}
+    with _Stopwatch(seconds, "compile"):
+        everything = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+        sun = solar_irradiance(everything.wavenumber, everything.width)
+        compiled = compile_band(state, everything, grid, sun)
+    with _Stopwatch(seconds, "table"):
+        BandAtmosphere.of(state, compiled.band).table(grid, sun[compiled.index])
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    advance(1)
+    peer = None if program is None else peer_seconds(program, state, grid, limits)
+    advance(1)
+    found = {"points": points_ladder(state, everything, grid, sun)}
+    advance(1)
+    found["directions"] = directions_ladder(state, compiled.band)
+    advance(1)
+    found["layers"] = layers_ladder(state, compiled.band, sun[compiled.index])
+    advance(1)
+    cells = int(np.prod(grid.shape))
+    return BandBench(name, cells, compiled.index.size, compiled.total_points, seconds, peak, peer, found)
+
+
+def default_grid() -> PathGrid:
+    """The axes that a job has by default."""
+    axes = AtmosphereGrid()
+    return PathGrid(
+        axes.range_km, OBSERVER_HEIGHTS_KM, axes.elevation_deg, axes.source_elevation_deg, axes.source_azimuth_deg
+    )
+
+
+def peer_seconds(program, state, grid, limits) -> float:
+    """Mean processor seconds of LOWTRAN7 for a cell of a grid, at cells above the ground drawn at random."""
+    generator = np.random.default_rng(0)
+    low, high = (5.0 * round(1e4 / edge / 5.0) for edge in reversed(limits))
+    highest = np.searchsorted(state.altitude, _PEER_TOP, side="right") - 1
+    levels = np.unique(np.linspace(0, highest, _PEER_LEVELS).astype(int))
+    air = thinned(replace(state, aerosols=()), levels)
+    up = grid.elevation_deg[(grid.elevation_deg > 0) & (grid.elevation_deg < 90)]
+    sights = [
+        lowtran.Sight(
+            1e3 * generator.choice(grid.altitude_km[grid.altitude_km < 20]),
+            generator.choice(up),
+            1e3 * generator.choice(grid.range_km[(grid.range_km >= 1) & (grid.range_km <= 40)]),
+            sun=(
+                generator.choice(grid.source_elevation_deg[grid.source_elevation_deg > 0]),
+                generator.choice(grid.source_azimuth_deg),
+            ),
+        )
+        for _ in range(_PEER_CELLS)
+    ]
+    haze = lowtran.Haze(aerosol=1, visibility=VISIBILITY)
+    return float(lowtran.run(program, air, sights, low, high, haze=haze).seconds.mean())
+
+
+def points_ladder(state, everything, grid, sun) -> list[Rung]:
+    """Compiled bands of a few points to many, against all points; by two streams, as bands are compiled."""
+    exact = BandAtmosphere.of(state, everything, streams=False).table(_SMALL, sun)
+    rungs = []
+    for count in POINTS:
+        few = compile_band(state, everything, grid, sun, tolerance=1e-6, max_points=count)
+        table, seconds = _timed(
+            lambda few=few: BandAtmosphere.of(state, few.band, streams=False).table(_SMALL, sun[few.index])
+        )
+        rungs.append(Rung(f"{few.index.size} points", seconds, _errors(table, exact)))
+    return rungs
+
+
+def directions_ladder(state, band) -> list[Rung]:
+    """Sky irradiance of two streams by directions of its quadrature, zenith angles by azimuths, against 24 x 24."""
+    air = BandAtmosphere.of(state, band, streams=False).air
+    air.prepare()
+    place = np.array([0.0, 2e3]), np.radians([5.0, 30.0, 70.0])
+    exact = sky_irradiance(air, *place, zeniths=24, azimuths=24)
+    rungs = []
+    for count in DIRECTIONS:
+        sky, seconds = _timed(lambda count=count: sky_irradiance(air, *place, zeniths=count, azimuths=count // 2))
+        errors = {}
+        for name in ("thermal", "scattered"):
+            ours, theirs = (getattr(one, name) @ band.radiance_weight for one in (sky, exact))
+            errors[name] = float(np.sqrt(np.mean((ours / theirs - 1) ** 2)))
+        rungs.append(Rung(f"{count} x {count // 2}", seconds, errors))
+    return rungs
+
+
+def layers_ladder(state, band, sun) -> list[Rung]:
+    """Every fourth level of the state to all of them, against all of them cut in two."""
+    exact = BandAtmosphere.of(halved(state), band).table(_SMALL, sun)
+    rungs = []
+    for step in (4, 2, 1):
+        levels = np.unique(np.append(np.arange(0, state.altitude.size, step), state.altitude.size - 1))
+        air = thinned(state, levels)
+        table, seconds = _timed(lambda air=air: BandAtmosphere.of(air, band).table(_SMALL, sun))
+        rungs.append(Rung(f"{levels.size} levels", seconds, _errors(table, exact)))
+    return rungs
+
+
+def thinned(state, levels) -> AtmosphericState:
+    """A state at some of its levels, by their indices."""
+    return replace(
+        state,
+        altitude=state.altitude[levels],
+        pressure=state.pressure[levels],
+        temperature=state.temperature[levels],
+        mole_fraction={gas: values[levels] for gas, values in state.mole_fraction.items()},
+        aerosols=tuple(replace(part, extinction_550=part.extinction_550[levels]) for part in state.aerosols),
+    )
+
+
+def halved(state) -> AtmosphericState:
+    """A state with a level more in the middle of each layer, as the layer has its air there: exponential pressure, all
+    else linear.
+    """
+    altitude = np.sort(np.append(state.altitude, 0.5 * (state.altitude[1:] + state.altitude[:-1])))
+
+    def at(values):
+        return np.interp(altitude, state.altitude, values)
+
+    return replace(
+        state,
+        altitude=altitude,
+        pressure=np.exp(at(np.log(state.pressure))),
+        temperature=at(state.temperature),
+        mole_fraction={gas: at(values) for gas, values in state.mole_fraction.items()},
+        aerosols=tuple(replace(part, extinction_550=at(part.extinction_550)) for part in state.aerosols),
+    )
+
+
+def plot(benches, path) -> Path:
+    """Draw error against time of each ladder, a row a band, both axes logarithmic."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    ladders = list(benches[0].ladders)
+    figure = Figure(figsize=(5 * len(ladders), 4.2 * len(benches)), layout="constrained")
+    FigureCanvasAgg(figure)
+    for row, bench in zip(figure.subplots(len(benches), len(ladders), squeeze=False), benches, strict=True):
+        for axes, name in zip(row, ladders, strict=True):
+            rungs = bench.ladders[name]
+            for quantity in rungs[0].errors:
+                axes.loglog(
+                    [rung.seconds for rung in rungs], [rung.errors[quantity] for rung in rungs], "o-", label=quantity
+                )
+            for rung in rungs:
+                axes.annotate(
+                    rung.name,
+                    (rung.seconds, max(rung.errors.values())),
+                    textcoords="offset points",
+                    xytext=(4, 4),
+                    fontsize=8,
+                )
+            axes.set(title=f"{bench.band}: {name}", xlabel="processor time [s]", ylabel="rms relative error")
+            axes.grid(alpha=0.3, which="both")
+            axes.legend(fontsize=8)
+    figure.savefig(path, dpi=110, metadata={"Software": None})
+    return Path(path)
+
+
+def _errors(table, exact):
+    """Rms relative error of each quantity on the cells above the ground."""
+    errors = {}
+    for name in _QUANTITIES:
+        ours, theirs = (getattr(one, name)[exact.valid] for one in (table, exact))
+        size = np.maximum(theirs, _FLOOR * theirs.max())
+        errors[name] = float(np.sqrt(np.mean(((ours - theirs) / size) ** 2)))
+    return errors
+
+
+def _timed(action):
+    start = time.process_time()
+    result = action()
+    return result, time.process_time() - start
+
+
+class _Stopwatch:
+    """Writes (processor, wall) seconds of a `with` block into a dict."""
+
+    def __init__(self, into, name):
+        self.into, self.name = into, name
+
+    def __enter__(self):
+        self.start = time.process_time(), time.perf_counter()
+
+    def __exit__(self, *_):
+        self.into[self.name] = time.process_time() - self.start[0], time.perf_counter() - self.start[1]

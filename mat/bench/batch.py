@@ -1,0 +1,149 @@
+"""A batch of many states, timed on a few of them: where the tasks run, by stage, and what that makes of the whole
+batch.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin
+from skyshine.mat.build.build import build
+from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.plan.cost import distinct_airs
+
+
+@dataclass(frozen=True)
+class BatchTiming:
+    """Building a sample of a batch in one place.
+
+    Attributes
+    ----------
+    place : str
+    workers : int
+    seconds : float
+        By the clock; of processes of this machine their start included.
+    processor_seconds : float
+        Of all tasks: what does not change with the load of the machine.
+    stages : dict of str to float
+        Seconds by stage, added over all tasks.
+    further : float
+        Seconds that the tasks of one more state take a process which has its points.
+    choice : float
+        Seconds that a process takes to choose the points of all bands for another air.
+    same : bool
+        Whether the files are those of the first place, byte for byte.
+    """
+
+    place: str
+    workers: int
+    seconds: float
+    processor_seconds: float
+    stages: dict[str, float]
+    further: float
+    choice: float
+    same: bool
+
+    def whole(self, sample: Size, batch: Size) -> float:
+        """Seconds of the whole batch: those of the sample, and the further states and airs evenly on all workers.
+
+        Each process chooses the points of an air that it meets, and meets it if there are as many states of it.
+        """
+        meets = min(self.workers, batch.states / batch.airs)
+        more = (batch.states - sample.states) * self.further + (batch.airs - sample.airs) * meets * self.choice
+        return self.seconds + more / self.workers
+
+
+@dataclass(frozen=True)
+class Size:
+    """How many states a job has, and how many airs these are of."""
+
+    states: int
+    airs: int
+
+    @classmethod
+    def of(cls, loaded: LoadedJob) -> Size:
+        return cls(len(loaded.job.states), distinct_airs(loaded))
+
+
+def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
+    """The job with `count` of its states, evenly spread, and without pictures."""
+    job = loaded.job
+    chosen = np.unique(np.linspace(0, len(job.states) - 1, min(count, len(job.states))).round().astype(int))
+    output = job.output.model_copy(update={"pictures": False})
+    return dataclasses.replace(
+        loaded, job=job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
+    )
+
+
+def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] = lambda _: None) -> list[BatchTiming]:
+    """Time a job in one process, in `workers` processes, and on a local Dask cluster of as many workers, if Dask is
+    there.
+
+    No band comes from the cache folder; what a process keeps, it keeps for this job alone.
+    """
+    found: list[BatchTiming] = []
+    with tempfile.TemporaryDirectory() as place, _no_cache():
+        first = Path(place) / "1"
+
+        def timed(name: str, count: int, folder: Path, **where) -> None:
+            begin = time.perf_counter()
+            report = build(loaded, out=folder, **where)
+            seconds = time.perf_counter() - begin
+            found.append(_timing(name, count, seconds, report, _contents(folder) == _contents(first)))
+            advance(1)
+
+        timed("one process", 1, first, jobs=1)
+        timed(f"{workers} processes", workers, Path(place) / "n", jobs=workers)
+        try:
+            import distributed
+        except ImportError:
+            return found
+        with distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:
+            timed(
+                f"Dask, {workers} workers", workers, Path(place) / "dask", executor=f"dask:{cluster.scheduler_address}"
+            )
+    return found
+
+
+def _timing(place: str, workers: int, seconds: float, report: dict, same: bool) -> BatchTiming:
+    # One entry a task: the tables of Sun and Moon, s01b01.atmq and s01b01.lunar_atmq, share theirs.
+    tasks = {name.split(".")[0]: entry for name, entry in report["files"].items()}
+    of_states = {name: entry for name, entry in tasks.items() if name.startswith("s")}
+    states = {name.split("b")[0] for name in of_states}
+    stages: dict[str, float] = {}
+    for entry in tasks.values():
+        for stage, spent in entry["stages"].items():
+            stages[stage] = stages.get(stage, 0.0) + spent
+    chosen = {
+        name: entry["stages"]["compile"] for name, entry in of_states.items() if Origin.FITTED.value in entry["notes"]
+    }
+    further = (sum(entry["seconds"] for entry in of_states.values()) - sum(chosen.values())) / len(states)
+    bands = {name.split("b")[1] for name in chosen}
+    choice = sum(
+        float(np.mean([spent for name, spent in chosen.items() if name.endswith(f"b{band}")])) for band in bands
+    )
+    work = sum(entry["processor_seconds"] for entry in tasks.values())
+    return BatchTiming(place, workers, seconds, work, stages, further, choice, same)
+
+
+def _contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.glob("*.h5")}
+
+
+@contextmanager
+def _no_cache():
+    before = os.environ.get(CACHE_VARIABLE)
+    os.environ[CACHE_VARIABLE] = ""
+    try:
+        yield
+    finally:
+        os.environ.pop(CACHE_VARIABLE) if before is None else os.environ.__setitem__(CACHE_VARIABLE, before)

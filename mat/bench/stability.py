@@ -1,0 +1,114 @@
+"""Extreme and stiff cases of every part, from surfaces to textures, drawn at random for a given time.
+
+Nothing here is a kind scene: foil in a vacuum, fog of 100 m beside a range to space, air without water and air full of
+it, one seed a material. What must hold is what physics and probability demand: finite numbers, bounds, balances that
+close.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from skyshine.mat.bench.extreme_air import atmosphere_case, sky_case
+from skyshine.mat.bench.extreme_reading import band_case, lobe_case, table_case
+from skyshine.mat.bench.extreme_textures import classifier_case, texture_case
+from skyshine.mat.surface.solver import TOLERANCE, solve_columns
+from skyshine.mat.surface.stress import random_forcing, random_material
+
+SURFACE_BOUND = 0.5  # K beyond the instantaneous equilibria, for a solver with a time step
+
+
+@dataclass(eq=False)
+class Trial:
+    """What one part came to.
+
+    Attributes
+    ----------
+    cases : int
+    failures : list of str
+        Each with the numbers that draw the case again.
+    worst : dict of str to float
+        Largest of each measure: residuals and violations of bounds.
+    slowest : float
+        Processor seconds of the slowest case.
+    slowest_case : str
+    """
+
+    cases: int = 0
+    failures: list[str] = field(default_factory=list)
+    worst: dict[str, float] = field(default_factory=dict)
+    slowest: float = 0.0
+    slowest_case: str = ""
+
+
+def run(seconds: float, seed: int, parts: dict[str, Callable] | None = None) -> dict[str, Trial]:
+    """Try random cases of each part in turn until the time is up, at least one of each.
+
+    Parameters
+    ----------
+    seconds : float
+        Wall clock.
+    seed : int
+        Case k of a part is drawn from [seed, k], whatever the time.
+    parts : dict of str to callable, optional
+        A callable takes a generator and returns measures with the most that each may be; by default `PARTS`.
+    """
+    parts = PARTS if parts is None else parts
+    trials = {name: Trial() for name in parts}
+    end = time.monotonic() + seconds
+    number = 0
+    while number == 0 or time.monotonic() < end:
+        for name, case in parts.items():
+            _one(trials[name], case, name, seed, number)
+            if number and time.monotonic() >= end:
+                break
+        number += 1
+    return trials
+
+
+def _one(trial: Trial, case: Callable, name: str, seed: int, number: int) -> None:
+    label = f"{name}, seed {seed}, case {number}"
+    begin = time.process_time()
+    try:
+        with np.errstate(all="ignore"):
+            found = case(np.random.default_rng([seed, number]))
+    except Exception as error:
+        trial.failures.append(f"{label}: {type(error).__name__}: {error}")
+        found = {}
+    spent = time.process_time() - begin
+    trial.cases += 1
+    if spent > trial.slowest:
+        trial.slowest, trial.slowest_case = spent, label
+    for measure, (value, allowed) in found.items():
+        trial.worst[measure] = max(trial.worst.get(measure, 0.0), value if np.isfinite(value) else np.inf)
+        if not value <= allowed:
+            trial.failures.append(f"{label}: {measure} {value:.3g}, allowed {allowed:.3g}")
+
+
+def surface_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
+    """One column that no kind scene has."""
+    found = solve_columns(random_material(generator), random_forcing(generator))
+    solutions = [solution for rows, solution in found if len(rows)]
+    kelvin = np.concatenate([solution.temperature.ravel() for solution in solutions])
+    return {
+        "not finite": (float(np.count_nonzero(~np.isfinite(kelvin))), 0.0),
+        "residual, W m^-2": (max(float(np.max(s.residual)) for s in solutions), TOLERANCE),
+        "energy closure, W m^-2": (max(float(np.max(np.abs(s.energy_closure))) for s in solutions), TOLERANCE),
+        "bound excess, K": (max(float(np.max(s.bound_excess)) for s in solutions), SURFACE_BOUND),
+    }
+
+
+PARTS = {
+    "surface": surface_case,
+    "atmosphere": atmosphere_case,
+    "sky": sky_case,
+    "bands": band_case,
+    "lobes": lobe_case,
+    "tables": table_case,
+    "classifier": classifier_case,
+    "texture": texture_case,
+}

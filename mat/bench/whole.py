@@ -1,0 +1,302 @@
+"""Error against run time of the whole tool: the ladders of its parts side by side, and which setting is the default and
+why.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from skyshine.schemas.commands import quantity
+from skyshine.schemas.errors import CheckFailed
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One setting: processor seconds a unit of work, and an error."""
+
+    name: str
+    seconds: float
+    error: float
+    default: bool = False
+    peer: bool = False
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """The settings of one part.
+
+    Attributes
+    ----------
+    name : str
+    work, units : str
+        What the seconds are for; of the error.
+    rungs : tuple of Rung
+    why : str
+        Why the default is what it is.
+    """
+
+    name: str
+    work: str
+    units: str
+    rungs: tuple[Rung, ...]
+    why: str
+
+    def pareto(self) -> list[Rung]:
+        """Rungs that no other beats in both error and time."""
+        return [a for a in self.rungs if not any(_beats(b, a) for b in self.rungs)]
+
+
+def _beats(one: Rung, other: Rung) -> bool:
+    no_worse = one.error <= other.error and one.seconds <= other.seconds
+    return no_worse and (one.error < other.error or one.seconds < other.seconds)
+
+
+def from_absorption(found: dict) -> list[Ladder]:
+    """Ladders of spectral points from ``mat bench absorption --json``."""
+    ladders = []
+    for band, content in found["bands"].items():
+        compiled = [rung["name"] for rung in content["rungs"] if rung["name"].startswith("compiled")]
+        # The compiler stops where its tolerance holds, at 64 points at most.
+        default = max(
+            (name for name in compiled if int(name.split()[1]) <= 64), key=lambda name: int(name.split()[1]), default=""
+        )
+        rungs = [
+            Rung(
+                rung["name"],
+                rung["time_line_of_sight"]["value"],
+                rung["errors"]["all"]["in_band_rms"]["value"],
+                rung["name"] == default,
+                rung["name"] == "LOWTRAN7",
+            )
+            for rung in content["rungs"]
+            if rung["name"] != content["reference"]
+        ]
+        ladders.append(
+            Ladder(
+                f"spectral points, {band}",
+                "a line of sight",
+                "in-band transmittance, rms",
+                tuple(rungs),
+                "points are added until accuracy.spectral_tolerance holds, 64 at most",
+            )
+        )
+    return ladders
+
+
+def from_atmosphere(found: dict) -> list[Ladder]:
+    """Ladders of directions of the sky and of layers from ``mat bench atmosphere --json``; the error of the worst
+    quantity.
+    """
+    from skyshine.mat.atmosphere.transfer.sky import AZIMUTHS, ZENITHS
+
+    why = {
+        "directions": "each further rung takes four times the directions",
+        "layers": "the levels of the state, as they are given",
+    }
+    ladders = []
+    for band, content in found["bands"].items():
+        for name, reason in why.items():
+            rungs = [
+                Rung(
+                    rung["name"],
+                    rung["time"]["value"],
+                    max(error["value"] for error in rung["errors_rms"].values()),
+                    rung["name"] == f"{ZENITHS} x {AZIMUTHS}"
+                    if name == "directions"
+                    else rung is content["ladders"][name][-1],
+                )
+                for rung in content["ladders"][name]
+            ]
+            ladders.append(
+                Ladder(f"{name}, {band}", "a small table", "relative, rms of the worst quantity", tuple(rungs), reason)
+            )
+    return ladders
+
+
+def from_surface(found: dict) -> list[Ladder]:
+    """The ladder of solver steps from ``mat bench surface --json``."""
+    rungs = [
+        Rung(
+            rung["name"],
+            rung["time_per_column_day"]["value"],
+            rung["rms_error"]["value"],
+            rung["family"] == "default",
+            rung["family"] in ("oracle", "energyplus", "peer"),
+        )
+        for rung in found["rungs"]
+        if rung["rms_error"] is not None
+    ]
+    why = "it begins with 96 steps, and takes 288 for surfaces that follow their forcing within a step"
+    return [Ladder("surface solver, steps a day", "a column and day", "K, rms", tuple(rungs), why)]
+
+
+def from_textures(found: dict) -> list[Ladder]:
+    """The ladder of classifiers from ``tmm bench --json``."""
+    rungs = [
+        Rung(row["name"], 1 / max(row["rate"]["value"], 1e-9), 1 - row["overall_accuracy"]["value"], number == 0)
+        for number, row in enumerate(found["classifiers"])
+    ]
+    why = "the first is what a job gets that names none: no training but its own seeds"
+    return [Ladder("classifiers", "a million texels", "share of wrong texels", tuple(rungs), why)]
+
+
+def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strides: Sequence[int]) -> list[Ladder]:
+    """Grids of the default job: every n-th node, all, and those placed by tolerances; one narrow band with the Sun."""
+    import numpy as np
+
+    from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+    from skyshine.mat.atmosphere.state.state import AtmosphericState
+    from skyshine.mat.bench.ladders import GRID, compiled
+    from skyshine.mat.measure.atmosphere_nodes import placed_grids
+    from skyshine.mat.measure.probes import Probes, errors_at
+    from skyshine.mat.measure.sampling import random_places
+    from skyshine.mat.measure.scale import Scale
+    from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+    from skyshine.mat.quantities.grid import PathGrid
+    from skyshine.mat.radiometry.blackbody import SpectralResponse
+    from skyshine.mat.scene.atmosphere import absorption_table
+    from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded
+
+    response, state = SpectralResponse.rectangular(*band_um), AtmosphericState.from_profile("midlatitude_summer")
+    band = compiled(state, absorption_table().points(*response.wavenumber_range), response, 12).band
+    air, sun = BandAtmosphere.of(state, band), solar_irradiance(band.wavenumber)
+    scale, generator = Scale.kelvin(response), np.random.default_rng(1)
+    places = [random_places(getattr(GRID, name), 200, generator) for name in FIELDS]
+    truth = air.at_points(*places, sun)
+    rungs = []
+
+    def rung(name, tables_of, default=False):
+        begin = time.process_time()
+        tables = tables_of()
+        spent = time.process_time() - begin
+        worst = np.max(np.abs(list(errors_at(tables, places, truth, scale).values())), axis=0)
+        nodes = sum(table.values.size for table in tables.values())
+        rungs.append(Rung(f"{name}, {nodes:,} nodes", spent, float(np.percentile(worst, 95)), default))
+
+    def thinned(stride):
+        axes = (getattr(GRID, name) for name in FIELDS)
+        grid = PathGrid(*(np.unique(np.append(axis[::stride], axis[-1])) for axis in axes))
+        return Gridded.all_of(air.table(grid, sun), grid)
+
+    def held(tolerance):
+        found = placed_grids(
+            lambda grid, key: air.table(grid, sun, wanted=(key,)),
+            lambda drawn, key, count: Probes.drawn(
+                air, GRID, sun, drawn, sky=count if key == "ambient" else 0, count=count, wanted=(key,)
+            ),
+            GRID,
+            dict.fromkeys(QUANTITIES, (scale, tolerance)),
+            seed=1,
+            most=20_000_000,
+        )
+        return {name: placed.table for name, placed in found.items()}
+
+    for stride in strides:
+        rung("the job's axes" if stride == 1 else f"one in {stride} of them", partial(thinned, stride), stride == 1)
+    for tolerance in tolerances:
+        try:
+            rung(f"tolerance {tolerance:g} K", partial(held, tolerance))
+        except CheckFailed:  # a ladder ends where a rung cannot be had
+            break
+    why = (
+        "axes written out are read and understood at a glance; a tolerance takes more seconds once and holds what it"
+        " says"
+    )
+    low, high = band_um
+    return [Ladder(f"grid of the tables, {low:g}-{high:g} um", "a table", "K, 95 % of reads", tuple(rungs), why)]
+
+
+def run_command(program: str, *arguments: str) -> dict:
+    """The JSON of a command of this package, run in a process of its own so that its clock counts it alone.
+
+    Raises
+    ------
+    CheckFailed
+        The command failed.
+    """
+    code = f"from skyshine.{program}.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code, *arguments, "--json"], capture_output=True, text=True)
+    if done.returncode:
+        raise CheckFailed(f"{program} {' '.join(arguments)}: {done.stderr.strip() or done.returncode}")
+    return json.loads(done.stdout)
+
+
+def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[], list[Ladder]]]:
+    """What there is to measure, by name.
+
+    Parameters
+    ----------
+    quick : bool
+        Narrow bands and few materials.
+    textures : (str, str), optional
+        Job of textures and labels, as ``tmm bench`` takes them.
+    """
+    short = ("--quick",) if quick else ()
+    found = {
+        "spectral points": lambda: from_absorption(run_command("mat", "bench", "absorption", *short)),
+        "directions and layers": lambda: from_atmosphere(run_command("mat", "bench", "atmosphere", *short)),
+        "surface solver": lambda: from_surface(run_command("mat", "bench", "surface", *short)),
+        "grids": lambda: grid_ladder(
+            (10.5, 11.0) if quick else (8.0, 12.0), (4.0,) if quick else (4.0, 2.0, 1.0), (4, 2, 1)
+        ),
+    }
+    if textures:
+        found["classifiers"] = lambda: from_textures(run_command("tmm", "bench", *textures))
+    return found
+
+
+def describe(ladders: Sequence[Ladder], seconds: dict[str, float]) -> dict:
+    """All ladders as plain values; `seconds` of wall clock that each part took."""
+    return {
+        "ladders": [
+            {
+                "name": ladder.name,
+                "work": ladder.work,
+                "error": ladder.units,
+                "why_the_default": ladder.why,
+                "rungs": [
+                    {
+                        "name": rung.name,
+                        "time": quantity(rung.seconds, "s"),
+                        "error": rung.error,
+                        "default": rung.default,
+                        "peer": rung.peer,
+                        "pareto": rung in ladder.pareto(),
+                    }
+                    for rung in ladder.rungs
+                ],
+            }
+            for ladder in ladders
+        ],
+        "seconds": {name: quantity(spent, "s") for name, spent in seconds.items()},
+    }
+
+
+def plot(ladders: Sequence[Ladder], picture: Path) -> None:
+    """Error against time of every ladder, the rungs that none beats joined, the default marked."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(4.6 * len(ladders), 4.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    for axes, ladder in zip(figure.subplots(1, len(ladders), squeeze=False)[0], ladders, strict=True):
+        front = sorted(ladder.pareto(), key=lambda rung: rung.seconds)
+        axes.loglog(
+            [rung.seconds for rung in front], [max(rung.error, 1e-9) for rung in front], "-", color="tab:grey", lw=1
+        )
+        for rung in ladder.rungs:
+            colour = "tab:red" if rung.default else "tab:orange" if rung.peer else "tab:blue"
+            axes.loglog(rung.seconds, max(rung.error, 1e-9), "o", color=colour)
+            axes.annotate(
+                rung.name, (rung.seconds, max(rung.error, 1e-9)), fontsize=6, xytext=(3, 3), textcoords="offset points"
+            )
+        axes.set(title=ladder.name, xlabel=f"processor seconds for {ladder.work}", ylabel=ladder.units)
+        axes.tick_params(axis="x", which="both", labelrotation=40)
+    figure.savefig(picture, dpi=110, metadata={"Software": None})

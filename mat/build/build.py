@@ -1,0 +1,130 @@
+"""From a plan to files: the executor, progress, what is kept, the catalogue."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from skyshine.mat import threads
+from skyshine.mat.build.record import write_record
+from skyshine.mat.build.executors import open_executor
+from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.plan.plan import Plan, Task, make_plan, texture_file
+from skyshine.mat.build.tasks import TaskReport, run_task
+from skyshine.mat.scene.atmosphere import check_scene
+from skyshine.mat.tables.catalog import write_catalog
+from skyshine.materials.library import load_library
+from skyshine.schemas.commands import progress
+from skyshine.schemas.errors import InputError
+
+LOCK = "build.lock"
+
+
+def build(
+    loaded: LoadedJob,
+    *,
+    out: str | os.PathLike | None = None,
+    jobs: int | None = None,
+    fresh: bool = False,
+    executor: str | None = None,
+):
+    """Build all files of a job.
+
+    Parameters
+    ----------
+    out : path, optional
+        Output folder; by default the one that the job names.
+    jobs : int, optional
+        Processes; by default one a core.
+    fresh : bool
+        Build files again that the same job has built before.
+    executor : str, optional
+        ``dask:ADDRESS`` of a scheduler whose workers see the same folders; by default processes of this machine.
+
+    Returns
+    -------
+    dict
+        Folder, seconds, and for each file whether it was kept, its seconds, stages and peak memory.
+
+    Raises
+    ------
+    InputError
+        The job does not fit, a file cannot be written, or another build writes into the folder.
+    CheckFailed
+        A process of the build died.
+    """
+    begin = time.perf_counter()
+    library = load_library()
+    folder = Path(out).resolve() if out is not None else loaded.output_folder
+    plan = make_plan(loaded, library)
+    check_scene(loaded)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made: {error.strerror}; name another output folder", file=folder) from None
+    with _only_build_in(folder):
+        reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor)
+        names = [name for report in reports for name in report.files]
+        write_catalog(folder, names)
+        return write_record(folder, reports, time.perf_counter() - begin)
+
+
+@contextmanager
+def _only_build_in(folder: Path) -> Iterator[None]:
+    """Keep other builds out of a folder; clear what a killed one left half-written. The system frees the lock of a
+    killed process.
+    """
+    lock = FileLock(folder / LOCK, timeout=0)
+    try:
+        with lock:
+            for place in (folder, folder / "pictures"):
+                for part in [*place.glob(".*.part"), *place.glob(".*.part.png")]:
+                    part.unlink(missing_ok=True)
+            yield
+    except Timeout:
+        raise InputError(
+            "another build writes into this folder; wait for it, or name another --out", file=folder
+        ) from None
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=folder) from None
+
+
+def _run_all(
+    loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool, where: str | None
+) -> list[TaskReport]:
+    """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use."""
+    first = [task for kind in ("texture", "atmosphere") for task in plan.tasks if task.kind == kind]
+    later = [task for task in plan.tasks if task.kind in ("temperature", "thermal", "band")]
+    reports: dict[Task, TaskReport] = {}
+    atmospheres = sum(task.kind == "atmosphere" for task in first)
+    spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
+    with (
+        progress(len(plan.tasks), f"building {loaded.job.name}") as advance,
+        open_executor(where, min(jobs, len(plan.tasks)), folder, spare) as executor,
+    ):
+        waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
+        textures = sum(task.kind == "texture" for task in first)
+        if not textures:
+            waiting |= _submit_later(executor, loaded, later, folder, fresh)
+        while waiting:
+            done, _ = wait(waiting, return_when=FIRST_COMPLETED)
+            for future in done:
+                task = waiting.pop(future)
+                reports[task] = future.result()
+                advance(1)
+                textures -= task.kind == "texture"
+                if task.kind == "texture" and not textures:
+                    waiting |= _submit_later(executor, loaded, later, folder, fresh)
+    return [reports[task] for task in plan.tasks]
+
+
+def _submit_later(executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool) -> dict[Future, Task]:
+    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.job.textures))]
+    materials = make_plan(loaded, load_library(), usage or None).materials
+    return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}

@@ -1,0 +1,64 @@
+"""``build.json``: what each file of a folder cost. The files themselves hold nothing of it, so that the same job gives
+the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from skyshine.schemas.hdf5 import write_whole
+
+if TYPE_CHECKING:  # all of the physics behind it, which `mat info` does not wait for
+    from skyshine.mat.build.tasks import TaskReport
+
+NAME = "build.json"
+
+
+def write_record(folder: Path, reports: Sequence[TaskReport], seconds: float) -> dict:
+    """Write what a build cost; files that it kept have the cost of the build that made them, where that is known.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the databases.
+    reports : sequence of TaskReport
+    seconds : float
+        Of the whole build, wall clock.
+
+    Returns
+    -------
+    dict
+        What was written: folder, seconds, and for each file whether it was kept, its seconds by clock and processor,
+        stages, peak memory and notes.
+    """
+    files = {}
+    for report in reports:
+        for name in report.files:
+            before = cost_of(folder / name) if report.kept else None
+            files[name] = {**before, "kept": True} if before else _entry(report)
+    result = {"folder": str(folder), "seconds": round(seconds, 3), "files": files}
+    write_whole(folder / NAME, json.dumps(result, indent=2) + "\n")
+    return result
+
+
+def cost_of(path: Path) -> dict | None:
+    """What a database cost by the record beside it; None where that does not know it."""
+    try:
+        entry = json.loads((path.parent / NAME).read_text(encoding="utf-8"))["files"][path.name]
+        return entry if isinstance(entry["stages"], dict) and entry["stages"] else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+
+
+def _entry(report: TaskReport) -> dict:
+    return {
+        "kept": report.kept,
+        "seconds": round(report.seconds, 3),
+        "processor_seconds": round(report.processor_seconds, 3),
+        "stages": {stage: round(value, 3) for stage, value in report.stages.items()},
+        "peak_memory_bytes": report.peak_memory,
+        "notes": list(report.notes),
+    }

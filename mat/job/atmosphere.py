@@ -1,0 +1,330 @@
+"""The part of a job that the atmosphere is computed from: state, bands, grid."""
+
+from __future__ import annotations
+
+import datetime
+from typing import Annotated, Any, Literal
+
+import pydantic
+from pydantic import Field
+
+from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, SEASONS, STRATOSPHERES
+from skyshine.mat.atmosphere.particles.cloud import DEFAULT_RADII, LARGEST_OPTICAL_DEPTH, PHASES, CloudLayer, cloud_type
+from skyshine.mat.atmosphere.particles.cloud import TYPES as CLOUD_TYPES
+from skyshine.mat.atmosphere.particles.rain import RATES
+from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
+from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
+from skyshine.mat.job.fields import Fraction, Tolerance, axis, tolerance
+from skyshine.mat.job.files import JobFile
+from skyshine.mat.job.presets import presets, with_preset
+from skyshine.mat.job.series import Series
+from skyshine.mat.job.surface import Weather
+from skyshine.schemas.documents import StrictModel
+from skyshine.schemas.errors import InputError, nearest
+
+Edges = tuple[float, float]
+
+
+def _profile(name: str) -> str:
+    if name not in PROFILES:
+        raise ValueError(f"found '{name}'; {nearest(name, PROFILES)}")
+    return name
+
+
+ProfileName = Annotated[
+    str, pydantic.AfterValidator(_profile), pydantic.WithJsonSchema({"type": "string", "enum": list(PROFILES)})
+]
+
+
+class GasAmount(StrictModel):
+    """How much of a gas there is; its profile is scaled."""
+
+    scale: float | None = Field(None, ge=0, le=1000, description="Factor on the profile.")
+    ppm: float | None = Field(None, ge=0, le=1e6, description="Parts per million at the ground.")
+    column_mm: float | None = Field(None, ge=0, le=200, description="Water vapour above the ground, mm of water.")
+    column_du: float | None = Field(None, ge=0, le=2000, description="Ozone above the ground, Dobson units.")
+
+    @pydantic.model_validator(mode="after")
+    def _one(self):
+        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"found {' and '.join(given) or 'no amount'}; allowed: one of {', '.join(type(self).model_fields)}"
+            )
+        return self
+
+
+def _gas(name: str) -> str:
+    if name not in GASES:
+        raise ValueError(f"found '{name}'; {nearest(name, GASES)}")
+    return name
+
+
+GasName = Annotated[
+    str, pydantic.AfterValidator(_gas), pydantic.WithJsonSchema({"type": "string", "enum": list(GASES)})
+]
+
+
+class Cloud(StrictModel):
+    """A layer of cloud: one of LOWTRAN7's types, what is written beside it in its place; or all of it written out."""
+
+    type: Literal[CLOUD_TYPES] | None = None
+    phase: Literal[PHASES] | None = Field(None, description="By default that of the type, else water.")
+    height_km: Edges | None = Field(None, description="Base and top above the ground.")
+    optical_depth: float | None = Field(None, ge=0, le=LARGEST_OPTICAL_DEPTH, description="Vertical, at 0.55 um.")
+    water_path_g_m2: float | None = Field(
+        None, ge=0, le=100_000, description="Liquid water or ice, in the place of optical depth."
+    )
+    effective_radius_um: float | None = Field(
+        None,
+        ge=2,
+        le=100,
+        description="Three quarters of volume over projected area; by default that of the type, else 10 (ice 30).",
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _whole(self):
+        if self.optical_depth is not None and self.water_path_g_m2 is not None:
+            raise ValueError("found optical_depth and water_path_g_m2; allowed: one of them; remove the other")
+        if self.type is None:
+            if self.height_km is None:
+                raise ValueError(
+                    "found no height_km; allowed: [base, top] above the ground, or a type that has them; add it"
+                )
+            if self.optical_depth is None and self.water_path_g_m2 is None:
+                raise ValueError(
+                    "found neither optical_depth nor water_path_g_m2; allowed: one of them, or a type; add it"
+                )
+        self.layer()
+        return self
+
+    def layer(self) -> CloudLayer:
+        """The layer in SI units.
+
+        Raises
+        ------
+        ValueError
+            What is written is out of range together.
+        """
+        typical = None if self.type is None else cloud_type(self.type)
+        phase = self.phase or (typical.phase if typical else "water")
+        base, top = (1e3 * km for km in self.height_km) if self.height_km else (typical.base, typical.top)
+        own = typical is not None and typical.phase == phase
+        radius = self.effective_radius_um or (typical.effective_radius if own else DEFAULT_RADII[phase])
+        try:
+            if self.water_path_g_m2 is not None:
+                return CloudLayer.of_water_path(phase, base, top, radius, 1e-3 * self.water_path_g_m2)
+            depth = typical.optical_depth if self.optical_depth is None else self.optical_depth
+            return CloudLayer(phase, base, top, radius, depth)
+        except InputError as error:
+            raise ValueError(error.message) from None
+
+
+class Rain(StrictModel):
+    """Even rain from the ground to a height."""
+
+    rate_mm_h: float = Field(ge=RATES[0], le=RATES[1])
+    top_km: float = Field(3.0, ge=0.02, le=15, description="Above the ground.")
+
+
+def _preset_brings_the_rest(schema: dict) -> None:
+    """In the JSON Schema of a state, a preset stands for the keys that are required without one."""
+    schema["properties"]["preset"] = {**schema["properties"]["preset"], "examples": list(presets())}
+    schema["anyOf"] = [{"required": ["preset"]}, {"required": schema.pop("required")}]
+
+
+class State(StrictModel):
+    """One atmospheric state: profile, gases, aerosol, cloud, rain, weather."""
+
+    model_config = pydantic.ConfigDict(json_schema_extra=_preset_brings_the_rest)
+
+    preset: str | None = Field(
+        None, description="A ready state (mat presets); keys beside it take the place of its own."
+    )
+
+    series: Series | None = Field(None, description="Makes a state for each day of a span or row of a table.")
+    profile: ProfileName = Field(description="Standard profile; above a sounding, it continues that to space.")
+    sounding: JobFile | None = Field(
+        None, description="CSV of altitude, pressure, temperature, humidity and other gases."
+    )
+    humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")
+    co2_ppm: float = Field(420.0, ge=0, le=5000)
+    gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
+    aerosol: Literal[(*BOUNDARY_MODELS, "none")] = Field("rural", description="Of the lowest 2 km.")
+    visibility_km: float | None = Field(
+        None, ge=0.1, le=300, description="By default that which belongs to the aerosol."
+    )
+    air_mass: int = Field(
+        DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental."
+    )
+    stratosphere: Literal[tuple(STRATOSPHERES)] = Field(
+        "background", description="Volcanic loading, and age of its particles."
+    )
+    season: Literal[SEASONS] | None = Field(
+        None, description="Of the aerosol profiles; by default that of the profile's name."
+    )
+    clouds: list[Cloud] = Field(
+        [],
+        max_length=8,
+        description="Over the whole sky, for paths and surfaces alike, in place of the weather's cloud_fraction.",
+    )
+    rain: Rain | None = None
+    surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
+    date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
+    weather: Weather
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _from_preset(cls, data: Any) -> Any:
+        return with_preset(data) if isinstance(data, dict) else data
+
+    @pydantic.model_validator(mode="after")
+    def _amounts(self):
+        for gas, amount in self.gases.items():
+            for unit, owner in (("column_mm", "H2O"), ("column_du", "O3")):
+                if getattr(amount, unit) is not None and gas != owner:
+                    raise ValueError(f"found {unit} of {gas}; allowed: {unit} of {owner}; give a scale or ppm")
+        for key, gas in (("humidity_scale", "H2O"), ("co2_ppm", "CO2")):
+            if (
+                gas in self.gases
+                and key in self.model_fields_set
+                and getattr(self, key) != type(self).model_fields[key].default
+            ):
+                raise ValueError(f"found {key} and gases.{gas}; allowed: one of them; remove the other")
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _one_cloud(self):
+        if self.clouds and self.weather.cloud_fraction > 0:
+            raise ValueError(
+                "found clouds and weather.cloud_fraction; allowed: layers, which paths see too, or a fraction for"
+                " surfaces; remove one"
+            )
+        return self
+
+
+class Band(StrictModel):
+    """One spectral band of the sensor: a rectangle, or a table of the response."""
+
+    name: str | None = Field(
+        None, pattern="^[A-Za-z][A-Za-z0-9_-]{0,39}$", description="For needs.bands; by default b01, b02 ... by order."
+    )
+    wavelength_um: Edges | None = Field(None, description="Lower and upper edge; the response is 1 between them.")
+    wavenumber_cm: Edges | None = Field(None, description="Lower and upper edge, cm-1; the response is 1 between them.")
+    response: JobFile | None = Field(None, description="CSV of wavelength[um] or wavenumber[cm-1], and response.")
+
+    @pydantic.model_validator(mode="after")
+    def _one(self):
+        ranges = [name for name in type(self).model_fields if name != "name"]
+        given = [name for name in ranges if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(f"found {' and '.join(given) or 'no range'}; allowed: one of {', '.join(ranges)}")
+        for name in given:
+            edges = getattr(self, name)
+            if name != "response" and not 0 < edges[0] < edges[1]:
+                raise ValueError(
+                    f"found {name} [{edges[0]:g}, {edges[1]:g}]; allowed: 0 < lower < upper; swap or mend them"
+                )
+        return self
+
+
+OBSERVER_HEIGHTS_KM = (0.002, 0.05, 0.2, 0.5, 1, 2, 3, 5, 8, 12, 20, 40)
+
+
+class Tolerances(StrictModel):
+    """By quantity of the atmospheric tables."""
+
+    beta_star: Tolerance | None = None
+    path_radiance_ratio: Tolerance | None = None
+    ambient_radiance: Tolerance | None = None
+    direct_radiance: Tolerance | None = None
+
+
+def _of_all(value: Any) -> Any:
+    """One tolerance stands for all quantities."""
+    return (
+        value
+        if value is None or isinstance(value, (dict, list, Tolerances))
+        else dict.fromkeys(Tolerances.model_fields, tolerance(str(value)))
+    )
+
+
+class AtmosphereGrid(StrictModel):
+    """Nodes of the atmospheric tables."""
+
+    range_km: axis(0, 100_000) = [
+        0.001,
+        0.1,
+        0.2,
+        0.35,
+        0.5,
+        0.75,
+        1,
+        1.5,
+        2,
+        3,
+        4,
+        5,
+        7,
+        10,
+        14,
+        20,
+        28,
+        40,
+        60,
+        90,
+        130,
+        200,
+        300,
+        1000,
+    ]
+    altitude_km: axis(-0.5, 100_000) | None = Field(
+        None, description="Of the observer above sea level; by default from 2 m to 40 km above the site's ground."
+    )
+    elevation_deg: axis(-90, 90) = [
+        -90,
+        -60,
+        -40,
+        -30,
+        -20,
+        -15,
+        -10,
+        -7,
+        -5,
+        -3,
+        -2,
+        -1,
+        0,
+        1,
+        2,
+        3,
+        5,
+        7,
+        10,
+        15,
+        20,
+        30,
+        40,
+        60,
+        90,
+    ]
+    tolerance: Annotated[
+        Tolerances | None, pydantic.BeforeValidator(_of_all, json_schema_input_type=Tolerance | Tolerances | None)
+    ] = Field(
+        None,
+        description=(
+            "Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, all"
+            " but one or two in ten thousand within twice, in kelvin or radiance of a scene at 300 K (in kelvin a"
+            " surface reflects 0.3 of sky and source, in radiance all); direct light at sunrise apart. One for all"
+            " quantities, or one by quantity: those not named keep the axes as written."
+        ),
+    )
+    most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
+
+    source_elevation_deg: axis(-90, 90) = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
+    source_azimuth_deg: axis(0, 180) = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]
+
+    @property
+    def tolerances(self) -> dict[str, str]:
+        """Those that are named, by quantity."""
+        return {name: value for name, value in self.tolerance or () if value is not None}

@@ -1,0 +1,362 @@
+"""The YAML job: what a scene needs, as typed models with defaults, limits and units.
+
+Units stand in the key names here, at the edge; everything behind this module is in SI.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from datetime import date
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import pydantic
+import yaml
+from pydantic import Field
+
+from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
+from skyshine.mat.job.extra_tables import ExtraTables
+from skyshine.mat.job.needs import Needs, needed
+from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
+from skyshine.mat.job.surface import (
+    HOURLY_QUANTITIES,
+    SURFACE_HEIGHTS_KM,
+    OperatedCelsius,
+    Operation,
+    SurfaceGrid,
+    by_hour,
+)
+from skyshine.materials.library import MaterialLibrary, load_library
+from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
+from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.paths import job_path
+from skyshine.tmm.job import MaterialName, TextureJob, check_distinct_names
+
+JOB_FORMAT = 1
+
+MaterialChoice = Annotated[
+    Annotated[Literal["used", "all"], pydantic.Tag("word")]
+    | Annotated[list[MaterialName], Field(min_length=1), pydantic.Tag("names")],
+    pydantic.Discriminator(lambda value: "names" if isinstance(value, list) else "word"),
+]
+
+
+class Site(StrictModel):
+    """Where and when: what places Sun and Moon."""
+
+    latitude_deg: float = Field(ge=-90, le=90)
+    longitude_deg: float = Field(ge=-180, le=180, description="East is positive.")
+    date: date
+    utc_offset_h: float = Field(ge=-12, le=14, description="Local clock time minus UTC.")
+    altitude_km: float = Field(0.0, ge=-0.5, le=5.9, description="Altitude of the ground below the scene.")
+
+
+class Accuracy(StrictModel):
+    """How closely the tables are to be computed and measured."""
+
+    spectral_tolerance: float = Field(1e-3, ge=1e-4, le=0.05, description="Relative, of a compiled band.")
+    negligible_k: float = Field(
+        0.02,
+        ge=0,
+        le=1,
+        description=(
+            "Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where"
+            " all that provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at"
+            " most); 0 leaves none out."
+        ),
+    )
+    solver_steps: Literal[48, 96, 192, 288] = 96
+    class_tolerance: float = Field(
+        2e-3,
+        ge=1e-4,
+        le=0.1,
+        description="Of transmittance, between materials that share a table of weighted transmittance.",
+    )
+    seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
+
+
+class Output(StrictModel):
+    """Where the files go."""
+
+    folder: str = Field("built", min_length=1, description="Relative to the job file.")
+    pictures: bool = True
+
+
+class Job(StrictModel):
+    """A whole job."""
+
+    skyshine: Literal[1] = Field(description="Version of the job format.")
+    name: str = Field(min_length=1, max_length=80)
+    site: Site
+    states: list[State] = Field(min_length=1, max_length=MEMBER_LIMIT)
+    bands: list[Band] = Field(min_length=1, max_length=99)
+    sources: list[Literal["sun", "moon"]] = Field(["sun", "moon"], min_length=1, max_length=2)
+    textures: Annotated[tuple[TextureJob, ...], Field(max_length=10_000)] = ()
+    materials: MaterialChoice = Field("used", description="Those the textures use, all of the library, or names.")
+    operated: dict[MaterialName, Operation] = Field(
+        {}, description="What goes on behind materials in operation: engines, heated rooms, cold stores."
+    )
+    temperatures_c: dict[MaterialName, by_hour(OperatedCelsius)] = Field(
+        {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
+    )
+    atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
+    surface_grid: SurfaceGrid = SurfaceGrid()
+    accuracy: Accuracy = Accuracy()
+    water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
+        "mt_ckd_4.3",
+        description=(
+            "Water vapour continuum of the bands; the older one for comparison with codes of its time. Heat balance"
+            " keeps 4.3."
+        ),
+    )
+    extra_tables: ExtraTables = Field(
+        [],
+        description=(
+            "Beside the classic ones: transmittance of the light that each class of material emits (.thermal_atmq), N_s"
+            " by angle up to grazing light (in .band). mat report measures what each gains and costs."
+        ),
+    )
+    needs: Needs | None = Field(
+        None, description="What scenes will ask for; nodes and sources that none of that reads are left out."
+    )
+    output: Output = Output()
+
+    @property
+    def observer_altitudes_km(self) -> list[float]:
+        """Altitudes of the atmospheric tables; by default with the base and the top of every cloud, where the view
+        changes.
+        """
+        if self.atmosphere_grid.altitude_km:
+            return self.atmosphere_grid.altitude_km
+        layers = [cloud.layer() for state in self.states for cloud in state.clouds]
+        edges = {z / 1e3 for layer in layers for z in (layer.base, layer.top)} - {0.0}
+        heights = sorted(set(OBSERVER_HEIGHTS_KM) | edges)
+        return [round(self.site.altitude_km + height, 9) for height in heights]
+
+    @property
+    def surface_altitudes_km(self) -> list[float]:
+        """Altitudes of the temperature table."""
+        return self.surface_grid.altitude_km or [round(self.site.altitude_km + h, 9) for h in SURFACE_HEIGHTS_KM]
+
+    @property
+    def band_names(self) -> list[str]:
+        """Of all bands, in their order."""
+        return [band.name or f"b{number:02d}" for number, band in enumerate(self.bands, 1)]
+
+    @property
+    def needed_bands(self) -> list[int]:
+        """Numbers of the bands that are built, counted from 1."""
+        wanted = None if self.needs is None else self.needs.bands
+        return [number for number, name in enumerate(self.band_names, 1) if wanted is None or name in wanted]
+
+    def of_state(self, index: int) -> Job:
+        """The job with its site on the date of a state, counted from 1."""
+        day = self.states[index - 1].date or self.site.date
+        return self.model_copy(update={"site": self.site.model_copy(update={"date": day})})
+
+    @pydantic.model_validator(mode="after")
+    def _above_ground(self):
+        for name, altitudes in (("atmosphere", self.observer_altitudes_km), ("surface", self.surface_altitudes_km)):
+            if altitudes[0] < self.site.altitude_km:
+                raise ValueError(
+                    f"found {altitudes[0]:g} in {name}_grid.altitude_km; allowed: at least the site's altitude_km, "
+                    f"{self.site.altitude_km:g}; raise it, or lower the site"
+                )
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _operated_once(self):
+        for name in self.operated:
+            if name in self.temperatures_c:
+                raise ValueError(f"found '{name}' in operated and in temperatures_c; allowed: one of them; remove one")
+        if isinstance(self.materials, list):
+            for name in [*self.operated, *self.temperatures_c]:
+                if name not in self.materials:
+                    raise ValueError(
+                        f"found the operated '{name}', which is not in materials; add it there or remove it here"
+                    )
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _consistent(self):
+        if self.materials == "used" and not self.textures:
+            raise ValueError(
+                "found 'materials: used' without textures; allowed: used with textures, all, or a list of names; "
+                "name the materials"
+            )
+        for name in self.band_names:
+            if self.band_names.count(name) > 1:
+                raise ValueError(
+                    f"found the band '{name}' twice; allowed: names once each, b01, b02 ... for bands without one;"
+                    " rename it"
+                )
+        check_distinct_names(self.textures)
+        if len(set(self.sources)) != len(self.sources):
+            raise ValueError("found a source twice; allowed: sun and moon once each; remove one")
+        return self
+
+
+@dataclass(frozen=True)
+class LoadedJob:
+    """A job with the file it came from.
+
+    Attributes
+    ----------
+    job : Job
+        With the nodes and sources that its needs leave.
+    document : Document
+    whole : Job
+        With all of them.
+    """
+
+    job: Job
+    document: Document
+    whole: Job
+
+    @property
+    def file(self) -> Path:
+        return self.document.file
+
+    @property
+    def folder(self) -> Path:
+        """Folder against which the job's paths are read."""
+        return self.document.file.resolve().parent
+
+    def of_state(self, index: int) -> LoadedJob:
+        """The same with its site on the date of a state, counted from 1."""
+        return replace(self, job=self.job.of_state(index), whole=self.whole.of_state(index))
+
+    @property
+    def output_folder(self) -> Path:
+        """Where the job's files go.
+
+        Raises
+        ------
+        InputError
+            It lies outside the job's folder, and the user has not allowed that.
+        """
+        try:
+            return job_path(self.folder, self.job.output.folder, written=True)
+        except ValueError as error:
+            raise self.document.error(("output", "folder"), f"output.folder: {error}") from None
+
+
+def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) -> LoadedJob:
+    """Read, check and type a job.
+
+    Parameters
+    ----------
+    library : MaterialLibrary, optional
+        Whose materials the job may name; by default the packaged one with the user's.
+
+    Raises
+    ------
+    InputError
+        With file:line:column of the first thing that does not fit.
+    """
+    document = read_yaml(file)
+    names = (library or load_library()).names
+    context = {"materials": names, "folder": document.file.resolve().parent}
+    job = _with_series(parse_model(document, Job, context), document, context)
+    for i, name in enumerate((job.needs and job.needs.bands) or []):
+        if name not in job.band_names:
+            raise document.error(
+                ("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}"
+            )
+    whole = _with_weather_files(job, document)
+    return LoadedJob(needed(whole), document, whole)
+
+
+def _with_series(job: Job, document: Document, context: dict) -> Job:
+    """The job with a state for each member of its series."""
+    if all(state.series is None for state in job.states):
+        return job
+    states: list[State] = []
+    for i, state in enumerate(job.states):
+        if state.series is None:
+            states.append(state)
+            continue
+        written = document.data["states"][i]
+        for number, member in enumerate(members(_inside(state.series, document, i, context), context["folder"]), 1):
+            try:
+                states.append(State.model_validate(changed(written, member.changes), context=context))
+            except pydantic.ValidationError as error:
+                problem = error.errors(include_url=False)[0]
+                message = f"{'.'.join(map(str, problem['loc']))}: {problem['msg'].removeprefix('Value error, ')}"
+                if member.file is None:
+                    raise document.error(
+                        ("states", i), f"states.{i}: in member {number} of its series, {message}"
+                    ) from None
+                raise InputError(message, file=member.file, line=member.line) from None
+    if len(states) > MEMBER_LIMIT:
+        raise document.error(
+            ("states",), f"states: found {len(states)} with all series; allowed: at most {MEMBER_LIMIT}"
+        )
+    return job.model_copy(update={"states": states})
+
+
+def _inside(series: Series, document: Document, state: int, context: dict) -> Series:
+    if series.table is not None:
+        try:
+            job_path(context["folder"], series.table)
+        except ValueError as error:
+            raise document.error(
+                ("states", state, "series", "table"), f"states.{state}.series.table: {error}"
+            ) from None
+    return series
+
+
+def _with_weather_files(job: Job, document: Document) -> Job:
+    """The job with the hours of its weather files in their places, so that nothing later depends on a file."""
+    if all(state.weather.file is None for state in job.states):
+        return job
+    from skyshine.mat.job.weather_files import read_weather
+
+    states = list(job.states)
+    for i, state in enumerate(states):
+        if state.weather.file is not None:
+            try:
+                file = job_path(document.file.resolve().parent, state.weather.file)
+            except ValueError as error:
+                raise document.error(_place(document, i), f"states.{i}.weather.file: {error}") from None
+            if not file.is_file():
+                raise document.error(
+                    _place(document, i),
+                    f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the"
+                    " job's folder",
+                )
+            measured = state.weather.radiation == "measured"
+            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h, radiation=measured)
+            given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
+            weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
+            states[i] = state.model_copy(update={"weather": weather})
+    return job.model_copy(update={"states": states})
+
+
+def _place(document: Document, state: int) -> tuple:
+    """Where the weather of a state is written; series make more states than are written."""
+    place = ("states", state, "weather", "file")
+    return place if place in document.places else ("states",)
+
+
+def local_times_utc(site: Site, hours: np.ndarray) -> np.ndarray:
+    """UTC times of local clock hours on the day of the site.
+
+    Parameters
+    ----------
+    hours : (n,) float
+        Local clock, in hours.
+
+    Returns
+    -------
+    (n,) datetime64[s]
+    """
+    seconds = np.round((np.asarray(hours, float) - site.utc_offset_h) * 3600).astype("timedelta64[s]")
+    return np.datetime64(site.date.isoformat(), "s") + seconds
+
+
+def resolved_text(content: dict) -> str:
+    """YAML text of a resolved job or a part of it, the same for the same content."""
+    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=10_000)

@@ -1,0 +1,238 @@
+"""The part of a job that surface temperatures are computed from: weather and grid."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+import pydantic
+from pydantic import Field
+
+from skyshine.mat.job.fields import (
+    Celsius,
+    Fraction,
+    TimeOfDay,
+    Tolerance,
+    ascending,
+    axis,
+    clock_text,
+    tolerance_parts,
+)
+from skyshine.materials.files import by_hour as values_by_hour
+from skyshine.materials.files import refuse_incomplete_back
+from skyshine.materials.records import Back
+from skyshine.schemas.documents import StrictModel
+
+SURFACE_HEIGHTS_KM = (0, 0.25, 0.5, 0.75, 1, 1.5, 2, 3)
+
+
+LONGEST_GAP_H = 3.0  # that linear interpolation between hourly values may bridge
+# What a table by hour may give instead of one value for the day.
+HOURLY_QUANTITIES = ("relative_humidity_percent", "wind_speed_m_s", "cloud_fraction")
+
+# Measured light on the ground; direct and diffuse go together.
+SUNLIGHT = ("direct_normal_w_m2", "diffuse_w_m2")
+RADIATION = (*SUNLIGHT, "longwave_down_w_m2")
+
+Percent = Annotated[float, Field(ge=0, le=100)]
+Irradiance = Annotated[float, Field(ge=0, le=1500)]
+Longwave = Annotated[float, Field(ge=20, le=800)]
+Speed = Annotated[float, Field(ge=0, le=60)]
+Pressure = Annotated[float, Field(ge=200, le=1100)]
+
+
+class HourlyWeather(StrictModel):
+    """Air near the ground at times of the day, linear between them; every list is as long as ``time``."""
+
+    time: Annotated[list[TimeOfDay], Field(min_length=8, max_length=1440), pydantic.AfterValidator(ascending)]
+    air_temperature_c: list[Celsius]
+    relative_humidity_percent: list[Percent] | None = None
+    wind_speed_m_s: list[Speed] | None = None
+    cloud_fraction: list[Fraction] | None = None
+    pressure_hpa: list[Pressure] | None = Field(None, description="By default that of the state's profile.")
+    direct_normal_w_m2: list[Irradiance] | None = Field(
+        None,
+        description=(
+            "Direct sunlight normal to it, means over the time since the entry before; for radiation: measured."
+        ),
+    )
+    diffuse_w_m2: list[Irradiance] | None = Field(None, description="Sky sunlight on a level surface, likewise.")
+    longwave_down_w_m2: list[Longwave] | None = Field(
+        None, description="Thermal radiation of the sky on a level surface, likewise; by default that of the state."
+    )
+    altitude_km: float | None = Field(
+        None, ge=-0.5, le=9, description="Where the air was measured; by default the altitude of the site."
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _complete(self):
+        if (self.direct_normal_w_m2 is None) != (self.diffuse_w_m2 is None):
+            raise ValueError(f"found one of {' and '.join(SUNLIGHT)}; allowed: both or neither; give the other too")
+        for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION):
+            values = getattr(self, name)
+            if values is not None and len(values) != len(self.time):
+                raise ValueError(
+                    f"found {len(values)} values of {name}; allowed: {len(self.time)}, one for each time; add or remove"
+                    " some"
+                )
+        gaps = [(after - before) % 24 for before, after in zip(self.time, [*self.time[1:], self.time[0]], strict=True)]
+        if max(gaps) > LONGEST_GAP_H:
+            where = gaps.index(max(gaps))
+            raise ValueError(
+                f"found a gap of {gaps[where]:g} h after {clock_text(self.time[where])}; allowed: {LONGEST_GAP_H:g} h, "
+                "also over midnight; add times"
+            )
+        return self
+
+
+class Weather(StrictModel):
+    """Air near the ground through the day: one temperature, the lowest and highest, a table by hour, or a file."""
+
+    air_temperature_c: (
+        Annotated[
+            Annotated[Celsius, pydantic.Tag("constant")] | Annotated[tuple[Celsius, Celsius], pydantic.Tag("extremes")],
+            pydantic.Discriminator(lambda value: "extremes" if isinstance(value, list | tuple) else "constant"),
+        ]
+        | None
+    ) = Field(None, description="All day, or the lowest and highest of the day, at the altitude of the site.")
+    hourly: HourlyWeather | None = None
+    file: str | None = Field(
+        None,
+        min_length=1,
+        description=(
+            "EPW, TMY3 (the day and month of the site's date), or CSV by time of day; relative to the job file. "
+            "Keys beside it replace its values."
+        ),
+    )
+    relative_humidity_percent: Percent = Field(50.0, description="Daily mean; the vapour is constant.")
+    wind_speed_m_s: Speed = 2.0
+    cloud_fraction: Fraction = 0.0
+    ground_albedo: Fraction = 0.2
+    radiation: Literal["computed", "measured"] = Field(
+        "computed",
+        description=(
+            "Sunlight and sky longwave on the ground: computed from the state, or measured, as the file or the table by"
+            " hour has them (EPW and TMY3 do; in CSV direct_normal, diffuse, lw_down). Measured light is of the"
+            " weather, not of the state's air."
+        ),
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _measured_or_not(self):
+        has = self.hourly is not None and [name for name in RADIATION if getattr(self.hourly, name) is not None]
+        if has and self.radiation == "computed":
+            raise ValueError(
+                f"found {has[0]} by hour and radiation: computed; allowed: radiation: measured; give it, or remove"
+                f" {has[0]}"
+            )
+        if self.radiation == "measured" and self.file is None and (not has or SUNLIGHT[0] not in has):
+            raise ValueError(
+                f"found radiation: measured without {' and '.join(SUNLIGHT)}; allowed: with a file or a table by hour"
+                " that has them; give one, or remove radiation"
+            )
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _one_kind(self):
+        kinds = [name for name in ("air_temperature_c", "hourly", "file") if getattr(self, name) is not None]
+        if len(kinds) != 1:
+            raise ValueError(
+                f"found {' and '.join(kinds) if kinds else 'no air temperature'}; "
+                "allowed: one of air_temperature_c, hourly and file; give one of them"
+            )
+        if self.hourly is not None:
+            for name in HOURLY_QUANTITIES:
+                if getattr(self.hourly, name) is not None and name in self.model_fields_set:
+                    raise ValueError(f"found {name} both by hour and for the day; allowed: once; remove one")
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _ordered(self):
+        if isinstance(self.air_temperature_c, tuple):
+            low, high = self.air_temperature_c
+            if low > high:
+                raise ValueError(f"found air_temperature_c [{low:g}, {high:g}]; allowed: [lowest, highest]; swap them")
+        return self
+
+    @property
+    def mean_air_temperature_c(self) -> float:
+        """Mean of the day, of the two extremes where only those are given."""
+        if self.hourly is not None:
+            return float(
+                np.mean(np.interp(np.arange(0, 24, 0.25), self.hourly.time, self.hourly.air_temperature_c, period=24))
+            )
+        return float(np.mean(self.air_temperature_c))
+
+
+def _one_or_24(value: object) -> str:
+    return "by_hour" if isinstance(value, list | tuple) else "constant"
+
+
+def by_hour(number: object) -> object:
+    """One number for the day, or 24 at the local clock hours 0 to 23, linear between them."""
+    hours = Annotated[list[number], Field(min_length=24, max_length=24)]
+    return Annotated[
+        Annotated[number, pydantic.Tag("constant")] | Annotated[hours, pydantic.Tag("by_hour")],
+        pydantic.Discriminator(_one_or_24),
+    ]
+
+
+# Of a thing that is heated from inside: an exhaust pipe at most, liquid nitrogen at least.
+OperatedCelsius = Annotated[float, Field(ge=-200, le=1500)]
+OperatedHeat = Annotated[float, Field(ge=-1e4, le=1e4)]
+
+
+class Operation(StrictModel):
+    """What goes on behind a material in operation, in place of its own back."""
+
+    kind: Literal["fixed", "convective", "heated"] = Field(
+        description="A temperature, air of a temperature with a transfer coefficient, or a heat flux outwards."
+    )
+    temperature_c: by_hour(OperatedCelsius) | None = None
+    coefficient_w_m2_k: float | None = Field(None, gt=0, le=1e5)
+    heat_flux_w_m2: by_hour(OperatedHeat) | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _complete(self):
+        keys = {"temperature": "temperature_c", "coefficient": "coefficient_w_m2_k", "heat_flux": "heat_flux_w_m2"}
+        refuse_incomplete_back(self, self.kind, keys)
+        return self
+
+    @property
+    def back(self) -> Back:
+        """The back boundary in SI units."""
+        celsius = self.temperature_c
+        kelvin = None if celsius is None else at_kelvin(celsius)
+        return Back(self.kind, kelvin, self.coefficient_w_m2_k, values_by_hour(self.heat_flux_w_m2))
+
+
+def at_kelvin(celsius: float | list[float]) -> float | tuple[float, ...]:
+    """[K] of one or 24 temperatures in degrees Celsius."""
+    return tuple(value + 273.15 for value in celsius) if isinstance(celsius, list) else celsius + 273.15
+
+
+class SurfaceGrid(StrictModel):
+    """Nodes of the temperature table."""
+
+    altitude_km: axis(-0.5, 9) | None = Field(
+        None, description="Of the surface above sea level; by default from the site's ground to 3 km above it."
+    )
+    azimuth_deg: axis(0, 359.999) = [15.0 * i for i in range(24)]
+    slope_deg: axis(0, 180) = [0, 10, 20, 30, 45, 60, 75, 90, 135, 180]
+    time: Annotated[list[TimeOfDay], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)] = Field(
+        [f"{i // 2:02d}:{i % 2 * 30:02d}" for i in range(48)], validate_default=True
+    )
+    tolerance: Tolerance | None = Field(
+        None,
+        description=(
+            "In K: places the nodes, between the ends of the axes, where the error is; 99 % of all reads are within it."
+        ),
+    )
+    most_nodes: int = Field(20_000_000, ge=16, le=200_000_000, description="Of a table whose nodes a tolerance places.")
+
+    @pydantic.field_validator("tolerance")
+    @classmethod
+    def _in_kelvin(cls, value):
+        if value is not None and tolerance_parts(value)[1] != "K":
+            raise ValueError(f"found '{value}'; allowed: kelvin, such as 0.1 K, for temperatures; write it so")
+        return value

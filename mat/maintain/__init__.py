@@ -1,0 +1,1 @@
+"""Programs for maintainers: they derive the packaged data, the JSON Schemas and the format pages."""

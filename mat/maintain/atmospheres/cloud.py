@@ -1,0 +1,184 @@
+"""Derive optical properties of water cloud, ice cloud and rain from Mie theory, and LOWTRAN7's types of cloud.
+
+    python -m skyshine.mat.maintain.atmospheres.cloud FOLDER lowtran7.f --out atmospheres/cloud
+
+FOLDER holds H2O__Segelstein.yml (Segelstein 1981: water at 25 C) and H2O__Warren-2008.yml (Warren and Brandt 2008: ice
+at -7 C) of the refractiveindex.info database. Droplets and crystals have gamma distributions of effective variance 0.1
+(Hansen and Travis 1974), rain that of Marshall and Palmer 1948. Crystals are taken as spheres of their ratio of volume
+to area (Grenfell and Warren 1999).
+"""
+
+from pathlib import Path
+
+import click
+import numpy as np
+import yaml
+
+from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
+from skyshine.mat.maintain.atmospheres.fortran import block_data
+from skyshine.mat.maintain.atmospheres.mie import sphere_efficiencies
+from skyshine.schemas.data_csv import write_csv
+
+WATER_RADII = (2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30)  # um, effective
+ICE_RADII = (5, 7, 10, 15, 20, 30, 40, 60, 80, 100)
+RAIN_RATES = (0.1, 1, 10, 100)  # mm/h
+DENSITY = {"water": 997.0, "ice": 918.0}  # kg m^-3 at 25 C and -7 C (CRC Handbook)
+VARIANCE = 0.1
+# Wavelengths, um: closer together where the refractive indices have their bands.
+WAVELENGTHS = np.unique(
+    np.concatenate(
+        [
+            np.geomspace(0.2, 2.5, 36),
+            np.arange(2.6, 3.7, 0.1),
+            np.geomspace(3.75, 32, 56),
+            np.geomspace(36, 1000, 24),
+            [0.55],
+        ]
+    ).round(4)
+)
+# Radii integrated over, um: enough of them to smooth the ripple of single spheres.
+RADII, DROPS = np.geomspace(0.1, 500, 1500), np.geomspace(20, 4500, 300)
+# Cloud types of LOWTRAN7: its number of the liquid water profile (BLOCK DATA MDTA), and liquid water per extinction at
+# 0.55 um, g m^-3 per km^-1 (SUBROUTINE EXABIN), which gives the effective radius.
+TYPES = {
+    "cumulus": (1, 7.683e-3),
+    "altostratus": (2, 4.509e-3),
+    "stratus": (3, 5.272e-3),
+    "stratocumulus": (4, 4.177e-3),
+    "nimbostratus": (5, 7.518e-3),
+}
+# Heights of the liquid water profiles, km above the ground (SUBROUTINE LAYCLD).
+HEIGHTS = np.array([0.0, 0.16, 0.33, 0.66, 1.0, 1.5, 2.0, 2.4, 2.7, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0])
+# Cirrus of LOWTRAN7 (SUBROUTINE CIRR18): base in mid-latitudes, thickness, km, and 0.14 km^-1 times the thickness in km
+# as extinction at 0.55 um. The radii stand for its two distributions, with modes of 64 and 4 um (BLOCK DATA EXTDTA).
+CIRRUS = {"cirrus": (10.0, 1.0, 64.0), "thin_cirrus": (10.0, 0.2, 5.0)}
+# Roughened crystals scatter sunlight with an asymmetry near 0.76 (Yang et al. 2013, J. Atmos. Sci. 70, 330), spheres
+# with 0.87. The difference lies in light that has passed through the crystal; where ice is black, spheres and crystals
+# agree (diffraction).
+ROUGHNESS = 0.11
+
+
+@click.command(help=__doc__)
+@click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.argument("source", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder to write to.")
+def main(folder, source, out):
+    water, ice = (refractive_index(folder / f"H2O__{name}.yml") for name in ("Segelstein", "Warren-2008"))
+    droplets = cloud_table(water, WATER_RADII, DENSITY["water"])
+    write_table(
+        out / "water.csv",
+        "droplets of liquid water",
+        "Segelstein 1981 (water)",
+        "effective_radius[um]",
+        WATER_RADII,
+        droplets,
+    )
+    crystals = cloud_table(ice, ICE_RADII, DENSITY["ice"])
+    crystals[2] = rough(*crystals)
+    write_table(
+        out / "ice.csv", "ice crystals", "Warren and Brandt 2008 (ice)", "effective_radius[um]", ICE_RADII, crystals
+    )
+    write_table(out / "rain.csv", "rain", "Segelstein 1981 (water)", "rain_rate[mm/h]", RAIN_RATES, rain_table(water))
+    write_types(out / "types.csv", block_data(source, "MDTA"), droplets[0][:, WAVELENGTHS == 0.55][:, 0])
+
+
+def refractive_index(file):
+    """Refractive index (W,) at `WAVELENGTHS` from a file of refractiveindex.info; the logarithm of its imaginary part
+    is interpolated.
+    """
+    rows = yaml.safe_load(file.read_text(encoding="utf-8"))["DATA"][0]["data"]
+    wavelength, real, imaginary = np.array([line.split() for line in rows.splitlines() if line.strip()], float).T
+    log = np.log(WAVELENGTHS)
+    return np.interp(log, np.log(wavelength), real) + 1j * np.exp(np.interp(log, np.log(wavelength), np.log(imaginary)))
+
+
+def sphere_table(index, radii):
+    """Extinction and absorption cross section [um^2] and asymmetry times scattering cross section, (3, W, R)."""
+    size = 2 * np.pi * radii / WAVELENGTHS[:, None]
+    extinction, scattering, asymmetry = sphere_efficiencies(size, index[:, None])
+    return np.array([extinction, np.maximum(extinction - scattering, 0.0), asymmetry * scattering]) * np.pi * radii**2
+
+
+def bulk(sphere, number, radii):
+    """Extinction, absorption [um^2] and asymmetry (3, W) of a distribution `number` (R,) per radius."""
+    extinction, absorption, forward = np.trapezoid(sphere * number, radii, axis=-1)
+    return np.array([extinction, absorption, forward / (extinction - absorption)])
+
+
+def cloud_table(index, effective_radii, density):
+    """Extinction and absorption [m^2 kg^-1] and asymmetry, (3, E, W)."""
+    sphere = sphere_table(index, RADII)
+    result = []
+    for effective in effective_radii:
+        number = RADII ** ((1 - 3 * VARIANCE) / VARIANCE) * np.exp(-RADII / (effective * VARIANCE))
+        extinction, absorption, asymmetry = bulk(sphere, number, RADII)
+        mass = density * np.trapezoid(4 / 3 * np.pi * RADII**3 * number, RADII) * 1e-6  # um^3 to um^2 m
+        result.append((extinction / mass, absorption / mass, asymmetry))
+    return np.array(result).transpose(1, 0, 2)
+
+
+def rough(extinction, absorption, asymmetry):
+    """Asymmetry of roughened crystals from that of spheres."""
+    albedo = 1 - absorption / extinction
+    return asymmetry - ROUGHNESS * np.maximum(2 * albedo - 1, 0.0) / albedo
+
+
+def rain_table(index):
+    """Extinction and absorption over twice the cross section of the drops, and asymmetry, (3, rates, W)."""
+    sphere = sphere_table(index, DROPS)
+    result = []
+    for rate in RAIN_RATES:
+        number = np.exp(-SLOPE_PER_CM * rate**SLOPE_EXPONENT * 2 * DROPS * 1e-4)
+        extinction, absorption, asymmetry = bulk(sphere, number, DROPS)
+        twice = 2 * np.trapezoid(np.pi * DROPS**2 * number, DROPS)
+        result.append((extinction / twice, absorption / twice, asymmetry))
+    return np.array(result).transpose(1, 0, 2)
+
+
+def write_table(path, what, source, axis, nodes, table):
+    """One CSV: extinction, absorption and asymmetry against the axis and wavelength."""
+    header = (
+        (
+            f"Optical properties of {what} by Mie theory; refractive index of {source}, from the refractiveindex.info"
+            " database (CC0)."
+        ),
+        "Derived by skyshine.mat.maintain.atmospheres.cloud.",
+    )
+    unit = "" if axis.startswith("rain") else "[m2/kg]"
+    columns = (axis, "wavelength[um]", f"extinction{unit}", f"absorption{unit}", "asymmetry")
+    rows = [
+        (node, wavelength, *(f"{x:.6g}" for x in table[:, i, j]))
+        for i, node in enumerate(nodes)
+        for j, wavelength in enumerate(WAVELENGTHS)
+    ]
+    write_csv(path, header, columns, rows)
+
+
+def write_types(path, data, extinction):
+    """The cloud types: phase, heights of base and top, optical depth at 0.55 um and effective radius.
+
+    The liquid water profiles are replaced by even layers of the same water path between their lowest and highest level
+    in cloud, which gives the extinctions that the manual of MODTRAN lists (Berk et al. 1989, GL-TR-89-0122: 92.6 km^-1
+    for cumulus ...).
+    """
+    rows = []
+    for name, (number, per_extinction) in TYPES.items():
+        content = data[f"CLD{number}"][: HEIGHTS.size]  # g m^-3
+        inside = np.flatnonzero(content)
+        depth = np.trapezoid(content, HEIGHTS) / per_extinction
+        radius = np.interp(-1 / per_extinction, -extinction, WATER_RADII)  # m^2 kg^-1, which falls with radius
+        rows.append((name, "water", HEIGHTS[inside[0]], HEIGHTS[inside[-1]], depth, round(radius, 1)))
+    for name, (base, thickness, radius) in CIRRUS.items():
+        rows.append((name, "ice", base, base + thickness, 0.14 * thickness**2, radius))
+    header = (
+        (
+            "Types of cloud of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government: heights"
+            " above the ground,"
+        ),
+        "optical depth at 0.55 um. Derived by skyshine.mat.maintain.atmospheres.cloud.",
+    )
+    write_csv(path, header, ("type", "phase", "base[km]", "top[km]", "optical_depth", "effective_radius[um]"), rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,183 @@
+"""Writes the pages that describe the file formats, from the layout schemas that `mat verify` checks files by.
+
+Run ``python -m skyshine.mat.maintain.format_pages FOLDER [FILE.h5 ...]`` after changing a layout; FOLDER is ``schemas``
+of the checkout. With files, what each field is (its ``long_name``) and how axes are read is first taken from them into
+the layouts.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from skyshine.schemas.hdf5 import Group, read_file
+
+TYPES = {
+    "f4": "float32",
+    "f8": "float64",
+    "i1": "int8",
+    "i2": "int16",
+    "i4": "int32",
+    "i8": "int64",
+    "u1": "uint8",
+    "u2": "uint16",
+    "u4": "uint32",
+    "u8": "uint64",
+    "text": "UTF-8 text of variable length",
+}
+INTRODUCTION = """\
+An HDF5 file that netCDF-4 and xarray open as it is. Arrays are little-endian, in row-major order of the axes named below, packed
+with deflate, shuffle and Fletcher-32. Every axis is a dimension scale of its group, with the attributes `units`, `long_name` and,
+where a runtime interpolates on it, `interpolation` (`linear`, `linear_periodic`, `linear_folded`, `exact`), `period` and
+`out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` says how each is read. A reader of format {major} reads every
+{major}.x and refuses any other number before the first point.
+"""  # noqa: E501
+ATTRIBUTES = {
+    "Conventions": "of the netCDF Climate and Forecast metadata",
+    "filetype": "this format",
+    "format_version": "of the layout: a new first number breaks readers, a new second one adds fields",
+    "data_version": "of the data that the file was computed from",
+    "generator": "program and version",
+    "job": "the part of the job that the file depends on, as YAML",
+    "content_sha256": "SHA-256 over names, types, shapes, units and values of all arrays",
+}
+
+
+def page(layout: dict, name: str) -> str:
+    """Text of the page of one file type.
+
+    Parameters
+    ----------
+    layout : dict
+        The layout schema.
+    name : str
+        File type and major version, such as ``htt-1``.
+    """
+    filetype, _, major = name.rpartition("-")
+    root = layout["properties"]
+    lines = [f"# `.{filetype}` format {major}: {layout['title']}", "", "Generated from the layout schema "]
+    lines[-1] += f"`schemas/{name}.layout.json` by `mat/maintain/format_pages.py`."
+    lines += [
+        "",
+        INTRODUCTION.replace("{major}", major),
+        "## Root attributes",
+        "",
+        "| attribute | value | what |",
+        "|---|---|---|",
+    ]
+    lines += [
+        f"| `{key}` | {_value(rule)} | {ATTRIBUTES.get(key, '')} |"
+        for key, rule in root["attributes"]["properties"].items()
+    ]
+    for place, content in _groups(root, ""):
+        lines += ["", f"## {f'Group `{place}`' if place else 'Root group'}"]
+        lines += _axes(content["axes"]) + _arrays(content["variables"])
+        if len(lines[-1].split("\n")) == 1 and lines[-1].startswith("## "):
+            lines += ["", "Holds groups or attributes only."]
+    return "\n".join(lines) + "\n"
+
+
+def _groups(content: dict, place: str) -> Iterator[tuple[str, dict]]:
+    yield place, content
+    rules = content["groups"]
+    children = rules.get("properties", {}) | {
+        f"<{key}>": rule for key, rule in rules.get("patternProperties", {}).items()
+    }
+    for name, rule in children.items():
+        yield from _groups(rule["properties"], f"{place}/{name}".lstrip("/"))
+
+
+def _axes(content: dict) -> list[str]:
+    axes, required = content.get("properties", {}), content.get("required", [])
+    if not axes:
+        return []
+    lines = ["", "| axis | type | unit | read | what |", "|---|---|---|---|---|"]
+    for name, rule in axes.items():
+        has = rule["properties"]
+        read = _value(has["interpolation"]) if "interpolation" in has else ""
+        period = has.get("period", {}).get("const")
+        read += f", period {period:g}" if read and period else ""
+        what = rule.get("description", "") + ("" if name in required else " (may be absent)")
+        lines.append(f"| `{name}` | {_type(has)} | {_value(has['units'])} | {read} | {what.strip()} |")
+    return lines
+
+
+def _arrays(variables: dict) -> list[str]:
+    if not variables.get("properties"):
+        return []
+    required = variables.get("required", [])
+    lines = ["", "| array | type | axes | unit | what |", "|---|---|---|---|---|"]
+    for name, rule in variables["properties"].items():
+        has = rule["properties"]
+        what = rule.get("description", "") + ("" if name in required else " (may be absent)")
+        axes = _dims(has["dims"])
+        lines.append(f"| `{name}` | {_type(has)} | {axes} | {_value(has['units'])} | {what.strip()} |")
+    return lines
+
+
+def _dims(rule: dict) -> str:
+    """Axes of an array; where it may have others, those too."""
+    if "prefixItems" in rule:
+        return ", ".join(" or ".join(item["enum"]) for item in rule["prefixItems"])
+    lists = rule["enum"] if "enum" in rule else [rule["const"]]
+    return ", ".join(" or ".join(dict.fromkeys(names)) for names in zip(*lists, strict=True))
+
+
+def _type(has: dict) -> str:
+    rule = has["type"]
+    return " or ".join(TYPES[kind] for kind in rule.get("enum", [rule.get("const")]))
+
+
+def _value(rule: dict) -> str:
+    if "const" in rule:
+        return f"`{rule['const']}`"
+    if "enum" in rule:
+        return " or ".join(f"`{value}`" for value in rule["enum"])
+    return f"matches `{rule['pattern']}`" if "pattern" in rule else "any"
+
+
+def describe_fields(layout: dict, root: Group) -> None:
+    """Take into a layout schema what a file says of its fields, and how its axes are read."""
+    has = layout.get("properties", layout)
+    for kind, items in (("axes", root.axes), ("variables", root.variables)):
+        for name, item in items.items():
+            rule = has[kind].get("properties", {}).get(name)
+            if rule is None:
+                continue
+            rule.setdefault("description", item.long_name)
+            for key in ("interpolation", "period"):
+                if key in item.attributes and "enum" not in rule["properties"].get(key, {}):
+                    value = item.attributes[key]
+                    rule["properties"][key] = {"const": value if isinstance(value, str) else float(value)}
+                    rule["required"] += [key] if key not in rule["required"] else []
+    for name, child in root.groups.items():
+        rules = has["groups"]
+        by_pattern = [rule for key, rule in rules.get("patternProperties", {}).items() if re.search(key, name)]
+        for rule in [rules["properties"][name]] if name in rules.get("properties", {}) else by_pattern:
+            describe_fields(rule, child)
+
+
+def layout_names(folder: Path) -> list[str]:
+    """File types with their major versions, of all layouts in a folder."""
+    return sorted(path.name.removesuffix(".layout.json") for path in folder.glob("*.layout.json"))
+
+
+def main(folder: Path, files: list[str]) -> None:
+    layouts = {
+        name: json.loads((folder / f"{name}.layout.json").read_text(encoding="utf-8")) for name in layout_names(folder)
+    }
+    for file in files:
+        root, attributes = read_file(file)
+        describe_fields(layouts[f"{attributes['filetype']}-{attributes['format_version'].split('.')[0]}"], root)
+    for name, layout in layouts.items():
+        if files:
+            text = json.dumps(layout, indent=1, ensure_ascii=False) + "\n"
+            (folder / f"{name}.layout.json").write_text(text, encoding="utf-8")
+        (folder / "formats" / f"{name}.md").write_text(page(layout, name), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2:])

@@ -1,0 +1,37 @@
+"""Writes the JSON Schemas of the YAML files, from the models that read them, so that editors complete them.
+
+Run ``python -m skyshine.mat.maintain.job_schema FOLDER`` after changing a model; FOLDER is ``schemas`` of the checkout.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pydantic
+
+from skyshine.mat.job.model import Job
+from skyshine.materials.files import SpecularFile, ThermalFile
+from skyshine.materials.library import Index
+from skyshine.tmm.job import TmmJob
+
+MODELS: dict[str, type[pydantic.BaseModel]] = {
+    "mat-job.schema.json": Job,
+    "tmm-job.schema.json": TmmJob,
+    "material-index.schema.json": Index,
+    "material-ht.schema.json": ThermalFile,
+    "material-spec.schema.json": SpecularFile,
+}
+
+
+def schema_text(name: str) -> str:
+    """Text of one of the schemas, as it stands in its file."""
+    schema = MODELS[name].model_json_schema(mode="validation")
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$comment": "Generated from the models."}
+    return json.dumps(head | schema, indent=1, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    for file_name in MODELS:
+        (Path(sys.argv[1]) / file_name).write_text(schema_text(file_name), encoding="utf-8")

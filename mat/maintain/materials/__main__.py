@@ -1,0 +1,148 @@
+"""Writes the reflectance tables of the material library from the source spectra."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+
+from skyshine import materials
+from skyshine.mat.maintain.materials.recipes import Piece, Recipe, Recipes
+from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project
+from skyshine.schemas.documents import load_model
+from skyshine.schemas.errors import InputError
+
+LOWEST = 0.3  # um
+# A joint is matched over this relative width.
+_JOINT = 0.04
+# Bands whose means the compact table must keep, and how closely.
+_BANDS = ((0.3, 0.7), (0.7, 2.5), (3.0, 5.0), (8.0, 12.0))
+_BAND_TOLERANCE = 0.002
+
+
+def compose(recipe: Recipe, folder: Path):
+    """Spectrum of a recipe on the fine grid, and where each stretch comes from.
+
+    Returns
+    -------
+    wavelength, reflectance, absorptance : ndarray
+    stretches : list of (lower, upper, kind, note)
+    """
+    fine = fine_grid(LOWEST, recipe.upper)
+    reflectance = np.full(fine.shape, np.nan)
+    absorptance = np.full(fine.shape, np.nan)
+    stretches = []
+    end = LOWEST
+    before: Piece | None = None
+    for piece in recipe.pieces:
+        lower, upper = piece.range
+        inside = (fine >= lower) & (fine <= upper)
+        value, absorbed = piece.evaluate(folder, fine)
+        if piece.match and before is not None:
+            value = np.clip(value * _scale(before, piece, folder), 0.0, 1.0)
+            absorbed = 1.0 - value
+        reflectance[inside], absorptance[inside] = value[inside], absorbed[inside]
+        if lower > end:
+            stretches.append((end, lower, "held" if before is None else "interpolated", ""))
+        stretches.append((max(lower, LOWEST), upper, piece.kind, _origin(piece)))
+        end, before = upper, piece
+    if end < recipe.upper:
+        stretches.append((end, recipe.upper, "held", ""))
+    known = np.isfinite(reflectance)
+    return (
+        fine,
+        np.interp(fine, fine[known], reflectance[known]),
+        np.interp(fine, fine[known], absorptance[known]),
+        stretches,
+    )
+
+
+def _scale(before, piece, folder):
+    """Factor that brings the stretch to the level of the one before it at their joint."""
+    end, start = before.range[1], piece.range[0]
+    below = np.linspace(end * (1.0 - _JOINT), end, 50)
+    beyond = below if start <= end * 1.001 else np.linspace(start, start * (1.0 + _JOINT), 50)
+    return before.evaluate(folder, below)[0].mean() / piece.evaluate(folder, beyond)[0].mean()
+
+
+def _origin(piece):
+    names = piece.sample or ", ".join(piece.files)
+    text = f"[{piece.source}] {names}" if names else f"[{piece.source}]"
+    if piece.value is not None:
+        text += f" {piece.value:g}"
+    if piece.thickness:
+        text += f", pane of {piece.thickness * 1000:g} mm"
+    if piece.ratio:
+        text += f" x {piece.ratio.over} / {piece.ratio.under}"
+    if piece.match:
+        text += ", scaled to meet the stretch below"
+    return f"{text}; {piece.note}" if piece.note else text
+
+
+def table(recipe: Recipe, folder: Path):
+    """Compact table of a recipe: nodes, reflectance, absorptance or None, stretches.
+
+    Raises
+    ------
+    InputError
+        A band mean changed by more than the tolerance.
+    """
+    fine, reflectance, absorptance, stretches = compose(recipe, folder)
+    nodes = compact_grid(LOWEST, recipe.upper)
+    compact = np.clip(project(fine, reflectance, nodes), 0.0, 1.0)
+    for lower, upper in _BANDS:
+        band = (fine >= lower) & (fine <= upper)
+        change = np.mean(np.interp(fine[band], nodes, compact) - reflectance[band])
+        if abs(change) > _BAND_TOLERANCE:
+            raise InputError(f"the mean over {lower}-{upper} um changes by {change:.4f} on the compact grid; refine it")
+    if not any(piece.source == "pane" for piece in recipe.pieces):
+        return nodes, compact, None, stretches
+    absorbed = np.clip(project(fine, absorptance, nodes), 0.0, 1.0 - compact)
+    return nodes, compact, absorbed, stretches
+
+
+def write(name: str, recipe: Recipe, citations: dict[str, str], folder: Path, out: Path) -> None:
+    """Write `NAME.csv` with its comment header."""
+    nodes, reflectance, absorptance, stretches = table(recipe, folder)
+    used = dict.fromkeys(piece.source for piece in recipe.pieces)
+    if any(piece.ratio for piece in recipe.pieces):
+        used["usgs"] = None
+    lines = [
+        f"# material: {name}",
+        f"# sample: {' '.join(recipe.sample.split())}",
+        "# quantity: hemispherical reflectance at near-normal incidence, fraction of 1, against wavelength in um",
+        "# method: sources joined over the stretches below, projected on a logarithmic grid (least squares on hat "
+        "functions, which keeps band means)",
+        *(f"# {key}: {' '.join(citations[key].split())}" for key in used),
+    ]
+    for lower, upper, kind, note in stretches:
+        lines.append(f"# range: {lower:g} {upper:g} {kind}; {note}".rstrip("; "))
+    lines.append("wavelength_um,reflectance" + ("" if absorptance is None else ",absorptance"))
+    columns = [nodes, reflectance] + ([] if absorptance is None else [absorptance])
+    for row in zip(*columns, strict=True):
+        lines.append(f"{row[0]:.5g}," + ",".join(f"{value:.5f}" for value in row[1:]))
+    (out / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+@click.command()
+@click.argument("spectra", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.argument("names", nargs=-1)
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Where to write; default: the package.")
+def main(spectra: Path, names: tuple[str, ...], out: Path | None) -> None:
+    """Derive the library's reflectance tables from the collected source spectra in SPECTRA.
+
+    Example: python -m skyshine.mat.maintain.materials ../spectra concrete
+    """
+    recipes = load_model(materials.path("ref/recipes.yaml"), Recipes)
+    out = out or materials.path("ref")
+    out.mkdir(parents=True, exist_ok=True)
+    for name in names or recipes.recipes:
+        if name not in recipes.recipes:
+            raise click.BadParameter(f"no recipe '{name}'")
+        write(name, recipes.recipes[name], recipes.citations, spectra, out)
+        click.echo(out / f"{name}.csv")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,158 @@
+"""Which source spectra make up the spectrum of each material: the models of `materials/ref/recipes.yaml`."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from skyshine.mat.maintain.materials import optics, readers
+from skyshine.schemas.documents import StrictModel
+from skyshine.schemas.errors import InputError
+
+# A stretch may reach this far (relative) beyond the first and last point of its source.
+_REACH = 0.002
+
+Wavelength = Annotated[float, Field(gt=0.0, le=1000.0)]
+
+
+class Ratio(StrictModel):
+    """Factor that turns one state of a sample into another: a quotient of two spectra of the USGS library."""
+
+    over: str
+    under: str
+
+
+class Piece(StrictModel):
+    """One stretch of a spectrum and the source it is read from.
+
+    Attributes
+    ----------
+    source : str
+        Collection, which is also the citation key; "literature" for a constant.
+    file : str or list of str
+        Path below the spectra folder; several are averaged (ecostress) or joined in wavelength (constants).
+    sample : str
+        Column of the SLUM tables.
+    range : (float, float)
+        [um]
+    kind : str
+        As in `SpectralRange`.
+    note : str
+        What a reader of the table should know of this stretch.
+    unit : str
+        Of an ECOSTRESS file.
+    thickness : float
+        Of a pane [m].
+    value : float
+        Of a constant.
+    ratio : Ratio
+        Multiplies the stretch.
+    match : bool
+        Scale the stretch so that it meets the one before it: by the quotient of their means within 4 % in
+        wavelength of the joint.
+    """
+
+    source: Literal["ecostress", "aster_jhu", "slum", "usgs", "nist_skin", "fresnel", "pane", "literature"]
+    range: tuple[Wavelength, Wavelength]
+    kind: Literal["measured", "modelled", "fresnel", "proxy", "constant"]
+    note: str = ""
+    file: str | list[str] = []
+    sample: str = ""
+    unit: Literal["percent", "fraction"] = "percent"
+    thickness: float = 0.0
+    value: float | None = None
+    ratio: Ratio | None = None
+    match: bool = False
+
+    @model_validator(mode="after")
+    def _complete(self):
+        needs = {"slum": "sample", "literature": "value", "pane": "thickness"}.get(self.source, "file")
+        if getattr(self, needs) in (None, "", [], 0.0):
+            raise ValueError(f"a piece from {self.source} needs '{needs}'; add it")
+        return self
+
+    @property
+    def files(self) -> list[str]:
+        """Paths below the spectra folder."""
+        return [self.file] if isinstance(self.file, str) else list(self.file)
+
+    def evaluate(self, folder: Path, wavelength: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Reflectance and absorptance at wavelengths [um]; ends of the source are held."""
+        if self.source == "pane":
+            return self._pane(folder, wavelength)
+        reflectance = self._reflectance(folder, wavelength)
+        if self.ratio is not None:
+            over, under = (
+                np.interp(wavelength, *readers.read_usgs(folder / file)) for file in (self.ratio.over, self.ratio.under)
+            )
+            reflectance = reflectance * over / under
+        return reflectance, 1.0 - reflectance
+
+    def _reflectance(self, folder, wavelength):
+        if self.source == "literature":
+            return np.full(wavelength.shape, self.value)
+        if self.source == "slum":
+            return self._interpolate(wavelength, *readers.read_slum(folder / "slum", self.sample))
+        if self.source == "fresnel":
+            return optics.fresnel_reflectance(self._index(folder, wavelength))
+        spectra = [self._read(folder / file) for file in self.files]
+        return np.mean([self._interpolate(wavelength, *spectrum) for spectrum in spectra], axis=0)
+
+    def _interpolate(self, wavelength, um, value):
+        """Interpolation in a source that must cover the stretch: what is held is never called measured."""
+        lower, upper = self.range
+        if lower < um[0] * (1.0 - _REACH) or upper > um[-1] * (1.0 + _REACH):
+            name = self.sample or ", ".join(self.files)
+            raise InputError(f"{name} covers {um[0]:g} to {um[-1]:g} um; the recipe says {lower:g} to {upper:g}")
+        return np.interp(wavelength, um, value)
+
+    def _read(self, file):
+        if self.source in ("ecostress", "aster_jhu"):
+            return readers.read_ecostress(file, self.unit)
+        return readers.read_usgs(file) if self.source == "usgs" else readers.read_nist_skin(file)
+
+    def _pane(self, folder, wavelength):
+        return optics.pane(self._index(folder, wavelength), wavelength, self.thickness)
+
+    def _index(self, folder, wavelength):
+        tables = [readers.read_constants(folder / file) for file in self.files]
+        um = np.concatenate([table[0] for table in tables])
+        index = np.concatenate([table[1] for table in tables])
+        order = np.argsort(um)
+        return self._interpolate(wavelength, um[order], index[order])
+
+
+class Recipe(StrictModel):
+    """The spectrum of one material.
+
+    Attributes
+    ----------
+    sample : str
+        What was measured.
+    upper : float
+        Where the table ends [um].
+    pieces : list of Piece
+        By increasing wavelength; gaps between them are interpolated, the ends held.
+    """
+
+    sample: str
+    upper: Wavelength = 15.0
+    pieces: Annotated[list[Piece], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _rising(self):
+        edges = [edge for piece in self.pieces for edge in piece.range]
+        if any(b < a for a, b in itertools.pairwise(edges)):
+            raise ValueError("pieces overlap or are not in order of wavelength; mend their ranges")
+        return self
+
+
+class Recipes(StrictModel):
+    """`materials/ref/recipes.yaml`."""
+
+    citations: dict[str, str]
+    recipes: dict[str, Recipe]

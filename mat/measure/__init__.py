@@ -1,0 +1,1 @@
+"""What every build measures: probes, error scales, profiles along axes, nodes placed by tolerance."""

@@ -1,0 +1,162 @@
+"""Random lines of sight on which the interpolation error of an atmospheric table is measured.
+
+Errors of these tables are small nearly everywhere and large in a few cells, where a line grazes the ground or the Sun:
+single random points miss them. So every cell of altitude and elevation gets as many lines as every other, every line a
+range in each cell of ranges.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.measure.scale import Scale
+from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities, BandAtmosphere
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
+
+LINES = 500
+_SOURCES = 2  # of each line
+AMBIENT = (
+    96  # lines on which sky light is computed too, which takes as long as all the rest: its errors have no such tail
+)
+_SKIES = 12  # elevations of the source for which it is
+
+
+@dataclass(frozen=True, eq=False)
+class Probes:
+    """Lines of sight through the axes of a job, and the quantities computed directly on them.
+
+    Attributes
+    ----------
+    places : dict of str to array
+        By axis: range (n, R, 1), altitude and elevation (n, 1, 1), source angles (n, 1, S).
+    ambient_at : (m,) int array
+        The range at which ambient is known, of each of the first m lines for its first source.
+    truth : AtmosphericQuantities
+        As `BandAtmosphere.along_lines`.
+    """
+
+    places: dict[str, np.ndarray]
+    ambient_at: np.ndarray
+    truth: AtmosphericQuantities
+
+    @classmethod
+    def drawn(
+        cls,
+        air: BandAtmosphere,
+        base: PathGrid,
+        irradiance: np.ndarray,
+        generator: np.random.Generator,
+        *,
+        sky: int = AMBIENT,
+        count: int = LINES,
+        wanted: tuple[str, ...] = tuple(key for key, _ in QUANTITIES.values()),
+    ) -> Probes:
+        """Draw so many lines on the job's own axes and compute the quantities on them, ambient on the first `sky`."""
+        altitude, elevation, ranges = lines_in_cells(base, count, generator)
+        lines, steps = np.arange(count), ranges.shape[1]
+        source, azimuth = (
+            _spread(nodes, count * _SOURCES, generator).reshape(count, _SOURCES)
+            for nodes in (base.source_elevation_deg, base.source_azimuth_deg)
+        )
+        source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
+        ambient_at = generator.permutation(sky) % steps
+        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, wanted=wanted)
+        places = (
+            ranges[:, :, None],
+            altitude[:, None, None],
+            elevation[:, None, None],
+            source[:, None],
+            azimuth[:, None],
+        )
+        return cls(dict(zip(AXES, places, strict=True)), ambient_at, truth)
+
+    def errors(self, tables: dict[str, Gridded], scale: Scale | None) -> dict[str, np.ndarray]:
+        """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in its
+        own.
+        """
+        found = {name: self.error(name, table, scale) for name, table in tables.items()}
+        return {name: error[self.above_ground(name, error)] for name, error in found.items()}
+
+    def error(self, name: str, table: Gridded, scale: Scale | None) -> np.ndarray:
+        """Error of a quantity's interpolation at all places of `at`, behind the ground too."""
+        truth, places = self.truth, self.at(name)
+        exact, through = getattr(truth, QUANTITIES[name][0]), truth.transmittance[:, :, None]
+        if name == "beta_star":
+            exact = exact[:, :, None]
+        elif name == "ambient_radiance":
+            exact, through = exact[:, None, None], through[np.arange(exact.size), self.ambient_at][:, :, None]
+        read = table.read(places)
+        return read - exact if scale is None else scale.error(name, read, exact, through, places["range"])
+
+    def at(self, name: str) -> dict[str, np.ndarray]:
+        """Places, by axis, at which a quantity is known."""
+        if name != "ambient_radiance":
+            return self.places if name != "beta_star" else {axis: self.places[axis] for axis in AXES[:3]}
+        row = np.arange(self.ambient_at.size)
+        places = {axis: value[row, :, :1] for axis, value in self.places.items()}
+        return places | {"range": places["range"][row, self.ambient_at][:, None]}
+
+    def above_ground(self, name: str, values: np.ndarray) -> np.ndarray:
+        """Which of values at a quantity's places count."""
+        valid = self.truth.valid[:, :, None]
+        if name == "ambient_radiance":
+            valid = valid[np.arange(self.ambient_at.size), self.ambient_at][:, :, None]
+        return np.broadcast_to(valid, values.shape)
+
+    def lit(self, direct: Gridded) -> np.ndarray:
+        """Share of the corners around each place of direct light that it reaches, each with its weight."""
+        return direct.read_at((direct.values > 0).astype(float), direct.located(self.places))
+
+
+def errors_at(tables: dict[str, Gridded], places, truth, scale: Scale | None) -> dict[str, np.ndarray]:
+    """Errors of each quantity's interpolation at points above the ground, in the scale's unit; without a scale in its
+    own.
+
+    Parameters
+    ----------
+    tables : dict of str to Gridded
+    places : five (n,) arrays
+        In the order of `gridded.AXES`.
+    truth : AtmosphericQuantities
+        At the points.
+    """
+    at, found = dict(zip(AXES, places, strict=True)), {}
+    for name, table in tables.items():
+        read, exact = table.read(at), getattr(truth, QUANTITIES[name][0])
+        error = read - exact if scale is None else scale.error(name, read, exact, truth.transmittance, at["range"])
+        found[name] = error[truth.valid]
+    return found
+
+
+def lines_in_cells(
+    base: PathGrid, count: int, generator: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Altitude, elevation (n,) and ranges (n, R) of lines, as many in each cell of altitude and elevation, a range in
+    each cell of ranges.
+    """
+    cells = max(1, base.altitude_km.size - 1), max(1, base.elevation_deg.size - 1)
+    turn = generator.permutation(cells[0] * cells[1])[np.arange(count) % (cells[0] * cells[1])]
+    altitude, elevation = (
+        _in_cell(nodes, cell, generator)
+        for nodes, cell in zip((base.altitude_km, base.elevation_deg), np.divmod(turn, cells[1]), strict=True)
+    )
+    steps = max(1, base.range_km.size - 1)
+    return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
+
+
+def _in_cell(nodes: np.ndarray, cell: np.ndarray, generator) -> np.ndarray:
+    """A random place in each of some cells of an axis; an axis of one node gives that node."""
+    if nodes.size == 1:
+        return np.full(np.shape(cell), nodes[0])
+    return nodes[cell] + generator.random(np.shape(cell)) * (nodes[cell + 1] - nodes[cell])
+
+
+def _spread(nodes: np.ndarray, count: int, generator) -> np.ndarray:
+    """Random places (count,) on an axis, one in each of as many equal parts of its cells, in random order."""
+    if nodes.size == 1:
+        return np.full(count, nodes[0])
+    place = (generator.permutation(count) + generator.random(count)) / count * (nodes.size - 1)
+    return np.interp(place, np.arange(nodes.size), nodes)

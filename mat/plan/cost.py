@@ -1,0 +1,77 @@
+"""What a build will take, estimated from its plan by a measured model.
+
+Constants are fits to builds of the starter job and of the default grid with one to 82 materials on one core of a 2.5
+GHz server, in processor seconds; tests/validation/test_build_cost.py says how good they are. Another machine takes its
+own multiple.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.job.extra_tables import WEIGHTED_TRANSMITTANCE
+from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.plan.plan import Plan
+from skyshine.mat.scene.atmosphere import absorption_table, air_of, response_of
+from skyshine.mat.tables.band import PLANCK_TEMPERATURES
+
+COMPILE_BAND, COMPILE_POINT = 0.5, 8.0e-4  # s for each band, and for each of its spectral points
+# s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44
+# points.
+TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 6.3e-7, 0.028, 44
+COMPILED_POINTS = 64  # the most that a compiled band has
+MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABLE_POINTS
+# s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines
+# beside the table's.
+EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
+# s for the sky of a state, for each material under it, and for each distinct surface column, its forcing included.
+SKY, MATERIAL, COLUMN = 0.2, 0.02, 2.0e-5
+PICTURE = 0.45  # s for each file that is drawn
+TEXTURE = 1.0  # s for each texture of a megapixel or so
+
+
+def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
+    """Processor seconds of a build that keeps and finds nothing, by stage.
+
+    Tables whose nodes a tolerance places count as they stand in the job: how many it takes is not known before.
+    """
+    job, grid = loaded.job, loaded.job.atmosphere_grid
+    share = COMPILED_POINTS / TABLE_POINTS
+    sets, sources = len(job.states), len(job.sources)
+    wanted = [job.bands[number - 1] for number in job.needed_bands]
+    points = [absorption_table().points(*band.wavenumber_range).wavenumber.size for band in map(response_of, wanted)]
+    lines = len(job.observer_altitudes_km) * len(grid.elevation_deg)
+    heights = len(grid.source_elevation_deg)
+    nodes = lines * len(grid.range_km) * heights * len(grid.source_azimuth_deg)
+    one = share * (TABLE_LINE * lines + TABLE_NODE * nodes + TABLE_SOURCE * heights)
+    surface = job.surface_grid
+    level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
+    planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
+    columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
+    weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
+    emission = (
+        (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km)
+        if WEIGHTED_TRANSMITTANCE in job.extra_tables
+        else 0.0
+    )
+    files = sum(len(task.files) for task in plan.tasks)
+    return {
+        "compile": distinct_airs(loaded) * (COMPILE_BAND * len(points) + COMPILE_POINT * sum(points)),
+        "atmosphere": sets * len(points) * sources * one,
+        "accuracy": sets * len(points) * sources * MEASURED * share,
+        "weighted transmittance": sets * emission * sum(points),
+        "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns),
+        "textures": TEXTURE * len(job.textures),
+        "pictures": PICTURE * files if job.output.pictures else 0.0,
+    }
+
+
+def distinct_airs(loaded: LoadedJob) -> int:
+    """For how many airs the points of the bands are chosen; moonlight is another each day."""
+    job = loaded.job
+    return len(
+        {
+            (air_of(state), (state.date or job.site.date) if "moon" in loaded.whole.sources else None)
+            for state in job.states
+        }
+    )

@@ -1,0 +1,1 @@
+"""Blackbody radiation, spectral responses, reflectance, specular lobes, equivalent temperature."""

@@ -1,0 +1,142 @@
+"""What a band, the Sun or a temperature sees of a material's reflectance spectrum.
+
+Spectra are linear between their nodes; beyond the first and last wavelength the end value is held. Where a
+material transmits, `Material.absorptance` is less than 1 - reflectance: absorptance and emissivity below are taken
+from it, reflectance never.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.radiometry.blackbody import SECOND_RADIATION_UM, SpectralResponse
+from skyshine.materials.records import Material
+from skyshine.schemas.errors import InputError, nearest
+
+WEIGHTINGS = ("flat", "planck", "solar")
+# Range of the thermal emissivity [um]: 300 K blackbody radiation outside it is below 2e-4 of the whole.
+_THERMAL_RANGE = (1.0, 200.0)
+
+
+def band_reflectance(
+    material: Material, response: SpectralResponse, weighting="flat", temperature=None, irradiance=None
+):
+    """Reflectance of a material in a band.
+
+    Parameters
+    ----------
+    material : Material
+    response : SpectralResponse
+    weighting : str
+        "flat": by the response alone; "planck": by blackbody radiance too; "solar": by irradiance too.
+    temperature : array_like, optional
+        [K], above 0, any shape; for "planck".
+    irradiance : tuple of two array_like (k,), optional
+        Wavelength [um], increasing, and irradiance per unit wavelength (any scale); for "solar".
+
+    Returns
+    -------
+    float or ndarray
+        Of the shape of `temperature` for "planck".
+
+    Raises
+    ------
+    InputError
+        An unknown weighting, a missing or superfluous argument, a temperature that is not above 0, or an
+        irradiance that is 0 over the whole band.
+    """
+    return _band_mean(material.wavelength, material.reflectance, response, weighting, temperature, irradiance)
+
+
+def band_emissivity(material: Material, response: SpectralResponse, temperature):
+    """Emissivity of a material in a band, weighted by blackbody radiance at `temperature` [K].
+
+    Equal to 1 - `band_reflectance(..., "planck", temperature)` unless the material transmits.
+    """
+    return _band_mean(material.wavelength, material.absorptance, response, "planck", temperature, None)
+
+
+def solar_absorptance(material: Material, wavelength, irradiance):
+    """Share of solar irradiance that a material absorbs.
+
+    Parameters
+    ----------
+    material : Material
+    wavelength : array_like, shape (k,)
+        [um], increasing.
+    irradiance : array_like, shape (k,)
+        Per unit wavelength, any scale; not negative. Its range is the range of the mean.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    InputError
+        The irradiance is not a spectrum: too short, not increasing, negative or 0 everywhere.
+    """
+    um, value = _spectrum(wavelength, irradiance)
+    everywhere = SpectralResponse.rectangular(um[0], um[-1])
+    return _band_mean(material.wavelength, material.absorptance, everywhere, "solar", None, (um, value))
+
+
+def thermal_emissivity(material: Material, temperature=300.0):
+    """Emissivity over the whole thermal spectrum (1 to 200 um) at `temperature` [K]; the ends of the table are held."""
+    return band_emissivity(material, SpectralResponse.rectangular(*_THERMAL_RANGE), temperature)
+
+
+def _band_mean(wavelength, values, response, weighting, temperature, irradiance):
+    if weighting not in WEIGHTINGS:
+        raise InputError(f"found the weighting '{weighting}'; {nearest(weighting, WEIGHTINGS)}")
+    if (temperature is not None) != (weighting == "planck"):
+        raise InputError("a temperature belongs to the weighting 'planck', and to it alone")
+    if (irradiance is not None) != (weighting == "solar"):
+        raise InputError("an irradiance belongs to the weighting 'solar', and to it alone")
+    if weighting == "solar":
+        um, level = _spectrum(*irradiance)
+        node, weight = _refined(response, wavelength, um).quadrature
+        weight = weight * np.interp(node, um, level, left=0.0, right=0.0)
+        if not weight.sum() > 0.0:
+            raise InputError(
+                f"the irradiance is 0 over the whole band of {response.lower:g} to {response.upper:g} um; "
+                "give one that covers it"
+            )
+        return float(np.interp(node, wavelength, values) @ weight / weight.sum())
+    node, weight = _refined(response, wavelength).quadrature
+    value = np.interp(node, wavelength, values)
+    if weighting == "flat":
+        return float(value @ weight / weight.sum())
+    kelvin = np.asarray(temperature, dtype=float)
+    if not np.all(np.isfinite(kelvin)) or np.any(kelvin <= 0.0):
+        raise InputError("a Planck-weighted mean needs finite temperatures above 0 K")
+    shape = _planck_shape(node, kelvin.ravel()) * weight
+    mean = (shape @ value / shape.sum(axis=1)).reshape(kelvin.shape)
+    return float(mean) if kelvin.ndim == 0 else mean
+
+
+def _planck_shape(wavelength, kelvin):
+    """Blackbody spectra (m, q), each scaled to a peak of 1 so that none underflows in the cold."""
+    x = SECOND_RADIATION_UM / (wavelength * kelvin[:, None])
+    logarithm = -5.0 * np.log(wavelength) - x - np.log(-np.expm1(-x))
+    return np.exp(logarithm - logarithm.max(axis=1, keepdims=True))
+
+
+def _refined(response, *grids):
+    """The same response with the nodes of other grids added, so that its quadrature resolves them."""
+    inside = [grid[(grid > response.lower) & (grid < response.upper)] for grid in grids]
+    nodes = np.unique(np.concatenate([response.wavelength, *inside]))
+    return SpectralResponse(nodes, response.at_wavelength(nodes))
+
+
+def _spectrum(wavelength, irradiance):
+    um, value = np.asarray(wavelength, dtype=float), np.asarray(irradiance, dtype=float)
+    if um.ndim != 1 or um.shape != value.shape or um.size < 2:
+        raise InputError(
+            f"an irradiance spectrum needs two equally long columns, found shapes {um.shape} and {value.shape}"
+        )
+    if not np.all(np.isfinite(um)) or um[0] <= 0.0 or np.any(np.diff(um) <= 0.0):
+        raise InputError("irradiance wavelengths must be above 0 um and strictly increasing")
+    if not np.all(np.isfinite(value)) or np.any(value < 0.0) or value.max() == 0.0:
+        raise InputError("irradiance must be finite, not negative, and not 0 everywhere")
+    return um, value

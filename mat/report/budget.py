@@ -1,0 +1,295 @@
+"""The error budget of a built database: each source of error switched on alone, and all together.
+
+The reference is the spectral integral over all points of the band, at the pixel itself, with temperatures solved there.
+Sources are those of DSTO-TN-0193; every one is the difference that it makes alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.job.surface import at_kelvin
+from skyshine.mat.products.atmosphere import compiled_band, path_grid
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.report.built_tables import Tables, frame_centres, vertices
+from skyshine.mat.report.columns import temperatures_at
+from skyshine.mat.report.options import (
+    FIELDS_OF_VIEW,
+    Option,
+    Seen,
+    frame_errors,
+    options_of_averages,
+    options_of_frames,
+)
+from skyshine.mat.report.runtime import (
+    Finish,
+    Readings,
+    exact_normalisation,
+    reflection,
+    runtime_radiance,
+    spectral_radiance,
+)
+from skyshine.mat.report.views import Views, random_views
+from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.materials.library import MaterialLibrary
+
+FINE_STEPS = 288  # solver times of the reference temperatures
+SOURCES = {
+    "reflectance": "reflectance averaged over the band, outside the integral",
+    "transmittance": "transmittance of the thermal term outside the integral",
+    "compiled_band": "few spectral points in place of all",
+    "solver_steps": "the heat balance at the job's solver_steps in place of 288 a day",
+    "temperature_table": "interpolation of T",
+    "beta_star_table": "interpolation of beta*",
+    "path_radiance_table": "interpolation of L_path/(1 - tau)",
+    "ambient_table": "interpolation of L_ambient",
+    "direct_table": "interpolation of L_direct",
+    "tables": "interpolation of all five",
+    "face": "radiance of the vertices interpolated across the face",
+    "transmittance_extrapolation": "transmittance from beta* of the centre pixel",
+    "radiance_extrapolation": "path, ambient and direct radiance from the centre pixel",
+    "normalisation": "N_s averaged over source angles",
+    "misclassification": "material codes of the textures",
+    "all": "all together, as a runtime has them",
+}
+
+
+@dataclass(eq=False)
+class Budget:
+    """Errors of one state, band and source.
+
+    Attributes
+    ----------
+    state, band : int
+        Counted from 1.
+    source : str
+    materials : tuple of str
+    views : Views
+    response : SpectralResponse
+    radiance : (n, M) array
+        The reference, W m^-2 sr^-1.
+    errors : dict of str to (n, M) array
+        Of each source (`SOURCES`), W m^-2 sr^-1; that of misclassification (n, M, M), by the material found.
+    found_share : (M, M) array or None
+        Share of the texels of each material that are found to be each other.
+    extrapolation : dict of str to (F, n, M) array
+        The two errors of extrapolation for each of `FIELDS_OF_VIEW`.
+    frames : dict of str to (F, n, M) array
+        Errors of the stored tables off the centre of a frame, for each of `options.READINGS` and `FIELDS_OF_VIEW`.
+    options : dict of str to Option
+        Errors that other tables and readings remove, what is left of them, and what that costs.
+    """
+
+    state: int
+    band: int
+    source: str
+    materials: tuple[str, ...]
+    views: Views
+    response: SpectralResponse
+    radiance: np.ndarray
+    errors: dict[str, np.ndarray] = field(default_factory=dict)
+    found_share: np.ndarray | None = None
+    extrapolation: dict[str, np.ndarray] = field(default_factory=dict)
+    frames: dict[str, np.ndarray] = field(default_factory=dict)
+    options: dict[str, Option] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A state and band of a job, at all spectral points and at the few that its tables were computed with."""
+
+    loaded: LoadedJob
+    state: int
+    band: int
+    response: SpectralResponse
+    exact: BandAtmosphere
+    few: BandAtmosphere
+
+    @classmethod
+    def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
+        """Prepare a state and band, counted from 1."""
+        loaded = loaded.of_state(state)
+        job, response = loaded.job, response_of(loaded.job.bands[band - 1])
+        air = atmospheric_state(job.site, job.states[state - 1])
+        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        compiled, _ = compiled_band(loaded, air, everything)
+        exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
+        return cls(loaded, state, band, response, exact, few)
+
+
+def error_budget(
+    prepared: Prepared, folder: Path, library: MaterialLibrary, *, source: str, scenes: int, seed: int
+) -> Budget | None:
+    """Measure the errors of one set of tables.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the built databases.
+    source : {'sun', 'moon'}
+    scenes, seed : int
+        Number of random views, and what they are drawn with.
+
+    Returns
+    -------
+    Budget or None
+        None where the tables leave no room for a view with the source above the horizon.
+
+    Raises
+    ------
+    InputError
+        A database is missing or does not belong to the job.
+    """
+    job = prepared.loaded.job
+    tables = Tables.open(folder, prepared.state, prepared.band, source, job)
+    scene = _Scene(prepared, library, tables, source)
+    views = random_views(job, source, scene.grid, tables.surface_axes, prepared.exact.air.shells, scenes, seed)
+    if not len(views):
+        return None
+    return scene.budget(views, np.random.default_rng([seed, 2]))
+
+
+class _Scene:
+    """Everything that the budget of one state, band and source takes."""
+
+    def __init__(self, prepared, library, tables, source):
+        job = prepared.loaded.job
+        self.tables, self.numbers, self.source = tables, (prepared.state, prepared.band), source
+        self.response, self.grid = prepared.response, path_grid(job)
+        self.exact, self.few = prepared.exact, prepared.few
+        self.light, self.few_light = (
+            source_irradiance(job, source, air.band.wavenumber, air.band.width) for air in (self.exact, self.few)
+        )
+        chosen = [library[name] for name in tables.materials]
+        self.materials, self.inputs = surface_materials(chosen, job.operated), scene_inputs(job, prepared.state)
+        self.given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
+        self.steps = job.accuracy.solver_steps
+        micron = 1e4 / self.exact.band.wavenumber
+        self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
+
+    def budget(self, views: Views, generator) -> Budget:
+        band, tables, finish = self.exact.band, self.tables, self.tables.finish
+        place = (views.range, views.altitude, views.elevation, views.source_elevation, views.relative_azimuth)
+        lines = self.exact.spectral_at_points(*place, self.light)
+        best = self._finish(views, views.normal)
+        bounce = reflection(views, views.normal, best)
+        fine, own = (
+            self._temperature(views, views.normal, views.surface_altitude, steps) for steps in (FINE_STEPS, self.steps)
+        )
+        truth = spectral_radiance(lines, band, fine, self.reflectance, bounce)
+        full, few = Readings.integrated(lines, band), Readings.of(self.few.at_points(*place, self.few_light))
+        read = tables.readings(views)
+        glow = tables.blackbody(fine)
+        base = runtime_radiance(full, glow, bounce, finish)
+        budget = Budget(*self.numbers, self.source, tables.materials, views, self.response, truth)
+        flat = np.repeat(finish.reflectance[:, None], band.weight.size, axis=1)
+        outside = np.repeat(full.transmittance, band.weight.size, axis=1)
+        errors = budget.errors
+        errors["reflectance"] = spectral_radiance(lines, band, fine, flat, bounce) - truth
+        errors["transmittance"] = spectral_radiance(lines, band, fine, self.reflectance, bounce, outside) - truth
+        errors["compiled_band"] = runtime_radiance(few, glow, bounce, finish) - base
+        errors["solver_steps"] = runtime_radiance(full, tables.blackbody(own), bounce, finish) - base
+        self._of_tables(budget, views, own, few, read, bounce)
+        self._of_faces_and_frames(budget, views, own, few, bounce, generator)
+        mean = reflection(views, views.normal, finish)
+        errors["normalisation"] = runtime_radiance(full, glow, mean, finish) - base
+        self._of_materials(budget, full, glow, bounce, best)
+        seen = Seen(views, lines, band, self.reflectance, fine, glow, bounce, full, truth, base)
+        budget.options = options_of_averages(tables, seen, errors["normalisation"]) | budget.options
+        return budget
+
+    def _finish(self, views, normal) -> Finish:
+        """The tables' finish with N_s of the very angles."""
+        f = self.tables.finish
+        return Finish(f.reflectance, f.specular_fraction, f.shininess, exact_normalisation(f.shininess, views, normal))
+
+    def _temperature(self, views, normal, altitude, steps):
+        slope, azimuth = self.tables.facing(normal)
+        return temperatures_at(
+            self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps, given=self.given
+        )
+
+    def _of_tables(self, budget, views, own, few, read, bounce):
+        """Interpolation: of each quantity, then of all; against direct computation with the same points and solver."""
+        tables, finish = self.tables, self.tables.finish
+        warm, cold = (
+            tables.blackbody(tables.temperature(views, views.normal, views.surface_altitude)),
+            tables.blackbody(own),
+        )
+        direct = runtime_radiance(few, cold, bounce, finish)
+        budget.errors["temperature_table"] = runtime_radiance(few, warm, bounce, finish) - direct
+        parts = vars(few)
+        for name, key in (
+            ("beta_star_table", "transmittance"),
+            ("path_radiance_table", "path_radiance_ratio"),
+            ("ambient_table", "ambient"),
+            ("direct_table", "direct"),
+        ):
+            one = Readings(**{**parts, key: getattr(read, key)})
+            budget.errors[name] = runtime_radiance(one, cold, bounce, finish) - direct
+        budget.errors["tables"] = runtime_radiance(read, warm, bounce, finish) - direct
+
+    def _of_faces_and_frames(self, budget, views, own, few, bounce, generator):
+        """Faces, extrapolation from the centre pixel, and everything together."""
+        tables, finish = self.tables, self.tables.finish
+        here = runtime_radiance(few, tables.blackbody(own), bounce, finish)
+        ends = vertices(views, self.grid, tables)
+        across = 0.0
+        for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
+            kelvin = self._temperature(views, end.normal, end.surface_altitude, self.steps)
+            q = Readings.of(self.few.at_points(*end.place(views), self.few_light))
+            light = reflection(views, end.normal, self._finish(views, end.normal))
+            across = across + weight[:, None] * runtime_radiance(q, tables.blackbody(kelvin), light, finish)
+        budget.errors["face"] = across - here
+        offset = generator.uniform(-0.5, 0.5, (2, len(views)))
+        chosen = generator.integers(len(FIELDS_OF_VIEW), size=len(views))
+        found = {"transmittance_extrapolation": [], "radiance_extrapolation": []}
+        together = np.empty_like(here)
+        names = tables.found_names(generator, here.shape)
+        for number, width in enumerate(FIELDS_OF_VIEW):
+            centre = frame_centres(views, self.grid, offset * width)
+            q = Readings.of(self.few.at_points(*centre.place(views), self.few_light))
+            own_tau = Readings(q.at_range(centre.range, views.range), few.path_radiance_ratio, few.ambient, few.direct)
+            rest = Readings(few.transmittance, q.path_radiance_ratio, q.ambient, q.direct)
+            for name, readings in zip(found, (own_tau, rest), strict=True):
+                found[name].append(runtime_radiance(readings, tables.blackbody(own), bounce, finish) - here)
+            rows = chosen == number
+            together[rows] = self._all_together(views, ends, tables.readings(views, centre), centre, names)[rows]
+        budget.extrapolation = {name: np.array(values) for name, values in found.items()}
+        row = np.arange(len(views))
+        for name, values in budget.extrapolation.items():
+            budget.errors[name] = values[chosen, row]
+        budget.errors["all"] = together - budget.radiance
+        cold = tables.blackbody(own)
+        budget.frames = frame_errors(
+            tables, views, self.grid, offset, here, lambda read: runtime_radiance(read, cold, bounce, finish)
+        )
+        budget.options |= options_of_frames(tables, views, self.grid, budget.frames, chosen)
+
+    def _all_together(self, views, ends, read, centre, names):
+        """What the runtime shows: tables at the centre pixel, vertices, mean N_s, the materials that the textures
+        name.
+        """
+        tables, finish, shown = self.tables, self.tables.finish, 0.0
+        for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
+            tau = read.at_range(centre.range, end.range)
+            readings = Readings(tau, read.path_radiance_ratio, read.ambient, read.direct)
+            glow = tables.blackbody(tables.temperature(views, end.normal, end.surface_altitude))
+            values = runtime_radiance(readings, glow, reflection(views, end.normal, finish), finish)
+            shown = shown + weight[:, None] * np.take_along_axis(values, names, axis=1)
+        return shown
+
+    def _of_materials(self, budget, full, glow, bounce, finish):
+        share = self.tables.found_share
+        if share is None:
+            return
+        each = runtime_radiance(full, glow, bounce, finish)
+        budget.found_share = share
+        budget.errors["misclassification"] = each[:, None, :] - each[:, :, None]

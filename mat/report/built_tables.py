@@ -1,0 +1,248 @@
+"""Reading built databases as a runtime does, for an error budget: the pixel, the centre of its frame, the vertices of
+its face.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
+from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
+from skyshine.mat.job.model import Job
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.report.runtime import Finish, Readings
+from skyshine.mat.report.views import Views, direction, fold, on_axes, slope_and_azimuth
+from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
+from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.reader import open_tmm
+
+# The centre of a frame looks at the ground of the same altitude; where that is further off, or not at all, it looks at
+# something this many times as far as the pixel.
+_FARTHEST = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """Another line of sight from the same observers: (n,) arrays as `Views`; normals (n, 3) of what it meets."""
+
+    range: np.ndarray
+    elevation: np.ndarray
+    heading: np.ndarray
+    surface_altitude: np.ndarray
+    normal: np.ndarray
+
+    def place(self, views: Views):
+        """Range, altitude, elevation, source elevation and relative azimuth, as `BandAtmosphere.at_points` takes
+        them.
+        """
+        return (
+            self.range,
+            views.altitude,
+            self.elevation,
+            views.source_elevation,
+            fold(views.source_azimuth - self.heading),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """The databases of one state, band and source, with the texture databases of the job."""
+
+    surface: TemperatureTable
+    band: BandTable
+    air: AtmosphereTable
+    thermal: ThermalTable | None
+    found_share: np.ndarray | None
+
+    @classmethod
+    def open(cls, folder: Path, state: int, band: int, source: str, job: Job) -> Tables:
+        """Open the databases that the job's build has written.
+
+        Raises
+        ------
+        InputError
+            One is missing, damaged, or of other materials than the rest.
+        """
+        names = [
+            state_file(state, len(job.states)),
+            band_file(band),
+            atmosphere_file(state, band, source, len(job.states)),
+        ]
+        if WEIGHTED_TRANSMITTANCE in job.extra_tables:
+            names.append(thermal_file(state, band, len(job.states)))
+        for name in names:
+            if not (folder / name).is_file():
+                raise InputError(f"holds no {name}; build the job first: mat build", file=folder)
+        surface, properties, air, *rest = (open_table(folder / name) for name in names)
+        for name, other in ((names[1], properties), *zip(names[3:], rest, strict=True)):
+            if list(surface.materials.values()) != list(other.materials.values()):
+                raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
+        if NORMALISATION_BY_ANGLE in job.extra_tables and "normalisation_fine" not in properties.root.variables:
+            raise InputError(
+                f"{names[1]} lacks the {NORMALISATION_BY_ANGLE} that the job asks for; build the job again: mat build",
+                file=folder,
+            )
+        textures = [folder / f"{texture.name}.tmm.h5" for texture in job.textures]
+        share = _found_shares([file for file in textures if file.is_file()], list(surface.materials))
+        return cls(surface, properties, air, rest[0] if rest else None, share)
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Names, in the order of the tables."""
+        return tuple(self.surface.materials)
+
+    @property
+    def surface_axes(self) -> dict[str, np.ndarray]:
+        """Nodes of the temperature table's axes of place and time."""
+        return {
+            name: np.asarray(self.surface.root.axes[name].values, float)
+            for name in ("altitude", "azimuth", "slope", "time")
+        }
+
+    @property
+    def finish(self) -> Finish:
+        """Band means of the materials."""
+        names = ("reflectance", "specular_fraction", "shininess", "normalisation")
+        return Finish(*(self.band.root.variables[name].data.astype(float) for name in names))
+
+    def facing(self, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Slope and azimuth of normals, as the axes have them."""
+        return slope_and_azimuth(on_axes(normal, self.surface_axes))
+
+    def temperature(self, views: Views, normal: np.ndarray, altitude: np.ndarray) -> np.ndarray:
+        """Interpolated temperatures (n, M), K."""
+        slope, azimuth = self.facing(normal)
+        codes = np.array(list(self.surface.materials.values()))
+        columns = {"altitude": altitude, "azimuth": azimuth, "slope": slope, "time": views.time}
+        return self.surface.temperature(
+            material=codes, out_of_range="clamp", **{name: values[:, None] for name, values in columns.items()}
+        )
+
+    def blackbody(self, temperature: np.ndarray) -> np.ndarray:
+        """Band radiance of black bodies."""
+        return self.band.blackbody_radiance(temperature)
+
+    def readings(self, views: Views, sight: Sight | None = None) -> Readings:
+        """The interpolated quantities of the views, or of other sights of the same observers."""
+        sight = sight or Sight(views.range, views.elevation, views.heading, views.surface_altitude, views.normal)
+        names = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
+        place = dict(zip(names, sight.place(views), strict=True))
+        path = {name: place[name] for name in names[:3]}
+        source = path | {"source_elevation": place["source_elevation"]}
+
+        def read(name, where):
+            return self.air.value(name, out_of_range="clamp", **where)
+
+        tau = self.air.transmittance(range=sight.range, beta_star=read("beta_star", path))
+        values = read("path_radiance_ratio", place), read("ambient_radiance", source), read("direct_radiance", source)
+        return Readings(*(value[:, None] for value in (tau, *values)))
+
+    def weighted_reflectance(self, temperature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Reflectance weighted by Planck radiance at the temperatures (n, M), and by sunlight (M,)."""
+        codes = np.array(list(self.band.materials.values()))
+        planck = self.band.value(
+            "reflectance_planck", material=codes, planck_temperature=temperature, out_of_range="clamp"
+        )
+        return planck, self.band.root.variables["reflectance_solar"].data.astype(float)
+
+    def normalisation_at(self, cosine: np.ndarray) -> np.ndarray:
+        """N_s of the materials at cosines of incidence (n, 1), (n, M)."""
+        codes = np.array(list(self.band.materials.values()))
+        angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
+        return self.band.value("normalisation_by_angle", material=codes, source_angle=angle, out_of_range="clamp")
+
+    def normalisation_to_grazing(self, cosine: np.ndarray) -> np.ndarray:
+        """The same from the finer table that a job may ask for."""
+        codes = np.array(list(self.band.materials.values()))
+        return self.band.normalisation(material=codes, angle=np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0))))
+
+    def emitted_transmittance(self, views: Views, temperature: np.ndarray) -> np.ndarray:
+        """Transmittance (n, M) of what the materials emit at their temperatures (n, M), from the table that a job may
+        ask for.
+        """
+        codes = np.array(list(self.thermal.materials.values()))
+        distance, altitude, elevation = (values[:, None] for values in (views.range, views.altitude, views.elevation))
+        beta = self.thermal.beta_star(
+            material=codes,
+            temperature=temperature,
+            range=distance,
+            altitude=altitude,
+            elevation=elevation,
+            out_of_range="clamp",
+        )
+        return self.thermal.transmittance(range=distance, beta_star=beta)
+
+    def found_names(self, generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
+        """Which material each of (n, M) texels is found to be, drawn from the shares."""
+        true = np.broadcast_to(np.arange(shape[1]), shape)
+        if self.found_share is None:
+            return np.array(true)
+        drawn = generator.random(shape)[..., None]
+        return np.argmax(np.cumsum(self.found_share, axis=1)[true] > drawn, axis=-1)
+
+
+def _found_shares(files: list[Path], names: list[str]) -> np.ndarray | None:
+    """Of the texels of each material (M,), the share found to be each other, (M, M), from held-out seeds.
+
+    Texels found to be unknown, or of materials that are not built, are left out. A material that was not tested is
+    right.
+    """
+    total = np.zeros((len(names), len(names)))
+    at = {name: number for number, name in enumerate(names)}
+    for file in files:
+        with open_tmm(file) as texture:
+            labels, confusion = list(texture.materials.values()), texture.array("quality/confusion")[:, 1:]
+        known = [number for number, name in enumerate(labels) if name in at]
+        rows = [at[labels[number]] for number in known]
+        total[np.ix_(rows, rows)] += confusion[np.ix_(known, known)]
+    if not total.any():
+        return None
+    tested = total.sum(axis=1) > 0
+    total[~tested] = np.eye(len(names))[~tested]
+    return total / total.sum(axis=1, keepdims=True)
+
+
+def vertices(views: Views, grid: PathGrid, tables: Tables) -> tuple[Sight, Sight]:
+    """The two vertices between which a pixel's radiance is interpolated."""
+    found = []
+    for share in (-views.share, 1 - views.share):
+        step = views.along * (share * views.face)[:, None] * 1e-3
+        line = direction(views.elevation, views.heading) * views.range[:, None] + step
+        distance = np.linalg.norm(line, axis=1)
+        # The Earth curves too little along a face to be seen: only the difference to the pixel counts.
+        elevation = views.elevation + np.degrees(
+            np.arcsin(np.clip(line[:, 2] / distance, -1, 1)) - np.arcsin(np.sin(np.radians(views.elevation)))
+        )
+        heading = np.degrees(np.arctan2(line[:, 0], line[:, 1]))
+        normal = views.normal + views.along * (np.tan(views.bend) * share)[:, None]
+        normal = on_axes(normal / np.linalg.norm(normal, axis=1, keepdims=True), tables.surface_axes)
+        low, high = tables.surface_axes["altitude"][[0, -1]]
+        altitude = np.clip(views.surface_altitude + step[:, 2], low, high)
+        found.append(
+            Sight(
+                np.clip(distance, grid.range_km[0], grid.range_km[-1]),
+                np.clip(elevation, grid.elevation_deg[0], grid.elevation_deg[-1]),
+                heading,
+                altitude,
+                normal,
+            )
+        )
+    return tuple(found)
+
+
+def frame_centres(views: Views, grid: PathGrid, offset: np.ndarray) -> Sight:
+    """Lines of sight of the centre pixels, `offset` (2, n) degree across and down from the views."""
+    elevation = np.clip(views.elevation + offset[1], grid.elevation_deg[0], grid.elevation_deg[-1])
+    heading = views.heading + offset[0] / np.maximum(np.cos(np.radians(views.elevation)), 0.05)
+    start, end = (EARTH_RADIUS * 1e-3 + altitude for altitude in (views.altitude, views.surface_altitude))
+    sine = np.sin(np.radians(elevation))
+    inside = (start * sine) ** 2 - (start**2 - end**2)
+    level = -start * sine - np.sqrt(np.maximum(inside, 0.0))
+    far = _FARTHEST * views.range
+    distance = np.where((inside >= 0) & (level > 0), np.minimum(level, far), far)
+    distance = np.clip(distance, grid.range_km[0], grid.range_km[-1])
+    return Sight(distance, elevation, heading, views.surface_altitude, views.normal)

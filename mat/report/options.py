@@ -1,0 +1,277 @@
+"""What a runtime gains that reads more than the classic tables, and what that costs it.
+
+Each option is measured where it acts: the same error before and after. Tables that the job's build has written are read
+as a runtime reads them, interpolation included, on both sides; what it has not written is computed exactly on both
+sides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.atmosphere.band.compile import BandPoints
+from skyshine.mat.build.record import cost_of
+from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
+from skyshine.mat.quantities.band_atmosphere import SpectralLines
+from skyshine.mat.quantities.emission import emission_weights
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.report.built_tables import Sight, Tables, frame_centres
+from skyshine.mat.report.runtime import Finish, Readings, incidence, reflection, runtime_radiance, spectral_thermal
+from skyshine.mat.report.views import Views, fold
+from skyshine.schemas.hdf5 import Group
+
+FIELDS_OF_VIEW = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0)  # degree
+READINGS = ("centre", "profile", "frame")  # where the quantities of a pixel are read
+_STARRED = ("beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What an option takes.
+
+    Attributes
+    ----------
+    bytes : int or None
+        Of its arrays or file, packed; None where the job has not written it.
+    seconds : float or None
+        Of its build; None where it was not built, where its record is lost, or where it is part of another table's.
+    per_frame, per_pixel : float
+        Table values that a runtime reads beyond the 72 a frame of the classic tables (fewer where an axis has one
+        node); not a number where the number of classes is not known.
+    """
+
+    bytes: int | None
+    seconds: float | None
+    per_frame: float
+    per_pixel: float
+
+
+@dataclass(frozen=True, eq=False)
+class Option:
+    """What an option does to an error.
+
+    Attributes
+    ----------
+    before, after : (n, M) arrays
+        W m^-2 sr^-1.
+    stored : bool
+        Read from tables that the job wrote.
+    cost : Cost
+    exact : tuple of two (n, M) arrays, optional
+        Before and after, computed exactly.
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    stored: bool
+    cost: Cost
+    exact: tuple[np.ndarray, np.ndarray] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """n views of M materials as the error budget has them.
+
+    Attributes
+    ----------
+    views : Views
+    lines : SpectralLines
+    band : BandPoints
+    reflectance : (M, P) array
+    kelvin, glow : (n, M) arrays
+        Temperature of the surfaces, and (7) there.
+    bounce : (n, M) array
+        From `runtime.reflection` with N_s of the very angle.
+    full : Readings
+        Integrated over all points.
+    truth, base : (n, M) arrays
+        Radiance by the integrals, and by the runtime's equations with exact quantities.
+    """
+
+    views: Views
+    lines: SpectralLines
+    band: BandPoints
+    reflectance: np.ndarray
+    kelvin: np.ndarray
+    glow: np.ndarray
+    bounce: np.ndarray
+    full: Readings
+    truth: np.ndarray
+    base: np.ndarray
+
+
+def options_of_averages(tables: Tables, seen: Seen, normalisation: np.ndarray) -> dict[str, Option]:
+    """Options against averages over band and source angle; `normalisation` is the error (n, M) of the mean N_s."""
+    return {
+        "weighted_reflectance": _weighted_reflectance(tables, seen),
+        WEIGHTED_TRANSMITTANCE: _weighted_transmittance(tables, seen),
+        **_by_angle(tables, seen, normalisation),
+    }
+
+
+def _weighted_reflectance(tables, seen) -> Option:
+    held = sum(tables.band.stored_bytes(name) for name in ("reflectance_planck", "reflectance_solar"))
+    after = _shown(tables, seen, seen.full, seen.full.transmittance) - seen.truth
+    return Option(seen.base - seen.truth, after, True, Cost(held, None, 0, 3))
+
+
+def _shown(tables, seen, readings: Readings, emitted_transmittance: np.ndarray) -> np.ndarray:
+    """Equation (1) with weighted reflectances and another transmittance in (6)."""
+    rho, solar = tables.weighted_reflectance(seen.kelvin)
+    reflected = readings.ambient * tables.finish.reflectance + readings.direct * seen.bounce * solar
+    path = readings.path_radiance_ratio * (1 - readings.transmittance)
+    return seen.glow * (1 - rho) * emitted_transmittance + reflected * readings.transmittance + path
+
+
+def _weighted_transmittance(tables, seen) -> Option:
+    """Beside the weighted reflectances, which it goes with; what is left without interpolation is measured in the
+    thermal term alone.
+    """
+    emitted = seen.glow * (1 - tables.weighted_reflectance(seen.kelvin)[0])
+    thermal = spectral_thermal(seen.lines.transmittance, seen.band, seen.kelvin, seen.reflectance)
+    exact = emitted * seen.full.transmittance - thermal, emitted * _exact(seen) - thermal
+    if tables.thermal is None:
+        return Option(*exact, False, Cost(None, None, float("nan"), 4), exact)
+    read = tables.readings(seen.views)
+    own = read.transmittance, tables.emitted_transmittance(seen.views, seen.kelvin)
+    axes, path = tables.thermal.root.axes, tables.thermal.path
+    groups, nodes = (axes[name].values.size for name in ("material_class", "planck_temperature"))
+    cost = Cost(
+        path.stat().st_size, _seconds(path), groups * nodes * _corners(tables.thermal.root, "beta_star_thermal") // 2, 4
+    )
+    return Option(*(_shown(tables, seen, read, tau) - seen.truth for tau in own), True, cost, exact)
+
+
+def _exact(seen) -> np.ndarray:
+    """Transmittance of what each material emits at its own temperature, (n, M)."""
+    found = np.empty(seen.kelvin.shape)
+    for row, kelvins in enumerate(seen.kelvin):
+        for column, kelvin in enumerate(kelvins):
+            found[row, column] = (
+                emission_weights(seen.band, seen.reflectance[[column]], kelvin)[0] @ seen.lines.transmittance[row]
+            )
+    return found
+
+
+def _by_angle(tables, seen, normalisation) -> dict[str, Option]:
+    finish, cosine = tables.finish, incidence(seen.views, seen.views.normal)
+
+    def left(values) -> np.ndarray:
+        lobes = Finish(finish.reflectance, finish.specular_fraction, finish.shininess, values)
+        return (
+            runtime_radiance(seen.full, seen.glow, reflection(seen.views, seen.views.normal, lobes), finish) - seen.base
+        )
+
+    coarse = Option(
+        normalisation,
+        left(tables.normalisation_at(cosine)),
+        True,
+        Cost(tables.band.stored_bytes("normalisation_by_angle"), None, 0, 2),
+    )
+    if "normalisation_fine" not in tables.band.root.variables:
+        return {
+            "normalisation_in_steps": coarse,
+            NORMALISATION_BY_ANGLE: Option(normalisation, 0 * normalisation, False, Cost(None, None, 0, 2)),
+        }
+    cost = Cost(
+        tables.band.stored_bytes("normalisation_fine"), _seconds(tables.band.path, NORMALISATION_BY_ANGLE), 0, 2
+    )
+    fine = Option(normalisation, left(tables.normalisation_to_grazing(cosine)), True, cost)
+    return {"normalisation_in_steps": coarse, NORMALISATION_BY_ANGLE: fine}
+
+
+def frame_errors(
+    tables: Tables, views: Views, grid: PathGrid, offset: np.ndarray, here: np.ndarray, shown
+) -> dict[str, np.ndarray]:
+    """Errors (F, n, M) of the stored tables off the centre of frames, by `FIELDS_OF_VIEW`, for each of `READINGS`.
+
+    Parameters
+    ----------
+    offset : (2, n) array
+        Of the pixels from the centre, in fields of view.
+    here : (n, M) array
+        Radiance with the quantities computed at the pixels.
+    shown : callable
+        Radiance (n, M) with other `Readings`.
+    """
+    found: dict[str, list] = {name: [] for name in READINGS}
+    pixel = tables.readings(views)
+    for width in FIELDS_OF_VIEW:
+        centre = frame_centres(views, grid, offset * width)
+        read = tables.readings(views, centre)
+        tau = read.at_range(centre.range, views.range)
+        # The same line of sight, ended at the pixel's own range.
+        along = tables.readings(
+            views, Sight(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal)
+        )
+        ways = Readings(tau, read.path_radiance_ratio, read.ambient, read.direct), along, pixel
+        for name, readings in zip(READINGS, ways, strict=True):
+            found[name].append(shown(readings) - here)
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def options_of_frames(
+    tables: Tables, views: Views, grid: PathGrid, errors: dict[str, np.ndarray], chosen: np.ndarray
+) -> dict[str, Option]:
+    """Options against extrapolation, each view in the field of view that `chosen` (n,) counts.
+
+    Parameters
+    ----------
+    errors : dict
+        From `frame_errors`.
+    """
+    row = np.arange(len(views))
+    picked = {name: values[chosen, row] for name, values in errors.items()}
+    width = np.array(FIELDS_OF_VIEW)[chosen]
+    elevation = grid.elevation_deg
+    low, high = (np.clip(views.elevation + side * width / 2, elevation[0], elevation[-1]) for side in (-1, 1))
+    azimuth = fold(views.source_azimuth - views.heading)
+    parts: dict[str, list[Cost]] = {"profile": [], "frame": []}
+    for i in range(len(views)):
+        still = {"altitude": views.altitude[i], "source_elevation": views.source_elevation[i]}
+        parts["frame"].append(_cost(tables.air, still | {"elevation": (low[i], high[i])}))
+        parts["profile"].append(
+            _cost(tables.air, still | {"elevation": views.elevation[i], "source_azimuth": azimuth[i]})
+        )
+    return {
+        f"{name}_of_the_tables": Option(
+            picked["centre"],
+            picked[name],
+            True,
+            Cost(
+                round(float(np.mean([c.bytes for c in costs]))),
+                None,
+                float(np.mean([c.per_frame for c in costs])),
+                costs[0].per_pixel,
+            ),
+        )
+        for name, costs in parts.items()
+    }
+
+
+def _cost(table, where) -> Cost:
+    """Of one frame's part of a table: bytes of its values as float32, values read to make it, and for each pixel."""
+    part = table.part(out_of_range="clamp", **where).root
+    sizes = {name: part.variables[name].data.size for name in _STARRED}
+    read = sum(size * _corners(table.root, name) // _corners(part, name) for name, size in sizes.items())
+    return Cost(4 * sum(sizes.values()), None, read, sum(_corners(part, name) for name in _STARRED))
+
+
+def _seconds(path: Path, stage: str | None = None) -> float | None:
+    """What the build of a file took without its picture, or one stage of it."""
+    cost = cost_of(path)
+    if cost is None:
+        return None
+    stages = cost["stages"]
+    return cost["seconds"] - stages.get("pictures", 0.0) if stage is None else stages.get(stage)
+
+
+def _corners(root: Group, name: str) -> int:
+    """Table values that one reading of a quantity takes."""
+    dims = root.variables[name].dims
+    return 2 ** sum(
+        root.axes[dim].values.size > 1 and root.axes[dim].attributes.get("interpolation") != "exact" for dim in dims
+    )

@@ -1,0 +1,91 @@
+"""The error budget as one HTML page that needs nothing else."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from importlib import resources
+
+import numpy as np
+
+from skyshine.mat.report.budget import Budget
+from skyshine.mat.report.options import FIELDS_OF_VIEW
+from skyshine.mat.report.summary import SLANTS, kelvin
+
+_TEMPLATE = "report.html.j2"
+_LABELS = {"transmittance_extrapolation": "transmittance", "radiance_extrapolation": "path, ambient, direct"}
+
+
+def render(report: dict, budgets: Sequence[Budget]) -> str:
+    """The page.
+
+    Parameters
+    ----------
+    report : dict
+        From `summary.describe_all`.
+    budgets : sequence of Budget
+        The same, for the plots.
+
+    Returns
+    -------
+    str
+        HTML with style and plots inside.
+    """
+    import jinja2
+
+    environment = jinja2.Environment(
+        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["short"] = _short
+    environment.filters["thousandth"] = lambda value: _short(value if value is None else value / 1e3)
+    source = resources.files(__package__).joinpath(_TEMPLATE).read_text(encoding="utf-8")
+    plots = [_plot(described, budget) for described, budget in zip(report["budgets"], budgets, strict=True)]
+    pairs = list(zip(report["budgets"], plots, strict=True))
+    return environment.from_string(source).render(report=report, pairs=pairs, slants=SLANTS, fields=FIELDS_OF_VIEW)
+
+
+def _short(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def _plot(described: dict, budget: Budget) -> str:
+    """Errors by source, by field of view and slant, and by radiance, as SVG."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    thermal = np.isfinite(described["errors"]["all"]["temperature"]["rms"]["value"] or np.nan)
+    key, units = ("temperature", "K") if thermal else ("radiance", "W m$^{-2}$ sr$^{-1}$")
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    FigureCanvasSVG(figure)
+    bars, lines, cloud = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
+    names = list(described["errors"])[::-1]
+    rms, p95 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p95"))
+    bars.barh(
+        np.arange(len(names)), rms, color=["tab:red" if name == "all" else "tab:blue" for name in names], label="rms"
+    )
+    bars.plot(p95, np.arange(len(names)), "k|", label="95th percentile")
+    bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"error, {units}")
+    bars.set_yticklabels([name.replace("_", " ") for name in names], fontsize=7)
+    bars.legend(fontsize=7)
+    table = described["extrapolation"]["rms_kelvin" if thermal else "rms"]
+    for (name, values), style in zip(table.items(), ("-", ":"), strict=True):
+        for (low, high), column, colour in zip(
+            SLANTS, zip(*values["values"], strict=True), ("C0", "C1", "C2", "C3"), strict=False
+        ):
+            if None not in column:
+                lines.loglog(
+                    FIELDS_OF_VIEW, column, style, color=colour, label=f"{_LABELS[name]}, {low:g} to {high:g}°"
+                )
+    lines.set(xlabel="field of view, °", ylabel=f"rms of extrapolation, {units}")
+    if lines.lines:
+        lines.legend(fontsize=6, title="slant from the horizon", title_fontsize=6)
+    error = budget.errors["all"]
+    cloud.plot(budget.radiance.ravel(), (kelvin(budget, error) if thermal else error).ravel(), ".", ms=3)
+    cloud.axhline(0, color="black", lw=0.5)
+    cloud.set(xlabel="radiance, W m$^{-2}$ sr$^{-1}$", ylabel=f"error of all together, {units}")
+    text = io.StringIO()
+    with rc_context({"svg.hashsalt": "skyshine", "svg.fonttype": "path"}):
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return re.sub(r"^.*?(?=<svg)", "", text.getvalue(), count=1, flags=re.DOTALL)

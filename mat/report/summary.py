@@ -1,0 +1,221 @@
+"""An error budget in numbers: by source, by material, by field of view and slant, and its pixel scales."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from skyshine.mat.radiometry.blackbody import brightness_temperature
+from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
+from skyshine.mat.report.budget import SOURCES, Budget
+from skyshine.mat.report.options import FIELDS_OF_VIEW
+from skyshine.mat.report.quantisation import BITS, PixelScale
+from skyshine.schemas.commands import quantity
+
+RADIANCE = "W m^-2 sr^-1"
+SLANTS = ((0.0, 3.0), (3.0, 10.0), (10.0, 30.0), (30.0, 90.0))  # degree of the line of sight from the horizon
+OPTIONS = {
+    "weighted_reflectance": (
+        "reflectance_planck and reflectance_solar of the .band file in place of the flat mean",
+        "averages in all terms",
+        "in every .band file",
+    ),
+    "weighted_transmittance": (
+        "with reflectance_planck, beta_star_thermal of the material's class and temperature in place of beta*",
+        "tau averaged in the thermal term",
+        "extra_tables: [weighted_transmittance]",
+    ),
+    "normalisation_in_steps": (
+        "normalisation_by_angle of the .band file, every 15 degree, in place of the mean N_s",
+        "N_s averaged over source angles",
+        "in every .band file",
+    ),
+    "normalisation_by_angle": (
+        "normalisation_fine of the .band file, to grazing light, in place of the mean N_s",
+        "N_s averaged over source angles",
+        "extra_tables: [normalisation_by_angle]",
+    ),
+    "profile_of_the_tables": (
+        "the .atmq tables along the centre's line of sight, read once a frame (Table.part), at each pixel's own range",
+        "extrapolation in range; interpolation stays",
+        "no table: a way of reading",
+    ),
+    "frame_of_the_tables": (
+        (
+            "the .atmq tables in the frame's elevations, read once a frame (Table.part), at each pixel: the same values"
+            " as the whole tables read there"
+        ),
+        "extrapolation in range and direction; interpolation stays",
+        "no table: a way of reading",
+    ),
+}
+
+
+def kelvin(budget: Budget, error: np.ndarray) -> np.ndarray:
+    """Errors of radiance as differences of equivalent blackbody temperature, K; not a number below 2.5 um."""
+    if budget.response.upper < SHORTEST:
+        return np.full(error.shape, np.nan)
+    radiance = budget.radiance[..., None] if error.ndim == 3 else budget.radiance
+    warm = brightness_temperature(budget.response, np.maximum(radiance + error, 0.0))
+    return warm - brightness_temperature(budget.response, radiance)
+
+
+def measures(values: np.ndarray, weight: np.ndarray | None = None) -> dict[str, float]:
+    """Mean, rms, 95th percentile and largest size of errors, each counted by its weight."""
+    size = np.abs(values).ravel()
+    share = np.ones(size.size) if weight is None else np.broadcast_to(weight, values.shape).ravel()
+    order = np.argsort(size)
+    reached = np.cumsum(share[order]) / share.sum()
+    return {
+        "mean": float(np.sum(values.ravel() * share) / share.sum()),
+        "rms": float(np.sqrt(np.sum(size**2 * share) / share.sum())),
+        "p95": float(size[order][min(np.searchsorted(reached, 0.95), size.size - 1)]),
+        "maximum": float(size[share > 0].max()),
+    }
+
+
+def describe(budget: Budget) -> dict:
+    """All numbers of a budget, in the shape of every command's JSON."""
+    return {
+        "state": budget.state,
+        "band": budget.band,
+        "wavelength": quantity([budget.response.lower, budget.response.upper], "um"),
+        "source": budget.source,
+        "materials": list(budget.materials),
+        "views": len(budget.views),
+        "errors": {name: _source(budget, name) for name in SOURCES if name in budget.errors},
+        "extrapolation": {
+            "field_of_view": quantity(list(FIELDS_OF_VIEW), "degree"),
+            "slant": [quantity(list(span), "degree") for span in SLANTS],
+            "rms_kelvin": {name: quantity(_by_slant(budget, e), "K") for name, e in budget.extrapolation.items()},
+            "rms": {
+                name: quantity(_by_slant(budget, e, own=True), RADIANCE) for name, e in budget.extrapolation.items()
+            },
+        },
+        "frames": {
+            "field_of_view": quantity(list(FIELDS_OF_VIEW), "degree"),
+            "rms_kelvin": {
+                name: quantity([measures(kelvin(budget, e))["rms"] for e in errors], "K")
+                for name, errors in budget.frames.items()
+            },
+            "rms": {
+                name: quantity([measures(e)["rms"] for e in errors], RADIANCE) for name, errors in budget.frames.items()
+            },
+        },
+        "options": {name: _option(budget, name) for name in OPTIONS if name in budget.options},
+        "radiance": quantity([float(budget.radiance.min()), float(budget.radiance.max())], RADIANCE),
+        "pixel_scales": [_scale(budget, bits) for bits in BITS],
+    }
+
+
+def _source(budget: Budget, name: str) -> dict:
+    error = budget.errors[name]
+    weight = budget.found_share if error.ndim == 3 else None
+    warm = kelvin(budget, error)
+    by_material = [
+        measures(part[:, number], None if weight is None else weight[number])["rms"]
+        for part in (error, warm)
+        for number in range(len(budget.materials))
+    ]
+    count = len(budget.materials)
+    return {
+        "what": SOURCES[name],
+        "radiance": {key: quantity(value, RADIANCE) for key, value in measures(error, weight).items()},
+        "temperature": {key: quantity(value, "K") for key, value in measures(warm, weight).items()},
+        "rms_by_material": {
+            material: {
+                "radiance": quantity(by_material[i], RADIANCE),
+                "temperature": quantity(by_material[count + i], "K"),
+            }
+            for i, material in enumerate(budget.materials)
+        },
+    }
+
+
+def _by_slant(budget: Budget, error: np.ndarray, own: bool = False) -> list[list[float]]:
+    """Rms by field of view and slant; not a number where no view has the slant."""
+    slant = np.abs(budget.views.elevation)
+    rows = []
+    for values in error:
+        values = values if own else kelvin(budget, values)
+        inside = [(slant >= low) & ((slant < high) | (high == 90)) for low, high in SLANTS]
+        rows.append([measures(values[part])["rms"] if part.any() else float("nan") for part in inside])
+    return rows
+
+
+def _option(budget: Budget, name: str) -> dict:
+    option = budget.options[name]
+    pair = option.before, option.after
+    warm = [kelvin(budget, error) for error in pair]
+    what, removes, source = OPTIONS[name]
+    cost = option.cost
+    return {
+        "what": what,
+        "removes": removes,
+        "from": source,
+        "basis": "stored tables" if option.stored else "computed exactly: the job does not ask for the table",
+        "rms_kelvin": quantity([measures(error)["rms"] for error in warm], "K"),
+        "rms": quantity([measures(error)["rms"] for error in pair], RADIANCE),
+        **(
+            {}
+            if option.exact is None
+            else {
+                "without_interpolation": {
+                    "rms_kelvin": quantity([measures(kelvin(budget, error))["rms"] for error in option.exact], "K"),
+                    "rms": quantity([measures(error)["rms"] for error in option.exact], RADIANCE),
+                }
+            }
+        ),
+        "rms_by_material": {
+            material: {
+                "radiance": quantity([measures(error[:, i])["rms"] for error in pair], RADIANCE),
+                "temperature": quantity([measures(error[:, i])["rms"] for error in warm], "K"),
+            }
+            for i, material in enumerate(budget.materials)
+        },
+        "cost": {
+            "size": quantity(cost.bytes, "byte"),
+            "build": quantity(cost.seconds, "s"),
+            "values_per_frame": quantity(cost.per_frame, "1"),
+            "values_per_pixel": quantity(cost.per_pixel, "1"),
+        },
+    }
+
+
+def _scale(budget: Budget, bits: int) -> dict:
+    """Gain, buffer gain and offset of (44) for the radiance of these views, and the error they leave."""
+    scale = PixelScale.of(float(budget.radiance.min()), float(budget.radiance.max()), bits)
+    error = scale.radiance(scale.pixel(budget.radiance)) - budget.radiance
+    warm = measures(kelvin(budget, error))
+    own = measures(error)
+    return {
+        "bits": bits,
+        "G": quantity(scale.gain, RADIANCE),
+        "BG": quantity(scale.buffer_gain, "1"),
+        "DC": quantity(scale.offset, "1"),
+        "step": quantity(scale.step, RADIANCE),
+        "rms": quantity(own["rms"], RADIANCE),
+        "maximum": quantity(own["maximum"], RADIANCE),
+        "rms_kelvin": quantity(warm["rms"], "K"),
+        "maximum_kelvin": quantity(warm["maximum"], "K"),
+    }
+
+
+def describe_all(budgets: Sequence[Budget], notes: Sequence[str], *, job: str, seed: int) -> dict:
+    """The report as plain values."""
+    return {
+        "job": job,
+        "seed": seed,
+        "method": METHOD,
+        "budgets": [describe(budget) for budget in budgets],
+        "notes": list(notes),
+    }
+
+
+METHOD = (
+    "Random views of every material: places and directions on the tables' own axes, ranges even in their logarithm, the"
+    " source above the horizon, half of the surfaces near its mirror image. Reference: equations (5), (18), (26), (33)"
+    " over all spectral points, temperatures solved at each place. Each source is the change of radiance that it makes"
+    " alone."
+)

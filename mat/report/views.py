@@ -1,0 +1,209 @@
+"""Random views of random surfaces inside the axes of a job: what an error budget is measured on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from skyshine.mat.atmosphere.sources.ephemeris import position
+from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trace
+from skyshine.mat.job.model import Job, local_times_utc
+from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.quantities.grid import PathGrid
+
+RANGES_KM = (0.05, 40.0)  # drawn evenly in their logarithm, as far as the tables reach
+FACES_M = (1.0, 100.0)  # lengths of faces, likewise
+BEND_DEG = 15.0  # between the normals at the two ends of a face, at most
+GLINT_DEG = 10.0  # spread of the normals of surfaces that mirror the source
+LEAST_COSINE = 0.05  # of the angle between normal and view: flatter faces fill no pixel
+_BATCH, _TRIES = 256, 60
+
+
+@dataclass(frozen=True, eq=False)
+class Views:
+    """n lines of sight, each to one point of a face.
+
+    Attributes
+    ----------
+    altitude, surface_altitude, range : (n,) arrays
+        km; of the observer, of the surface, between them.
+    elevation, heading : (n,) arrays
+        Of the line of sight at the observer, degree; heading from north eastward.
+    time : (n,) array
+        Local clock, h.
+    source_elevation, source_azimuth : (n,) arrays
+        degree; azimuth from north eastward.
+    normal : (n, 3) array
+        Of the surface: east, north, up.
+    along : (n, 3) array
+        Unit vector in the face, from one of its vertices to the other.
+    face, share, bend : (n,) arrays
+        Length [m]; place of the pixel between the vertices, 0 to 1; angle between their normals [rad].
+    """
+
+    altitude: np.ndarray
+    surface_altitude: np.ndarray
+    range: np.ndarray
+    elevation: np.ndarray
+    heading: np.ndarray
+    time: np.ndarray
+    source_elevation: np.ndarray
+    source_azimuth: np.ndarray
+    normal: np.ndarray
+    along: np.ndarray
+    face: np.ndarray
+    share: np.ndarray
+    bend: np.ndarray
+
+    def __len__(self) -> int:
+        return self.range.size
+
+    def take(self, chosen) -> Views:
+        """Some of the views."""
+        return Views(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+    @property
+    def relative_azimuth(self) -> np.ndarray:
+        """Azimuth of the source from the line of sight, 0 to 180 degree."""
+        return fold(self.source_azimuth - self.heading)
+
+    @property
+    def to_source(self) -> np.ndarray:
+        """Unit vectors (n, 3)."""
+        return direction(self.source_elevation, self.source_azimuth)
+
+    @property
+    def to_observer(self) -> np.ndarray:
+        """Unit vectors (n, 3), as if the Earth were flat between."""
+        return -direction(self.elevation, self.heading)
+
+
+def fold(azimuth) -> np.ndarray:
+    """An azimuth difference as 0 to 180 degree."""
+    return np.abs(np.mod(np.asarray(azimuth) + 180.0, 360.0) - 180.0)
+
+
+def direction(elevation, azimuth) -> np.ndarray:
+    """Unit vectors (..., 3), east, north, up, of directions in degree."""
+    up, turn = np.radians(elevation), np.radians(azimuth)
+    return np.stack([np.cos(up) * np.sin(turn), np.cos(up) * np.cos(turn), np.sin(up)], axis=-1)
+
+
+def slope_and_azimuth(normal) -> tuple[np.ndarray, np.ndarray]:
+    """Slope 0 to 180 and azimuth 0 to 360 degree of normals (..., 3)."""
+    slope = np.degrees(np.arccos(np.clip(normal[..., 2], -1.0, 1.0)))
+    return slope, np.mod(np.degrees(np.arctan2(normal[..., 0], normal[..., 1])), 360.0)
+
+
+def random_views(
+    job: Job, source: str, grid: PathGrid, surface_axes: dict, shells: Shells, count: int, seed: int
+) -> Views:
+    """Draw views whose every coordinate lies on the axes of the tables, with the source above the horizon.
+
+    Parameters
+    ----------
+    source : {'sun', 'moon'}
+    grid : PathGrid
+    surface_axes : dict of str to array
+        altitude [km], azimuth, slope [degree] and time [h] of the temperature table.
+    shells : Shells
+        Of the atmosphere, for where a refracted line meets the ground.
+    count, seed : int
+
+    Returns
+    -------
+    Views
+        `count` of them; fewer, or none, where the axes leave no room: the source is never up at the times of the table,
+        say.
+    """
+    generator = np.random.default_rng([seed, source == "moon"])
+    found, held = [], 0
+    for _ in range(_TRIES):
+        part = _candidates(job, source, grid, surface_axes, shells, generator)
+        found.append(part)
+        held += len(part)
+        if held >= count:
+            break
+    joined = Views(*(np.concatenate([getattr(part, field.name) for part in found]) for field in fields(Views)))
+    return joined.take(slice(count))
+
+
+def _candidates(job, source, grid, axes, shells, generator) -> Views:
+    low, high = axes["altitude"][0], axes["altitude"][-1]
+    altitude = random_places(grid.altitude_km, _BATCH, generator)
+    surface = generator.uniform(low, np.clip(altitude, low, high))
+    reach = np.log([max(RANGES_KM[0], grid.range_km[0]), max(min(RANGES_KM[1], grid.range_km[-1]), 1e-3)])
+    distance = np.exp(generator.uniform(reach.min(), reach.max(), _BATCH))
+    sine = _sine_of_elevation(altitude, surface, distance)
+    elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
+    heading = generator.uniform(0.0, 360.0, _BATCH)
+    part = (
+        job.needs is not None and job.needs.hours is not None
+    )  # the times are those asked for, beyond 24 after midnight
+    day = (axes["time"][0], axes["time"][-1]) if part else (0.0, 24.0)
+    time = np.mod(generator.uniform(*day, _BATCH), 24.0) if axes["time"].size > 1 else np.full(_BATCH, axes["time"][0])
+    where = position(source, local_times_utc(job.site, time), job.site.latitude_deg, job.site.longitude_deg)
+    normal = _normals(axes, direction(where.elevation, where.azimuth), -direction(elevation, heading), generator)
+    along = np.cross(normal, generator.normal(size=(_BATCH, 3)))
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    views = Views(
+        altitude,
+        surface,
+        distance,
+        elevation,
+        heading,
+        time,
+        where.elevation,
+        where.azimuth,
+        normal,
+        along,
+        np.exp(generator.uniform(*np.log(FACES_M), _BATCH)),
+        generator.random(_BATCH),
+        np.radians(generator.uniform(0.0, BEND_DEG, _BATCH)),
+    )
+    seen = np.sum(normal * views.to_observer, axis=1) > LEAST_COSINE
+    keep = (np.abs(sine) <= 1) & (altitude >= surface) & seen & (where.elevation > 0)
+    for values, nodes in (
+        (elevation, grid.elevation_deg),
+        (where.elevation, grid.source_elevation_deg),
+        (views.relative_azimuth, grid.source_azimuth_deg),
+    ):
+        keep &= (values >= nodes[0]) & (values <= nodes[-1])
+    return _ending_on_the_ground(views.take(keep), shells, grid)
+
+
+def _sine_of_elevation(altitude, surface, distance):
+    """Of the straight line between two altitudes [km] over a round Earth."""
+    start, end = EARTH_RADIUS * 1e-3 + altitude, EARTH_RADIUS * 1e-3 + surface
+    return (end**2 - start**2 - distance**2) / (2 * distance * start)
+
+
+def _normals(axes, to_source, to_observer, generator):
+    """Half of the surfaces lie anyhow, half nearly mirror the source into the observer."""
+    count = len(to_source)
+    slope = random_places(axes["slope"], count, generator)
+    anyhow = direction(90.0 - slope, generator.uniform(0.0, 360.0, count))
+    mirror = to_source + to_observer + 2 * np.sin(np.radians(GLINT_DEG) / 2) * generator.normal(size=(count, 3))
+    mirror /= np.maximum(np.linalg.norm(mirror, axis=1, keepdims=True), 1e-12)
+    return on_axes(np.where(generator.random((count, 1)) < 0.5, mirror, anyhow), axes)
+
+
+def on_axes(normal, axes) -> np.ndarray:
+    """Normals (..., 3) turned into the slopes and azimuths that the temperature table has."""
+    slope, azimuth = slope_and_azimuth(normal)
+    slope = np.clip(slope, axes["slope"][0], axes["slope"][-1])
+    if axes["azimuth"].size == 1:
+        azimuth = np.full_like(azimuth, axes["azimuth"][0])
+    return direction(90.0 - slope, azimuth)
+
+
+def _ending_on_the_ground(views: Views, shells, grid) -> Views:
+    """Lines that refraction bends into the ground before the surface end on it."""
+    if not len(views):
+        return views
+    rays = trace(shells, views.altitude * 1e3, np.radians(views.elevation))
+    ends = np.where(rays.ground, rays.end * 1e-3, np.inf)
+    distance = np.minimum(views.range, ends)
+    kept = Views(*(distance if field.name == "range" else getattr(views, field.name) for field in fields(Views)))
+    return kept.take((distance >= grid.range_km[0]) & (distance > 0))

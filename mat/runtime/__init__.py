@@ -1,0 +1,1 @@
+"""What a runtime computes from the tables."""

@@ -1,0 +1,1 @@
+"""From a job to physics: states of the air, bands, sources, surfaces."""

@@ -1,0 +1,68 @@
+"""What a job's atmospheric states hold, in figures."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.job.model import Job
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.schemas.commands import quantity
+
+
+def state_summaries(job: Job) -> list[dict]:
+    """One dict a state: what it is made of, and its columns above the site's ground with their units."""
+    return [_summary(job.site, state) for state in job.states]
+
+
+def _summary(site, state) -> dict:
+    air = atmospheric_state(site, state)
+    ground = air.surface_altitude
+    at_ground = sum(component.extinction_550[0] for component in air.particles)
+    summary = {
+        "profile": state.profile,
+        "sounding": None if state.sounding is None else state.sounding.name,
+        "preset": state.preset,
+        "aerosol": state.aerosol,
+        "stratosphere": state.stratosphere,
+        "water_vapour": quantity(float(air.precipitable_water(ground)), "mm"),
+        "ozone": quantity(float(air.ozone_column(ground)), "DU"),
+        "aerosol_optical_depth_550": quantity(float(air.aerosol_optical_depth(550.0, ground)), "1"),
+        "particle_extinction_at_ground_550": quantity(1e3 * float(at_ground), "km^-1"),
+        "clouds": [_cloud(cloud) for cloud in state.clouds],
+        "rain": None,
+    }
+    if state.rain is not None:
+        rate, top = state.rain.rate_mm_h, state.rain.top_km
+        summary["rain"] = {"rate": quantity(rate, "mm/h"), "top": quantity(top, "km")}
+    return summary
+
+
+def _cloud(cloud) -> dict:
+    layer = cloud.layer()
+    return {
+        "phase": layer.phase,
+        "height": quantity(np.array([layer.base, layer.top]) / 1e3, "km"),
+        "optical_depth_550": quantity(layer.optical_depth, "1"),
+        "water_path": quantity(1e3 * layer.water_path, "g m^-2"),
+        "effective_radius": quantity(layer.effective_radius, "um"),
+    }
+
+
+def summary_line(summary: dict) -> str:
+    """A summary in one line of text."""
+    parts = [summary["profile"] if summary["sounding"] is None else f"{summary['sounding']} below {summary['profile']}"]
+    parts.append(f"water vapour {summary['water_vapour']['value']:.3g} mm, ozone {summary['ozone']['value']:.3g} DU")
+    parts.append(
+        f"aerosol {summary['aerosol']}, optical depth {summary['aerosol_optical_depth_550']['value']:.2g} at 0.55 um"
+    )
+    if summary["stratosphere"] != "background":
+        parts.append(f"stratosphere {summary['stratosphere']}")
+    for cloud in summary["clouds"]:
+        base, top = cloud["height"]["values"]
+        depth, path = cloud["optical_depth_550"]["value"], cloud["water_path"]["value"]
+        parts.append(
+            f"{cloud['phase']} cloud {base:g} to {top:g} km above ground, optical depth {depth:.3g} ({path:.3g} g/m2)"
+        )
+    if summary["rain"] is not None:
+        parts.append(f"rain {summary['rain']['rate']['value']:g} mm/h below {summary['rain']['top']['value']:g} km")
+    return "; ".join(parts)

@@ -1,0 +1,129 @@
+"""From a job to what the surface heat balance needs: Sun, weather, sky, materials."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.constants import Stefan_Boltzmann
+
+from skyshine.mat.atmosphere.sources.sun_and_moon import position
+from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.job.model import Job, load_job, local_times_utc
+from skyshine.mat.job.surface import HourlyWeather, Operation
+from skyshine.mat.job.surface import Weather as WeatherModel
+from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
+from skyshine.mat.scene.atmosphere import ZERO_CELSIUS, atmospheric_state, solar_spectrum
+from skyshine.mat.surface.forcing import Sky
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.measured import MeasuredRadiation
+from skyshine.mat.surface.site import Site, sun_hours
+from skyshine.mat.surface.weather import Weather, from_extremes, from_hours
+from skyshine.materials.records import Material
+from skyshine.schemas.errors import InputError
+
+SKY_STEP = 250.0  # m between the altitudes at which the sky is described
+# degree: elevations of the Sun at which it is; close where the beam grows through the lowest, longest paths. Below, no
+# light arrives that would warm anything.
+SUN_ELEVATIONS = np.concatenate(
+    [np.arange(-8, -1, 1), np.arange(-1, 6, 0.5), np.arange(6, 20, 1), np.arange(20, 91, 2.5)]
+)
+
+
+def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
+    """A job, with Sun, weather and sky of one of its states, counted from 1.
+
+    Raises
+    ------
+    InputError
+        The job does not fit, or has no such state.
+    """
+    job = load_job(job_file).job
+    if not 1 <= state_index <= len(job.states):
+        raise InputError(f"found state {state_index}; allowed: 1 to {len(job.states)}", file=job_file)
+    return job, scene_inputs(job, state_index)
+
+
+def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
+    """Sun, weather and sky of a state, counted from 1."""
+    state = job.states[state_index - 1]
+    place = job.of_state(state_index).site
+    sun = position(
+        "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
+    )
+    site = Site(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
+    air = atmospheric_state(place, state)
+    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, site.sun_distance)
+    weather = _weather(site, state.weather)
+    if state.clouds:  # their layers are in the sky already
+        weather = replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
+    return site, weather, sky
+
+
+def _weather(site: Site, given: WeatherModel) -> Weather:
+    daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
+    if given.hourly is None:
+        low, high = np.broadcast_to(given.air_temperature_c, 2) + ZERO_CELSIUS
+        return from_extremes(site, low, high, *daily)
+    table = given.hourly
+    by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
+    return from_hours(
+        site.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
+        np.array(table.time),
+        np.array(table.air_temperature_c) + ZERO_CELSIUS,
+        *(
+            np.asarray(all_day if hours is None else hours, float)
+            for all_day, hours in zip(daily, by_hour, strict=True)
+        ),
+        None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
+        _radiation(table) if given.radiation == "measured" else None,
+    )
+
+
+def _radiation(table: HourlyWeather) -> MeasuredRadiation:
+    longwave = table.longwave_down_w_m2
+    return MeasuredRadiation(
+        np.array(table.time),
+        np.array(table.direct_normal_w_m2),
+        np.array(table.diffuse_w_m2),
+        None if longwave is None else np.array(longwave),
+    )
+
+
+def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:
+    """The clear sky of a state from its ground to an altitude [m], from the broadband points of the band model."""
+    ground = air.surface_altitude
+    levels = np.arange(ground, max(highest, ground + SKY_STEP) + SKY_STEP, SKY_STEP)
+    # The air's own levels hold the edges of cloud and fog, across which light is not linear.
+    levels = np.union1d(levels, air.altitude[(air.altitude > ground) & (air.altitude < levels[-1])])
+    fluxes = broadband_fluxes(air, levels, SUN_ELEVATIONS, ground_albedo, sun_distance=sun_distance)
+    black = Stefan_Boltzmann * np.interp(levels, air.altitude, air.temperature) ** 4
+    return Sky(
+        altitude=levels,
+        pressure=air.pressure_at(levels),
+        solar_elevation=fluxes.source_elevation,
+        direct=fluxes.direct_normal,
+        diffuse=fluxes.diffuse,
+        emissivity=fluxes.longwave_down / black,
+        ground_albedo=ground_albedo,
+    )
+
+
+def surface_materials(
+    materials: Sequence[Material], operated: Mapping[str, Operation] | None = None
+) -> list[SurfaceMaterial]:
+    """Materials of the library as the heat balance sees them, those in operation with the back of the job."""
+    wavelength, irradiance = solar_spectrum()
+    return [
+        SurfaceMaterial(
+            m.name,
+            replace(m.thermal, back=operated[m.name].back) if operated and m.name in operated else m.thermal,
+            m.surface,
+            float(solar_absorptance(m, wavelength, irradiance)),
+            float(thermal_emissivity(m)),
+        )
+        for m in materials
+    ]

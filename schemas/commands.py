@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -12,7 +11,6 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import click
-import numpy as np
 
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.paths import allow_outside
@@ -112,25 +110,6 @@ def allow_outside_option(function: Callable) -> Callable:
 
     text = "Let the job name paths that lead out of its folder."
     return click.option("--allow-outside", is_flag=True, expose_value=False, callback=allow, help=text)(function)
-
-
-def quantity(values: Any, units: str) -> dict[str, Any]:
-    """A number or an array with its units, in the shape that every command prints.
-
-    Values that are not finite (a masked cell, an unbounded limit) become null: JSON has no other name for them.
-    """
-    array = np.asarray(values)
-    if array.ndim == 0:
-        return {"units": units, "value": _plain(array.item())}
-    return {"units": units, "values": _plain(array.tolist())}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def write_measured(path: Path, result: dict, draw: Callable[[Path], None]) -> None:

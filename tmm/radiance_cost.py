@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import click
 
-from skyshine.schemas.commands import echo_table, quantity
+from skyshine.schemas.commands import echo_table
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
 
 RADIANCE = "W m^-2 sr^-1"
 SHOWN_PAIRS = 10

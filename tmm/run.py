@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.schemas.commands import quantity
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
+from skyshine.schemas.quantity import quantity
 from skyshine.tmm.assign import find_clusters
 from skyshine.tmm.build import TextureMap, map_texture
 from skyshine.tmm.classify import GaussianModel

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.compile import band_points, compile_band
+from skyshine.mat.atmosphere.band.compile import compile_band
+from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState

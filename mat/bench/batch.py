@@ -17,7 +17,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin
 from skyshine.mat.build.build import build
-from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.cost import distinct_airs
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES
 from skyshine.mat.atmosphere.particles.cloud import (
     LARGEST_OPTICAL_DEPTH,
@@ -24,9 +24,10 @@ from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.profiles import PROFILES, Profile, load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.quantities.band_atmosphere import BETA_CAP_KM, BETA_FACTOR, BandAtmosphere
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.formulas import BETA_CAP_KM, BETA_FACTOR
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
-from skyshine.mat.scene.atmosphere import absorption_table
+from skyshine.mat.scene.bands import absorption_table
 from skyshine.schemas.errors import InputError
 
 _ROUNDING = 5e-5  # relative: attenuation along lines of sight is kept and summed in single precision

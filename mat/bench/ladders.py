@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.compile import band_points, compile_band
+from skyshine.mat.atmosphere.band.compile import compile_band
+from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.gases.absorption import CONTINUUM
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.build.build import build
-from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.tables.loader import AtmosphereTable, open_table
 
 # What the plan says at most: of a value, and in K, where columns are solved in other batches to the solver's residual.

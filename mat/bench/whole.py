@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from skyshine.schemas.commands import quantity
 from skyshine.schemas.errors import CheckFailed
+from skyshine.schemas.quantity import quantity
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
     from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
     from skyshine.mat.quantities.grid import PathGrid
     from skyshine.mat.radiometry.blackbody import SpectralResponse
-    from skyshine.mat.scene.atmosphere import absorption_table
+    from skyshine.mat.scene.bands import absorption_table
     from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded
 
     response, state = SpectralResponse.rectangular(*band_um), AtmosphericState.from_profile("midlatitude_summer")

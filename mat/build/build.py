@@ -12,12 +12,13 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from skyshine.mat import threads
-from skyshine.mat.build.record import write_record
 from skyshine.mat.build.executors import open_executor
-from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.build.record import write_record
+from skyshine.mat.build.tasks import run_task
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Plan, Task, make_plan, texture_file
-from skyshine.mat.build.tasks import TaskReport, run_task
-from skyshine.mat.scene.atmosphere import check_scene
+from skyshine.mat.products.product import TaskReport
+from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.catalog import write_catalog
 from skyshine.materials.library import load_library
 from skyshine.schemas.commands import progress

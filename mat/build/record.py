@@ -9,12 +9,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from skyshine.mat.tables.build_record import NAME, cost_of
 from skyshine.schemas.hdf5 import write_whole
 
 if TYPE_CHECKING:  # all of the physics behind it, which `mat info` does not wait for
-    from skyshine.mat.build.tasks import TaskReport
-
-NAME = "build.json"
+    from skyshine.mat.products.product import TaskReport
 
 
 def write_record(folder: Path, reports: Sequence[TaskReport], seconds: float) -> dict:
@@ -42,15 +41,6 @@ def write_record(folder: Path, reports: Sequence[TaskReport], seconds: float) ->
     result = {"folder": str(folder), "seconds": round(seconds, 3), "files": files}
     write_whole(folder / NAME, json.dumps(result, indent=2) + "\n")
     return result
-
-
-def cost_of(path: Path) -> dict | None:
-    """What a database cost by the record beside it; None where that does not know it."""
-    try:
-        entry = json.loads((path.parent / NAME).read_text(encoding="utf-8"))["files"][path.name]
-        return entry if isinstance(entry["stages"], dict) and entry["stages"] else None
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
 
 
 def _entry(report: TaskReport) -> dict:

@@ -6,7 +6,8 @@ import time
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity
+from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
+from skyshine.schemas.quantity import quantity
 
 
 @click.command()
@@ -37,7 +38,7 @@ def batch(job, count, workers, as_json):
     Example: mat bench batch year/every_day.yaml --states 8
     """
     from skyshine.mat.bench.batch import Size, bench_batch, sampled
-    from skyshine.mat.job.model import load_job
+    from skyshine.mat.job.load import load_job
     from skyshine.mat.plan.plan import make_plan
     from skyshine.materials.library import load_library
 

@@ -9,8 +9,9 @@ import click
 from skyshine.mat.commands.batch import batch
 from skyshine.mat.commands.leaving_out import leaving_out
 from skyshine.mat.commands.stability import stability
-from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, quantity, write_measured
+from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, write_measured
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
 
 
 @click.group("bench", invoke_without_command=True, epilog="Example: mat bench --quick --out bench")

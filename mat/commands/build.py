@@ -18,7 +18,7 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: str | None, as_json: bool) -> None:
     """Build the databases of JOB. Files that the same job has built before are kept."""
     from skyshine.mat.build.build import build
-    from skyshine.mat.job.model import load_job
+    from skyshine.mat.job.load import load_job
 
     report = build(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor)
     if as_json:

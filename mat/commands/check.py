@@ -5,7 +5,8 @@ from itertools import groupby
 
 import click
 
-from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, quantity
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
+from skyshine.schemas.quantity import quantity
 
 MANY_STATES = 12  # beyond these their files are not listed one by one
 
@@ -16,12 +17,13 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
 @json_option
 def command(job: str, as_json: bool) -> None:
     """Check JOB; print what will be built, what is left out and why, which source is up when, and the size."""
-    from skyshine.mat.job.model import load_job
+    from skyshine.mat.job.load import load_job
     from skyshine.mat.plan.cost import estimate
+    from skyshine.mat.plan.physics import physics_left_out
     from skyshine.mat.plan.plan import make_plan
-    from skyshine.mat.products.atmosphere import physics_left_out
-    from skyshine.mat.products.temperature import twins_left_out
-    from skyshine.mat.scene.atmosphere import check_scene, source_hours
+    from skyshine.mat.plan.twins import twins_left_out
+    from skyshine.mat.scene.check import check_scene
+    from skyshine.mat.scene.sources import source_hours
     from skyshine.mat.scene.summary import state_summaries
     from skyshine.materials.library import load_library
 

@@ -2,7 +2,8 @@
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option, quantity
+from skyshine.schemas.commands import echo_table, emit_json, json_option
+from skyshine.schemas.quantity import quantity
 
 
 @click.command(epilog="Example: mat info built/s01b02.atmq.h5")
@@ -14,7 +15,7 @@ def command(file: str, as_json: bool) -> None:
     """
     from pathlib import Path
 
-    from skyshine.mat.build.record import cost_of
+    from skyshine.mat.tables.build_record import cost_of
     from skyshine.schemas.hdf5 import read_file
 
     root, attributes = read_file(file)

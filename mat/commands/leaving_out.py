@@ -2,8 +2,9 @@
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option, quantity
+from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.errors import CheckFailed
+from skyshine.schemas.quantity import quantity
 
 
 @click.command("leaving-out")
@@ -22,7 +23,7 @@ def leaving_out(job, seed, as_json):
     from pathlib import Path
 
     from skyshine.mat.bench.leaving_out import compare
-    from skyshine.mat.job.model import load_job
+    from skyshine.mat.job.load import load_job
 
     loaded = load_job(job)
     os.environ["SKYSHINE_CACHE"] = ""  # or the second build would find what the first has compiled

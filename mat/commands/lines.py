@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option, progress, quantity
+from skyshine.schemas.commands import emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
 
 
 @click.group("lines", epilog="Example: mat lines info --json")

@@ -7,8 +7,9 @@ from pathlib import Path
 import click
 import numpy as np
 
-from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
 
 BANDS = ((3.0, 5.0), (8.0, 12.0))
 TEMPERATURE = 300.0

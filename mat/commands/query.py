@@ -4,8 +4,9 @@ import math
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
 
 
 @click.command(

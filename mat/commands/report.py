@@ -33,7 +33,7 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
     Random scenes go through the runtime's equations with the tables, and through the accurate spectral integrals; each
     source of error is switched on alone, then all together.
     """
-    from skyshine.mat.job.model import load_job
+    from skyshine.mat.job.load import load_job
     from skyshine.mat.report.budget import Prepared, error_budget
     from skyshine.mat.report.page import render
     from skyshine.mat.report.summary import describe_all

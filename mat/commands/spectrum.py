@@ -6,8 +6,9 @@ import math
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
 
 RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
 IRRADIANCE = "W m^-2 (cm^-1)^-1"

@@ -6,7 +6,8 @@ import click
 import numpy as np
 
 from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, shininess
-from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.commands import emit_json, json_option
+from skyshine.schemas.quantity import quantity
 
 
 @click.command(epilog="Example: mat specular --fwhm 30")

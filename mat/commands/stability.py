@@ -2,8 +2,9 @@
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option, quantity
+from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.errors import CheckFailed
+from skyshine.schemas.quantity import quantity
 
 
 @click.command()

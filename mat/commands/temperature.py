@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -24,8 +24,8 @@ import numpy as np
 from skyshine.mat.measure.axis_profile import Profile
 from skyshine.mat.measure.probes import Probes
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
+from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded
 from skyshine.schemas.errors import CheckFailed
 

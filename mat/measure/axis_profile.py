@@ -9,8 +9,8 @@ import numpy as np
 
 from skyshine.mat.measure.refinement import fewest_nodes, percentile_99, subdivided, uniform_nodes
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import FIELDS, QUANTITIES
 
 PARTS = (8, 8, 12, 8, 8)  # of each cell of the job's axes: the places that may become nodes

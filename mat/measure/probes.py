@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities, BandAtmosphere
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
 
 LINES = 500

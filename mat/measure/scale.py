@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.quantities.band_atmosphere import BETA_FACTOR
+from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import kelvin_per_radiance, reference_radiance
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.job.extra_tables import WEIGHTED_TRANSMITTANCE
-from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Plan
-from skyshine.mat.scene.atmosphere import absorption_table, air_of, response_of
+from skyshine.mat.scene.atmosphere import air_of
+from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
 COMPILE_BAND, COMPILE_POINT = 0.5, 8.0e-4  # s for each band, and for each of its spectral points

@@ -2,43 +2,36 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.cache import Origin, cached_compile_band
-from skyshine.mat.atmosphere.band.compile import BandPoints, CompiledBand, band_points, negligible_gases
-from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.bounds import Bounds, Scattering
-from skyshine.mat.build.tasks import Product, TaskReport
+from skyshine.mat.atmosphere.band.compile import CompiledBand
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.transfer.bounds import Bounds
 from skyshine.mat.job.fields import tolerance_parts
-from skyshine.mat.job.model import Job, LoadedJob
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
 from skyshine.mat.measure.atmosphere_nodes import Placed, placed_grids
 from skyshine.mat.measure.probes import Probes
-from skyshine.mat.measure.sampling import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
-from skyshine.mat.plan.plan import LeftOut, Task
+from skyshine.mat.plan.plan import Task
+from skyshine.mat.products.product import Product, TaskReport
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
-from skyshine.mat.scene.atmosphere import (
-    absorption_table,
-    air_of,
-    atmospheric_state,
-    response_of,
-    source_irradiance,
-    usual_irradiance,
-)
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.omission import Negligible
+from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.tables.atmq import atmq_group
-from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ, state_label
+from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
+from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.schemas.hdf5 import Axis, Group, Variable
-
-MAX_POINTS = 64
 
 
 def run(
@@ -60,7 +53,9 @@ def run(
     if compiled.dropped:
         report.notes.append(f"gases left out: {_left_out(compiled)}")
     air, whole = BandAtmosphere.of(state, compiled.band), loaded.whole
-    most = Bounds.of(air.air, path_grid(whole), _irradiance(whole, compiled.band), compiled.band.radiance_weight)
+    most = Bounds.of(
+        air.air, path_grid(whole), irradiance_of_sources(whole, compiled.band), compiled.band.radiance_weight
+    )
     left_out = Negligible.of(job, whole.sources, state, response, most)
     if left_out.particles:
         air = BandAtmosphere.of(left_out.without(state), compiled.band)
@@ -75,114 +70,6 @@ def run(
         if text:
             report.notes.append(f"{source}: left out {text}")
         _build_one(product, source, loaded, own, compiled, grid, response, report, notes)
-
-
-def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, Origin]:
-    """All points of a band reduced as a job asks for one of its states, on that state's day; and where they came
-    from.
-    """
-    job, whole = loaded.job, loaded.whole
-    own, usual = (
-        np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
-        for light in (source_irradiance, usual_irradiance)
-    )
-    return cached_compile_band(
-        absorption_table(job.water_continuum),
-        state,
-        everything,
-        path_grid(whole),
-        own,
-        usual,
-        tolerance=job.accuracy.spectral_tolerance,
-        max_points=MAX_POINTS,
-        seed=job.accuracy.seed,
-    )
-
-
-def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
-    """Points, gases, particles and scattered light that bands of states do not need, with what each changes at most.
-
-    Of states of one air, the first stands for all but their light. Bounds of particles and light are those at all
-    points of a band; a build takes those at the points that it computes tables from, which differ little.
-    """
-    job, whole, grid = loaded.job, loaded.whole, path_grid(loaded.whole)
-    bands, found, faint, known = {}, [], {}, {}
-    for number in job.needed_bands:
-        response = response_of(job.bands[number - 1])
-        bands[number] = (
-            response,
-            band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response),
-        )
-        found += _points(job, bands[number][1].weight.size, number)
-    for (number, state), band in itertools.product(enumerate(job.states, 1), bands):
-        key = band, air_of(state)
-        place = f"{state_label(number, len(job.states))}b{band:02d}"
-        air, (response, everything) = atmospheric_state(job.site, state), bands[band]
-        irradiance = _irradiance(whole.of_state(number), everything)
-        if key not in known:
-            whole_air = SpectralAir.of(air, everything.points, everything.gases, everything.weight)
-            gases = negligible_gases(
-                whole_air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
-            )
-            if gases:
-                found.append(_gases(gases, place))
-            known[key] = Bounds.of(whole_air, grid, irradiance, everything.radiance_weight), Scattering.of(whole_air)
-        bounds, scattering = known[key]
-        bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
-        left_out = Negligible.of(job, whole.sources, air, response, bounds)
-        changes = {
-            f"scattered light of the {source}": left_out.scattered[source]
-            for source in job.sources
-            if source in left_out.scattered
-        }
-        for what, change in (
-            changes | {f"particles ({name})": change for name, change in left_out.names(air).items()}
-        ).items():
-            faint.setdefault(what, []).append((change, change * left_out.radiance, place))
-    return found + [_faint(what, cases) for what, cases in faint.items()]
-
-
-_RESTORE_SPECTRUM = "a smaller accuracy.spectral_tolerance"
-
-
-def _points(job: Job, count: int, band: int) -> list[LeftOut]:
-    """Spectral points of a band, which has so many."""
-    bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file holds what is measured"
-    what = f"all but {MAX_POINTS} or fewer of {count:,} spectral points in b{band:02d}"
-    return [LeftOut(what, "a few stand for all", bound, _RESTORE_SPECTRUM)] if count > MAX_POINTS else []
-
-
-def _gases(gases: dict[str, float], place: str) -> LeftOut:
-    bound = f"at most {max(gases.values()):.1e} in transmittance"
-    return LeftOut(
-        f"{', '.join(gases)} in {place}", "they absorb less than the tolerance in this band", bound, _RESTORE_SPECTRUM
-    )
-
-
-def _faint(what: str, cases: list[tuple[float, float, str]]) -> LeftOut:
-    """Particles or light that can be left out at some places."""
-    kelvin, radiance, _ = max(cases)
-    places = [place for *_, place in cases]
-    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
-    return LeftOut(
-        f"{what} in {', '.join(places[:3])}{more}",
-        "too faint to be seen",
-        f"at most {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen",
-        "a smaller accuracy.negligible_k; 0 leaves nothing out",
-    )
-
-
-def _irradiance(job: Job, band: BandPoints) -> np.ndarray:
-    """Irradiance (B, P) of the job's sources outside the atmosphere at the points of a band."""
-    return np.stack([source_irradiance(job, source, band.wavenumber, band.width) for source in job.sources])
-
-
-def path_grid(job: Job) -> PathGrid:
-    """Axes of the atmospheric tables of a job."""
-    axes = job.atmosphere_grid
-    return PathGrid(
-        axes.range_km, job.observer_altitudes_km, axes.elevation_deg, axes.source_elevation_deg, axes.source_azimuth_deg
-    )
 
 
 def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]:

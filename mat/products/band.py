@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from skyshine.mat.build.tasks import Product, TaskReport
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
-from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Task
-from skyshine.mat.scene.atmosphere import materials_digest, response_of, solar_spectrum
+from skyshine.mat.products.product import Product, TaskReport
+from skyshine.mat.scene.atmosphere import materials_digest
+from skyshine.mat.scene.bands import response_of
+from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.tables.band import band_group, with_fine_normalisation
 from skyshine.mat.tables.files import BAND, BAND_WITH_EXTRAS
 from skyshine.materials.library import load_library

@@ -6,16 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.compile import BandPoints, band_points
+from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.build.tasks import Product, TaskReport
-from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.measure.probes import lines_in_cells
-from skyshine.mat.measure.sampling import ErrorMeasure, accuracy_group, measure, random_places
+from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.plan.plan import Task
-from skyshine.mat.products.atmosphere import path_grid
-from skyshine.mat.quantities.band_atmosphere import BETA_FACTOR
+from skyshine.mat.products.product import Product, TaskReport
 from skyshine.mat.quantities.emission import (
     EmissionClasses,
     beta_star_table,
@@ -24,12 +22,16 @@ from skyshine.mat.quantities.emission import (
     lines_of_sight,
     ln_transmittance,
 )
+from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, materials_digest, response_of
+from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import THERMAL_ATMQ
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.tables.thermal import QUANTITY, thermal_group
 from skyshine.materials.library import load_library
 

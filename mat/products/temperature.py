@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.build.tasks import Product, TaskReport
 from skyshine.mat.job.fields import clock_text, tolerance_parts
-from skyshine.mat.job.model import LoadedJob
-from skyshine.mat.job.needs import hours_around
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.surface import at_kelvin
-from skyshine.mat.measure.sampling import ErrorMeasure, accuracy_group, measure, random_places
+from skyshine.mat.job.trim import hours_around
+from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.surface_nodes import refined_axes
-from skyshine.mat.plan.plan import LeftOut, Task
+from skyshine.mat.plan.plan import Task
+from skyshine.mat.products.product import Product, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.table import TemperatureTable, temperature_table
@@ -21,6 +21,7 @@ from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.htt import htt_group
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.materials.library import load_library
 
 # Random values of each axis at which the interpolation error is measured; all their combinations are.
@@ -100,26 +101,6 @@ def run(
     report.notes.append(
         f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
     )
-
-
-def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOut]:
-    """Materials whose heat balance is that of another, by name the first of each."""
-    library, job = load_library(), loaded.job
-    every = surface_materials([library[name] for name in materials], job.operated)
-    solved = [material for material in every if material.name not in job.temperatures_c]
-    first: dict[tuple, str] = {}
-    twins = {
-        each.name: first[each.physics] for each in solved if first.setdefault(each.physics, each.name) != each.name
-    }
-    return [
-        LeftOut(
-            f"the heat balance of {name}",
-            f"it is that of {other}: solved once and copied",
-            "none",
-            "nothing to restore: the table holds it",
-        )
-        for name, other in twins.items()
-    ]
 
 
 class _Solver:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from skyshine.mat.build.tasks import TaskReport
-from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Task
+from skyshine.mat.products.product import TaskReport
 from skyshine.materials.library import load_library
 from skyshine.tmm.build import map_texture
 from skyshine.tmm.database import is_current, write_texture

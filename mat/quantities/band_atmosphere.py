@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.compile import BandPoints
+from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
@@ -21,15 +21,12 @@ from skyshine.mat.atmosphere.transfer.geometry import scattering_cosine, source_
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.atmosphere.transfer.thermal_source import lean
+from skyshine.mat.quantities.formulas import band_transmittance, beta_star
+from skyshine.mat.quantities.results import QUANTITIES, AtmosphericQuantities, SpectralLines
 from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.threads import each
 from skyshine.schemas.errors import InputError
 
-# Exponent of equations (8) and (9).
-BETA_FACTOR = 5.5
-# Largest beta*, where the path holds no air or next to none: transmittance is right to 5.5e-12 per km.
-BETA_CAP_KM = 1e12
-QUANTITIES = ("beta_star", "path_radiance_ratio", "ambient", "direct")
 # Of a line's length before the ground: over it the air's source function is taken that goes on behind the ground.
 _LAST_STRETCH = 0.03
 # Points whose field of scattered light is in memory at once where a spectrum is asked for.
@@ -61,32 +58,6 @@ SKY_HEIGHTS = (
     40e3,
     60e3,
 )
-
-
-@dataclass(frozen=True, eq=False)
-class AtmosphericQuantities:
-    """The four quantities on a grid, or at points.
-
-    Attributes
-    ----------
-    beta_star : (R, A, E) array
-        km; at most `BETA_CAP_KM`.
-    path_radiance_ratio : (R, A, E, SE, SA) array
-        Path radiance over (1 - transmittance), W m^-2 sr^-1.
-    ambient, direct : (R, A, E, SE) arrays
-        W m^-2 sr^-1; direct is the irradiance normal to the beam over pi.
-    valid : (R, A, E) bool array
-        False where the range would pass through the ground: beta_star and the path radiance go on there as through the
-        air above the ground, the other quantities are held at their values on the ground.
-    transmittance : (R, A, E) array
-    """
-
-    beta_star: np.ndarray
-    path_radiance_ratio: np.ndarray
-    ambient: np.ndarray
-    direct: np.ndarray
-    valid: np.ndarray
-    transmittance: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -235,7 +206,7 @@ class BandAtmosphere:
         for row in range(altitude.size):
             path = LineOfSight.of(self.air, rays, row, altitude[row], elevation[row], ranges[row])
             weight = self._radiance_weight(path)
-            ln_tau, absorbed = _in_band(path.depth, self.band.weight)
+            ln_tau, absorbed = band_transmittance(path.depth, self.band.weight)
             found["valid"].append(path.valid)
             found["transmittance"].append(np.exp(ln_tau))
             if "beta_star" in wanted:
@@ -344,7 +315,7 @@ class BandAtmosphere:
         gives them.
         """
         band = self.band
-        ln_tau, absorbed = _in_band(path.depth, band.weight)
+        ln_tau, absorbed = band_transmittance(path.depth, band.weight)
         result["valid"][cell] = path.valid
         result["transmittance"][cell] = np.exp(ln_tau)
         if result["beta_star"] is not None:
@@ -388,8 +359,8 @@ class BandAtmosphere:
         end, weight = path.node[behind][0], self.band.weight
         distance = path.segments.distance
         start = int(np.clip(np.searchsorted(distance, distance[end] * (1 - _LAST_STRETCH)) - 1, 0, max(end - 1, 0)))
-        stretch = _in_band(path.segment_depths.before[[start, end]], weight)[1]
-        absorbed = _in_band(path.depth[behind] + path.depth_behind(self.air)[behind], weight)[1]
+        stretch = band_transmittance(path.segment_depths.before[[start, end]], weight)[1]
+        absorbed = band_transmittance(path.depth[behind] + path.depth_behind(self.air)[behind], weight)[1]
         grown = stretch[1] - stretch[0]
         if grown > 1e-6 * stretch[1]:
             slope = (along[end] - along[start]) / grown
@@ -406,7 +377,7 @@ class BandAtmosphere:
     def _beta(self, path):
         """beta* [km] of each range."""
         band = self.band
-        ln_tau = _in_band(path.depth + path.depth_behind(self.air), band.weight)[0]
+        ln_tau = band_transmittance(path.depth + path.depth_behind(self.air), band.weight)[0]
         return beta_star(path.length + path.beyond, ln_tau, path.local_extinction @ band.weight / band.weight.sum())
 
     def _radiance_along(self, path, elevations, azimuths, irradiance, rest=0.0):
@@ -448,58 +419,6 @@ class BandAtmosphere:
             again = self.air.diffuse_light.at(layer, share, rise, np.sin(elevations), cosine)
             source = source + (unit + extinction * again) * irradiance
         return source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())
-
-
-@dataclass(frozen=True, eq=False)
-class SpectralLines:
-    """Lines of sight to n surfaces at the P points of a band.
-
-    Attributes
-    ----------
-    transmittance : (n, P) array
-    sky_irradiance : (n, P) array
-        Diffuse, on a level surface at the end of the line, W m^-2 (cm^-1)^-1.
-    direct_irradiance : (n, P) array
-        Of the source there, normal to its beam, W m^-2 (cm^-1)^-1.
-    path_radiance : (n,) array
-        In band, W m^-2 sr^-1.
-    valid : (n,) bool array
-        False where the range would pass through the ground.
-    """
-
-    transmittance: np.ndarray
-    sky_irradiance: np.ndarray
-    direct_irradiance: np.ndarray
-    path_radiance: np.ndarray
-    valid: np.ndarray
-
-
-def beta_star(length, ln_tau, extinction):
-    """beta* [km], equation (8), at most `BETA_CAP_KM`; arguments broadcast against each other.
-
-    Parameters
-    ----------
-    length : array
-        Of the path, m; what is behind the ground counts as going on through the air above it, so that beta* of
-        neighbours in a table differ no more than their lines do.
-    ln_tau : array
-        Logarithm of its transmittance.
-    extinction : array
-        Of the air at the observer, m^-1: where the length is 0, beta* is the limit.
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        beta = np.where(length > 0, BETA_FACTOR * length / np.abs(ln_tau), BETA_FACTOR / extinction) * 1e-3
-    return np.minimum(beta, BETA_CAP_KM)
-
-
-def _in_band(depth, weight):
-    """ln(transmittance) and 1 - transmittance of a band, both (R,), from optical depths (R, P): exact near 0 and near
-    1.
-    """
-    absorbed = -np.expm1(-depth) @ weight / weight.sum()
-    least = depth.min(axis=1)
-    thick = np.log(np.exp(least[:, None] - depth) @ weight / weight.sum()) - least
-    return np.where(absorbed < 0.5, np.log1p(-np.minimum(absorbed, 0.5)), thick), absorbed
 
 
 def _sources(elevation, source_elevation, source, by_scattering_angle):

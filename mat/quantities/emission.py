@@ -15,11 +15,11 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 from scipy.special import logsumexp
 
-from skyshine.mat.atmosphere.band.compile import BandPoints
+from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.geometry import trace
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
-from skyshine.mat.quantities.band_atmosphere import beta_star
+from skyshine.mat.quantities.formulas import beta_star
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.compile import band_points
-from skyshine.mat.job.model import LoadedJob
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.surface import at_kelvin
-from skyshine.mat.products.atmosphere import compiled_band, path_grid
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.report.built_tables import Tables, frame_centres, vertices
@@ -36,7 +35,11 @@ from skyshine.mat.report.runtime import (
     spectral_radiance,
 )
 from skyshine.mat.report.views import Views, random_views
-from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.materials.library import MaterialLibrary
 

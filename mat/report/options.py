@@ -12,15 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.compile import BandPoints
-from skyshine.mat.build.record import cost_of
+from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
-from skyshine.mat.quantities.band_atmosphere import SpectralLines
 from skyshine.mat.quantities.emission import emission_weights
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.report.built_tables import Sight, Tables, frame_centres
 from skyshine.mat.report.runtime import Finish, Readings, incidence, reflection, runtime_radiance, spectral_thermal
 from skyshine.mat.report.views import Views, fold
+from skyshine.mat.tables.build_record import cost_of
 from skyshine.schemas.hdf5 import Group
 
 FIELDS_OF_VIEW = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0)  # degree

@@ -11,7 +11,7 @@ from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
 from skyshine.mat.report.budget import SOURCES, Budget
 from skyshine.mat.report.options import FIELDS_OF_VIEW
 from skyshine.mat.report.quantisation import BITS, PixelScale
-from skyshine.schemas.commands import quantity
+from skyshine.schemas.quantity import quantity
 
 RADIANCE = "W m^-2 sr^-1"
 SLANTS = ((0.0, 3.0), (3.0, 10.0), (10.0, 30.0), (30.0, 90.0))  # degree of the line of sight from the horizon

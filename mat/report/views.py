@@ -8,7 +8,8 @@ import numpy as np
 
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trace
-from skyshine.mat.job.model import Job, local_times_utc
+from skyshine.mat.job.model import Job
+from skyshine.mat.job.site import local_times_utc
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.quantities.grid import PathGrid
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from skyshine.mat.job.model import Job
 from skyshine.mat.scene.atmosphere import atmospheric_state
-from skyshine.schemas.commands import quantity
+from skyshine.schemas.quantity import quantity
 
 
 def state_summaries(job: Job) -> list[dict]:

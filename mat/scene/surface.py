@@ -12,11 +12,14 @@ from scipy.constants import Stefan_Boltzmann
 from skyshine.mat.atmosphere.sources.sun_and_moon import position
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.job.model import Job, load_job, local_times_utc
+from skyshine.mat.job.load import load_job
+from skyshine.mat.job.model import Job
+from skyshine.mat.job.site import local_times_utc
 from skyshine.mat.job.surface import HourlyWeather, Operation
 from skyshine.mat.job.surface import Weather as WeatherModel
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
-from skyshine.mat.scene.atmosphere import ZERO_CELSIUS, atmospheric_state, solar_spectrum
+from skyshine.mat.scene.atmosphere import ZERO_CELSIUS, atmospheric_state
+from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.measured import MeasuredRadiation

@@ -159,7 +159,7 @@ def depth_response(stack: ThermalStack, s, depth: float) -> tuple[np.ndarray, np
     for layer in reversed(above[1:] + below):
         behind.insert(0, _through(layer, s, behind[0]))
     surface, drive = np.ones_like(s), np.zeros_like(s)
-    for layer, beyond in zip(above, behind, strict=True):
+    for layer, beyond in zip(above, behind[: len(above)], strict=True):
         if beyond.admittance is None:
             return np.zeros_like(s), np.ones_like(s)
         g, _ = _wave(layer, s)

@@ -79,7 +79,7 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict)
 
 def path_axes(grid: PathGrid) -> dict[str, Axis]:
     """The axes of the lines of sight of a grid."""
-    return {name: _axis(name, getattr(grid, field)) for name, field in zip(PATH, FIELDS, strict=True)}
+    return {name: _axis(name, getattr(grid, field)) for name, field in zip(PATH, FIELDS[: len(PATH)], strict=True)}
 
 
 def _axis(name: str, nodes: np.ndarray) -> Axis:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from skyshine.mat.measure.sampling import accuracy_group, measure
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 from skyshine.mat.radiometry.lobe import normalisation, normalisation_to_grazing, shininess
 from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance
 from skyshine.mat.tables.axes import EXACT, table_axis
+from skyshine.mat.tables.stated_error import accuracy_group, measure
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 
 if TYPE_CHECKING:
-    from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities
     from skyshine.mat.quantities.grid import PathGrid
+    from skyshine.mat.quantities.results import AtmosphericQuantities
 
 AXES = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
 FIELDS = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")

@@ -14,7 +14,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.job.series import Series, members
 from skyshine.mat.job.weather_files import read_weather
 from skyshine.mat.radiometry.response_table import parse_response

@@ -7,9 +7,10 @@ from click.testing import CliRunner
 
 from skyshine.mat.cli import main
 from skyshine.mat.commands.starter import example_names, starter_files
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import make_plan
-from skyshine.mat.scene.atmosphere import check_scene, source_hours
+from skyshine.mat.scene.check import check_scene
+from skyshine.mat.scene.sources import source_hours
 from skyshine.materials.library import load_library
 
 SCENES = ["airfield", "desert_vehicle", "ship", "urban_canyon", "year"]

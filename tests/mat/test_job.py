@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from skyshine import schemas
-from skyshine.mat.job.model import load_job, local_times_utc
+from skyshine.mat.job.load import load_job
+from skyshine.mat.job.site import local_times_utc
 from skyshine.mat.maintain import job_schema
-from skyshine.mat.scene.atmosphere import check_scene
+from skyshine.mat.scene.check import check_scene
 from skyshine.schemas.errors import InputError
 
 BAD_JOBS = sorted((Path(__file__).parents[1] / "data" / "bad_jobs").glob("*.yaml"))

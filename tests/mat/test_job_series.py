@@ -6,7 +6,7 @@ from datetime import date
 
 import pytest
 
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import make_plan
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError

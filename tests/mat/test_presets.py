@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from skyshine.mat.commands.check import command as check
 from skyshine.mat.commands.presets import command
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.job.presets import presets
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.summary import state_summaries

@@ -15,12 +15,12 @@ CHECKOUT = Path(__file__).parents[2]
 OPEN_ONE_OF_EACH = """
 import skyshine.mat, skyshine.tmm
 from skyshine import atmospheres, materials, schemas
-from skyshine.mat.atmosphere.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.aerosol import AerosolModel
-from skyshine.mat.atmosphere.cloud import cloud_type
-from skyshine.mat.atmosphere.profiles import load_profile
-from skyshine.mat.jobs.presets import presets
-from skyshine.mat.starter import example_names, starter_files
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
+from skyshine.mat.atmosphere.particles.cloud import cloud_type
+from skyshine.mat.atmosphere.state.profiles import load_profile
+from skyshine.mat.job.presets import presets
+from skyshine.mat.commands.starter import example_names, starter_files
 from skyshine.materials.library import load_library
 for module in (skyshine.mat, skyshine.tmm, atmospheres, materials, schemas):
     assert module.__file__.startswith(PLACE), module.__file__

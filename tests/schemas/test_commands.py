@@ -5,8 +5,9 @@ import json
 import click
 import pytest
 
-from skyshine.schemas.commands import CommandGroup, emit_json, quantity, write_measured
+from skyshine.schemas.commands import CommandGroup, emit_json, write_measured
 from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.quantity import quantity
 
 
 @pytest.fixture

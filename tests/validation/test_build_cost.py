@@ -5,7 +5,7 @@ import resource
 import pytest
 
 from skyshine.mat.build.build import build
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.plan import make_plan
 from skyshine.materials.library import load_library

@@ -8,7 +8,7 @@ import pytest
 
 from skyshine.mat.bench.batch import Size, bench_batch, sampled
 from skyshine.mat.build.build import build
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 
 pytestmark = pytest.mark.validation
 THREE_DAYS = "{first: 2026-06-01, last: 2026-06-03}"

@@ -5,7 +5,7 @@ random lines of sight.
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.measure.probes import lines_in_cells
@@ -13,7 +13,7 @@ from skyshine.mat.quantities.emission import EmissionClasses, emission_weights, 
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.radiometry.equivalent_temperature import kelvin_per_radiance
-from skyshine.mat.scene.atmosphere import absorption_table
+from skyshine.mat.scene.bands import absorption_table
 from skyshine.materials.library import load_library
 
 GRID = PathGrid([0.001, 0.2, 1, 3, 10, 30, 100], [0.01, 0.5, 2, 5, 10], [-90, -40, -10, -4, -1, 0, 2, 10, 90], [0], [0])

@@ -7,16 +7,19 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.build.build import build
 from skyshine.mat.cli import main
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.products.atmosphere import compiled_band, path_grid
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import ScatteringGrid
-from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.table import temperature_table
 from skyshine.mat.tables.gridded import AXES, FIELDS, QUANTITIES, Gridded

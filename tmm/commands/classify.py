@@ -2,7 +2,8 @@
 
 import click
 
-from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress, quantity
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
+from skyshine.schemas.quantity import quantity
 
 
 @click.command(epilog="Example: tmm classify demo.tmm.yaml --out build")

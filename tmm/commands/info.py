@@ -2,7 +2,8 @@
 
 import click
 
-from skyshine.schemas.commands import emit_json, json_option, quantity
+from skyshine.schemas.commands import emit_json, json_option
+from skyshine.schemas.quantity import quantity
 
 
 @click.command(epilog="Example: tmm info build/yellowstone_road.tmm.h5")

@@ -2,7 +2,8 @@
 
 import click
 
-from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, quantity
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
+from skyshine.schemas.quantity import quantity
 
 
 @click.command(epilog="Example: tmm train library.tmm.yaml --out library.tmm-model.h5")

@@ -2,7 +2,8 @@
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option, quantity
+from skyshine.schemas.commands import echo_table, emit_json, json_option
+from skyshine.schemas.quantity import quantity
 
 
 @click.command(epilog="Example: tmm usage build/*.tmm.h5 --json")

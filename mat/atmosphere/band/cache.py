@@ -29,7 +29,8 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat import atmosphere, radiometry
-from skyshine.mat.atmosphere.band.compile import BandPoints, CompiledBand, FittedBand, fit_band, over_air
+from skyshine.mat.atmosphere.band.compile import CompiledBand, FittedBand, fit_band, over_air
+from skyshine.mat.atmosphere.band.points import BandPoints
 
 CACHE_VARIABLE = "SKYSHINE_CACHE"
 FORMAT = 1  # raised when the layout of the kept files changes

@@ -12,15 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.sample import Sample
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.band.targets import Responses, fitted_and_tested, responses
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import spectral_optics
-from skyshine.schemas.errors import InputError
 
-# Samples of the response inside an interval.
-_RESPONSE_SAMPLES = 200
 # Candidates beyond these many are thinned, evenly in mean logarithm of optical depth: 4,000 are more than enough for a
 # band.
 _MAX_CANDIDATES = 1600
@@ -34,39 +32,6 @@ _FLOOR = 0.1
 # the other. On other paths its error is two to three times that on its own.
 _GAS_SHARE = 0.5
 _FIT_SHARE = 0.3
-
-
-@dataclass(frozen=True, eq=False)
-class BandPoints:
-    """Spectral points of a band, with the sensor's response in their weights.
-
-    Attributes
-    ----------
-    points : SpectralPoints
-    weight : (P,) array
-        um; the sum is the integral of phi dlambda, and sum(weight * f) that of phi f dlambda.
-    gases : tuple of str or None
-        Those that absorb and count; None for all.
-    """
-
-    points: object
-    weight: np.ndarray
-    gases: tuple[str, ...] | None = None
-
-    @property
-    def wavenumber(self):
-        """Middle of each point's interval, (P,) cm^-1."""
-        return self.points.interval_edges.mean(axis=1)[self.points.interval]
-
-    @property
-    def width(self):
-        """Width of each point's interval, (P,) cm^-1."""
-        return np.diff(self.points.interval_edges, axis=1)[self.points.interval, 0]
-
-    @property
-    def radiance_weight(self):
-        """(P,) cm^-1; sum(radiance_weight * radiance per cm^-1) is the band's radiance."""
-        return self.weight * self.wavenumber**2 * 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,40 +61,6 @@ class CompiledBand:
     errors: dict[str, dict[str, float]]
     dropped: dict[str, float]
     ladder: np.ndarray
-
-
-def band_points(points, response):
-    """All points of a band.
-
-    Parameters
-    ----------
-    points : SpectralPoints
-        Of every interval that the response overlaps.
-    response : SpectralResponse
-
-    Returns
-    -------
-    BandPoints
-        The points whose interval has a response above 0.
-
-    Raises
-    ------
-    InputError
-        If the response is 0 in all of them.
-    """
-    low, high = points.interval_edges.T
-    sample = low[:, None] + (high - low)[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
-    # Points of an interval stand for its distribution of absorption, not for their own place: each sees the interval's
-    # mean.
-    micron = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1)
-    weight = points.weight * micron[points.interval]
-    inside = np.flatnonzero(weight > 0)
-    if not inside.size:
-        raise InputError(
-            "the response is 0 in every interval of these spectral points; ask for the points of its own range"
-        )
-    points = points.subset(inside)
-    return BandPoints(points, weight[inside], tuple(points.absorbing))
 
 
 @dataclass(frozen=True, eq=False)

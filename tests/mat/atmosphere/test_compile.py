@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.compile import band_points, compile_band, fit_band, over_air
+from skyshine.mat.atmosphere.band.compile import compile_band, fit_band, over_air
+from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance

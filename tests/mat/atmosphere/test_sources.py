@@ -307,7 +307,7 @@ def test_direct_moonlight_on_the_ground_follows_the_phase():
     """Miller and Turner 2009 at 0.555 um: 2.15 and 0.444 mW m^-2 um^-1 at phases of 30 and 90 degrees, 4.53 at full
     Moon.
     """
-    from skyshine.mat.atmosphere.band.compile import band_points
+    from skyshine.mat.atmosphere.band.points import band_points
     from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
     from skyshine.mat.atmosphere.state.state import AtmosphericState
     from skyshine.mat.quantities.band_atmosphere import BandAtmosphere

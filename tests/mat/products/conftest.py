@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.build.build import build
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ

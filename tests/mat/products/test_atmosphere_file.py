@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.atmosphere.band.compile import band_points
-from skyshine.mat.job.model import load_job
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.gridded import Gridded
 from skyshine.schemas.hdf5 import Group

@@ -10,12 +10,13 @@ import pytest
 
 from skyshine.mat.atmosphere.band import cache as band_cache
 from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin, cache_folder, cached_compile_band, content_key
-from skyshine.mat.atmosphere.band.compile import band_points, fit_band, over_air
+from skyshine.mat.atmosphere.band.compile import fit_band, over_air
+from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.build.build import build
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 

@@ -10,7 +10,7 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.build.build import build
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
 

@@ -12,13 +12,16 @@ import pytest
 
 import skyshine.mat
 from skyshine import materials
-from skyshine.mat.atmosphere.band.compile import band_points
+from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.build.build import build
-from skyshine.mat.job.model import load_job
-from skyshine.mat.products.atmosphere import compiled_band, path_grid
-from skyshine.mat.products.temperature import twins_left_out
+from skyshine.mat.job.load import load_job
+from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
 

@@ -13,13 +13,13 @@ import pytest
 from filelock import FileLock
 
 from skyshine.mat.build.build import LOCK, build
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file, write_whole
 
 FOLLOWER = """
 import os, sys, time
-from skyshine.mat.executors import open_executor
+from skyshine.mat.build.executors import open_executor
 if __name__ == "__main__":
     with open_executor(None, 1, None) as pool:
         print(pool.submit(os.getpid).result(), flush=True)

@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.cli import main
-from skyshine.mat.job.model import load_job
-from skyshine.mat.quantities.band_atmosphere import SpectralLines
+from skyshine.mat.job.load import load_job
+from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.report.budget import Prepared, error_budget
 from skyshine.mat.report.quantisation import BITS, PixelScale

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.atmosphere.band.compile import band_points
-from skyshine.mat.job.model import load_job
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.radiometry.blackbody import planck_wavelength
-from skyshine.mat.scene.atmosphere import absorption_table, atmospheric_state, response_of, source_irradiance
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.table import temperature_table
 from skyshine.materials.library import load_library

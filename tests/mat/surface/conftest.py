@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.site import Site, sun_hours
 from skyshine.mat.surface.weather import from_extremes

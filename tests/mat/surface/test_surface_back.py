@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.job.model import load_job
+from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.balance import Forcing

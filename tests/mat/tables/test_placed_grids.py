@@ -7,8 +7,8 @@ from skyshine.mat.job.atmosphere import AtmosphereGrid
 from skyshine.mat.measure.atmosphere_nodes import placed_grids
 from skyshine.mat.measure.probes import Probes
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.schemas.errors import CheckFailed

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from skyshine.mat.measure.probes import Probes
-from skyshine.mat.quantities.band_atmosphere import AtmosphericQuantities
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import Gridded
 
 BASE = PathGrid([0.1, 1.0, 10.0, 30.0], [0.0, 1.0, 4.0], [-90.0, -5.0, 0.0, 90.0], [-5.0, 0.0, 60.0], [0.0, 180.0])

@@ -1,0 +1,79 @@
+"""The spectral points of a band with their weights, before any are chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+
+# Samples of the response inside an interval.
+_RESPONSE_SAMPLES = 200
+
+
+@dataclass(frozen=True, eq=False)
+class BandPoints:
+    """Spectral points of a band, with the sensor's response in their weights.
+
+    Attributes
+    ----------
+    points : SpectralPoints
+    weight : (P,) array
+        um; the sum is the integral of phi dlambda, and sum(weight * f) that of phi f dlambda.
+    gases : tuple of str or None
+        Those that absorb and count; None for all.
+    """
+
+    points: object
+    weight: np.ndarray
+    gases: tuple[str, ...] | None = None
+
+    @property
+    def wavenumber(self):
+        """Middle of each point's interval, (P,) cm^-1."""
+        return self.points.interval_edges.mean(axis=1)[self.points.interval]
+
+    @property
+    def width(self):
+        """Width of each point's interval, (P,) cm^-1."""
+        return np.diff(self.points.interval_edges, axis=1)[self.points.interval, 0]
+
+    @property
+    def radiance_weight(self):
+        """(P,) cm^-1; sum(radiance_weight * radiance per cm^-1) is the band's radiance."""
+        return self.weight * self.wavenumber**2 * 1e-4
+
+
+def band_points(points, response):
+    """All points of a band.
+
+    Parameters
+    ----------
+    points : SpectralPoints
+        Of every interval that the response overlaps.
+    response : SpectralResponse
+
+    Returns
+    -------
+    BandPoints
+        The points whose interval has a response above 0.
+
+    Raises
+    ------
+    InputError
+        If the response is 0 in all of them.
+    """
+    low, high = points.interval_edges.T
+    sample = low[:, None] + (high - low)[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
+    # Points of an interval stand for its distribution of absorption, not for their own place: each sees the interval's
+    # mean.
+    micron = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1)
+    weight = points.weight * micron[points.interval]
+    inside = np.flatnonzero(weight > 0)
+    if not inside.size:
+        raise InputError(
+            "the response is 0 in every interval of these spectral points; ask for the points of its own range"
+        )
+    points = points.subset(inside)
+    return BandPoints(points, weight[inside], tuple(points.absorbing))

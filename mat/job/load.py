@@ -1,0 +1,164 @@
+"""Reading a job: the YAML document, its series and weather files, the query limits that trim it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pydantic
+
+from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.model import Job
+from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
+from skyshine.mat.job.surface import (
+    HOURLY_QUANTITIES,
+)
+from skyshine.mat.job.trim import needed
+from skyshine.materials.library import MaterialLibrary, load_library
+from skyshine.schemas.documents import Document, parse_model, read_yaml
+from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.paths import job_path
+
+
+@dataclass(frozen=True)
+class LoadedJob:
+    """A job with the file it came from.
+
+    Attributes
+    ----------
+    job : Job
+        With the nodes and sources that its needs leave.
+    document : Document
+    whole : Job
+        With all of them.
+    """
+
+    job: Job
+    document: Document
+    whole: Job
+
+    @property
+    def file(self) -> Path:
+        return self.document.file
+
+    @property
+    def folder(self) -> Path:
+        """Folder against which the job's paths are read."""
+        return self.document.file.resolve().parent
+
+    def of_state(self, index: int) -> LoadedJob:
+        """The same with its site on the date of a state, counted from 1."""
+        return replace(self, job=self.job.of_state(index), whole=self.whole.of_state(index))
+
+    @property
+    def output_folder(self) -> Path:
+        """Where the job's files go.
+
+        Raises
+        ------
+        InputError
+            It lies outside the job's folder, and the user has not allowed that.
+        """
+        try:
+            return job_path(self.folder, self.job.output.folder, written=True)
+        except ValueError as error:
+            raise self.document.error(("output", "folder"), f"output.folder: {error}") from None
+
+
+def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) -> LoadedJob:
+    """Read, check and type a job.
+
+    Parameters
+    ----------
+    library : MaterialLibrary, optional
+        Whose materials the job may name; by default the packaged one with the user's.
+
+    Raises
+    ------
+    InputError
+        With file:line:column of the first thing that does not fit.
+    """
+    document = read_yaml(file)
+    names = (library or load_library()).names
+    context = {"materials": names, "folder": document.file.resolve().parent}
+    job = _with_series(parse_model(document, Job, context), document, context)
+    for i, name in enumerate((job.needs and job.needs.bands) or []):
+        if name not in job.band_names:
+            raise document.error(
+                ("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}"
+            )
+    whole = _with_weather_files(job, document)
+    return LoadedJob(needed(whole), document, whole)
+
+
+def _with_series(job: Job, document: Document, context: dict) -> Job:
+    """The job with a state for each member of its series."""
+    if all(state.series is None for state in job.states):
+        return job
+    states: list[State] = []
+    for i, state in enumerate(job.states):
+        if state.series is None:
+            states.append(state)
+            continue
+        written = document.data["states"][i]
+        for number, member in enumerate(members(_inside(state.series, document, i, context), context["folder"]), 1):
+            try:
+                states.append(State.model_validate(changed(written, member.changes), context=context))
+            except pydantic.ValidationError as error:
+                problem = error.errors(include_url=False)[0]
+                message = f"{'.'.join(map(str, problem['loc']))}: {problem['msg'].removeprefix('Value error, ')}"
+                if member.file is None:
+                    raise document.error(
+                        ("states", i), f"states.{i}: in member {number} of its series, {message}"
+                    ) from None
+                raise InputError(message, file=member.file, line=member.line) from None
+    if len(states) > MEMBER_LIMIT:
+        raise document.error(
+            ("states",), f"states: found {len(states)} with all series; allowed: at most {MEMBER_LIMIT}"
+        )
+    return job.model_copy(update={"states": states})
+
+
+def _inside(series: Series, document: Document, state: int, context: dict) -> Series:
+    if series.table is not None:
+        try:
+            job_path(context["folder"], series.table)
+        except ValueError as error:
+            raise document.error(
+                ("states", state, "series", "table"), f"states.{state}.series.table: {error}"
+            ) from None
+    return series
+
+
+def _with_weather_files(job: Job, document: Document) -> Job:
+    """The job with the hours of its weather files in their places, so that nothing later depends on a file."""
+    if all(state.weather.file is None for state in job.states):
+        return job
+    from skyshine.mat.job.weather_files import read_weather
+
+    states = list(job.states)
+    for i, state in enumerate(states):
+        if state.weather.file is not None:
+            try:
+                file = job_path(document.file.resolve().parent, state.weather.file)
+            except ValueError as error:
+                raise document.error(_place(document, i), f"states.{i}.weather.file: {error}") from None
+            if not file.is_file():
+                raise document.error(
+                    _place(document, i),
+                    f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the"
+                    " job's folder",
+                )
+            measured = state.weather.radiation == "measured"
+            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h, radiation=measured)
+            given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
+            weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
+            states[i] = state.model_copy(update={"weather": weather})
+    return job.model_copy(update={"states": states})
+
+
+def _place(document: Document, state: int) -> tuple:
+    """Where the weather of a state is written; series make more states than are written."""
+    place = ("states", state, "weather", "file")
+    return place if place in document.places else ("states",)

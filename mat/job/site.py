@@ -1,0 +1,36 @@
+"""Where and when a scene is: the place and date that place Sun and Moon."""
+
+from __future__ import annotations
+
+from datetime import date
+
+import numpy as np
+from pydantic import Field
+
+from skyshine.schemas.documents import StrictModel
+
+
+class Site(StrictModel):
+    """Where and when: what places Sun and Moon."""
+
+    latitude_deg: float = Field(ge=-90, le=90)
+    longitude_deg: float = Field(ge=-180, le=180, description="East is positive.")
+    date: date
+    utc_offset_h: float = Field(ge=-12, le=14, description="Local clock time minus UTC.")
+    altitude_km: float = Field(0.0, ge=-0.5, le=5.9, description="Altitude of the ground below the scene.")
+
+
+def local_times_utc(site: Site, hours: np.ndarray) -> np.ndarray:
+    """UTC times of local clock hours on the day of the site.
+
+    Parameters
+    ----------
+    hours : (n,) float
+        Local clock, in hours.
+
+    Returns
+    -------
+    (n,) datetime64[s]
+    """
+    seconds = np.round((np.asarray(hours, float) - site.utc_offset_h) * 3600).astype("timedelta64[s]")
+    return np.datetime64(site.date.isoformat(), "s") + seconds

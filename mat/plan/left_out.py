@@ -1,0 +1,118 @@
+"""What a job leaves out of its tables, with the bound of the change and how to restore it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
+from skyshine.mat.job.trim import hours_around
+from skyshine.materials.library import MaterialLibrary
+
+# Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it, before
+# the ground.
+STEP_BOUND = "0.1 % of a value; of path radiance some percent in cells that reach behind the ground"
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Something that the job does not need.
+
+    Attributes
+    ----------
+    what, why : str
+    bound : str
+        What leaving it out changes at most.
+    restore : str
+        The key that brings it back.
+    """
+
+    what: str
+    why: str
+    bound: str
+    restore: str
+
+
+def temperature_times(job: Job) -> list[float]:
+    return hours_around(job.surface_grid.time, job.needs and job.needs.hours)
+
+
+def tables_left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tuple[str, ...]) -> list[LeftOut]:
+    job, found = loaded.job, []
+    unused = set(library.names) - set(materials)
+    if unused and job.materials == "used":
+        found.append(
+            LeftOut(f"{len(unused)} of {len(library)} materials", "no texture uses them", "none", "materials: all")
+        )
+    level = int(np.sum(np.isin(job.surface_grid.slope_deg, (0.0, 180.0))))
+    if level and len(job.surface_grid.azimuth_deg) > 1:
+        spared = level * (len(job.surface_grid.azimuth_deg) - 1)
+        total = len(job.surface_grid.slope_deg) * len(job.surface_grid.azimuth_deg)
+        found.append(
+            LeftOut(
+                f"{spared} of {total} orientations",
+                "level surfaces face no azimuth: solved once and copied",
+                "none",
+                "nothing to restore: the table holds them",
+            )
+        )
+    found += _not_needed(loaded)
+    for source, kind in (("sun", "atmq"), ("moon", "lunar_atmq")):
+        if source not in loaded.whole.sources:
+            found.append(
+                LeftOut(f"{kind} tables", f"sources does not name the {source}", "none", f"sources: [{source}]")
+            )
+    return found
+
+
+def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
+    """Nodes and sources that nothing within the job's needs reads."""
+    job, whole, needs = loaded.job, loaded.whole, loaded.job.needs
+    if needs is None:
+        return []
+    wide = "a wider needs.{0}, or none"
+    axes = (
+        ("ranges", "range_km", whole.atmosphere_grid.range_km, job.atmosphere_grid.range_km, STEP_BOUND),
+        ("observer altitudes", "observer_altitude_km", whole.observer_altitudes_km, job.observer_altitudes_km, "none"),
+        ("elevations", "elevation_deg", whole.atmosphere_grid.elevation_deg, job.atmosphere_grid.elevation_deg, "none"),
+        (
+            "source elevations",
+            "hours",
+            whole.atmosphere_grid.source_elevation_deg,
+            job.atmosphere_grid.source_elevation_deg,
+            "none",
+        ),
+        ("surface altitudes", "surface_altitude_km", whole.surface_altitudes_km, job.surface_altitudes_km, "none"),
+        ("slopes", "slope_deg", whole.surface_grid.slope_deg, job.surface_grid.slope_deg, "none"),
+        ("times of day", "hours", whole.surface_grid.time, temperature_times(job), "none"),
+    )
+    found = [
+        LeftOut(
+            f"{len(nodes) - len(kept)} of {len(nodes)} {name}",
+            f"no read within needs.{key} touches them",
+            bound,
+            wide.format(key),
+        )
+        for name, key, nodes, kept, bound in axes
+        if len(kept) < len(nodes)
+    ]
+    found += [
+        LeftOut(
+            f"all files of the band {name}", "needs.bands does not name it", "none", f"{name} in needs.bands, or none"
+        )
+        for number, name in enumerate(job.band_names, 1)
+        if number not in job.needed_bands
+    ]
+    found += [
+        LeftOut(
+            f"tables of the {source}",
+            "it is below all their elevations in the hours needed",
+            "none",
+            wide.format("hours"),
+        )
+        for source in whole.sources
+        if source not in job.sources
+    ]
+    return found

@@ -1,0 +1,31 @@
+"""Spectral responses of the bands of a job, and the band model that it asks for."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.response_table import parse_response
+
+
+def response_of(band) -> SpectralResponse:
+    """The sensor response of a job's band.
+
+    Raises
+    ------
+    InputError
+        At the place in a response table that is wrong.
+    """
+    if band.response is not None:
+        return parse_response(band.response.text, band.response.path)
+    if band.wavenumber_cm is not None:
+        low, high = band.wavenumber_cm
+        return SpectralResponse.rectangular(1e4 / high, 1e4 / low)
+    return SpectralResponse.rectangular(*band.wavelength_um)
+
+
+@lru_cache(maxsize=4)
+def absorption_table(water_continuum: str = "mt_ckd_4.3") -> AbsorptionTable:
+    """The packaged band model with one of the water vapour continua, opened once a process."""
+    return AbsorptionTable.open(water_continuum=water_continuum)

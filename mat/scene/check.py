@@ -1,0 +1,37 @@
+"""Whether all that a job names can be read and computed."""
+
+from __future__ import annotations
+
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.scene.atmosphere import (
+    atmospheric_state,
+)
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.schemas.errors import InputError
+
+
+def check_scene(loaded: LoadedJob) -> None:
+    """Check what the models alone cannot: that the band model covers each band.
+
+    Raises
+    ------
+    InputError
+        At the place in the job.
+    """
+    table = absorption_table()
+    for i, band in enumerate(loaded.job.bands):
+        response = response_of(band)
+        low, high = response.wavenumber_range
+        if not any(start <= low and high <= end for start, end in table.coverage):
+            spans = ", ".join(f"{1e4 / end:.4g} to {1e4 / start:.4g} um" for start, end in table.coverage)
+            found = f"{response.lower:g} to {response.upper:g} um"
+            raise loaded.document.error(
+                ("bands", i), f"bands.{i}: found {found}; allowed: inside {spans}, which the band model covers"
+            )
+    for i, state in enumerate(loaded.job.states):
+        try:
+            atmospheric_state(loaded.job.site, state)
+        except InputError as error:
+            if error.file is not None:  # in a file of its own
+                raise
+            raise loaded.document.error(("states", i), f"states.{i}: {error.message}") from None

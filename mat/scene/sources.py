@@ -1,0 +1,63 @@
+"""Sun and Moon of a job: irradiance outside the atmosphere, and the hours in which they are up."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.sources.sun_and_moon import lunar_irradiance, position, solar_irradiance
+from skyshine.mat.job.fields import clock_text
+from skyshine.mat.job.model import Job
+from skyshine.mat.job.site import local_times_utc
+
+
+def source_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.ndarray | None = None) -> np.ndarray:
+    """Irradiance (P,) of a source outside the atmosphere on the day of the job, W m^-2 (cm^-1)^-1; mean over widths in
+    cm^-1.
+
+    The Sun at its distance at noon; the Moon at its phase and distance at local midnight, the middle of the night
+    that its tables are for.
+    """
+    site = job.site
+    hour = 12.0 if source == "sun" else 24.0
+    where = position(source, local_times_utc(site, [hour]), site.latitude_deg, site.longitude_deg)
+    if source == "sun":
+        return solar_irradiance(wavenumber, width) / where.sun_distance[0] ** 2
+    moon = lunar_irradiance(
+        wavenumber, where.phase_angle[0], where.distance[0], where.sun_distance[0], bool(where.waxing[0]), width
+    )
+    return moon.total
+
+
+def usual_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.ndarray | None = None) -> np.ndarray:
+    """As `source_irradiance`, the same for all days on which its spectrum has the same shape: the Sun at 1 au."""
+    if source == "sun":
+        return solar_irradiance(wavenumber, width)
+    return source_irradiance(job, source, wavenumber, width)
+
+
+def solar_spectrum() -> tuple[np.ndarray, np.ndarray]:
+    """Sunlight outside the atmosphere at 1 au: wavelength (n,) um, increasing, and irradiance (n,) W m^-2 um^-1."""
+    wavelength = np.geomspace(0.25, 25.0, 3000)
+    wavenumber = 1e4 / wavelength
+    return wavelength, solar_irradiance(wavenumber) * wavenumber**2 * 1e-4
+
+
+def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, str]]]:
+    """Local clock times between which each source of the job stands above the horizon, to the step in hours."""
+    hours = np.arange(0.0, 24.0, step)
+    times = local_times_utc(job.site, hours)
+    spans: dict[str, list[tuple[str, str]]] = {}
+    for source in job.sources:
+        up = position(source, times, job.site.latitude_deg, job.site.longitude_deg).elevation > 0
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], up, [False]]).astype(int)))
+        spans[source] = [
+            (clock_text(hours[a]), clock_text(hours[b - 1] + step))
+            for a, b in zip(edges[::2], edges[1::2], strict=True)
+        ]
+    return spans
+
+
+def irradiance_of_sources(job: Job, band: BandPoints) -> np.ndarray:
+    """Irradiance (B, P) W m^-2 (cm^-1)^-1 of each source of a job outside the atmosphere, at the points of a band."""
+    return np.stack([source_irradiance(job, source, band.wavenumber, band.width) for source in job.sources])

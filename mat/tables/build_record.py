@@ -1,0 +1,22 @@
+"""Reading ``build.json``: what each file of a folder cost."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # all of the physics behind it, which `mat info` does not wait for
+    pass
+
+
+NAME = "build.json"
+
+
+def cost_of(path: Path) -> dict | None:
+    """What a database cost by the record beside it; None where that does not know it."""
+    try:
+        entry = json.loads((path.parent / NAME).read_text(encoding="utf-8"))["files"][path.name]
+        return entry if isinstance(entry["stages"], dict) and entry["stages"] else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None

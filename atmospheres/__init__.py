@@ -4,6 +4,6 @@ from importlib.resources import files
 from pathlib import Path
 
 
-def path(name):
+def path(name: str) -> Path:
     """Path of a packaged data file or folder, e.g. ``path("profiles/tropical.csv")``."""
     return Path(str(files(__name__).joinpath(name)))

@@ -1,9 +1,55 @@
-"""The table builder: atmospheric quantities and surface temperatures for infrared scene runtimes."""
+"""The table builder: atmospheric quantities and surface temperatures for infrared scene runtimes.
+
+`build` and `check` take a job as `mat build` and `mat check` do; `open` reads a database; `spectrum`, `temperature` and
+`band` compute one thing without a job's tables; `report` measures how wrong built tables are; `example` names a
+packaged job. Results are small objects; most of them have `to_xarray`.
+
+Examples
+--------
+>>> import skyshine.mat
+>>> window = skyshine.mat.spectrum(wavelength=(8, 12), range=1, elevation=0)
+>>> print(window)
+<Spectrum 832.5 to 1247.5 cm^-1, 84 bins, 1 km to its range; mean transmittance 0.7427>
+>>> skyshine.mat.check(skyshine.mat.example("ship")).materials[:2]
+['glass_window', 'steel_bare']
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from skyshine.mat.api.band import band
+    from skyshine.mat.api.build import build
+    from skyshine.mat.api.check import check
+    from skyshine.mat.api.examples import example
+    from skyshine.mat.api.report import report
+    from skyshine.mat.api.spectrum import spectrum
+    from skyshine.mat.api.temperature import temperature
+    from skyshine.mat.tables.loader import open_table as open
+
+_HOMES = {
+    "band": ("api.band", "band"),
+    "build": ("api.build", "build"),
+    "check": ("api.check", "check"),
+    "example": ("api.examples", "example"),
+    "open": ("tables.loader", "open_table"),
+    "report": ("api.report", "report"),
+    "spectrum": ("api.spectrum", "spectrum"),
+    "temperature": ("api.temperature", "temperature"),
+}
+
+__all__ = ["band", "build", "check", "example", "open", "report", "spectrum", "temperature"]
 
 
-def __getattr__(name: str):
-    if name == "open":  # loads numpy and h5py only when a table is opened
-        from skyshine.mat.tables.loader import open_table
+def __getattr__(name: str) -> Any:
+    # Loaded when asked for, so that `mat --help` and a runtime that only opens tables do not wait for the physics.
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, attribute = _HOMES[name]
+    return getattr(importlib.import_module(f"{__name__}.{module}"), attribute)
 
-        return open_table
-    raise AttributeError(f"module 'skyshine.mat' has no attribute '{name}'")
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -21,7 +21,6 @@ EXTRAS = {
     "numba": "spectroscopy",
     "hapi": "spectroscopy",
     "netCDF4": "spectroscopy",
-    "casadi": "oracle",
     "distributed": "dask",
     "lxml": "exchange",
     "sklearn": "train",

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -60,9 +61,9 @@ class Document:
 
     data: Any
     file: Path
-    places: dict[tuple, tuple[int, int]] = field(repr=False)
+    places: dict[tuple, tuple[int | None, int | None]] = field(repr=False)
 
-    def where(self, location: tuple) -> tuple[int, int]:
+    def where(self, location: tuple) -> tuple[int | None, int | None]:
         """Line and column of the value at `location`, or of its nearest parent that the file holds."""
         return self.places[self.written(location)]
 
@@ -197,6 +198,25 @@ def read_yaml(file: str | os.PathLike) -> Document:
     except ValueError:
         raise InputError("is no path: it holds a null character", file=repr(str(file))) from None
     return _document(text, file)
+
+
+def mapping_document(data: Mapping[str, Any], folder: str | os.PathLike) -> Document:
+    """A document whose content is given as plain data; its paths are relative to a folder, its errors name no line.
+
+    Raises
+    ------
+    InputError
+        The data hold what YAML does not, or too much of it.
+    """
+    file = Path(folder) / "<mapping>"
+    try:
+        text = yaml.safe_dump(dict(data), sort_keys=False, allow_unicode=True)
+    except (yaml.YAMLError, RecursionError, TypeError, ValueError) as error:
+        raise InputError(f"holds what YAML does not: {error}; give plain numbers, texts, lists and mappings") from None
+    if len(text) > BYTE_LIMIT:
+        raise InputError(f"found {len(text)} characters; allowed: at most {BYTE_LIMIT}", file=file)
+    document = _document(text, file)
+    return replace(document, places=dict.fromkeys(document.places, (None, None)))
 
 
 def plain_value(text: str, file: str | os.PathLike, line: int) -> Any:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.cost import distinct_airs
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.tables.loader import AtmosphereTable, open_table
 

@@ -104,9 +104,9 @@ def surface(job, out, quick, as_json):
     Example:
       mat bench surface --out bench
     """
+    from skyshine.mat.api.examples import starter_files
     from skyshine.mat.bench import energyplus
     from skyshine.mat.bench import surface as bench
-    from skyshine.mat.commands.starter import starter_files
     from skyshine.mat.scene.surface import surface_inputs, surface_materials
     from skyshine.materials.library import load_library
 

@@ -17,13 +17,12 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 @json_option
 def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: str | None, as_json: bool) -> None:
     """Build the databases of JOB. Files that the same job has built before are kept."""
-    from skyshine.mat.build.build import build
-    from skyshine.mat.job.load import load_job
+    from skyshine.mat.api.build import build
 
-    report = build(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor)
+    built = build(job, out=out, jobs=jobs, fresh=fresh, executor=executor)
     if as_json:
-        emit_json(report)
+        emit_json({"folder": str(built.folder), "seconds": built.seconds, "files": built.files})
         return
-    for name, entry in report["files"].items():
+    for name, entry in built.files.items():
         click.echo(f"  {name}  {'kept' if entry['kept'] else 'built'}")
-    click.echo(f"{report['folder']}: {len(report['files'])} files in {report['seconds']:.1f} s")
+    click.echo(f"{built.folder}: {len(built.files)} files in {built.seconds:.1f} s")

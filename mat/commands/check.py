@@ -1,12 +1,18 @@
 """``mat check``: validate a job and print the plan."""
 
+from __future__ import annotations
+
 import re
 from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.mat.api.check import JobCheck
 
 MANY_STATES = 12  # beyond these their files are not listed one by one
 
@@ -17,27 +23,13 @@ MANY_STATES = 12  # beyond these their files are not listed one by one
 @json_option
 def command(job: str, as_json: bool) -> None:
     """Check JOB; print what will be built, what is left out and why, which source is up when, and the size."""
-    from skyshine.mat.job.load import load_job
-    from skyshine.mat.plan.cost import estimate
-    from skyshine.mat.plan.physics import physics_left_out
-    from skyshine.mat.plan.plan import make_plan
-    from skyshine.mat.plan.twins import twins_left_out
-    from skyshine.mat.scene.check import check_scene
-    from skyshine.mat.scene.sources import source_hours
-    from skyshine.mat.scene.summary import state_summaries
-    from skyshine.materials.library import load_library
+    from skyshine.mat.api.check import check
 
-    loaded = load_job(job)
-    plan = make_plan(loaded, load_library())
-    check_scene(loaded)
-    left_out = [*plan.left_out, *twins_left_out(loaded, plan.materials), *physics_left_out(loaded)]
-    hours = source_hours(loaded.job.of_state(1))
-    states = state_summaries(loaded.job)
-    cost = estimate(loaded, plan)
+    result = check(job)
     if as_json:
-        emit_json(_as_json(plan, left_out, hours, states, cost))
+        emit_json(_as_json(result))
     else:
-        _print(loaded, plan, left_out, hours, states, cost)
+        _print(result)
 
 
 _UNKNOWN = (
@@ -60,49 +52,50 @@ def _tolerance_text(tolerance) -> str:
     return ", ".join(f"{value} of {name}" for name, value in named.items()) or "nothing"
 
 
-def _as_json(plan, left_out, hours, states, cost) -> dict:
+def _as_json(result: JobCheck) -> dict[str, Any]:
     return {
-        "files": [name for task in plan.tasks for name in task.files],
-        "states": states,
-        "materials": list(plan.materials),
-        "left_out": [vars(item) for item in left_out],
-        "source_up": {source: [list(span) for span in spans] for source, spans in hours.items()},
-        "size_before_compression": quantity(plan.bytes, "byte"),
-        "estimated_time": {stage: quantity(seconds, "s") for stage, seconds in cost.items()},
+        "files": result.files,
+        "states": result.states,
+        "materials": result.materials,
+        "left_out": [vars(item) for item in result.left_out],
+        "source_up": {source: [list(span) for span in spans] for source, spans in result.source_up.items()},
+        "size_before_compression": quantity(result.bytes, "byte"),
+        "estimated_time": {stage: quantity(seconds, "s") for stage, seconds in result.seconds.items()},
     }
 
 
-def _files(plan, states: int) -> list[str]:
+def _files(result: JobCheck) -> list[str]:
     """A line for each file; of many states one for all files of a kind."""
     by_kind: dict[str, list[str]] = {}
-    for name in (name for task in plan.tasks for name in task.files):
-        of_state = states > MANY_STATES and re.fullmatch(r"s\d+(.*)", name)
+    for name in result.files:
+        of_state = len(result.states) > MANY_STATES and re.fullmatch(r"s\d+(.*)", name)
         by_kind.setdefault(of_state[1] if of_state else name, []).append(name)
     return [
         names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}: {len(names)} files" for names in by_kind.values()
     ]
 
 
-def _print(loaded, plan, left_out, hours, states, cost) -> None:
+def _print(result: JobCheck) -> None:
     from skyshine.mat.scene.summary import summary_line
 
+    loaded, states = result.loaded, result.states
     click.echo(f"{loaded.file}: holds")
     for line, numbers in groupby(range(1, len(states) + 1), lambda number: summary_line(states[number - 1])):
         first, *others = (f"{number:02d}" for number in numbers)
         click.echo(f"{f'states {first} to {others[-1]}' if others else f'state {first}'}: {line}")
     click.echo("will be built:")
-    for line in _files(plan, len(states)):
+    for line in _files(result):
         click.echo(f"  {line}")
-    click.echo(f"materials: {', '.join(plan.materials)}")
-    click.echo("left out:" if left_out else "left out: nothing")
-    for item in left_out:
+    click.echo(f"materials: {', '.join(result.materials)}")
+    click.echo("left out:" if result.left_out else "left out: nothing")
+    for item in result.left_out:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")
-    for source, spans in hours.items():
+    for source, spans in result.source_up.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
         click.echo(f"{source} up on {loaded.job.of_state(1).site.date}: {times}")
-    click.echo(f"size of the tables before compression: {plan.bytes / 1e6:.1f} MB")
-    stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in cost.items() if seconds)
-    click.echo(f"processor time, estimated within a factor of two: {sum(cost.values()):.0f} s ({stages})")
+    click.echo(f"size of the tables before compression: {result.bytes / 1e6:.1f} MB")
+    stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in result.seconds.items() if seconds)
+    click.echo(f"processor time, estimated within a factor of two: {sum(result.seconds.values()):.0f} s ({stages})")
     for name in ("atmosphere_grid", "surface_grid"):
         grid = getattr(loaded.job, name)
         if grid.tolerance:

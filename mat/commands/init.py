@@ -19,7 +19,7 @@ def command(folder: str, example: str) -> None:
     """Write a starter job, with the picture it needs, into FOLDER. Files that are there already are not touched."""
     from pathlib import Path
 
-    from skyshine.mat.commands.starter import starter_files
+    from skyshine.mat.api.examples import starter_files
 
     target = Path(folder)
     files = starter_files(example)

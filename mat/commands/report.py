@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
 from pathlib import Path
 
 import click
@@ -33,38 +32,17 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
     Random scenes go through the runtime's equations with the tables, and through the accurate spectral integrals; each
     source of error is switched on alone, then all together.
     """
-    from skyshine.mat.job.load import load_job
-    from skyshine.mat.report.budget import Prepared, error_budget
-    from skyshine.mat.report.page import render
-    from skyshine.mat.report.summary import describe_all
-    from skyshine.materials.library import load_library
+    from skyshine.mat.api.report import budget_count, report
 
-    loaded, library = load_job(_job_file(job)), load_library()
-    folder = Path(built) if built else loaded.output_folder
-    bands = loaded.job.needed_bands
-    if band is not None and band not in bands:
-        raise InputError(f"found --band {band}; allowed: {', '.join(map(str, bands))}, the bands that the job builds")
-    sets = list(product(range(1, len(loaded.job.states) + 1), bands if band is None else [band]))
-    budgets, notes = [], []
-    with progress(len(sets) * len(loaded.job.sources), "measuring") as advance:
-        for state, number in sets:
-            prepared = Prepared.of(loaded, state, number)
-            for source in loaded.job.sources:
-                found = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed)
-                if found is None:
-                    notes.append(
-                        f"State {state}, band {number}: no view has the {source} above the horizon on the tables' axes."
-                    )
-                else:
-                    budgets.append(found)
-                advance(1)
-    report = describe_all(budgets, notes, job=loaded.job.name, seed=seed)
+    file = _job_file(job)
+    with progress(budget_count(file, band), "measuring") as advance:
+        measured = report(file, built=built, scenes=scenes, seed=seed, band=band, advance=advance)
     if out:
-        _write(Path(out), report, render(report, budgets))
+        measured.write_html(out)
     if as_json:
-        emit_json(report)
+        emit_json(measured.numbers)
     else:
-        _print(report)
+        _print(measured.numbers)
 
 
 def _job_file(given: str) -> Path:
@@ -79,17 +57,6 @@ def _job_file(given: str) -> Path:
         if (folder / "job.yaml").is_file():
             return folder / "job.yaml"
     raise InputError("holds no job.yaml; name the job's file, and --built for another folder of databases", file=path)
-
-
-def _write(page: Path, report: dict, text: str) -> None:
-    import json
-
-    try:
-        page.parent.mkdir(parents=True, exist_ok=True)
-        page.write_text(text, encoding="utf-8")
-        page.with_suffix(".json").write_text(json.dumps(report, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; name another place", file=page) from None
 
 
 def _print(report: dict) -> None:

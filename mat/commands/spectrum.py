@@ -10,15 +10,6 @@ from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
-RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
-IRRADIANCE = "W m^-2 (cm^-1)^-1"
-# Of the two fogs of LOWTRAN7 the dense one, which lies over the sea and the coast.
-FOG = "fog_advection"
-RAIN_TOP = 3e3  # m above the ground
-MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
-# A full Moon outside the Earth's shadow: the phase angle of the reflectance model's own limit, in degree.
-FULL_MOON_PHASE = 4.0
-
 
 @click.command("spectrum")
 @click.option(
@@ -116,67 +107,41 @@ def command(
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
     """
-    import numpy as np
+    from skyshine.mat.api.spectrum import spectrum
 
-    from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-    from skyshine.mat.atmosphere.particles.cloud import cloud_type
-    from skyshine.mat.atmosphere.particles.rain import RainLayer
-    from skyshine.mat.atmosphere.spectra.spectrum import line_spectrum
-    from skyshine.mat.atmosphere.state.state import AtmosphericState
-
-    profile, ground = _profile(atmosphere, above)
-    altitude = ground / 1e3 if altitude is None else altitude
-    _finite(
+    if (wavenumber is None) == (wavelength is None):
+        raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
+    result = spectrum(
+        wavenumber=_limits(wavenumber),
+        wavelength=_limits(wavelength),
+        atmosphere=atmosphere,
+        above=above,
+        co2_ppm=co2_ppm,
         altitude=altitude,
-        wind=wind,
         elevation=elevation,
+        range=_range(range_text),
+        resolution=resolution,
+        aerosol=aerosol,
+        visibility=visibility,
+        wind=wind,
+        stratosphere=stratosphere,
+        clouds=clouds,
+        rain=rain,
+        source=source,
         source_elevation=source_elevation,
         source_azimuth=source_azimuth,
-    )
-    low, high = _limits(wavenumber, wavelength)
-    distance = _range(range_text)
-    state = AtmosphericState.from_profile(
-        profile,
-        surface_altitude=ground,
-        co2_ppm=co2_ppm,
-        aerosol=FOG if aerosol == "fog" else aerosol,
-        visibility_km=visibility,
-        wind_speed=wind,
-        stratosphere=stratosphere,
-        clouds=[cloud_type(name) for name in clouds],
-        rain=None if rain is None else RainLayer(rain, RAIN_TOP),
-    )
-    points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
-    result = line_spectrum(
-        state,
-        points,
-        _irradiance(source, points),
-        altitude=altitude * 1e3,
-        elevation=np.radians(elevation),
-        distance=distance,
-        source_elevation=np.radians(source_elevation),
-        source_azimuth=np.radians(source_azimuth),
-        resolution=resolution,
+        water_continuum=water_continuum,
     )
     if picture is not None:
         from skyshine.mat.tables.pictures import draw_spectrum
 
         if not picture.lower().endswith(".png"):
             raise InputError(f"found --plot '{picture}'; allowed: a name that ends in .png")
-        title = f"{atmosphere}, {aerosol} aerosol, from {altitude:g} km at {elevation:g}°, {result.range / 1e3:.4g} km"
+        observer = "the ground" if altitude is None else f"{altitude:g} km"
+        title = f"{atmosphere}, {aerosol} aerosol, from {observer} at {elevation:g}°, {result.range / 1e3:.4g} km"
         click.echo(draw_spectrum(result, title, picture))
         return
-    columns = {
-        "wavenumber": ("cm^-1", result.wavenumber),
-        "transmittance": ("1", result.transmittance),
-        **{f"transmittance_{gas}": ("1", values) for gas, values in result.transmittance_by_gas.items()},
-        "transmittance_rayleigh": ("1", result.transmittance_rayleigh),
-        "transmittance_aerosol": ("1", result.transmittance_aerosol),
-        "path_thermal": (RADIANCE, result.path_thermal),
-        "path_scattered": (RADIANCE, result.path_scattered),
-        "sky_irradiance": (IRRADIANCE, result.sky_irradiance),
-        "direct_irradiance": (IRRADIANCE, result.direct_irradiance),
-    }
+    columns = result.columns
     if as_json:
         _print_json(result, columns)
     else:
@@ -194,55 +159,21 @@ def _print_json(result, columns):
     emit_json(shown)
 
 
-def _irradiance(source, points):
-    """Of the source outside the atmosphere, mean over each point's interval, W m^-2 (cm^-1)^-1."""
-    import numpy as np
-
-    from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
-    from skyshine.mat.atmosphere.sources.solar import solar_irradiance
-
-    low, high = points.interval_edges[points.interval].T
-    if source == "sun":
-        return solar_irradiance((low + high) / 2, high - low)
-    if source == "moon":
-        return lunar_irradiance((low + high) / 2, FULL_MOON_PHASE, MEAN_MOON_DISTANCE, 1.0, width=high - low).total
-    return np.zeros(points.wavenumber.size)
-
-
-def _profile(name, above):
-    """A standard profile by its name, or the sounding in a file; and the altitude of its ground, m."""
-    from skyshine.mat.atmosphere.state.profiles import load_profile
-    from skyshine.mat.atmosphere.state.sounding import read_sounding
-    from skyshine.schemas.csv_table import read_text
-
-    if name.endswith(".csv"):
-        sounding = read_sounding(read_text(name), name, load_profile(above))
-        return sounding, float(sounding.altitude[1])  # the first level of the file
-    return load_profile(name), 0.0
-
-
-def _finite(**values):
-    for name, value in values.items():
-        if not math.isfinite(value):
-            raise InputError(f"--{name.replace('_', '-')} {value} is not a number; give a finite one")
-
-
-def _limits(wavenumber, wavelength):
-    """Lowest and highest wavenumber, cm^-1."""
-    if (wavenumber is None) == (wavelength is None):
-        raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
-    text = wavelength if wavenumber is None else wavenumber
+def _limits(text):
+    """The two numbers of LO:HI; None where the option is not given."""
+    if text is None:
+        return None
     try:
         low, high = (float(part) for part in text.split(":"))
     except ValueError:
         raise InputError(f"found '{text}'; allowed: two numbers LO:HI, such as 700:1250") from None
     if not 0 < low < high < math.inf:
         raise InputError(f"found '{text}'; allowed: 0 < LO < HI")
-    return (low, high) if wavelength is None else (1e4 / high, 1e4 / low)
+    return low, high
 
 
 def _range(text):
-    """Range in m, infinite for space."""
+    """Range in km, infinite for space."""
     if text == "space":
         return math.inf
     try:
@@ -251,4 +182,4 @@ def _range(text):
         raise InputError(f"--range found '{text}'; allowed: km, or 'space'") from None
     if not 0 <= value < math.inf:
         raise InputError(f"--range found '{text}'; allowed: at least 0 km, or 'space'")
-    return value * 1e3
+    return value

@@ -5,16 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import click
-import numpy as np
 
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from skyshine.mat.job.surface import Operation
     from skyshine.mat.surface.column import ColumnResult
 
 
@@ -36,7 +32,20 @@ if TYPE_CHECKING:
 @click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
 @json_option
 def command(
-    material, slope, azimuth, job, state, altitude, forcing, latitude, longitude, ground_albedo, depth, as_json, **own
+    material,
+    slope,
+    azimuth,
+    job,
+    state,
+    altitude,
+    forcing,
+    latitude,
+    longitude,
+    ground_albedo,
+    depth,
+    solar_absorptance,
+    thermal_emissivity,
+    as_json,
 ):
     """Temperature and every flux of one surface through the day.
 
@@ -46,61 +55,26 @@ def command(
 
     Example: mat temperature --material concrete --slope 30 --azimuth 180 --job job.yaml
     """
-    from skyshine.mat.surface import column
+    from skyshine.mat.api.temperature import temperature
 
     if (job is None) == (forcing is None):
         raise InputError("found both or neither of --job and --forcing; allowed: one of them")
-    if job is not None:
-        from skyshine.mat.scene.surface import surface_inputs
-
-        model, (site, weather, sky) = surface_inputs(job, state)
-        surface = _material(material, model.operated, **own)
-        metres = site.altitude if altitude is None else 1e3 * altitude
-        result = column.from_scene(surface, site, weather, sky, metres, slope, azimuth, depth)
-    else:
-        if altitude is not None:
-            raise InputError(
-                "found --altitude with --forcing; allowed: with --job only; a record holds its own pressure"
-            )
-        surface = _material(material, {}, **own)
-        sun = (lambda times: _sun(times, latitude, longitude)) if slope else None
-        result = column.from_record(surface, forcing, slope, azimuth, sun, ground_albedo, depth)
+    result = temperature(
+        material,
+        job=job,
+        state=state,
+        altitude=altitude,
+        forcing=forcing,
+        slope=slope,
+        azimuth=azimuth,
+        latitude=latitude,
+        longitude=longitude,
+        ground_albedo=ground_albedo,
+        depth=depth,
+        solar_absorptance=solar_absorptance,
+        thermal_emissivity=thermal_emissivity,
+    )
     _emit_json(result) if as_json else _print(result)
-
-
-def _material(
-    name: str, operated: Mapping[str, Operation], solar_absorptance: float | None, thermal_emissivity: float | None
-):
-    """A material of the library, in operation or not, or of a file; given optical values replace the library's."""
-    from pathlib import Path
-
-    from skyshine.mat.surface.material import SurfaceMaterial
-    from skyshine.materials.library import load_library
-
-    given = {"solar_absorptance": solar_absorptance, "thermal_emissivity": thermal_emissivity}
-    if name.endswith((".yaml", ".yml")) or Path(name).is_file():
-        from skyshine.materials.files import load_thermal
-
-        missing = [key for key, value in given.items() if value is None]
-        if missing:
-            raise InputError(f"a material file holds no {missing[0]}; give --{missing[0].replace('_', '-')}", file=name)
-        thermal, surface, _ = load_thermal(name)
-        return SurfaceMaterial(name, thermal, surface, **given)
-    from dataclasses import replace
-
-    from skyshine.mat.scene.surface import surface_materials
-
-    (found,) = surface_materials([load_library()[name]], operated)
-    return replace(found, **{key: value for key, value in given.items() if value is not None})
-
-
-def _sun(times: np.ndarray, latitude: float | None, longitude: float | None):
-    if latitude is None or longitude is None:
-        raise InputError("a slope under a measured record needs the Sun; give --latitude and --longitude")
-    from skyshine.mat.atmosphere.sources.sun_and_moon import position
-
-    sun = position("sun", times.astype("datetime64[s]"), latitude, longitude, 0.0)
-    return sun.elevation, sun.azimuth
 
 
 def _emit_json(result: ColumnResult) -> None:

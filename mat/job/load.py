@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import pydantic
 
@@ -16,7 +18,7 @@ from skyshine.mat.job.surface import (
 )
 from skyshine.mat.job.trim import needed
 from skyshine.materials.library import MaterialLibrary, load_library
-from skyshine.schemas.documents import Document, parse_model, read_yaml
+from skyshine.schemas.documents import Document, mapping_document, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 
@@ -66,11 +68,13 @@ class LoadedJob:
             raise self.document.error(("output", "folder"), f"output.folder: {error}") from None
 
 
-def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) -> LoadedJob:
+def load_job(source: str | os.PathLike[str] | Mapping[str, Any], library: MaterialLibrary | None = None) -> LoadedJob:
     """Read, check and type a job.
 
     Parameters
     ----------
+    source : path or mapping
+        A YAML file, or its content as plain data; then paths are relative to the working directory.
     library : MaterialLibrary, optional
         Whose materials the job may name; by default the packaged one with the user's.
 
@@ -79,7 +83,7 @@ def load_job(file: str | os.PathLike, library: MaterialLibrary | None = None) ->
     InputError
         With file:line:column of the first thing that does not fit.
     """
-    document = read_yaml(file)
+    document = mapping_document(source, Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_series(parse_model(document, Job, context), document, context)

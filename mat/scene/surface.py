@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
@@ -36,7 +37,9 @@ SUN_ELEVATIONS = np.concatenate(
 )
 
 
-def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
+def surface_inputs(
+    source: str | os.PathLike[str] | Mapping[str, Any], state_index: int = 1
+) -> tuple[Job, tuple[Site, Weather, Sky]]:
     """A job, with Sun, weather and sky of one of its states, counted from 1.
 
     Raises
@@ -44,9 +47,10 @@ def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[J
     InputError
         The job does not fit, or has no such state.
     """
-    job = load_job(job_file).job
+    loaded = load_job(source)
+    job = loaded.job
     if not 1 <= state_index <= len(job.states):
-        raise InputError(f"found state {state_index}; allowed: 1 to {len(job.states)}", file=job_file)
+        raise InputError(f"found state {state_index}; allowed: 1 to {len(job.states)}", file=loaded.file)
     return job, scene_inputs(job, state_index)
 
 

@@ -5,8 +5,8 @@ import shutil
 import pytest
 from click.testing import CliRunner
 
+from skyshine.mat.api.examples import example_names, starter_files
 from skyshine.mat.cli import main
-from skyshine.mat.commands.starter import example_names, starter_files
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.scene.check import check_scene
@@ -70,7 +70,7 @@ def test_unknown_example(tmp_path):
 
 
 def test_a_state_is_built_on_its_own_date(tmp_path):
-    from skyshine.mat.build.tasks import run_task
+    from skyshine.mat.builder.tasks import run_task
     from skyshine.mat.plan.plan import Task
     from skyshine.mat.tables.loader import open_table
 

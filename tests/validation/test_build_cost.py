@@ -4,7 +4,7 @@ import resource
 
 import pytest
 
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.plan import make_plan

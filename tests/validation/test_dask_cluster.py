@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from skyshine.mat.bench.batch import Size, bench_batch, sampled
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 
 pytestmark = pytest.mark.validation

@@ -4,8 +4,8 @@ import shutil
 
 import pytest
 
-from skyshine.mat.build.build import build
-from skyshine.mat.commands.starter import example_names, starter_files
+from skyshine.mat.api.examples import example_names, starter_files
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.verify import problems

@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 
 pytestmark = pytest.mark.validation

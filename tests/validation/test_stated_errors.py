@@ -8,7 +8,7 @@ import yaml
 from click.testing import CliRunner
 
 from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 from skyshine.mat.measure.sampling import random_places

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
 from skyshine.mat.tables.atmq import atmq_group

@@ -15,7 +15,7 @@ from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError

@@ -3,7 +3,7 @@
 import numpy as np
 
 import skyshine.mat
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.tables.verify import problems
 

@@ -13,16 +13,16 @@ from click.testing import CliRunner
 import skyshine.mat
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.build.build import build
-from skyshine.mat.build.tasks import run_task
+from skyshine.mat.budget.budget import Prepared, error_budget
+from skyshine.mat.budget.summary import describe
+from skyshine.mat.builder.build import build
+from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.quantities.emission import lines_of_sight
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.lobe import normalisation
-from skyshine.mat.report.budget import Prepared, error_budget
-from skyshine.mat.report.summary import describe
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.raw import export_raw

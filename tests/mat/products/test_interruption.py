@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 
 FIRST, LAST = "s01.htt.h5", "s01b01.lunar_atmq.h5"

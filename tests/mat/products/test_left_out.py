@@ -13,7 +13,7 @@ import pytest
 import skyshine.mat
 from skyshine import materials
 from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.build.build import build
+from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere

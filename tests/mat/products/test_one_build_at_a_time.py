@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from filelock import FileLock
 
-from skyshine.mat.build.build import LOCK, build
+from skyshine.mat.builder.build import LOCK, build
 from skyshine.mat.job.load import load_job
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file, write_whole
 
 FOLLOWER = """
 import os, sys, time
-from skyshine.mat.build.executors import open_executor
+from skyshine.mat.builder.executors import open_executor
 if __name__ == "__main__":
     with open_executor(None, 1, None) as pool:
         print(pool.submit(os.getpid).result(), flush=True)
@@ -38,7 +38,7 @@ def test_an_unknown_executor_and_a_silent_address_are_one_clear_line(small_job, 
     with pytest.raises(InputError, match="found --executor 'slurm'; allowed: dask:ADDRESS"):
         build(load_job(small_job), out=tmp_path, executor="slurm")
     pytest.importorskip("distributed")
-    monkeypatch.setattr("skyshine.mat.build.executors.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("skyshine.mat.builder.executors.CONNECT_SECONDS", 0.5)
     with pytest.raises(InputError, match="where no scheduler answers"):
         build(load_job(small_job), out=tmp_path, executor="dask:tcp://127.0.0.1:9")
 

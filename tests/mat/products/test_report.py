@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from skyshine.mat.budget.budget import Prepared, error_budget
+from skyshine.mat.budget.quantisation import BITS, PixelScale
+from skyshine.mat.budget.runtime_terms import Finish, Readings, reflection, runtime_radiance, spectral_radiance
+from skyshine.mat.budget.summary import describe, measures
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
-from skyshine.mat.report.budget import Prepared, error_budget
-from skyshine.mat.report.quantisation import BITS, PixelScale
-from skyshine.mat.report.runtime import Finish, Readings, reflection, runtime_radiance, spectral_radiance
-from skyshine.mat.report.summary import describe, measures
 from skyshine.materials.library import load_library
 
 SCENES = 4

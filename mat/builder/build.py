@@ -12,9 +12,9 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from skyshine.mat import threads
-from skyshine.mat.build.executors import open_executor
-from skyshine.mat.build.record import write_record
-from skyshine.mat.build.tasks import run_task
+from skyshine.mat.builder.executors import open_executor
+from skyshine.mat.builder.record import write_record
+from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Plan, Task, make_plan, texture_file
 from skyshine.mat.products.product import TaskReport

@@ -9,9 +9,9 @@ from importlib import resources
 
 import numpy as np
 
-from skyshine.mat.report.budget import Budget
-from skyshine.mat.report.options import FIELDS_OF_VIEW
-from skyshine.mat.report.summary import SLANTS, kelvin
+from skyshine.mat.budget.budget import Budget
+from skyshine.mat.budget.options import FIELDS_OF_VIEW
+from skyshine.mat.budget.summary import SLANTS, kelvin
 
 _TEMPLATE = "report.html.j2"
 _LABELS = {"transmittance_extrapolation": "transmittance", "radiance_extrapolation": "path, ambient, direct"}

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
+from skyshine.mat.budget.runtime_terms import Finish, Readings
+from skyshine.mat.budget.views import Views, direction, fold, on_axes, slope_and_azimuth
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.report.runtime import Finish, Readings
-from skyshine.mat.report.views import Views, direction, fold, on_axes, slope_and_azimuth
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.budget.views import Views
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.quantities.results import AtmosphericQuantities, SpectralLines
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.lobe import lobe_integral, specular_lobe
-from skyshine.mat.report.views import Views
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,13 +13,20 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.budget.built_tables import Sight, Tables, frame_centres
+from skyshine.mat.budget.runtime_terms import (
+    Finish,
+    Readings,
+    incidence,
+    reflection,
+    runtime_radiance,
+    spectral_thermal,
+)
+from skyshine.mat.budget.views import Views, fold
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
 from skyshine.mat.quantities.emission import emission_weights
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import SpectralLines
-from skyshine.mat.report.built_tables import Sight, Tables, frame_centres
-from skyshine.mat.report.runtime import Finish, Readings, incidence, reflection, runtime_radiance, spectral_thermal
-from skyshine.mat.report.views import Views, fold
 from skyshine.mat.tables.build_record import cost_of
 from skyshine.schemas.hdf5 import Group
 

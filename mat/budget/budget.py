@@ -12,13 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.job.surface import at_kelvin
-from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.mat.report.built_tables import Tables, frame_centres, vertices
-from skyshine.mat.report.columns import temperatures_at
-from skyshine.mat.report.options import (
+from skyshine.mat.budget.built_tables import Tables, frame_centres, vertices
+from skyshine.mat.budget.columns import temperatures_at
+from skyshine.mat.budget.options import (
     FIELDS_OF_VIEW,
     Option,
     Seen,
@@ -26,7 +22,7 @@ from skyshine.mat.report.options import (
     options_of_averages,
     options_of_frames,
 )
-from skyshine.mat.report.runtime import (
+from skyshine.mat.budget.runtime_terms import (
     Finish,
     Readings,
     exact_normalisation,
@@ -34,7 +30,11 @@ from skyshine.mat.report.runtime import (
     runtime_radiance,
     spectral_radiance,
 )
-from skyshine.mat.report.views import Views, random_views
+from skyshine.mat.budget.views import Views, random_views
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.surface import at_kelvin
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band

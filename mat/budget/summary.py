@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from skyshine.mat.budget.budget import SOURCES, Budget
+from skyshine.mat.budget.options import FIELDS_OF_VIEW
+from skyshine.mat.budget.quantisation import BITS, PixelScale
 from skyshine.mat.radiometry.blackbody import brightness_temperature
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
-from skyshine.mat.report.budget import SOURCES, Budget
-from skyshine.mat.report.options import FIELDS_OF_VIEW
-from skyshine.mat.report.quantisation import BITS, PixelScale
 from skyshine.schemas.quantity import quantity
 
 RADIANCE = "W m^-2 sr^-1"

@@ -35,3 +35,20 @@ def starter_files(name: str = STARTER) -> list[Path]:
     files = [path for path in (_root() / name).iterdir() if path.suffix in (".yaml", ".md", ".csv")]
     files.sort(key=lambda path: (path.name != "job.yaml", path.name))
     return [*files, _root() / PHOTOGRAPH] if name == STARTER else files
+
+
+def example(name: str = STARTER) -> Path:
+    """Path of a packaged job, for trying a function on it; `mat init` copies one to work with.
+
+    Raises
+    ------
+    InputError
+        There is no job of this name.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> skyshine.mat.example("ship").name
+    'job.yaml'
+    """
+    return starter_files(name)[0]

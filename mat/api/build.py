@@ -1,0 +1,107 @@
+"""Building the databases of a job."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from skyshine.mat.builder.build import build as build_files
+from skyshine.mat.job.load import load_job
+from skyshine.mat.tables.loader import Table, open_table
+
+
+@dataclass(frozen=True, repr=False)
+class Build:
+    """What a build wrote.
+
+    Attributes
+    ----------
+    folder : Path
+    seconds : float
+        Wall clock of the whole build.
+    files : dict of str to dict
+        By name: ``kept``, ``seconds``, ``processor_seconds``, ``stages``, ``peak_memory_bytes``, ``notes``.
+    """
+
+    folder: Path
+    seconds: float
+    files: dict[str, dict[str, Any]]
+
+    def open(self, name: str) -> Table:
+        """Open one of the files, such as ``'s01.htt'``, with or without ``.h5``."""
+        return open_table(self.folder / (name if name.endswith(".h5") else f"{name}.h5"))
+
+    def __repr__(self) -> str:
+        kept = sum(bool(entry["kept"]) for entry in self.files.values())
+        return f"<Build {self.folder}: {len(self.files)} files, {kept} kept, {self.seconds:.1f} s>"
+
+
+def build(
+    job: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    out: str | os.PathLike[str] | None = None,
+    jobs: int | None = None,
+    fresh: bool = False,
+    executor: str | None = None,
+) -> Build:
+    """Build all databases of a job as `mat build` does.
+
+    A script that calls this stands under ``if __name__ == "__main__":``, because processes import it again.
+
+    Parameters
+    ----------
+    job : path or mapping
+        A YAML job, or its content; paths in a mapping are relative to the working directory.
+    out : path, optional
+        Output folder; by default the one that the job names.
+    jobs : int, optional
+        Processes; by default one a core.
+    fresh : bool
+        Build files again that the same job has built before.
+    executor : str, optional
+        ``dask:ADDRESS`` of a scheduler whose workers see the same folders.
+
+    Returns
+    -------
+    Build
+
+    Raises
+    ------
+    InputError
+        The job does not fit, a file cannot be written, or another build writes into the folder.
+    CheckFailed
+        A process of the build died.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> job = {
+    ...     "skyshine": 1,
+    ...     "name": "one wall",
+    ...     "site": {"latitude_deg": 35, "longitude_deg": 139, "date": "2026-06-21", "utc_offset_h": 9},
+    ...     "states": [{"profile": "midlatitude_summer", "weather": {"air_temperature_c": [18, 29]}}],
+    ...     "bands": [{"wavelength_um": [8, 12]}],
+    ...     "sources": ["sun"],
+    ...     "materials": ["concrete"],
+    ...     "atmosphere_grid": {
+    ...         "range_km": [0.01, 1],
+    ...         "altitude_km": [0.1],
+    ...         "elevation_deg": [0, 90],
+    ...         "source_elevation_deg": [45],
+    ...         "source_azimuth_deg": [0],
+    ...     },
+    ...     "surface_grid": {"altitude_km": [0], "azimuth_deg": [180], "slope_deg": [90]},
+    ...     "output": {"pictures": False},
+    ... }
+    >>> built = skyshine.mat.build(job, out="wall", jobs=1)
+    >>> sorted(built.files)
+    ['b01.band.h5', 's01.htt.h5', 's01b01.atmq.h5']
+    >>> wall = built.open("s01.htt").temperature(material="concrete", azimuth=180, slope=90, time=15)
+    >>> bool(290 < wall < 330)
+    True
+    """
+    record = build_files(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor)
+    return Build(Path(record["folder"]), record["seconds"], record["files"])

@@ -1,0 +1,100 @@
+"""What a job will build, what it leaves out and why, and what that takes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from skyshine.mat.job.load import LoadedJob, load_job
+from skyshine.mat.plan.cost import estimate
+from skyshine.mat.plan.left_out import LeftOut
+from skyshine.mat.plan.physics import physics_left_out
+from skyshine.mat.plan.plan import Plan, make_plan
+from skyshine.mat.plan.twins import twins_left_out
+from skyshine.mat.scene.check import check_scene
+from skyshine.mat.scene.sources import source_hours
+from skyshine.mat.scene.summary import state_summaries
+from skyshine.materials.library import load_library
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JobCheck:
+    """A job that holds, with its plan.
+
+    Attributes
+    ----------
+    loaded : LoadedJob
+    plan : Plan
+    left_out : list of LeftOut
+        What is left out, why, the bound of the change and how to restore it.
+    source_up : dict of str to list of (str, str)
+        Local clock times between which each source is up, on the day of the first state.
+    states : list of dict
+        What each state is.
+    seconds : dict of str to float
+        Processor seconds by stage, estimated within a factor of two.
+    """
+
+    loaded: LoadedJob
+    plan: Plan
+    left_out: list[LeftOut]
+    source_up: dict[str, list[tuple[str, str]]]
+    states: list[dict[str, Any]]
+    seconds: dict[str, float]
+
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that a build writes."""
+        return [name for task in self.plan.tasks for name in task.files]
+
+    @property
+    def materials(self) -> list[str]:
+        """Names of the materials that a build solves."""
+        return list(self.plan.materials)
+
+    @property
+    def bytes(self) -> int:
+        """Size of the tables before compression."""
+        return self.plan.bytes
+
+    def __repr__(self) -> str:
+        return (
+            f"<JobCheck '{self.loaded.job.name}': {len(self.files)} files, {len(self.materials)} materials,"
+            f" {self.bytes / 1e6:.1f} MB, about {sum(self.seconds.values()):.0f} s of one core,"
+            f" {len(self.left_out)} items left out>"
+        )
+
+
+def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
+    """Check a job as `mat check` does; what it accepts, `build` builds.
+
+    Parameters
+    ----------
+    job : path or mapping
+        A YAML job, or its content; paths in a mapping are relative to the working directory.
+
+    Raises
+    ------
+    InputError
+        The first thing in the job that does not fit.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> plan = skyshine.mat.check(skyshine.mat.example("starter"))
+    >>> "s01.htt.h5" in plan.files
+    True
+    """
+    loaded = load_job(job)
+    plan = make_plan(loaded, load_library())
+    check_scene(loaded)
+    return JobCheck(
+        loaded,
+        plan,
+        [*plan.left_out, *twins_left_out(loaded, plan.materials), *physics_left_out(loaded)],
+        source_hours(loaded.job.of_state(1)),
+        state_summaries(loaded.job),
+        estimate(loaded, plan),
+    )

@@ -1,0 +1,176 @@
+"""The error budget of built databases."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skyshine.mat.api.dataset import dataset
+from skyshine.mat.budget.budget import Budget, Prepared, error_budget
+from skyshine.mat.budget.page import render
+from skyshine.mat.budget.summary import describe_all
+from skyshine.mat.job.load import LoadedJob, load_job
+from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+MEASURES = ("rms", "p95", "maximum")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Report:
+    """Error budgets of the tables of a job, one for each state, band and source.
+
+    Attributes
+    ----------
+    budgets : tuple of Budget
+        The errors of each view themselves.
+    numbers : dict
+        The same as plain values with units: what `mat report --json` prints.
+    """
+
+    budgets: tuple[Budget, ...]
+    numbers: dict[str, Any]
+
+    @property
+    def notes(self) -> list[str]:
+        """What could not be measured, and why."""
+        return list(self.numbers["notes"])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Rms, 95th percentile and maximum of each source of error, in kelvin and in radiance.
+
+        Dimensions are ``budget`` (with the coordinates state, band and source), ``error`` and ``measure``; an error
+        that a budget does not have is not a number.
+        """
+        budgets = self.numbers["budgets"]
+        errors = list(dict.fromkeys(name for budget in budgets for name in budget["errors"]))
+
+        def values(kind: str) -> np.ndarray:
+            return np.array(
+                [
+                    [[_number(budget["errors"].get(name), kind, measure) for measure in MEASURES] for name in errors]
+                    for budget in budgets
+                ],
+                float,
+            ).reshape(len(budgets), len(errors), len(MEASURES))
+
+        dims = ("budget", "error", "measure")
+        described = {
+            name: (("budget",), "1", np.array([budget[name] for budget in budgets])) for name in ("state", "source")
+        }
+        return dataset(
+            {
+                "budget": ("1", np.arange(len(budgets))),
+                "error": ("1", np.array(errors, str)),
+                "measure": ("1", np.array(MEASURES)),
+            },
+            {
+                "temperature": (dims, "K", values("temperature")),
+                "radiance": (dims, "W m^-2 sr^-1", values("radiance")),
+                **described,
+            },
+            {"job": self.numbers["job"], "seed": self.numbers["seed"]},
+        )
+
+    def write_html(self, path: str | os.PathLike[str]) -> None:
+        """Write the page with its pictures, and its numbers beside it as JSON.
+
+        Raises
+        ------
+        InputError
+            The files cannot be written.
+        """
+        page = Path(path)
+        text = json.dumps(self.numbers, indent=2, allow_nan=False)
+        try:
+            page.parent.mkdir(parents=True, exist_ok=True)
+            page.write_text(render(self.numbers, self.budgets), encoding="utf-8")
+            page.with_suffix(".json").write_text(text + "\n", encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"cannot be written: {error.strerror}; name another place", file=page) from None
+
+    def __repr__(self) -> str:
+        return f"<Report of '{self.numbers['job']}': {len(self.budgets)} budgets, {len(self.notes)} notes>"
+
+
+def report(
+    job: str | os.PathLike[str] | Mapping[str, Any],
+    *,
+    built: str | os.PathLike[str] | None = None,
+    scenes: int = 40,
+    seed: int = 1,
+    band: int | None = None,
+    advance: Callable[[int], object] | None = None,
+) -> Report:
+    """Measure the error budget of the databases of a job.
+
+    Random views go through the runtime's equations with the tables, and through the spectral integrals; each source of
+    error is switched on alone, then all together.
+
+    Parameters
+    ----------
+    job : path or mapping
+        A YAML job, or its content.
+    built : path, optional
+        Folder of the databases; by default the one that the job names.
+    scenes, seed : int
+        Random views of each set of tables, and what they are drawn with.
+    band : int, optional
+        One band, counted from 1; by default all.
+    advance : callable, optional
+        Called with 1 when one of `budget_count` budgets is measured.
+
+    Returns
+    -------
+    Report
+
+    Raises
+    ------
+    InputError
+        A database is missing or does not belong to the job, or the job does not build the band.
+    """
+    loaded, library = load_job(job), load_library()
+    folder = Path(built) if built is not None else loaded.output_folder
+    budgets: list[Budget] = []
+    notes: list[str] = []
+    for state, number in _sets(loaded, band):
+        prepared = Prepared.of(loaded, state, number)
+        for source in loaded.job.sources:
+            budget = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed)
+            if budget is None:
+                notes.append(
+                    f"State {state}, band {number}: no view has the {source} above the horizon on the tables' axes."
+                )
+            else:
+                budgets.append(budget)
+            if advance is not None:
+                advance(1)
+    return Report(tuple(budgets), describe_all(budgets, notes, job=loaded.job.name, seed=seed))
+
+
+def budget_count(job: str | os.PathLike[str] | Mapping[str, Any], band: int | None = None) -> int:
+    """Number of budgets that `report` measures: one for each state, band and source."""
+    loaded = load_job(job)
+    return len(_sets(loaded, band)) * len(loaded.job.sources)
+
+
+def _sets(loaded: LoadedJob, band: int | None) -> Sequence[tuple[int, int]]:
+    bands = loaded.job.needed_bands
+    if band is not None and band not in bands:
+        raise InputError(f"found the band {band}; allowed: {', '.join(map(str, bands))}, the bands that the job builds")
+    return list(product(range(1, len(loaded.job.states) + 1), bands if band is None else [band]))
+
+
+def _number(error: Mapping[str, Any] | None, kind: str, measure: str) -> float:
+    value = None if error is None else error[kind][measure]["value"]
+    return float("nan") if value is None else float(value)

@@ -1,0 +1,231 @@
+"""Spectra of one line of sight through a standard atmosphere or a sounding."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.api.dataset import Column, dataset
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.cloud import cloud_type
+from skyshine.mat.atmosphere.particles.rain import RainLayer
+from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
+from skyshine.mat.atmosphere.state.profiles import load_profile
+from skyshine.mat.atmosphere.state.sounding import read_sounding
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.schemas.csv_table import read_text
+from skyshine.schemas.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+RADIANCE = "W m^-2 sr^-1 (cm^-1)^-1"
+IRRADIANCE = "W m^-2 (cm^-1)^-1"
+# Of the two fogs of LOWTRAN7 the dense one, which lies over the sea and the coast.
+FOG = "fog_advection"
+RAIN_TOP = 3e3  # m above the ground
+MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
+# A full Moon outside the Earth's shadow: the phase angle of the reflectance model's own limit, in degree.
+FULL_MOON_PHASE = 4.0
+
+
+class Spectrum(LineSpectrum):
+    """Spectra of a line of sight; the fields are those of `LineSpectrum`, arrays (B,) over spectral bins."""
+
+    @property
+    def wavelength(self) -> npt.NDArray[np.float64]:
+        """Middle of each bin, (B,) um."""
+        return 1e4 / self.wavenumber
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """Units and values (B,) of each spectrum by name, wavenumber first."""
+        return {
+            "wavenumber": ("cm^-1", self.wavenumber),
+            "transmittance": ("1", self.transmittance),
+            **{f"transmittance_{gas}": ("1", values) for gas, values in self.transmittance_by_gas.items()},
+            "transmittance_rayleigh": ("1", self.transmittance_rayleigh),
+            "transmittance_aerosol": ("1", self.transmittance_aerosol),
+            "path_thermal": (RADIANCE, self.path_thermal),
+            "path_scattered": (RADIANCE, self.path_scattered),
+            "sky_irradiance": (IRRADIANCE, self.sky_irradiance),
+            "direct_irradiance": (IRRADIANCE, self.direct_irradiance),
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The spectra as an `xarray.Dataset` over wavenumber, with wavelength beside it."""
+        columns = {**self.columns, "wavelength": ("um", self.wavelength)}
+        wavenumber = columns.pop("wavenumber")
+        return dataset(
+            {"wavenumber": wavenumber},
+            {name: (("wavenumber",), units, values) for name, (units, values) in columns.items()},
+            {"range_km": self.range / 1e3, "ends_at_ground": int(self.ground)},
+        )
+
+    def __repr__(self) -> str:
+        end = "the ground" if self.ground else "space" if math.isinf(self.range) else "its range"
+        return (
+            f"<Spectrum {self.wavenumber[0]:g} to {self.wavenumber[-1]:g} cm^-1, {self.wavenumber.size} bins,"
+            f" {self.range / 1e3:.4g} km to {end}; mean transmittance {self.transmittance.mean():.4f}>"
+        )
+
+
+def spectrum(
+    *,
+    wavenumber: tuple[float, float] | None = None,
+    wavelength: tuple[float, float] | None = None,
+    atmosphere: str | os.PathLike[str] = "midlatitude_summer",
+    above: str = "us_standard",
+    co2_ppm: float | None = None,
+    altitude: float | None = None,
+    elevation: float = 0.0,
+    range: float = math.inf,
+    resolution: float | None = None,
+    aerosol: str = "rural",
+    visibility: float | None = None,
+    wind: float = 10.0,
+    stratosphere: str = "background",
+    clouds: Sequence[str] = (),
+    rain: float | None = None,
+    source: Literal["sun", "moon", "none"] = "sun",
+    source_elevation: float = 45.0,
+    source_azimuth: float = 0.0,
+    water_continuum: str = "mt_ckd_4.3",
+) -> Spectrum:
+    """Transmittance and radiance along one line of sight.
+
+    Parameters
+    ----------
+    wavenumber, wavelength : (low, high)
+        Limits in cm^-1 or in um; one of both.
+    atmosphere : str or path
+        Standard profile, or a sounding in a CSV file.
+    above : str
+        Standard profile that continues a sounding to space.
+    co2_ppm : float, optional
+        Carbon dioxide; by default the profile's own.
+    altitude : float, optional
+        Of the observer above sea level [km]; by default the ground: 0, or where the sounding begins.
+    elevation : float
+        Of the line of sight above the horizontal [degree].
+    range : float
+        [km]; infinite for space.
+    resolution : float, optional
+        Bins [cm^-1], a multiple of the band model's intervals; by default these.
+    aerosol : str
+        Near the ground; ``'none'`` for clear air.
+    visibility : float, optional
+        [km]; by default that of the aerosol.
+    wind : float
+        At 10 m [m/s], of the desert and navy_maritime aerosols.
+    stratosphere : str
+        ``'background'``, or an aerosol after volcanoes.
+    clouds : sequence of str
+        Types, such as ``'stratus'``.
+    rain : float, optional
+        Rate from the ground to 3 km [mm/h].
+    source : {'sun', 'moon', 'none'}
+        Sun at 1 au, full Moon at its mean distance.
+    source_elevation, source_azimuth : float
+        Geometric elevation, and azimuth from the line of sight [degree].
+    water_continuum : str
+
+    Returns
+    -------
+    Spectrum
+
+    Raises
+    ------
+    InputError
+        A name is unknown, a number is not finite or outside its limits, or the line of sight starts below the ground.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> line = skyshine.mat.spectrum(atmosphere="tropical", range=5, wavenumber=(900, 1000), source="none")
+    >>> line.transmittance.shape
+    (20,)
+    >>> bool((line.path_scattered == 0).all())
+    True
+    """
+    profile, ground = _profile(atmosphere, above)
+    altitude = ground / 1e3 if altitude is None else altitude
+    _finite(
+        altitude=altitude,
+        wind=wind,
+        elevation=elevation,
+        source_elevation=source_elevation,
+        source_azimuth=source_azimuth,
+    )
+    if not range >= 0:
+        raise InputError(f"found the range {range}; allowed: at least 0 km, or infinity for space")
+    low, high = _limits(wavenumber, wavelength)
+    state = AtmosphericState.from_profile(
+        profile,
+        surface_altitude=ground,
+        co2_ppm=co2_ppm,
+        aerosol=FOG if aerosol == "fog" else aerosol,
+        visibility_km=visibility,
+        wind_speed=wind,
+        stratosphere=stratosphere,
+        clouds=[cloud_type(name) for name in clouds],
+        rain=None if rain is None else RainLayer(rain, RAIN_TOP),
+    )
+    points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
+    line = line_spectrum(
+        state,
+        points,
+        _irradiance(source, points),
+        altitude=altitude * 1e3,
+        elevation=np.radians(elevation),
+        distance=range * 1e3,
+        source_elevation=np.radians(source_elevation),
+        source_azimuth=np.radians(source_azimuth),
+        resolution=resolution,
+    )
+    return Spectrum(**{field.name: getattr(line, field.name) for field in fields(line)})
+
+
+def _limits(wavenumber: tuple[float, float] | None, wavelength: tuple[float, float] | None) -> tuple[float, float]:
+    """Lowest and highest wavenumber, cm^-1."""
+    if (wavenumber is None) == (wavelength is None):
+        raise InputError("found both or neither of wavenumber (cm-1) and wavelength (um); give one of them")
+    low, high = wavenumber or wavelength or (0.0, 0.0)
+    if not 0 < low < high < math.inf:
+        raise InputError(f"found the limits {low:g} and {high:g}; allowed: 0 < low < high")
+    return (low, high) if wavelength is None else (1e4 / high, 1e4 / low)
+
+
+def _irradiance(source: str, points: Any) -> npt.NDArray[np.float64]:
+    """Of the source outside the atmosphere, mean over each point's interval, W m^-2 (cm^-1)^-1."""
+    low, high = points.interval_edges[points.interval].T
+    if source == "sun":
+        return solar_irradiance((low + high) / 2, high - low)
+    if source == "moon":
+        return lunar_irradiance((low + high) / 2, FULL_MOON_PHASE, MEAN_MOON_DISTANCE, 1.0, width=high - low).total
+    if source == "none":
+        return np.zeros(points.wavenumber.size)
+    raise InputError(f"found the source {source!r}; allowed: 'sun', 'moon' or 'none'")
+
+
+def _profile(name: str | os.PathLike[str], above: str) -> tuple[Any, float]:
+    """A standard profile by its name, or the sounding in a file; and the altitude of its ground, m."""
+    text = os.fspath(name)
+    if text.endswith(".csv"):
+        sounding = read_sounding(read_text(text), text, load_profile(above))
+        return sounding, float(sounding.altitude[1])  # the first level of the file
+    return load_profile(text), 0.0
+
+
+def _finite(**values: float) -> None:
+    for name, value in values.items():
+        if not math.isfinite(value):
+            raise InputError(f"found {name} {value}; allowed: a finite number")

@@ -1,0 +1,166 @@
+"""One surface through the day, or under a measured record, with every flux."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.api.dataset import dataset
+from skyshine.mat.atmosphere.sources.sun_and_moon import position
+from skyshine.mat.job.surface import Operation
+from skyshine.mat.scene.surface import surface_inputs, surface_materials
+from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.materials.files import load_thermal
+from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class SurfaceTemperature(ColumnResult):
+    """Temperature and fluxes of a surface; the fields are those of `ColumnResult`, arrays (N,) over time."""
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Temperature and fluxes as an `xarray.Dataset` over time: hours of the local clock, or UTC of a record."""
+        local = self.time_units == "h"
+        time = (
+            np.array(self.time) if local else np.array([str(t).removesuffix("Z") for t in self.time], "datetime64[ns]")
+        )
+        variables: dict[str, tuple[tuple[str, ...], str, Any]] = {"temperature": (("time",), "K", self.temperature)}
+        if self.depth_temperature is not None:
+            variables["temperature_at_depth"] = (("time",), "K", self.depth_temperature)
+        variables |= {name: (("time",), "W m^-2", values) for name, values in self.fluxes.items()}
+        attributes = {
+            "residual": self.residual,
+            "energy_closure": self.energy_closure,
+            "bound_excess": self.bound_excess,
+            "method": self.method,
+        }
+        found = dataset({"time": ("h" if local else "UTC", time)}, variables, attributes)
+        if not local:
+            del found["time"].attrs["units"]  # a date needs none, and xarray writes its own
+        return found
+
+    def __repr__(self) -> str:
+        low, high = np.argmin(self.temperature), np.argmax(self.temperature)
+        shown = [f"{self.temperature[i]:.2f} K at {self._clock(int(i))}" for i in (low, high)]
+        return f"<SurfaceTemperature {len(self.time)} times, {shown[0]} to {shown[1]}; {self.method}>"
+
+    def _clock(self, index: int) -> str:
+        time = self.time[index]
+        return time if isinstance(time, str) else f"{time:05.2f} h"
+
+
+def temperature(
+    material: str | os.PathLike[str],
+    *,
+    job: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    state: int = 1,
+    altitude: float | None = None,
+    forcing: str | os.PathLike[str] | None = None,
+    slope: float = 0.0,
+    azimuth: float = 180.0,
+    latitude: float | None = None,
+    longitude: float | None = None,
+    ground_albedo: float = 0.2,
+    depth: float | None = None,
+    solar_absorptance: float | None = None,
+    thermal_emissivity: float | None = None,
+) -> SurfaceTemperature:
+    """Temperature and every flux of one surface through the day.
+
+    Parameters
+    ----------
+    material : str or path
+        Of the library, or a YAML file of the layout of ``materials/ht``.
+    job : path or mapping
+        Sun, sky and weather of its state; or `forcing`.
+    state : int
+        Of the job, counted from 1.
+    altitude : float, optional
+        Of the surface [km], with `job`; by default the site's.
+    forcing : path
+        CSV of measured radiation and weather, taken as periodic over its length; or `job`.
+    slope, azimuth : float
+        Of the surface [degree]; slope 0 faces up, azimuth counts from north eastward.
+    latitude, longitude : float, optional
+        [degree]; place the Sun for a slope under `forcing`.
+    ground_albedo : float
+        With `forcing`.
+    depth : float, optional
+        Below the skin [m], at which the temperature is wanted too.
+    solar_absorptance, thermal_emissivity : float, optional
+        In place of the library's; needed with a material file.
+
+    Returns
+    -------
+    SurfaceTemperature
+
+    Raises
+    ------
+    InputError
+        Both or neither of `job` and `forcing`, an unknown material, or a value outside its limits.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> day = skyshine.mat.temperature("concrete", job=skyshine.mat.example("starter"), slope=30)
+    >>> day.temperature.size
+    96
+    >>> bool(day.temperature.max() - day.temperature.min() > 10)
+    True
+    """
+    if (job is None) == (forcing is None):
+        raise InputError("found both or neither of job and forcing; allowed: one of them")
+    optical = {"solar_absorptance": solar_absorptance, "thermal_emissivity": thermal_emissivity}
+    if job is not None:
+        model, (site, weather, sky) = surface_inputs(job, state)
+        surface = _material(material, model.operated, optical)
+        metres = site.altitude if altitude is None else 1e3 * altitude
+        column = from_scene(surface, site, weather, sky, metres, slope, azimuth, depth)
+    else:
+        assert forcing is not None
+        if altitude is not None:
+            raise InputError("found an altitude with forcing; allowed: with job only; a record holds its own pressure")
+        surface = _material(material, {}, optical)
+        sun = _sun_at(latitude, longitude) if slope else None
+        column = from_record(surface, forcing, slope, azimuth, sun, ground_albedo, depth)
+    return SurfaceTemperature(**{field.name: getattr(column, field.name) for field in fields(column)})
+
+
+def _material(
+    name: str | os.PathLike[str], operated: Mapping[str, Operation], given: Mapping[str, float | None]
+) -> SurfaceMaterial:
+    """A material of the library, in operation or not, or of a file; given optical values replace the library's."""
+    text = os.fspath(name)
+    optical: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    if text.endswith((".yaml", ".yml")) or Path(text).is_file():
+        missing = [key for key in given if key not in optical]
+        if missing:
+            raise InputError(f"a material file holds no {missing[0]}; give {missing[0]}", file=text)
+        thermal, surface, _ = load_thermal(text)
+        return SurfaceMaterial(text, thermal, surface, **optical)
+    (material,) = surface_materials([load_library()[text]], operated)
+    return replace(material, **optical)
+
+
+def _sun_at(
+    latitude: float | None, longitude: float | None
+) -> Callable[[npt.NDArray[np.datetime64]], tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]:
+    """Elevation and azimuth of the Sun [degree] at UTC times of a place."""
+    if latitude is None or longitude is None:
+        raise InputError("a slope under a measured record needs the Sun; give latitude and longitude")
+
+    def sun(times: npt.NDArray[np.datetime64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        place = position("sun", times.astype("datetime64[s]"), latitude, longitude, 0.0)
+        return place.elevation, place.azimuth
+
+    return sun

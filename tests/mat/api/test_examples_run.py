@@ -1,0 +1,26 @@
+"""The examples in the documentation of the public functions run as they stand."""
+
+import doctest
+import importlib
+
+import pytest
+
+import skyshine.mat
+
+MODULES = [
+    "skyshine.mat",
+    *(f"skyshine.mat.api.{name}" for name in ("band", "build", "check", "examples", "spectrum", "temperature")),
+]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_give_what_they_show(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    module = importlib.import_module(name)
+    result = doctest.testmod(module, raise_on_error=False)
+    assert result.attempted > 0 and result.failed == 0
+
+
+@pytest.mark.parametrize("name", sorted(set(skyshine.mat.__all__) - {"open", "report"}))
+def test_every_public_function_has_an_example(name):
+    assert ">>>" in getattr(skyshine.mat, name).__doc__

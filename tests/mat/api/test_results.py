@@ -1,0 +1,142 @@
+"""Results of the public functions: what they hold, as xarray too, and what the functions refuse."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.constants import Stefan_Boltzmann
+
+import skyshine.mat
+from skyshine.schemas.errors import InputError
+
+JOB = {
+    "skyshine": 1,
+    "name": "one wall",
+    "site": {"latitude_deg": 35, "longitude_deg": 139, "date": "2026-06-21", "utc_offset_h": 9},
+    "states": [{"profile": "midlatitude_summer", "weather": {"air_temperature_c": [18, 29]}}],
+    "bands": [{"wavelength_um": [8, 12]}],
+    "sources": ["sun"],
+    "materials": ["concrete", "grass_green"],
+    "atmosphere_grid": {
+        "range_km": [0.01, 1],
+        "altitude_km": [0.01, 0.1, 1],
+        "elevation_deg": [-90, -30, -5, 0, 90],
+        "source_elevation_deg": [0, 20, 45, 80],
+        "source_azimuth_deg": [0, 90, 180],
+    },
+    "surface_grid": {"altitude_km": [0], "azimuth_deg": [180], "slope_deg": [0, 90]},
+    "output": {"pictures": False},
+}
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    return skyshine.mat.build(JOB, out=tmp_path_factory.mktemp("api") / "built", jobs=1)
+
+
+def test_public_names_are_what_dir_shows():
+    assert set(dir(skyshine.mat)) == set(skyshine.mat.__all__)
+    assert all(callable(getattr(skyshine.mat, name)) for name in skyshine.mat.__all__)
+    with pytest.raises(AttributeError, match="has no attribute 'opne'"):
+        _ = skyshine.mat.opne
+
+
+def test_version_is_that_of_the_distribution():
+    from importlib import metadata
+
+    import skyshine
+
+    assert skyshine.__version__ == metadata.version("skyshine")
+
+
+def test_transmittance_is_the_product_of_its_parts_in_a_window():
+    line = skyshine.mat.spectrum(wavenumber=(900, 1000), range=1, source="none")
+    parts = np.prod(
+        [*line.transmittance_by_gas.values(), line.transmittance_aerosol, line.transmittance_rayleigh], axis=0
+    )
+    np.testing.assert_allclose(line.transmittance, parts, rtol=5e-3)  # exact but for lines that overlap in a bin
+    data = line.to_xarray()
+    np.testing.assert_array_equal(data.transmittance.values, line.transmittance)
+    assert data.path_thermal.attrs["units"] == "W m^-2 sr^-1 (cm^-1)^-1"
+    assert float(data.sel(wavenumber=952.5).wavelength) == pytest.approx(10.4987, abs=1e-4)
+    assert float(data.attrs["range_km"]) == 1.0 and "Spectrum 902.5 to 997.5" in repr(line)
+
+
+def test_wavelength_limits_are_those_of_wavenumber():
+    one = skyshine.mat.spectrum(wavelength=(10.0, 11.0), range=1, source="none")
+    other = skyshine.mat.spectrum(wavenumber=(1e4 / 11, 1e3), range=1, source="none")
+    np.testing.assert_array_equal(one.transmittance, other.transmittance)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "found both or neither of wavenumber"),
+        ({"wavenumber": (1000, 900)}, "allowed: 0 < low < high"),
+        ({"wavenumber": (900, 1000), "source": "lamp"}, "allowed: 'sun', 'moon' or 'none'"),
+        ({"wavenumber": (900, 1000), "range": -1.0}, "allowed: at least 0 km"),
+        ({"wavenumber": (900, 1000), "range": float("nan")}, "allowed: at least 0 km"),
+        ({"wavenumber": (900, 1000), "elevation": float("inf")}, "allowed: a finite number"),
+    ],
+)
+def test_spectrum_refuses(arguments, message):
+    with pytest.raises(InputError, match=message):
+        skyshine.mat.spectrum(**arguments)
+
+
+def test_fluxes_of_a_day_close(built):
+    day = skyshine.mat.temperature("concrete", job=JOB, slope=0)
+    data = day.to_xarray()
+    assert data.temperature.attrs["units"] == "K" and data.time.attrs["units"] == "h"
+    assert abs(day.energy_closure) < 0.1 and "SurfaceTemperature 96 times" in repr(day)
+    emitted = data.longwave_emitted / (Stefan_Boltzmann * data.temperature**4)  # the emissivity, all day the same
+    assert float(emitted.max() - emitted.min()) < 1e-6 and 0.8 < float(emitted.mean()) < 1
+    table = built.open("s01.htt").temperature(material="concrete", slope=0, time=data.time.values[::4])
+    np.testing.assert_allclose(table, data.temperature.values[::4], atol=0.3)
+
+
+def test_a_day_takes_a_job_or_a_record():
+    with pytest.raises(InputError, match="found both or neither of job and forcing"):
+        skyshine.mat.temperature("concrete")
+
+
+def test_a_band_is_that_of_the_file(built):
+    computed = skyshine.mat.band((8, 12), materials=["grass_green", "concrete"])
+    stored = built.open("b01.band")
+    for name in ("reflectance", "specular_fraction"):
+        ours, read = (float(table.value(name, material="grass_green")) for table in (computed, stored))
+        assert ours == pytest.approx(read, rel=1e-6)
+    assert computed.blackbody_radiance(300.0) == pytest.approx(float(stored.blackbody_radiance(300.0)))
+
+
+def test_build_keeps_what_is_there_and_says_so(built):
+    again = skyshine.mat.build(JOB, out=built.folder, jobs=1)
+    assert all(entry["kept"] for entry in again.files.values()) and "3 files, 3 kept" in repr(again)
+
+
+def test_check_names_what_build_writes(built):
+    plan = skyshine.mat.check(JOB)
+    assert sorted(plan.files) == sorted(built.files) and plan.materials == ["concrete", "grass_green"]
+    assert "3 files, 2 materials" in repr(plan)
+
+
+def test_a_wrong_key_of_a_mapping_is_named_by_its_path():
+    wrong = {**JOB, "site": {**JOB["site"], "latitude_deg": 135}}
+    with pytest.raises(InputError, match=r"<mapping>: site\.latitude_deg: found 135"):
+        skyshine.mat.check(wrong)
+    with pytest.raises(InputError, match="holds what YAML does not"):
+        skyshine.mat.check({**JOB, "name": object()})
+
+
+def test_a_report_as_arrays(built, tmp_path):
+    measured = skyshine.mat.report(JOB, built=built.folder, scenes=3)
+    data = measured.to_xarray()
+    assert list(data.measure.values) == ["rms", "p95", "maximum"] and data.sizes["budget"] == 1
+    total = data.temperature.sel(error="total")
+    assert float(total.sel(measure="rms")[0]) <= float(total.sel(measure="maximum")[0])
+    number = measured.numbers["budgets"][0]["errors"]["total"]["temperature"]["rms"]["value"]
+    assert float(total.sel(measure="rms")[0]) == pytest.approx(number)
+    measured.write_html(tmp_path / "report.html")
+    assert (tmp_path / "report.json").is_file() and "1 budgets" in repr(measured)
+    with pytest.raises(InputError, match="found the band 7; allowed: 1"):
+        skyshine.mat.report(JOB, built=built.folder, band=7)

@@ -132,9 +132,9 @@ def test_a_report_as_arrays(built, tmp_path):
     measured = skyshine.mat.report(JOB, built=built.folder, scenes=3)
     data = measured.to_xarray()
     assert list(data.measure.values) == ["rms", "p95", "maximum"] and data.sizes["budget"] == 1
-    total = data.temperature.sel(error="total")
+    total = data.temperature.sel(error="all")
     assert float(total.sel(measure="rms")[0]) <= float(total.sel(measure="maximum")[0])
-    number = measured.numbers["budgets"][0]["errors"]["total"]["temperature"]["rms"]["value"]
+    number = measured.numbers["budgets"][0]["errors"]["all"]["temperature"]["rms"]["value"]
     assert float(total.sel(measure="rms")[0]) == pytest.approx(number)
     measured.write_html(tmp_path / "report.html")
     assert (tmp_path / "report.json").is_file() and "1 budgets" in repr(measured)

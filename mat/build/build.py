@@ -106,7 +106,7 @@ def _run_all(
     atmospheres = sum(task.kind == "atmosphere" for task in first)
     spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
     with (
-        progress(len(plan.tasks), f"building {loaded.job.name}") as advance,
+        progress(len(plan.tasks), f"building {loaded.trimmed.name}") as advance,
         open_executor(where, min(jobs, len(plan.tasks)), folder, spare) as executor,
     ):
         waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
@@ -126,6 +126,6 @@ def _run_all(
 
 
 def _submit_later(executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool) -> dict[Future, Task]:
-    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.job.textures))]
+    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.trimmed.textures))]
     materials = make_plan(loaded, load_library(), usage or None).materials
     return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}

@@ -32,9 +32,9 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
     begin, spent = time.perf_counter(), time.process_time()
     report = TaskReport(task.files)
     if task.kind in ("atmosphere", "temperature", "thermal"):
-        loaded = loaded.of_state(task.index)
+        loaded = loaded.on_date_of_state(task.index)
     _runner(task.kind)(task, loaded, folder, materials, fresh, report)
-    if loaded.job.output.pictures:
+    if loaded.trimmed.output.pictures:
         with report.stage("pictures"):
             _draw(task, loaded, folder, report.kept)
     report.seconds = time.perf_counter() - begin
@@ -56,7 +56,7 @@ def _draw(task: Task, loaded: LoadedJob, folder: Path, kept: bool) -> None:
         try:
             picture.parent.mkdir(exist_ok=True)
             if task.kind == "texture":
-                draw_texture(folder / name, part, loaded.folder / loaded.job.textures[task.index].image)
+                draw_texture(folder / name, part, loaded.folder / loaded.trimmed.textures[task.index].image)
             else:
                 draw(folder / name, part)
             os.replace(part, picture)

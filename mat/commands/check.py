@@ -31,8 +31,8 @@ def command(job: str, as_json: bool) -> None:
     plan = make_plan(loaded, load_library())
     check_scene(loaded)
     left_out = [*plan.left_out, *twins_left_out(loaded, plan.materials), *physics_left_out(loaded)]
-    hours = source_hours(loaded.job.of_state(1))
-    states = state_summaries(loaded.job)
+    hours = source_hours(loaded.trimmed.on_date_of_state(1))
+    states = state_summaries(loaded.trimmed)
     cost = estimate(loaded, plan)
     if as_json:
         emit_json(_as_json(plan, left_out, hours, states, cost))
@@ -99,12 +99,12 @@ def _print(loaded, plan, left_out, hours, states, cost) -> None:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")
     for source, spans in hours.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
-        click.echo(f"{source} up on {loaded.job.of_state(1).site.date}: {times}")
+        click.echo(f"{source} up on {loaded.trimmed.on_date_of_state(1).site.date}: {times}")
     click.echo(f"size of the tables before compression: {plan.bytes / 1e6:.1f} MB")
     stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in cost.items() if seconds)
     click.echo(f"processor time, estimated within a factor of two: {sum(cost.values()):.0f} s ({stages})")
     for name in ("atmosphere_grid", "surface_grid"):
-        grid = getattr(loaded.job, name)
+        grid = getattr(loaded.trimmed, name)
         if grid.tolerance:
             click.echo(
                 f"{name}: nodes are placed until {_tolerance_text(grid.tolerance)} holds;"

@@ -41,15 +41,15 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
 
     loaded, library = load_job(_job_file(job)), load_library()
     folder = Path(built) if built else loaded.output_folder
-    bands = loaded.job.needed_bands
+    bands = loaded.trimmed.needed_bands
     if band is not None and band not in bands:
         raise InputError(f"found --band {band}; allowed: {', '.join(map(str, bands))}, the bands that the job builds")
-    sets = list(product(range(1, len(loaded.job.states) + 1), bands if band is None else [band]))
+    sets = list(product(range(1, len(loaded.trimmed.states) + 1), bands if band is None else [band]))
     budgets, notes = [], []
-    with progress(len(sets) * len(loaded.job.sources), "measuring") as advance:
+    with progress(len(sets) * len(loaded.trimmed.sources), "measuring") as advance:
         for state, number in sets:
             prepared = Prepared.of(loaded, state, number)
-            for source in loaded.job.sources:
+            for source in loaded.trimmed.sources:
                 found = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed)
                 if found is None:
                     notes.append(
@@ -58,7 +58,7 @@ def command(job, built, out, scenes, seed, band, as_json) -> None:
                 else:
                     budgets.append(found)
                 advance(1)
-    report = describe_all(budgets, notes, job=loaded.job.name, seed=seed)
+    report = describe_all(budgets, notes, job=loaded.trimmed.name, seed=seed)
     if out:
         _write(Path(out), report, render(report, budgets))
     if as_json:

@@ -59,12 +59,12 @@ class Plan:
 
 def texture_file(loaded: LoadedJob, index: int) -> str:
     """Name of the database of a texture."""
-    return f"{loaded.job.textures[index].name}.tmm.h5"
+    return f"{loaded.trimmed.textures[index].name}.tmm.h5"
 
 
 def named_materials(loaded: LoadedJob) -> tuple[str, ...]:
     """Materials that the job or the seeds of its textures name: no other can come to be used."""
-    job = loaded.job
+    job = loaded.trimmed
     names = set(job.materials) if isinstance(job.materials, list) else set()
     for texture in job.textures:
         names |= set(job_materials(texture, loaded.folder))
@@ -84,7 +84,7 @@ def used_materials(loaded: LoadedJob, library: MaterialLibrary, usage_files: lis
     InputError
         The textures use no known material.
     """
-    job = loaded.job
+    job = loaded.trimmed
     if job.materials == "all":
         names = set(library.names)
     elif isinstance(job.materials, list):
@@ -106,7 +106,7 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | N
     InputError
         The job uses no material at all.
     """
-    job = loaded.job
+    job = loaded.trimmed
     materials = used_materials(loaded, library, usage_files)
     tasks = [Task("texture", i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.textures))]
     states = len(job.states)

@@ -42,9 +42,9 @@ def run(
     if not fresh and all(product.is_there() for product in products.values()):
         report.kept = True
         return
-    job = loaded.job
+    job = loaded.trimmed
     state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
-    grid = path_grid(loaded.job)
+    grid = path_grid(loaded.trimmed)
     with report.stage("compile"):
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         compiled, origin = compiled_band(loaded, state, everything)
@@ -52,7 +52,7 @@ def run(
     report.notes.append(origin.value)
     if compiled.dropped:
         report.notes.append(f"gases left out: {_left_out(compiled)}")
-    air, whole = BandAtmosphere.of(state, compiled.band), loaded.whole
+    air, whole = BandAtmosphere.of(state, compiled.band), loaded.requested
     most = Bounds.of(
         air.air, path_grid(whole), irradiance_of_sources(whole, compiled.band), compiled.band.radiance_weight
     )
@@ -73,9 +73,9 @@ def run(
 
 
 def _products(task: Task, loaded: LoadedJob, folder: Path) -> dict[str, Product]:
-    job = loaded.job
+    job = loaded.trimmed
     # The band is compiled on the paths of the whole job, so that no answer depends on what is left out.
-    scope = {} if job.needs is None else {"compiled_for": _scope(loaded.whole)}
+    scope = {} if job.query_limits is None else {"compiled_for": _scope(loaded.requested)}
     kinds = {"sun": ATMQ, "moon": LUNAR_ATMQ}
     return {
         source: Product(
@@ -113,7 +113,7 @@ def _scope(whole: Job) -> dict:
 def _build_one(
     product, source, loaded, air, compiled: CompiledBand, base: PathGrid, response, report, left_out: dict
 ) -> None:
-    irradiance = source_irradiance(loaded.job, source, compiled.band.wavenumber, compiled.band.width)
+    irradiance = source_irradiance(loaded.trimmed, source, compiled.band.wavenumber, compiled.band.width)
     with report.stage("grid"):
         placed = _placed(loaded, air, base, irradiance, response)
     with report.stage("tables"):
@@ -122,7 +122,7 @@ def _build_one(
         if rest:
             tables |= Gridded.all_of(air.table(base, irradiance, wanted=rest), base)
     with report.stage("accuracy"):
-        measures = _interpolation_errors(air, tables, base, irradiance, response, loaded.job.accuracy.seed)
+        measures = _interpolation_errors(air, tables, base, irradiance, response, loaded.trimmed.accuracy.seed)
     with report.stage("write"):
         low, high = response.lower, response.upper
         attributes = {"source": source, "state": air.air.state.name, "wavelength_um": [low, high]}
@@ -130,7 +130,7 @@ def _build_one(
             nodes = ", ".join(f"{name} {found.table.values.size:,}" for name, found in placed.items())
             report.notes.append(f"{source}: nodes that hold the tolerance: {nodes}")
         accuracy = _accuracy(
-            measures, compiled, loaded.job.accuracy.seed, left_out | _notes(loaded.job.atmosphere_grid, placed)
+            measures, compiled, loaded.trimmed.accuracy.seed, left_out | _notes(loaded.trimmed.atmosphere_grid, placed)
         )
         product.write(atmq_group(tables, accuracy, attributes))
 
@@ -142,7 +142,7 @@ def _left_out(compiled: CompiledBand) -> str:
 
 def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -> dict[str, Placed]:
     """The quantities whose tolerance the job names, on axes that hold it."""
-    axes = loaded.job.atmosphere_grid
+    axes = loaded.trimmed.atmosphere_grid
     scales = {}
     for name, text in axes.tolerances.items():
         tolerance, unit = tolerance_parts(text)
@@ -162,7 +162,7 @@ def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -
         ),
         base,
         scales,
-        seed=loaded.job.accuracy.seed,
+        seed=loaded.trimmed.accuracy.seed,
         most=axes.most_nodes,
     )
 

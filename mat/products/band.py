@@ -21,15 +21,15 @@ def run(
 ) -> None:
     """Build the properties of a band; arguments as `products.run_task`."""
     library = load_library()
-    band = loaded.job.bands[task.band - 1]
+    band = loaded.trimmed.bands[task.band - 1]
     resolved = {
         "band": band.model_dump(mode="json", exclude={"name"}),
         "materials": list(materials),
         "materials_sha256": materials_digest(library, materials),
     }
-    fine = NORMALISATION_BY_ANGLE in loaded.job.extra_tables
+    fine = NORMALISATION_BY_ANGLE in loaded.trimmed.extra_tables
     if fine:
-        resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": loaded.job.accuracy.seed}
+        resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": loaded.trimmed.accuracy.seed}
     product = Product(
         folder / task.files[0], BAND_WITH_EXTRAS if fine else BAND, f"materials {library.version}", resolved
     )
@@ -41,6 +41,6 @@ def run(
         root = band_group(response_of(band), chosen, solar_spectrum())
     if fine:
         with report.stage(NORMALISATION_BY_ANGLE):
-            root = with_fine_normalisation(root, chosen, loaded.job.accuracy.seed)
+            root = with_fine_normalisation(root, chosen, loaded.trimmed.accuracy.seed)
     with report.stage("write"):
         product.write(root)

@@ -44,7 +44,7 @@ def run(
     task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
 ) -> None:
     """Build the weighted transmittance of a state and a band; arguments as `products.run_task`."""
-    job, library = loaded.job, load_library()
+    job, library = loaded.trimmed, load_library()
     product = Product(
         folder / task.files[0],
         THERMAL_ATMQ,
@@ -64,7 +64,7 @@ def run(
         micron = 1e4 / band.wavenumber
         emission = _Emission(air, band, np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen]))
         # Grouped on the paths of the whole job, so that no answer depends on what is left out.
-        classes = emission.classes(path_grid(loaded.whole), job.accuracy.class_tolerance, seed)
+        classes = emission.classes(path_grid(loaded.requested), job.accuracy.class_tolerance, seed)
     with report.stage("tables"):
         beta, valid = emission.table(grid, classes)
     with report.stage("accuracy"):
@@ -91,14 +91,14 @@ def run(
 
 
 def _resolved(task: Task, loaded: LoadedJob, library, materials: tuple[str, ...]) -> dict:
-    job = loaded.job
+    job = loaded.trimmed
     return {
         "site": job.site.model_dump(mode="json", exclude={"date"}),
         "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
         "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
         "water_continuum": job.water_continuum,
         "atmosphere_grid": {axis: nodes.tolist() for axis, nodes in _path_axes(path_grid(job)).items()},
-        "grouped_on": {axis: nodes.tolist() for axis, nodes in _path_axes(path_grid(loaded.whole)).items()},
+        "grouped_on": {axis: nodes.tolist() for axis, nodes in _path_axes(path_grid(loaded.requested)).items()},
         "accuracy": job.accuracy.model_dump(mode="json", include={"class_tolerance", "seed"}),
         "materials": list(materials),
         "materials_sha256": materials_digest(library, materials),

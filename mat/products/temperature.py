@@ -33,14 +33,14 @@ def run(
     task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
 ) -> None:
     """Build the temperature table of a state; arguments as `products.run_task`."""
-    library, job = load_library(), loaded.job
+    library, job = load_library(), loaded.trimmed
     axes = {
         "altitude_km": job.surface_altitudes_km,
         "azimuth_deg": job.surface_grid.azimuth_deg,
         "slope_deg": job.surface_grid.slope_deg,
         "time_h": job.surface_grid.time,
     }
-    hours = None if job.needs is None else job.needs.hours
+    hours = None if job.query_limits is None else job.query_limits.hours
     resolved = {
         "site": job.site.model_dump(mode="json"),
         "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),

@@ -16,7 +16,7 @@ def run(
     task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
 ) -> None:
     """Build the material codes of a texture; arguments as `products.run_task`."""
-    library, job = load_library(), loaded.job.textures[task.index]
+    library, job = load_library(), loaded.trimmed.textures[task.index]
     path = folder / task.files[0]
     if not fresh and is_current(path, job, loaded.folder, library.version):
         report.kept = True

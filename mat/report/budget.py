@@ -118,8 +118,8 @@ class Prepared:
     @classmethod
     def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
         """Prepare a state and band, counted from 1."""
-        loaded = loaded.of_state(state)
-        job, response = loaded.job, response_of(loaded.job.bands[band - 1])
+        loaded = loaded.on_date_of_state(state)
+        job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
         air = atmospheric_state(job.site, job.states[state - 1])
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         compiled, _ = compiled_band(loaded, air, everything)
@@ -150,7 +150,7 @@ def error_budget(
     InputError
         A database is missing or does not belong to the job.
     """
-    job = prepared.loaded.job
+    job = prepared.loaded.trimmed
     tables = Tables.open(folder, prepared.state, prepared.band, source, job)
     scene = _Scene(prepared, library, tables, source)
     views = random_views(job, source, scene.grid, tables.surface_axes, prepared.exact.air.shells, scenes, seed)
@@ -163,7 +163,7 @@ class _Scene:
     """Everything that the budget of one state, band and source takes."""
 
     def __init__(self, prepared, library, tables, source):
-        job = prepared.loaded.job
+        job = prepared.loaded.trimmed
         self.tables, self.numbers, self.source = tables, (prepared.state, prepared.band), source
         self.response, self.grid = prepared.response, path_grid(job)
         self.exact, self.few = prepared.exact, prepared.few

@@ -140,7 +140,7 @@ def _candidates(job, source, grid, axes, shells, generator) -> Views:
     elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     heading = generator.uniform(0.0, 360.0, _BATCH)
     part = (
-        job.needs is not None and job.needs.hours is not None
+        job.query_limits is not None and job.query_limits.hours is not None
     )  # the times are those asked for, beyond 24 after midnight
     day = (axes["time"][0], axes["time"][-1]) if part else (0.0, 24.0)
     time = np.mod(generator.uniform(*day, _BATCH), 24.0) if axes["time"].size > 1 else np.full(_BATCH, axes["time"][0])

@@ -2,7 +2,7 @@
 
 import click
 
-from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
 
 
 @click.command(epilog="Example: mat build demo/job.yaml --jobs 2")
@@ -20,7 +20,7 @@ def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: 
     from skyshine.mat.build.build import build
     from skyshine.mat.job.load import load_job
 
-    report = build(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor)
+    report = build(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
     if as_json:
         emit_json(report)
         return

@@ -14,6 +14,7 @@ import numpy as np
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.surface import at_kelvin
+from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.report.built_tables import Tables, frame_centres, vertices
@@ -156,7 +157,7 @@ def error_budget(
     views = random_views(job, source, scene.grid, tables.surface_axes, prepared.exact.air.shells, scenes, seed)
     if not len(views):
         return None
-    return scene.budget(views, np.random.default_rng([seed, 2]))
+    return scene.budget(views, random_stream(seed, Stream.BUDGET))
 
 
 class _Scene:

@@ -10,6 +10,7 @@ from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trace
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
+from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.quantities.grid import PathGrid
 
@@ -118,7 +119,7 @@ def random_views(
         `count` of them; fewer, or none, where the axes leave no room: the source is never up at the times of the table,
         say.
     """
-    generator = np.random.default_rng([seed, source == "moon"])
+    generator = random_stream(seed, Stream.VIEWS, int(source == "moon"))
     found, held = [], 0
     for _ in range(_TRIES):
         part = _candidates(job, source, grid, surface_axes, shells, generator)

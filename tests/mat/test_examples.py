@@ -71,7 +71,7 @@ def test_unknown_example(tmp_path):
 
 def test_a_state_is_built_on_its_own_date(tmp_path):
     from skyshine.mat.build.tasks import run_task
-    from skyshine.mat.plan.plan import Task
+    from skyshine.mat.plan.plan import Kind, Task
     from skyshine.mat.tables.loader import open_table
 
     warm = "profile: midlatitude_summer, weather: {air_temperature_c: 15}"
@@ -83,7 +83,7 @@ def test_a_state_is_built_on_its_own_date(tmp_path):
     )
     loaded, noon = load_job(tmp_path / "job.yaml"), []
     for state in (1, 2):
-        run_task(Task("temperature", state, 0, (f"s{state:02d}.htt.h5",), 0), loaded, tmp_path, ("concrete",), True)
+        run_task(Task(Kind.TEMPERATURE, state, 0, (f"s{state:02d}.htt.h5",), 0), loaded, tmp_path, ("concrete",), True)
         table = open_table(tmp_path / f"s{state:02d}.htt.h5")
         assert table.attributes["date"] == ("2026-06-21", "2026-12-21")[state - 1]
         noon.append(float(table.temperature(material="concrete", time=12.0)))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from skyshine.mat.builder.build import Progress, silent
 from skyshine.mat.builder.build import build as build_files
 from skyshine.mat.job.load import load_job
 from skyshine.mat.tables.loader import Table, open_table
@@ -46,6 +47,7 @@ def build(
     jobs: int | None = None,
     fresh: bool = False,
     executor: str | None = None,
+    progress: Progress = silent,
 ) -> Build:
     """Build all databases of a job as `mat build` does.
 
@@ -63,6 +65,8 @@ def build(
         Build files again that the same job has built before.
     executor : str, optional
         ``dask:ADDRESS`` of a scheduler whose workers see the same folders.
+    progress : callable, optional
+        ``progress(total, text)`` is a context manager that gives a callable to count finished tasks with.
 
     Returns
     -------
@@ -103,5 +107,5 @@ def build(
     >>> bool(290 < wall < 330)
     True
     """
-    record = build_files(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor)
+    record = build_files(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
     return Build(Path(record["folder"]), record["seconds"], record["files"])

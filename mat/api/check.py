@@ -61,7 +61,7 @@ class JobCheck:
 
     def __repr__(self) -> str:
         return (
-            f"<JobCheck '{self.loaded.job.name}': {len(self.files)} files, {len(self.materials)} materials,"
+            f"<JobCheck '{self.loaded.trimmed.name}': {len(self.files)} files, {len(self.materials)} materials,"
             f" {self.bytes / 1e6:.1f} MB, about {sum(self.seconds.values()):.0f} s of one core,"
             f" {len(self.left_out)} items left out>"
         )
@@ -94,7 +94,7 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
         loaded,
         plan,
         [*plan.left_out, *twins_left_out(loaded, plan.materials), *physics_left_out(loaded)],
-        source_hours(loaded.job.of_state(1)),
-        state_summaries(loaded.job),
+        source_hours(loaded.trimmed.on_date_of_state(1)),
+        state_summaries(loaded.trimmed),
         estimate(loaded, plan),
     )

@@ -145,7 +145,7 @@ def report(
     notes: list[str] = []
     for state, number in _sets(loaded, band):
         prepared = Prepared.of(loaded, state, number)
-        for source in loaded.job.sources:
+        for source in loaded.trimmed.sources:
             budget = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed)
             if budget is None:
                 notes.append(
@@ -155,20 +155,20 @@ def report(
                 budgets.append(budget)
             if advance is not None:
                 advance(1)
-    return Report(tuple(budgets), describe_all(budgets, notes, job=loaded.job.name, seed=seed))
+    return Report(tuple(budgets), describe_all(budgets, notes, job=loaded.trimmed.name, seed=seed))
 
 
 def budget_count(job: str | os.PathLike[str] | Mapping[str, Any], band: int | None = None) -> int:
     """Number of budgets that `report` measures: one for each state, band and source."""
     loaded = load_job(job)
-    return len(_sets(loaded, band)) * len(loaded.job.sources)
+    return len(_sets(loaded, band)) * len(loaded.trimmed.sources)
 
 
 def _sets(loaded: LoadedJob, band: int | None) -> Sequence[tuple[int, int]]:
-    bands = loaded.job.needed_bands
+    bands = loaded.trimmed.needed_bands
     if band is not None and band not in bands:
         raise InputError(f"found the band {band}; allowed: {', '.join(map(str, bands))}, the bands that the job builds")
-    return list(product(range(1, len(loaded.job.states) + 1), bands if band is None else [band]))
+    return list(product(range(1, len(loaded.trimmed.states) + 1), bands if band is None else [band]))
 
 
 def _number(error: Mapping[str, Any] | None, kind: str, measure: str) -> float:

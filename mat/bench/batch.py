@@ -71,16 +71,16 @@ class Size:
 
     @classmethod
     def of(cls, loaded: LoadedJob) -> Size:
-        return cls(len(loaded.job.states), distinct_airs(loaded))
+        return cls(len(loaded.trimmed.states), distinct_airs(loaded))
 
 
 def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
     """The job with `count` of its states, evenly spread, and without pictures."""
-    job = loaded.job
+    job = loaded.trimmed
     chosen = np.unique(np.linspace(0, len(job.states) - 1, min(count, len(job.states))).round().astype(int))
     output = job.output.model_copy(update={"pictures": False})
     return dataclasses.replace(
-        loaded, job=job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
+        loaded, trimmed=job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
     )
 
 

@@ -50,12 +50,15 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
     """
     job, everything = (
         one.model_copy(update={"output": one.output.model_copy(update={"pictures": False})})
-        for one in (loaded.job, loaded.whole)
+        for one in (loaded.trimmed, loaded.requested)
     )
-    update = {"needs": None, "accuracy": everything.accuracy.model_copy(update={"negligible_k": 0.0})}
+    update = {"query_limits": None, "accuracy": everything.accuracy.model_copy(update={"negligible_k": 0.0})}
     everything = everything.model_copy(update=update | ({"materials": "all"} if everything.materials == "used" else {}))
     costs = {}
-    for name, one in (("kept", replace(loaded, job=job)), ("whole", replace(loaded, job=everything, whole=everything))):
+    for name, one in (
+        ("kept", replace(loaded, trimmed=job)),
+        ("whole", replace(loaded, trimmed=everything, requested=everything)),
+    ):
         before = _processor_seconds()
         result = build(one, out=folder / name, jobs=1, fresh=True)
         size = sum((folder / name / file).stat().st_size for file in result["files"])

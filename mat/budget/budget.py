@@ -33,6 +33,7 @@ from skyshine.mat.budget.runtime_terms import (
 from skyshine.mat.budget.views import Views, random_views
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.surface import at_kelvin
+from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.atmosphere import atmospheric_state
@@ -118,8 +119,8 @@ class Prepared:
     @classmethod
     def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
         """Prepare a state and band, counted from 1."""
-        loaded = loaded.of_state(state)
-        job, response = loaded.job, response_of(loaded.job.bands[band - 1])
+        loaded = loaded.on_date_of_state(state)
+        job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
         air = atmospheric_state(job.site, job.states[state - 1])
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         compiled, _ = compiled_band(loaded, air, everything)
@@ -150,20 +151,20 @@ def error_budget(
     InputError
         A database is missing or does not belong to the job.
     """
-    job = prepared.loaded.job
+    job = prepared.loaded.trimmed
     tables = Tables.open(folder, prepared.state, prepared.band, source, job)
     scene = _Scene(prepared, library, tables, source)
     views = random_views(job, source, scene.grid, tables.surface_axes, prepared.exact.air.shells, scenes, seed)
     if not len(views):
         return None
-    return scene.budget(views, np.random.default_rng([seed, 2]))
+    return scene.budget(views, random_stream(seed, Stream.BUDGET))
 
 
 class _Scene:
     """Everything that the budget of one state, band and source takes."""
 
     def __init__(self, prepared, library, tables, source):
-        job = prepared.loaded.job
+        job = prepared.loaded.trimmed
         self.tables, self.numbers, self.source = tables, (prepared.state, prepared.band), source
         self.response, self.grid = prepared.response, path_grid(job)
         self.exact, self.few = prepared.exact, prepared.few

@@ -10,6 +10,7 @@ from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trace
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
+from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.quantities.grid import PathGrid
 
@@ -118,7 +119,7 @@ def random_views(
         `count` of them; fewer, or none, where the axes leave no room: the source is never up at the times of the table,
         say.
     """
-    generator = np.random.default_rng([seed, source == "moon"])
+    generator = random_stream(seed, Stream.VIEWS, int(source == "moon"))
     found, held = [], 0
     for _ in range(_TRIES):
         part = _candidates(job, source, grid, surface_axes, shells, generator)
@@ -140,7 +141,7 @@ def _candidates(job, source, grid, axes, shells, generator) -> Views:
     elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     heading = generator.uniform(0.0, 360.0, _BATCH)
     part = (
-        job.needs is not None and job.needs.hours is not None
+        job.query_limits is not None and job.query_limits.hours is not None
     )  # the times are those asked for, beyond 24 after midnight
     day = (axes["time"][0], axes["time"][-1]) if part else (0.0, 24.0)
     time = np.mod(generator.uniform(*day, _BATCH), 24.0) if axes["time"].size > 1 else np.full(_BATCH, axes["time"][0])

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from typing import Any
 
 from filelock import FileLock, Timeout
 
@@ -16,25 +17,33 @@ from skyshine.mat.builder.executors import open_executor
 from skyshine.mat.builder.record import write_record
 from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.plan import Plan, Task, make_plan, texture_file
+from skyshine.mat.plan.plan import Kind, Plan, Task, make_plan, texture_file
 from skyshine.mat.products.product import TaskReport
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.catalog import write_catalog
 from skyshine.materials.library import load_library
-from skyshine.schemas.commands import progress
 from skyshine.schemas.errors import InputError
 
 LOCK = "build.lock"
+
+# Shows how many tasks are done; a progress bar gives a context manager that says when one more is.
+Advance = Callable[[float], None]
+Progress = Callable[[float, str], AbstractContextManager[Advance]]
+
+
+def silent(total: float, description: str) -> AbstractContextManager[Advance]:
+    return nullcontext(lambda amount: None)
 
 
 def build(
     loaded: LoadedJob,
     *,
-    out: str | os.PathLike | None = None,
+    out: str | os.PathLike[str] | None = None,
     jobs: int | None = None,
     fresh: bool = False,
     executor: str | None = None,
-):
+    progress: Progress = silent,
+) -> dict[str, Any]:
     """Build all files of a job.
 
     Parameters
@@ -47,6 +56,8 @@ def build(
         Build files again that the same job has built before.
     executor : str, optional
         ``dask:ADDRESS`` of a scheduler whose workers see the same folders; by default processes of this machine.
+    progress : callable, optional
+        ``progress(total, description)`` gives a context manager; what it yields is called with the tasks done since.
 
     Returns
     -------
@@ -70,7 +81,7 @@ def build(
     except OSError as error:
         raise InputError(f"cannot be made: {error.strerror}; name another output folder", file=folder) from None
     with _only_build_in(folder):
-        reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor)
+        reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor, progress)
         names = [name for report in reports for name in report.files]
         write_catalog(folder, names)
         return write_record(folder, reports, time.perf_counter() - begin)
@@ -97,20 +108,21 @@ def _only_build_in(folder: Path) -> Iterator[None]:
 
 
 def _run_all(
-    loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool, where: str | None
+    loaded: LoadedJob, plan: Plan, folder: Path, jobs: int, fresh: bool, where: str | None, progress: Progress
 ) -> list[TaskReport]:
     """Run the tasks: textures and atmospheres first, then what needs the materials that the textures use."""
-    first = [task for kind in ("texture", "atmosphere") for task in plan.tasks if task.kind == kind]
-    later = [task for task in plan.tasks if task.kind in ("temperature", "thermal", "band")]
+    first = [task for task in plan.tasks if not task.kind.reads_materials]
+    first.sort(key=lambda task: task.kind != Kind.TEXTURE)
+    later = [task for task in plan.tasks if task.kind.reads_materials]
     reports: dict[Task, TaskReport] = {}
-    atmospheres = sum(task.kind == "atmosphere" for task in first)
+    atmospheres = sum(task.kind == Kind.ATMOSPHERE for task in first)
     spare = {threads.VARIABLE: str(max(1, jobs // max(1, atmospheres)))}
     with (
-        progress(len(plan.tasks), f"building {loaded.job.name}") as advance,
+        progress(len(plan.tasks), f"building {loaded.trimmed.name}") as advance,
         open_executor(where, min(jobs, len(plan.tasks)), folder, spare) as executor,
     ):
         waiting = {executor.submit(run_task, task, loaded, folder, (), fresh): task for task in first}
-        textures = sum(task.kind == "texture" for task in first)
+        textures = sum(task.kind == Kind.TEXTURE for task in first)
         if not textures:
             waiting |= _submit_later(executor, loaded, later, folder, fresh)
         while waiting:
@@ -119,13 +131,15 @@ def _run_all(
                 task = waiting.pop(future)
                 reports[task] = future.result()
                 advance(1)
-                textures -= task.kind == "texture"
-                if task.kind == "texture" and not textures:
+                textures -= task.kind == Kind.TEXTURE
+                if task.kind == Kind.TEXTURE and not textures:
                     waiting |= _submit_later(executor, loaded, later, folder, fresh)
     return [reports[task] for task in plan.tasks]
 
 
-def _submit_later(executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool) -> dict[Future, Task]:
-    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.job.textures))]
+def _submit_later(
+    executor: Executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool
+) -> dict[Future[TaskReport], Task]:
+    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.trimmed.textures))]
     materials = make_plan(loaded, load_library(), usage or None).materials
     return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}

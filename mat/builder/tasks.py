@@ -1,18 +1,22 @@
-"""One task of a plan to its files: compute, measure the error, write; or keep what the same job wrote before."""
+"""One task of a plan to its files: keep what the same job wrote before, or compute and write; then draw."""
 
 from __future__ import annotations
 
 import os
 import resource
 import time
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Task
-from skyshine.mat.products.product import TaskReport
+from skyshine.mat.products.product import Context, Identity, TaskReport
+from skyshine.mat.products.table import PRODUCTS
+from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import part_file
+
+PICTURES = "pictures"  # folder in the output folder
 
 
 def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool) -> TaskReport:
@@ -20,66 +24,60 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
 
     Parameters
     ----------
+    task : Task
+    loaded : LoadedJob
+    folder : Path
+        Of the output.
     materials : tuple of str
         To build, for tasks that depend on them.
     fresh : bool
         Build even what is there.
 
+    Returns
+    -------
+    TaskReport
+
     Raises
     ------
     InputError
+        A file of the job does not fit, or a file cannot be written.
     """
     begin, spent = time.perf_counter(), time.process_time()
     report = TaskReport(task.files)
-    if task.kind in ("atmosphere", "temperature", "thermal"):
-        loaded = loaded.of_state(task.index)
-    _runner(task.kind)(task, loaded, folder, materials, fresh, report)
-    if loaded.job.output.pictures:
+    product = PRODUCTS[task.kind]
+    if task.kind.of_state:
+        loaded = loaded.on_date_of_state(task.index)
+    context = Context(task, loaded, materials, load_library())
+    identities = product.identity(context)
+    if not fresh and all(identity.is_current(folder) for identity in identities):
+        report.kept = True
+    else:
+        for identity, content in zip(identities, product.compute(context, report), strict=True):
+            with report.stage("write"):
+                identity.write(folder, content)
+    if loaded.trimmed.output.pictures:
         with report.stage("pictures"):
-            _draw(task, loaded, folder, report.kept)
+            for identity in identities:
+                _draw(identity, folder, report.kept)
     report.seconds = time.perf_counter() - begin
     report.processor_seconds = time.process_time() - spent
     report.peak_memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     return report
 
 
-def _draw(task: Task, loaded: LoadedJob, folder: Path, kept: bool) -> None:
-    """Draw the files of a task into the folder ``pictures``; those of kept files only where they are missing."""
-    from skyshine.mat.tables.pictures import draw
-    from skyshine.tmm.preview import draw as draw_texture
-
-    for name in task.files:
-        picture = folder / "pictures" / f"{name.removesuffix('.h5')}.png"
-        if kept and picture.is_file():
-            continue
-        part = part_file(picture).with_suffix(".part.png")
-        try:
-            picture.parent.mkdir(exist_ok=True)
-            if task.kind == "texture":
-                draw_texture(folder / name, part, loaded.folder / loaded.job.textures[task.index].image)
-            else:
-                draw(folder / name, part)
-            os.replace(part, picture)
-        except OSError as error:
-            raise InputError(
-                f"cannot be written: {error.strerror or error}; check space and rights", file=picture
-            ) from None
-        finally:
-            part.unlink(missing_ok=True)
-
-
-def _runner(kind: str) -> Callable:
-    from skyshine.mat.products import atmosphere as atmosphere_product
-    from skyshine.mat.products import band as band_product
-    from skyshine.mat.products import emission as emission_product
-    from skyshine.mat.products import temperature as temperature_product
-    from skyshine.mat.products import texture as texture_product
-
-    modules = {
-        "texture": texture_product,
-        "band": band_product,
-        "temperature": temperature_product,
-        "atmosphere": atmosphere_product,
-        "thermal": emission_product,
-    }
-    return modules[kind].run
+def _draw(identity: Identity[Any], folder: Path, kept: bool) -> None:
+    """Draw a file into the folder ``pictures``; a kept file only where its picture is missing."""
+    picture = folder / PICTURES / f"{identity.file.removesuffix('.h5')}.png"
+    if kept and picture.is_file():
+        return
+    part = part_file(picture).with_suffix(".part.png")
+    try:
+        picture.parent.mkdir(exist_ok=True)
+        identity.draw(folder, part)
+        os.replace(part, picture)
+    except OSError as error:
+        raise InputError(
+            f"cannot be written: {error.strerror or error}; check free space and permissions", file=picture
+        ) from None
+    finally:
+        part.unlink(missing_ok=True)

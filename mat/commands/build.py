@@ -2,7 +2,7 @@
 
 import click
 
-from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
 
 
 @click.command(epilog="Example: mat build demo/job.yaml --jobs 2")
@@ -19,7 +19,7 @@ def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: 
     """Build the databases of JOB. Files that the same job has built before are kept."""
     from skyshine.mat.api.build import build
 
-    built = build(job, out=out, jobs=jobs, fresh=fresh, executor=executor)
+    built = build(job, out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
     if as_json:
         emit_json({"folder": str(built.folder), "seconds": built.seconds, "files": built.files})
         return

@@ -92,12 +92,12 @@ def _print(result: JobCheck) -> None:
         click.echo(f"  {item.what}: {item.why} (error: {item.bound}; to restore: {item.restore})")
     for source, spans in result.source_up.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
-        click.echo(f"{source} up on {loaded.job.of_state(1).site.date}: {times}")
+        click.echo(f"{source} up on {loaded.trimmed.on_date_of_state(1).site.date}: {times}")
     click.echo(f"size of the tables before compression: {result.bytes / 1e6:.1f} MB")
     stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in result.seconds.items() if seconds)
     click.echo(f"processor time, estimated within a factor of two: {sum(result.seconds.values()):.0f} s ({stages})")
     for name in ("atmosphere_grid", "surface_grid"):
-        grid = getattr(loaded.job, name)
+        grid = getattr(loaded.trimmed, name)
         if grid.tolerance:
             click.echo(
                 f"{name}: nodes are placed until {_tolerance_text(grid.tolerance)} holds;"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import pydantic
 from pydantic import Field
@@ -45,7 +45,7 @@ class GasAmount(StrictModel):
     column_du: float | None = Field(None, ge=0, le=2000, description="Ozone above the ground, Dobson units.")
 
     @pydantic.model_validator(mode="after")
-    def _one(self):
+    def _one(self) -> Self:
         given = [name for name in type(self).model_fields if getattr(self, name) is not None]
         if len(given) != 1:
             raise ValueError(
@@ -83,7 +83,7 @@ class Cloud(StrictModel):
     )
 
     @pydantic.model_validator(mode="after")
-    def _whole(self):
+    def _whole(self) -> Self:
         if self.optical_depth is not None and self.water_path_g_m2 is not None:
             raise ValueError("found optical_depth and water_path_g_m2; allowed: one of them; remove the other")
         if self.type is None:
@@ -179,7 +179,7 @@ class State(StrictModel):
         return with_preset(data) if isinstance(data, dict) else data
 
     @pydantic.model_validator(mode="after")
-    def _amounts(self):
+    def _amounts(self) -> Self:
         for gas, amount in self.gases.items():
             for unit, owner in (("column_mm", "H2O"), ("column_du", "O3")):
                 if getattr(amount, unit) is not None and gas != owner:
@@ -194,7 +194,7 @@ class State(StrictModel):
         return self
 
     @pydantic.model_validator(mode="after")
-    def _one_cloud(self):
+    def _one_cloud(self) -> Self:
         if self.clouds and self.weather.cloud_fraction > 0:
             raise ValueError(
                 "found clouds and weather.cloud_fraction; allowed: layers, which paths see too, or a fraction for"
@@ -214,7 +214,7 @@ class Band(StrictModel):
     response: JobFile | None = Field(None, description="CSV of wavelength[um] or wavenumber[cm-1], and response.")
 
     @pydantic.model_validator(mode="after")
-    def _one(self):
+    def _one(self) -> Self:
         ranges = [name for name in type(self).model_fields if name != "name"]
         given = [name for name in ranges if getattr(self, name) is not None]
         if len(given) != 1:
@@ -252,7 +252,7 @@ def _of_all(value: Any) -> Any:
 class AtmosphereGrid(StrictModel):
     """Nodes of the atmospheric tables."""
 
-    range_km: axis(0, 100_000) = [
+    range_km: Annotated[list[float], axis(0, 100_000)] = [
         0.001,
         0.1,
         0.2,
@@ -278,10 +278,10 @@ class AtmosphereGrid(StrictModel):
         300,
         1000,
     ]
-    altitude_km: axis(-0.5, 100_000) | None = Field(
+    altitude_km: Annotated[list[float], axis(-0.5, 100_000)] | None = Field(
         None, description="Of the observer above sea level; by default from 2 m to 40 km above the site's ground."
     )
-    elevation_deg: axis(-90, 90) = [
+    elevation_deg: Annotated[list[float], axis(-90, 90)] = [
         -90,
         -60,
         -40,
@@ -321,8 +321,8 @@ class AtmosphereGrid(StrictModel):
     )
     most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
 
-    source_elevation_deg: axis(-90, 90) = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
-    source_azimuth_deg: axis(0, 180) = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]
+    source_elevation_deg: Annotated[list[float], axis(-90, 90)] = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
+    source_azimuth_deg: Annotated[list[float], axis(0, 180)] = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]
 
     @property
     def tolerances(self) -> dict[str, str]:

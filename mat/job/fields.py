@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import itertools
 import re
-from typing import Annotated
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import pydantic
 from pydantic import Field
+from pydantic_core import CoreSchema
 
 _CLOCK = re.compile(r"^([0-9]{1,2}):([0-5][0-9])(?::([0-5][0-9]))?$")
 
@@ -37,10 +39,58 @@ def ascending(values: list[float]) -> list[float]:
     return values
 
 
-def axis(low: float, high: float) -> object:
-    """A list of 1 to 512 strictly ascending numbers between two limits."""
+@dataclass(frozen=True)
+class ReadAs:
+    """Lets a field be validated as a type that is made at run time; type checkers read the annotated type.
+
+    Attributes
+    ----------
+    kind : type
+        An annotated type with the limits of the field.
+    """
+
+    kind: Any
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: pydantic.GetCoreSchemaHandler) -> CoreSchema:
+        return handler.generate_schema(self.kind)
+
+
+def axis(low: float, high: float) -> ReadAs:
+    """A list of 1 to 512 strictly ascending numbers between two limits; for ``Annotated[list[float], ...]``."""
     number = Annotated[float, Field(ge=low, le=high)]
-    return Annotated[list[number], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)]
+    return ReadAs(Annotated[list[number], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)])
+
+
+Span = tuple[float, float]
+
+
+def _ordered(span: Span) -> Span:
+    if not span[0] <= span[1]:
+        raise ValueError(f"found [{span[0]:g}, {span[1]:g}]; allowed: [least, most]; swap them")
+    return span
+
+
+def span(low: float, high: float) -> ReadAs:
+    """Two numbers between limits, the lesser first; for ``Annotated[Span, ...]``."""
+    number = Annotated[float, Field(ge=low, le=high)]
+    return ReadAs(Annotated[tuple[number, number], pydantic.AfterValidator(_ordered)])
+
+
+def _one_or_24(value: object) -> str:
+    return "by_hour" if isinstance(value, list | tuple) else "constant"
+
+
+def by_hour(number: Any) -> ReadAs:
+    """One number for the day, or 24 at the local clock hours 0 to 23, linear between them; for
+    ``Annotated[float | list[float], ...]``.
+    """
+    hours = Annotated[list[number], Field(min_length=24, max_length=24)]
+    return ReadAs(
+        Annotated[
+            Annotated[number, pydantic.Tag("constant")] | Annotated[hours, pydantic.Tag("by_hour")],
+            pydantic.Discriminator(_one_or_24),
+        ]
+    )
 
 
 _TOLERANCE = re.compile(r"^([0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]+)?) (K|W m\^-2 sr\^-1)$")
@@ -49,8 +99,8 @@ SMALLEST_TOLERANCE = 1e-6
 
 def tolerance_parts(text: str) -> tuple[float, str]:
     """Value and unit of a tolerance such as '0.1 K'."""
-    match = _TOLERANCE.match(text)
-    return float(match[1]), match[2]
+    number, unit = text.split(" ", 1)
+    return float(number), unit
 
 
 def tolerance(value: str) -> str:

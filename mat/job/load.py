@@ -13,14 +13,14 @@ import pydantic
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
-from skyshine.mat.job.surface import (
-    HOURLY_QUANTITIES,
-)
-from skyshine.mat.job.trim import needed
+from skyshine.mat.job.surface import HOURLY_QUANTITIES
+from skyshine.mat.job.trim import trimmed
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, mapping_document, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
+
+Location = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
@@ -29,16 +29,16 @@ class LoadedJob:
 
     Attributes
     ----------
-    job : Job
-        With the nodes and sources that its needs leave.
+    requested : Job
+        As it is written, with all nodes and sources.
+    trimmed : Job
+        With the nodes and sources that its query limits read; the tables are built from it.
     document : Document
-    whole : Job
-        With all of them.
     """
 
-    job: Job
+    requested: Job
+    trimmed: Job
     document: Document
-    whole: Job
 
     @property
     def file(self) -> Path:
@@ -49,9 +49,13 @@ class LoadedJob:
         """Folder against which the job's paths are read."""
         return self.document.file.resolve().parent
 
-    def of_state(self, index: int) -> LoadedJob:
+    def on_date_of_state(self, index: int) -> LoadedJob:
         """The same with its site on the date of a state, counted from 1."""
-        return replace(self, job=self.job.of_state(index), whole=self.whole.of_state(index))
+        return replace(
+            self,
+            requested=self.requested.on_date_of_state(index),
+            trimmed=self.trimmed.on_date_of_state(index),
+        )
 
     @property
     def output_folder(self) -> Path:
@@ -63,7 +67,7 @@ class LoadedJob:
             It lies outside the job's folder, and the user has not allowed that.
         """
         try:
-            return job_path(self.folder, self.job.output.folder, written=True)
+            return job_path(self.folder, self.requested.output.folder, written=True)
         except ValueError as error:
             raise self.document.error(("output", "folder"), f"output.folder: {error}") from None
 
@@ -87,16 +91,17 @@ def load_job(source: str | os.PathLike[str] | Mapping[str, Any], library: Materi
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_series(parse_model(document, Job, context), document, context)
-    for i, name in enumerate((job.needs and job.needs.bands) or []):
+    limits = job.query_limits
+    for i, name in enumerate((limits and limits.bands) or []):
         if name not in job.band_names:
             raise document.error(
                 ("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}"
             )
-    whole = _with_weather_files(job, document)
-    return LoadedJob(needed(whole), document, whole)
+    requested = _with_weather_files(job, document)
+    return LoadedJob(requested, trimmed(requested), document)
 
 
-def _with_series(job: Job, document: Document, context: dict) -> Job:
+def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
     """The job with a state for each member of its series."""
     if all(state.series is None for state in job.states):
         return job
@@ -124,7 +129,7 @@ def _with_series(job: Job, document: Document, context: dict) -> Job:
     return job.model_copy(update={"states": states})
 
 
-def _inside(series: Series, document: Document, state: int, context: dict) -> Series:
+def _inside(series: Series, document: Document, state: int, context: dict[str, Any]) -> Series:
     if series.table is not None:
         try:
             job_path(context["folder"], series.table)
@@ -162,7 +167,7 @@ def _with_weather_files(job: Job, document: Document) -> Job:
     return job.model_copy(update={"states": states})
 
 
-def _place(document: Document, state: int) -> tuple:
+def _place(document: Document, state: int) -> Location:
     """Where the weather of a state is written; series make more states than are written."""
-    place = ("states", state, "weather", "file")
+    place: Location = ("states", state, "weather", "file")
     return place if place in document.places else ("states",)

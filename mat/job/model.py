@@ -5,7 +5,7 @@ Units stand in the key names here, at the edge; everything behind this module is
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
 import pydantic
 import yaml
@@ -13,7 +13,8 @@ from pydantic import Field
 
 from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
 from skyshine.mat.job.extra_tables import ExtraTables
-from skyshine.mat.job.needs import Needs
+from skyshine.mat.job.fields import by_hour
+from skyshine.mat.job.query_limits import QueryLimits
 from skyshine.mat.job.series import MEMBER_LIMIT
 from skyshine.mat.job.site import Site
 from skyshine.mat.job.surface import (
@@ -21,12 +22,9 @@ from skyshine.mat.job.surface import (
     OperatedCelsius,
     Operation,
     SurfaceGrid,
-    by_hour,
 )
 from skyshine.schemas.documents import StrictModel
 from skyshine.tmm.job import MaterialName, TextureJob, check_distinct_names
-
-JOB_FORMAT = 1
 
 MaterialChoice = Annotated[
     Annotated[Literal["used", "all"], pydantic.Tag("word")]
@@ -80,7 +78,7 @@ class Job(StrictModel):
     operated: dict[MaterialName, Operation] = Field(
         {}, description="What goes on behind materials in operation: engines, heated rooms, cold stores."
     )
-    temperatures_c: dict[MaterialName, by_hour(OperatedCelsius)] = Field(
+    temperatures_c: dict[MaterialName, Annotated[float | list[float], by_hour(OperatedCelsius)]] = Field(
         {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
     )
     atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
@@ -100,8 +98,10 @@ class Job(StrictModel):
             " by angle up to grazing light (in .band). mat report measures what each gains and costs."
         ),
     )
-    needs: Needs | None = Field(
-        None, description="What scenes will ask for; nodes and sources that none of that reads are left out."
+    query_limits: QueryLimits | None = Field(
+        None,
+        alias="needs",
+        description="What scenes will ask for; nodes and sources that none of that reads are left out.",
     )
     output: Output = Output()
 
@@ -130,16 +130,16 @@ class Job(StrictModel):
     @property
     def needed_bands(self) -> list[int]:
         """Numbers of the bands that are built, counted from 1."""
-        wanted = None if self.needs is None else self.needs.bands
+        wanted = None if self.query_limits is None else self.query_limits.bands
         return [number for number, name in enumerate(self.band_names, 1) if wanted is None or name in wanted]
 
-    def of_state(self, index: int) -> Job:
+    def on_date_of_state(self, index: int) -> Job:
         """The job with its site on the date of a state, counted from 1."""
         day = self.states[index - 1].date or self.site.date
         return self.model_copy(update={"site": self.site.model_copy(update={"date": day})})
 
     @pydantic.model_validator(mode="after")
-    def _above_ground(self):
+    def _above_ground(self) -> Self:
         for name, altitudes in (("atmosphere", self.observer_altitudes_km), ("surface", self.surface_altitudes_km)):
             if altitudes[0] < self.site.altitude_km:
                 raise ValueError(
@@ -149,7 +149,7 @@ class Job(StrictModel):
         return self
 
     @pydantic.model_validator(mode="after")
-    def _operated_once(self):
+    def _operated_once(self) -> Self:
         for name in self.operated:
             if name in self.temperatures_c:
                 raise ValueError(f"found '{name}' in operated and in temperatures_c; allowed: one of them; remove one")
@@ -162,7 +162,7 @@ class Job(StrictModel):
         return self
 
     @pydantic.model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.materials == "used" and not self.textures:
             raise ValueError(
                 "found 'materials: used' without textures; allowed: used with textures, all, or a list of names; "
@@ -180,6 +180,6 @@ class Job(StrictModel):
         return self
 
 
-def resolved_text(content: dict) -> str:
+def resolved_text(content: dict[str, Any]) -> str:
     """YAML text of a resolved job or a part of it, the same for the same content."""
-    return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=10_000)
+    return str(yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=10_000))

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import date, timedelta
 from pathlib import Path
+from typing import Self
 
 import pydantic
 from pydantic import Field
@@ -34,7 +35,7 @@ class Series(StrictModel):
     )
 
     @pydantic.model_validator(mode="after")
-    def _one_kind(self):
+    def _one_kind(self) -> Self:
         days = self.first is not None and self.last is not None
         if days == (self.table is not None) or (self.first is None) != (self.last is None):
             raise ValueError("found neither or both; allowed: 'first' and 'last', or 'table'; give one of the two")

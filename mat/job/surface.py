@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 import pydantic
@@ -15,6 +15,7 @@ from skyshine.mat.job.fields import (
     Tolerance,
     ascending,
     axis,
+    by_hour,
     clock_text,
     tolerance_parts,
 )
@@ -65,7 +66,7 @@ class HourlyWeather(StrictModel):
     )
 
     @pydantic.model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Self:
         if (self.direct_normal_w_m2 is None) != (self.diffuse_w_m2 is None):
             raise ValueError(f"found one of {' and '.join(SUNLIGHT)}; allowed: both or neither; give the other too")
         for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION):
@@ -118,7 +119,7 @@ class Weather(StrictModel):
     )
 
     @pydantic.model_validator(mode="after")
-    def _measured_or_not(self):
+    def _measured_or_not(self) -> Self:
         has = self.hourly is not None and [name for name in RADIATION if getattr(self.hourly, name) is not None]
         if has and self.radiation == "computed":
             raise ValueError(
@@ -133,7 +134,7 @@ class Weather(StrictModel):
         return self
 
     @pydantic.model_validator(mode="after")
-    def _one_kind(self):
+    def _one_kind(self) -> Self:
         kinds = [name for name in ("air_temperature_c", "hourly", "file") if getattr(self, name) is not None]
         if len(kinds) != 1:
             raise ValueError(
@@ -147,7 +148,7 @@ class Weather(StrictModel):
         return self
 
     @pydantic.model_validator(mode="after")
-    def _ordered(self):
+    def _ordered(self) -> Self:
         if isinstance(self.air_temperature_c, tuple):
             low, high = self.air_temperature_c
             if low > high:
@@ -164,19 +165,6 @@ class Weather(StrictModel):
         return float(np.mean(self.air_temperature_c))
 
 
-def _one_or_24(value: object) -> str:
-    return "by_hour" if isinstance(value, list | tuple) else "constant"
-
-
-def by_hour(number: object) -> object:
-    """One number for the day, or 24 at the local clock hours 0 to 23, linear between them."""
-    hours = Annotated[list[number], Field(min_length=24, max_length=24)]
-    return Annotated[
-        Annotated[number, pydantic.Tag("constant")] | Annotated[hours, pydantic.Tag("by_hour")],
-        pydantic.Discriminator(_one_or_24),
-    ]
-
-
 # Of a thing that is heated from inside: an exhaust pipe at most, liquid nitrogen at least.
 OperatedCelsius = Annotated[float, Field(ge=-200, le=1500)]
 OperatedHeat = Annotated[float, Field(ge=-1e4, le=1e4)]
@@ -188,12 +176,12 @@ class Operation(StrictModel):
     kind: Literal["fixed", "convective", "heated"] = Field(
         description="A temperature, air of a temperature with a transfer coefficient, or a heat flux outwards."
     )
-    temperature_c: by_hour(OperatedCelsius) | None = None
+    temperature_c: Annotated[float | list[float], by_hour(OperatedCelsius)] | None = None
     coefficient_w_m2_k: float | None = Field(None, gt=0, le=1e5)
-    heat_flux_w_m2: by_hour(OperatedHeat) | None = None
+    heat_flux_w_m2: Annotated[float | list[float], by_hour(OperatedHeat)] | None = None
 
     @pydantic.model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Self:
         keys = {"temperature": "temperature_c", "coefficient": "coefficient_w_m2_k", "heat_flux": "heat_flux_w_m2"}
         refuse_incomplete_back(self, self.kind, keys)
         return self
@@ -214,11 +202,11 @@ def at_kelvin(celsius: float | list[float]) -> float | tuple[float, ...]:
 class SurfaceGrid(StrictModel):
     """Nodes of the temperature table."""
 
-    altitude_km: axis(-0.5, 9) | None = Field(
+    altitude_km: Annotated[list[float], axis(-0.5, 9)] | None = Field(
         None, description="Of the surface above sea level; by default from the site's ground to 3 km above it."
     )
-    azimuth_deg: axis(0, 359.999) = [15.0 * i for i in range(24)]
-    slope_deg: axis(0, 180) = [0, 10, 20, 30, 45, 60, 75, 90, 135, 180]
+    azimuth_deg: Annotated[list[float], axis(0, 359.999)] = [15.0 * i for i in range(24)]
+    slope_deg: Annotated[list[float], axis(0, 180)] = [0, 10, 20, 30, 45, 60, 75, 90, 135, 180]
     time: Annotated[list[TimeOfDay], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)] = Field(
         [f"{i // 2:02d}:{i % 2 * 30:02d}" for i in range(48)], validate_default=True
     )

@@ -23,6 +23,7 @@ import numpy as np
 
 from skyshine.mat.measure.axis_profile import Profile
 from skyshine.mat.measure.probes import Probes
+from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
@@ -112,7 +113,9 @@ def placed_grids(
         A tolerance cannot be reached with so many nodes.
     """
     return {
-        name: _placed(name, table_of, probes_of, base, *scales[name], np.random.default_rng([seed, 3, number]), most)
+        name: _placed(
+            name, table_of, probes_of, base, *scales[name], random_stream(seed, Stream.ATMOSPHERE_NODES, number), most
+        )
         for number, name in enumerate(QUANTITIES)
         if name in scales
     }

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.refinement import fewest_nodes, subdivided
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
@@ -53,7 +54,7 @@ def refined_axes(
     CheckFailed
         The tolerance cannot be reached with so many nodes.
     """
-    generator, size = np.random.default_rng([seed, 4]), 0
+    generator, size = random_stream(seed, Stream.TEMPERATURE_NODES), 0
     closed = {name: _closed(name, nodes) for name, nodes in base.items()}
     profiles = {name: _profile(name, temperature, closed, generator) for name in base}
     places = {

@@ -36,7 +36,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
 
     Tables whose nodes a tolerance places count as they stand in the job: how many it takes is not known before.
     """
-    job, grid = loaded.job, loaded.job.atmosphere_grid
+    job, grid = loaded.trimmed, loaded.trimmed.atmosphere_grid
     share = COMPILED_POINTS / TABLE_POINTS
     sets, sources = len(job.states), len(job.sources)
     wanted = [job.bands[number - 1] for number in job.needed_bands]
@@ -69,10 +69,10 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
 
 def distinct_airs(loaded: LoadedJob) -> int:
     """For how many airs the points of the bands are chosen; moonlight is another each day."""
-    job = loaded.job
+    job = loaded.trimmed
     return len(
         {
-            (air_of(state), (state.date or job.site.date) if "moon" in loaded.whole.sources else None)
+            (air_of(state), (state.date or job.site.date) if "moon" in loaded.requested.sources else None)
             for state in job.states
         }
     )

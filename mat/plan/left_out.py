@@ -36,11 +36,11 @@ class LeftOut:
 
 
 def temperature_times(job: Job) -> list[float]:
-    return hours_around(job.surface_grid.time, job.needs and job.needs.hours)
+    return hours_around(job.surface_grid.time, job.query_limits and job.query_limits.hours)
 
 
 def tables_left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tuple[str, ...]) -> list[LeftOut]:
-    job, found = loaded.job, []
+    job, found = loaded.trimmed, []
     unused = set(library.names) - set(materials)
     if unused and job.materials == "used":
         found.append(
@@ -60,7 +60,7 @@ def tables_left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tupl
         )
     found += _not_needed(loaded)
     for source, kind in (("sun", "atmq"), ("moon", "lunar_atmq")):
-        if source not in loaded.whole.sources:
+        if source not in loaded.requested.sources:
             found.append(
                 LeftOut(f"{kind} tables", f"sources does not name the {source}", "none", f"sources: [{source}]")
             )
@@ -69,7 +69,7 @@ def tables_left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tupl
 
 def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
     """Nodes and sources that nothing within the job's needs reads."""
-    job, whole, needs = loaded.job, loaded.whole, loaded.job.needs
+    job, whole, needs = loaded.trimmed, loaded.requested, loaded.trimmed.query_limits
     if needs is None:
         return []
     wide = "a wider needs.{0}, or none"

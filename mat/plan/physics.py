@@ -27,7 +27,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     Of states of one air, the first stands for all but their light. Bounds of particles and light are those at all
     points of a band; a build takes those at the points that it computes tables from, which differ little.
     """
-    job, whole, grid = loaded.job, loaded.whole, path_grid(loaded.whole)
+    job, whole, grid = loaded.trimmed, loaded.requested, path_grid(loaded.requested)
     bands, found, faint, known = {}, [], {}, {}
     for number in job.needed_bands:
         response = response_of(job.bands[number - 1])
@@ -40,7 +40,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         key = band, air_of(state)
         place = f"{state_label(number, len(job.states))}b{band:02d}"
         air, (response, everything) = atmospheric_state(job.site, state), bands[band]
-        irradiance = irradiance_of_sources(whole.of_state(number), everything)
+        irradiance = irradiance_of_sources(whole.on_date_of_state(number), everything)
         if key not in known:
             whole_air = SpectralAir.of(air, everything.points, everything.gases, everything.weight)
             gases = negligible_gases(

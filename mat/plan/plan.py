@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 from skyshine.mat.job.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.job.load import LoadedJob
@@ -18,16 +19,35 @@ from skyshine.tmm.usage import read_usage
 FLOAT_BYTES = 4
 
 
+class Kind(StrEnum):
+    """Kinds of task; `skyshine.mat.products.table` has a product for each."""
+
+    TEXTURE = "texture"
+    ATMOSPHERE = "atmosphere"
+    THERMAL = "thermal"
+    TEMPERATURE = "temperature"
+    BAND = "band"
+
+    @property
+    def of_state(self) -> bool:
+        """Whether its tasks are each of one state, on the date of that state."""
+        return self in (Kind.ATMOSPHERE, Kind.THERMAL, Kind.TEMPERATURE)
+
+    @property
+    def reads_materials(self) -> bool:
+        """Whether its tasks need the materials that the textures use, so that they wait for the textures."""
+        return self in (Kind.THERMAL, Kind.TEMPERATURE, Kind.BAND)
+
+
 @dataclass(frozen=True)
 class Task:
     """One independent part of a build.
 
     Attributes
     ----------
-    kind : str
-        ``texture``, ``atmosphere``, ``temperature``, ``thermal`` (weighted transmittance) or ``band``.
+    kind : Kind
     index : int
-        Of the texture, counted from 0, or of the state, counted from 1; of the band for ``band``.
+        Of the texture, counted from 0; of the state or the band, counted from 1.
     band : int
         Counted from 1; 0 where the task has none.
     files : tuple of str
@@ -36,7 +56,7 @@ class Task:
         Numbers in those files.
     """
 
-    kind: str
+    kind: Kind
     index: int
     band: int
     files: tuple[str, ...]
@@ -59,12 +79,12 @@ class Plan:
 
 def texture_file(loaded: LoadedJob, index: int) -> str:
     """Name of the database of a texture."""
-    return f"{loaded.job.textures[index].name}.tmm.h5"
+    return f"{loaded.trimmed.textures[index].name}.tmm.h5"
 
 
 def named_materials(loaded: LoadedJob) -> tuple[str, ...]:
     """Materials that the job or the seeds of its textures name: no other can come to be used."""
-    job = loaded.job
+    job = loaded.trimmed
     names = set(job.materials) if isinstance(job.materials, list) else set()
     for texture in job.textures:
         names |= set(job_materials(texture, loaded.folder))
@@ -84,7 +104,7 @@ def used_materials(loaded: LoadedJob, library: MaterialLibrary, usage_files: lis
     InputError
         The textures use no known material.
     """
-    job = loaded.job
+    job = loaded.trimmed
     if job.materials == "all":
         names = set(library.names)
     elif isinstance(job.materials, list):
@@ -106,21 +126,21 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | N
     InputError
         The job uses no material at all.
     """
-    job = loaded.job
+    job = loaded.trimmed
     materials = used_materials(loaded, library, usage_files)
-    tasks = [Task("texture", i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.textures))]
+    tasks = [Task(Kind.TEXTURE, i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.textures))]
     states = len(job.states)
     for state in range(1, states + 1):
         for band in job.needed_bands:
             files = tuple(atmosphere_file(state, band, source, states) for source in job.sources)
-            tasks.append(Task("atmosphere", state, band, files, len(files) * _atmosphere_values(job)))
+            tasks.append(Task(Kind.ATMOSPHERE, state, band, files, len(files) * _atmosphere_values(job)))
             if WEIGHTED_TRANSMITTANCE in job.extra_tables:
                 # One class for each material is the most there can be.
                 size = len(materials) * PLANCK_TEMPERATURES.size * _paths(job)
-                tasks.append(Task("thermal", state, band, (thermal_file(state, band, states),), size))
+                tasks.append(Task(Kind.THERMAL, state, band, (thermal_file(state, band, states),), size))
         size = len(materials) * _surface_values(job)
-        tasks.append(Task("temperature", state, 0, (state_file(state, states),), size))
-    tasks += [Task("band", band, band, (band_file(band),), 0) for band in job.needed_bands]
+        tasks.append(Task(Kind.TEMPERATURE, state, 0, (state_file(state, states),), size))
+    tasks += [Task(Kind.BAND, band, band, (band_file(band),), 0) for band in job.needed_bands]
     return Plan(tuple(tasks), materials, tuple(tables_left_out(loaded, library, materials)))
 
 

@@ -10,7 +10,7 @@ from skyshine.materials.library import load_library
 
 def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOut]:
     """Materials whose heat balance is that of another, by name the first of each."""
-    library, job = load_library(), loaded.job
+    library, job = load_library(), loaded.trimmed
     every = surface_materials([library[name] for name in materials], job.operated)
     solved = [material for material in every if material.name not in job.temperatures_c]
     first: dict[tuple, str] = {}

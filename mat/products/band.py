@@ -2,45 +2,43 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
+from typing import Any
 
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
-from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.plan import Task
-from skyshine.mat.products.product import Product, TaskReport
+from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.bands import response_of
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.tables.band import band_group, with_fine_normalisation
 from skyshine.mat.tables.files import BAND, BAND_WITH_EXTRAS
-from skyshine.materials.library import load_library
+from skyshine.schemas.hdf5 import Group
 
 
-def run(
-    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
-) -> None:
-    """Build the properties of a band; arguments as `products.run_task`."""
-    library = load_library()
-    band = loaded.job.bands[task.band - 1]
-    resolved = {
-        "band": band.model_dump(mode="json", exclude={"name"}),
-        "materials": list(materials),
-        "materials_sha256": materials_digest(library, materials),
-    }
-    fine = NORMALISATION_BY_ANGLE in loaded.job.extra_tables
-    if fine:
-        resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": loaded.job.accuracy.seed}
-    product = Product(
-        folder / task.files[0], BAND_WITH_EXTRAS if fine else BAND, f"materials {library.version}", resolved
-    )
-    if not fresh and product.is_there():
-        report.kept = True
-        return
-    with report.stage("tables"):
-        chosen = [library[name] for name in materials]
-        root = band_group(response_of(band), chosen, solar_spectrum())
-    if fine:
-        with report.stage(NORMALISATION_BY_ANGLE):
-            root = with_fine_normalisation(root, chosen, loaded.job.accuracy.seed)
-    with report.stage("write"):
-        product.write(root)
+class BandProduct:
+    """Blackbody radiance and material properties of a band."""
+
+    def identity(self, context: Context) -> tuple[TableIdentity, ...]:
+        """The one file of a band."""
+        job, library, materials = context.loaded.trimmed, context.library, context.materials
+        resolved: dict[str, Any] = {
+            "band": job.bands[context.task.band - 1].model_dump(mode="json", exclude={"name"}),
+            "materials": list(materials),
+            "materials_sha256": materials_digest(library, materials),
+        }
+        kind = BAND
+        if NORMALISATION_BY_ANGLE in job.extra_tables:
+            kind = BAND_WITH_EXTRAS
+            resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": job.accuracy.seed}
+        return (TableIdentity(context.task.files[0], kind, f"materials {library.version}", resolved),)
+
+    def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
+        """The tables of the band."""
+        job = context.loaded.trimmed
+        with report.stage("tables"):
+            materials = [context.library[name] for name in context.materials]
+            root = band_group(response_of(job.bands[context.task.band - 1]), materials, solar_spectrum())
+        if NORMALISATION_BY_ANGLE in job.extra_tables:
+            with report.stage(NORMALISATION_BY_ANGLE):
+                root = with_fine_normalisation(root, materials, job.accuracy.seed)
+        yield root

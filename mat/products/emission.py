@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.measure.probes import lines_in_cells
+from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.scale import Scale
-from skyshine.mat.plan.plan import Task
-from skyshine.mat.products.product import Product, TaskReport
+from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.quantities.emission import (
     EmissionClasses,
     beta_star_table,
@@ -33,43 +34,53 @@ from skyshine.mat.tables.files import THERMAL_ATMQ
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.tables.thermal import QUANTITY, thermal_group
-from skyshine.materials.library import load_library
+from skyshine.schemas.hdf5 import Group
 
 GROUPING_LINES = 200  # lines of sight by which materials are grouped
 TEST_LINES = 400  # others, on which the table is measured
 MATERIALS = "transmittance_of_materials"
 
 
-def run(
-    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
-) -> None:
-    """Build the weighted transmittance of a state and a band; arguments as `products.run_task`."""
-    job, library = loaded.job, load_library()
-    product = Product(
-        folder / task.files[0],
-        THERMAL_ATMQ,
-        f"absorption {absorption_table().version}, materials {library.version}",
-        _resolved(task, loaded, library, materials),
-    )
-    if not fresh and product.is_there():
-        report.kept = True
-        return
-    state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
-    chosen, grid, seed = [library[name] for name in materials], path_grid(job), job.accuracy.seed
-    with report.stage("classes"):
-        # All spectral points: those of a compiled band stand for absorption, not for the wavelengths at which surfaces
-        # emit.
-        band = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-        air = SpectralAir.of(state, band.points, band.gases, band.weight)
-        micron = 1e4 / band.wavenumber
-        emission = _Emission(air, band, np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen]))
-        # Grouped on the paths of the whole job, so that no answer depends on what is left out.
-        classes = emission.classes(path_grid(loaded.whole), job.accuracy.class_tolerance, seed)
-    with report.stage("tables"):
-        beta, valid = emission.table(grid, classes)
-    with report.stage("accuracy"):
-        measures = emission.errors(beta, grid, classes, Scale.kelvin(response), seed)
-    with report.stage("write"):
+class EmissionProduct:
+    """Weighted transmittance of a state and a band."""
+
+    def identity(self, context: Context) -> tuple[TableIdentity, ...]:
+        """The one file of a state and a band."""
+        task, job, library = context.task, context.loaded.trimmed, context.library
+        resolved = {
+            "site": job.site.model_dump(mode="json", exclude={"date"}),
+            "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
+            "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
+            "water_continuum": job.water_continuum,
+            "atmosphere_grid": _lists(path_grid(job)),
+            "grouped_on": _lists(path_grid(context.loaded.requested)),
+            "accuracy": job.accuracy.model_dump(mode="json", include={"class_tolerance", "seed"}),
+            "materials": list(context.materials),
+            "materials_sha256": materials_digest(library, context.materials),
+        }
+        version = f"absorption {absorption_table().version}, materials {library.version}"
+        return (TableIdentity(task.files[0], THERMAL_ATMQ, version, resolved),)
+
+    def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
+        """The classes of materials, and the table of each class."""
+        task, job = context.task, context.loaded.trimmed
+        state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
+        materials, grid = [context.library[name] for name in context.materials], path_grid(job)
+        seed, tolerance = job.accuracy.seed, job.accuracy.class_tolerance
+        with report.stage("classes"):
+            # All spectral points: those of a compiled band stand for absorption, not for the wavelengths at which
+            # surfaces emit.
+            band = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+            air = SpectralAir.of(state, band.points, band.gases, band.weight)
+            micron = 1e4 / band.wavenumber
+            reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in materials])
+            emission = _Emission(air, band, reflectance)
+            # Grouped on the paths of the job as requested, so that no answer depends on what is left out.
+            classes = emission.classes(path_grid(context.loaded.requested), tolerance, seed)
+        with report.stage("tables"):
+            beta, valid = emission.table(grid, classes)
+        with report.stage("accuracy"):
+            measures = emission.errors(beta, grid, classes, Scale.kelvin(response), seed)
         notes = {
             "seed": seed,
             "method": (
@@ -78,46 +89,38 @@ def run(
                 " own transmittance against that read of its class; kelvin: change of a black body at 300 K seen"
                 " through the path"
             ),
-            "class_tolerance": job.accuracy.class_tolerance,
+            "class_tolerance": tolerance,
             "spectral_points": int(band.weight.size),
         }
         attributes = {"state": state.name, "wavelength_um": [response.lower, response.upper]}
-        product.write(
-            thermal_group(beta, valid, grid, chosen, classes, accuracy_group(measures, {}, {}, notes), attributes)
+        report.notes.append(
+            f"{len(materials)} materials in {classes.count} classes, within {classes.difference.max():.1e} of"
+            " transmittance"
         )
-    report.notes.append(
-        f"{len(chosen)} materials in {classes.count} classes, within {classes.difference.max():.1e} of transmittance"
-    )
+        yield thermal_group(beta, valid, grid, materials, classes, accuracy_group(measures, {}, {}, notes), attributes)
 
 
-def _resolved(task: Task, loaded: LoadedJob, library, materials: tuple[str, ...]) -> dict:
-    job = loaded.job
-    return {
-        "site": job.site.model_dump(mode="json", exclude={"date"}),
-        "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
-        "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
-        "water_continuum": job.water_continuum,
-        "atmosphere_grid": {axis: nodes.tolist() for axis, nodes in _path_axes(path_grid(job)).items()},
-        "grouped_on": {axis: nodes.tolist() for axis, nodes in _path_axes(path_grid(loaded.whole)).items()},
-        "accuracy": job.accuracy.model_dump(mode="json", include={"class_tolerance", "seed"}),
-        "materials": list(materials),
-        "materials_sha256": materials_digest(library, materials),
-    }
+def _lists(grid: PathGrid) -> dict[str, list[float]]:
+    return {axis: nodes.tolist() for axis, nodes in _path_axes(grid).items()}
 
 
 def _path_axes(grid: PathGrid) -> dict[str, np.ndarray]:
     return {"range": grid.range_km, "altitude": grid.altitude_km, "elevation": grid.elevation_deg}
 
 
+@dataclass(frozen=True, eq=False)
 class _Emission:
-    """What M materials emit, through the air of a state, at all points of a band."""
+    """What M materials emit, through the air of a state, at all P points of a band: reflectance (M, P)."""
 
-    def __init__(self, air: SpectralAir, band: BandPoints, reflectance: np.ndarray):
-        self.air, self.band, self.reflectance = air, band, reflectance
+    air: SpectralAir
+    band: BandPoints
+    reflectance: npt.NDArray[np.float64]
 
-    def classes(self, whole: PathGrid, tolerance: float, seed: int) -> EmissionClasses:
+    def classes(self, requested: PathGrid, tolerance: float, seed: int) -> EmissionClasses:
         """Group the materials by what random lines of sight let through of them, at all temperatures."""
-        altitude, elevation, ranges = lines_in_cells(whole, GROUPING_LINES, np.random.default_rng([seed, 4]))
+        altitude, elevation, ranges = lines_in_cells(
+            requested, GROUPING_LINES, random_stream(seed, Stream.EMISSION_CLASSES)
+        )
         weights = np.concatenate(
             [emission_weights(self.band, self.reflectance, kelvin) for kelvin in PLANCK_TEMPERATURES]
         )
@@ -127,8 +130,8 @@ class _Emission:
             if path.valid.any()
         ]
         count = len(self.reflectance)
-        found = np.concatenate(through) if through else np.zeros((0, len(weights)))
-        return EmissionClasses.of(found.reshape(-1, count), tolerance)
+        transmittance = np.concatenate(through) if through else np.zeros((0, len(weights)))
+        return EmissionClasses.of(transmittance.reshape(-1, count), tolerance)
 
     def table(self, grid: PathGrid, classes: EmissionClasses) -> tuple[np.ndarray, np.ndarray]:
         """beta* (C, T, R, A, E) and validity (R, A, E)."""
@@ -143,7 +146,7 @@ class _Emission:
         self, beta: np.ndarray, grid: PathGrid, classes: EmissionClasses, scale: Scale, seed: int
     ) -> list[ErrorMeasure]:
         """The table read off its nodes against direct computation: for the classes, and for each material by itself."""
-        generator = np.random.default_rng([seed, 5])
+        generator = random_stream(seed, Stream.EMISSION_ERROR)
         altitude, elevation, ranges = lines_in_cells(grid, TEST_LINES, generator)
         kelvin = random_places(PLANCK_TEMPERATURES, TEST_LINES, generator)
         axes = {"planck_temperature": PLANCK_TEMPERATURES} | _path_axes(grid)
@@ -151,7 +154,7 @@ class _Emission:
             AxisRule("class", np.arange(classes.count), EXACT),
             *(AxisRule(name, nodes) for name, nodes in axes.items()),
         ]
-        own, warm, materials = [], [], []
+        in_units, in_transmittance, of_materials = [], [], []
         for number, path in enumerate(lines_of_sight(self.air, ranges, altitude, elevation)):
             weights = emission_weights(self.band, self.reflectance, kelvin[number])
             place = dict(
@@ -164,11 +167,14 @@ class _Emission:
             read = interpolate(beta, rules, {"class": np.arange(classes.count)} | place)
             exact = emission_beta_star(self.air, path, classes.means(weights))[path.valid]
             seen = np.exp(-BETA_FACTOR * place["range"] / read)
-            own.append((read - exact).ravel())
-            warm.append((seen - np.exp(-BETA_FACTOR * place["range"] / exact)).ravel())
-            materials.append(
+            in_units.append((read - exact).ravel())
+            in_transmittance.append((seen - np.exp(-BETA_FACTOR * place["range"] / exact)).ravel())
+            of_materials.append(
                 (seen[:, classes.number - 1] - np.exp(ln_transmittance(path.depth[path.valid], weights))).ravel()
             )
-        own, warm, materials = (np.concatenate(errors) for errors in (own, warm, materials))
-        glow = scale.background * scale.factor
-        return [measure(QUANTITY, own, warm * glow), measure(MATERIALS, materials, materials * glow)]
+        kelvin_per_transmittance = scale.background * scale.factor
+        of_classes, of_each = np.concatenate(in_transmittance), np.concatenate(of_materials)
+        return [
+            measure(QUANTITY, np.concatenate(in_units), of_classes * kelvin_per_transmittance),
+            measure(MATERIALS, of_each, of_each * kelvin_per_transmittance),
+        ]

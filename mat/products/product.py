@@ -1,4 +1,4 @@
-"""What a product of a build is: its identity, its computation, and the report of what it cost."""
+"""What a product of a build is: the files that it writes, how their content is computed, what that cost."""
 
 from __future__ import annotations
 
@@ -8,11 +8,38 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
+from typing import Any, Protocol, TypeVar
 
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import resolved_text
+from skyshine.mat.plan.plan import Task
 from skyshine.mat.tables.files import FileType
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Header, content_hash, open_database, write_file
+
+Content = TypeVar("Content")
+Written = TypeVar("Written", contravariant=True)
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a task is computed from.
+
+    Attributes
+    ----------
+    task : Task
+    loaded : LoadedJob
+        Its site on the date of the task's state, where the task has one.
+    materials : tuple of str
+        To build, for products that depend on them.
+    library : MaterialLibrary
+    """
+
+    task: Task
+    loaded: LoadedJob
+    materials: tuple[str, ...]
+    library: MaterialLibrary
 
 
 @dataclass
@@ -51,23 +78,85 @@ class TaskReport:
         self.stages[name] = self.stages.get(name, 0.0) + time.perf_counter() - begin
 
 
-@dataclass(frozen=True)
-class Product:
-    """A database about to be written: its type and what of the job it depends on."""
+class Identity(Protocol[Written]):
+    """One file of a product: what it depends on, and how its content is written and drawn."""
 
-    path: Path
+    @property
+    def file(self) -> str:
+        """Name in the output folder."""
+
+    def is_current(self, folder: Path) -> bool:
+        """Whether the file is there, undamaged, from the same content and versions."""
+
+    def write(self, folder: Path, content: Written) -> None:
+        """Write the file whole or not at all."""
+
+    def draw(self, folder: Path, picture: Path) -> None:
+        """Draw the written file into a PNG."""
+
+
+class Product(Protocol[Content]):
+    """One kind of task: the files it writes, and the content of each.
+
+    `skyshine.mat.builder.tasks.run_task` keeps, writes and draws them.
+    """
+
+    def identity(self, context: Context) -> tuple[Identity[Content], ...]:
+        """The files of a task, in the order of its `files`.
+
+        Parameters
+        ----------
+        context : Context
+
+        Returns
+        -------
+        tuple of Identity
+        """
+
+    def compute(self, context: Context, report: TaskReport) -> Iterator[Content]:
+        """The content of each of those files, in the same order.
+
+        Parameters
+        ----------
+        context : Context
+        report : TaskReport
+            Is given the stages and notes of the computation.
+
+        Yields
+        ------
+        content
+            As the `Identity` of the file writes it.
+        """
+
+
+@dataclass(frozen=True)
+class TableIdentity:
+    """A database of the table builder: its type and what of the job it depends on.
+
+    Attributes
+    ----------
+    file : str
+    kind : FileType
+    data_version : str
+        Of the packaged data that it is computed from.
+    resolved : dict
+        What of the job it depends on.
+    """
+
+    file: str
     kind: FileType
     data_version: str
-    resolved: dict
+    resolved: dict[str, Any]
 
     @property
     def header(self) -> Header:
+        """The root attributes of the file."""
         return Header(
             self.kind.name, self.kind.format_version, self.data_version, resolved_text(self.resolved), self.kind.title
         )
 
-    def is_there(self) -> bool:
-        """Whether the file exists, undamaged, from the same content and versions."""
+    def is_current(self, folder: Path) -> bool:
+        """Whether the file is there, undamaged, from the same content and versions."""
         expected = {
             "job": self.header.job,
             "format_version": self.kind.format_version,
@@ -75,11 +164,18 @@ class Product:
             "generator": f"skyshine {metadata.version('skyshine')}",
         }
         try:
-            with open_database(self.path, self.kind.name) as file:
+            with open_database(folder / self.file, self.kind.name) as file:
                 same = all(file.attrs.get(name) == value for name, value in expected.items())
                 return same and content_hash(file) == file.attrs.get("content_sha256")
         except (InputError, OSError):
             return False
 
-    def write(self, root: Group) -> None:
-        write_file(self.path, root, self.header)
+    def write(self, folder: Path, content: Group) -> None:
+        """Write the file whole or not at all."""
+        write_file(folder / self.file, content, self.header)
+
+    def draw(self, folder: Path, picture: Path) -> None:
+        """Draw the written file into a PNG."""
+        from skyshine.mat.tables.pictures import draw
+
+        draw(folder / self.file, picture)

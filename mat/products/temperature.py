@@ -2,156 +2,181 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.job.fields import clock_text, tolerance_parts
-from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
 from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.job.trim import hours_around
+from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
-from skyshine.mat.measure.surface_nodes import refined_axes
-from skyshine.mat.plan.plan import Task
-from skyshine.mat.products.product import Product, TaskReport
+from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes
+from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.surface.forcing import Sky
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.site import Site
 from skyshine.mat.surface.table import TemperatureTable, temperature_table
+from skyshine.mat.surface.weather import Weather
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.htt import htt_group
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
-from skyshine.materials.library import load_library
+from skyshine.schemas.hdf5 import Group
 
 # Random values of each axis at which the interpolation error is measured; all their combinations are.
-PROBES = {"altitude": 3, "azimuth": 5, "slope": 5, "time": 24}
+PROBES = {"altitude_km": 3, "azimuth_deg": 5, "slope_deg": 5, "time_h": 24}
 FINE_STEPS = 288  # of the finer solution that the solver's error is measured against
 
+Axes = dict[str, npt.NDArray[np.float64]]
 
-def run(
-    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
-) -> None:
-    """Build the temperature table of a state; arguments as `products.run_task`."""
-    library, job = load_library(), loaded.job
-    axes = {
-        "altitude_km": job.surface_altitudes_km,
-        "azimuth_deg": job.surface_grid.azimuth_deg,
-        "slope_deg": job.surface_grid.slope_deg,
-        "time_h": job.surface_grid.time,
-    }
-    hours = None if job.needs is None else job.needs.hours
-    resolved = {
-        "site": job.site.model_dump(mode="json"),
-        "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
-        "surface_grid": {**job.surface_grid.model_dump(mode="json"), "altitude_km": job.surface_altitudes_km},
-        "accuracy": job.accuracy.model_dump(mode="json", include={"solver_steps", "seed"}),
-        "materials": list(materials),
-        "operated": {name: job.operated[name].model_dump(mode="json") for name in materials if name in job.operated},
-        **({} if hours is None else {"hours": [clock_text(time) for time in hours]}),
-        "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
-        "materials_sha256": materials_digest(library, materials),
-    }
-    product = Product(folder / task.files[0], HTT, f"materials {library.version}", resolved)
-    if not fresh and product.is_there():
-        report.kept = True
-        return
-    chosen = [library[name] for name in materials]
-    codes = np.array([material.code for material in chosen])
-    given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
-    solver = _Solver(surface_materials(chosen, job.operated), scene_inputs(job, task.index), given)
-    steps = job.accuracy.solver_steps
-    base, placed = dict(axes), {}
-    if job.surface_grid.tolerance is not None:
-        with report.stage("grid"):
-            refined = refined_axes(
-                lambda at: solver.table(at, steps).temperature,
-                axes,
-                len(chosen),
-                tolerance_parts(job.surface_grid.tolerance)[0],
-                seed=job.accuracy.seed,
-                most=job.surface_grid.most_nodes,
-            )
-        axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
-        report.notes.append(
-            f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}"
+
+class TemperatureProduct:
+    """Surface temperatures of a state through the day."""
+
+    def identity(self, context: Context) -> tuple[TableIdentity, ...]:
+        """The one file of a state."""
+        job, library, materials = context.loaded.trimmed, context.library, context.materials
+        hours = None if job.query_limits is None else job.query_limits.hours
+        resolved = {
+            "site": job.site.model_dump(mode="json"),
+            "state": job.states[context.task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
+            "surface_grid": {**job.surface_grid.model_dump(mode="json"), "altitude_km": job.surface_altitudes_km},
+            "accuracy": job.accuracy.model_dump(mode="json", include={"solver_steps", "seed"}),
+            "materials": list(materials),
+            "operated": {
+                name: job.operated[name].model_dump(mode="json") for name in materials if name in job.operated
+            },
+            **({} if hours is None else {"hours": [clock_text(time) for time in hours]}),
+            "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
+            "materials_sha256": materials_digest(library, materials),
+        }
+        return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
+
+    def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
+        """The temperatures of all materials, on nodes that the job names or that hold its tolerance."""
+        job, state = context.loaded.trimmed, context.task.index
+        materials = [context.library[name] for name in context.materials]
+        solver = _Solver(
+            surface_materials(materials, job.operated),
+            scene_inputs(job, state),
+            {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()},
         )
-    # The whole day is solved, and its nodes are placed for all of it; the file holds the hours that are asked for.
-    kept = hours_around(list(axes["time_h"]), hours)
-    whole_day = len(kept) == len(axes["time_h"])
-    axes["time_h"] = np.array(kept)
-    if not whole_day:
-        base["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
-    with report.stage("tables"):
-        table = solver.table(axes, steps)
-    with report.stage("accuracy"):
-        error, solver_error = _errors(solver, table, codes, axes, base, steps, job.accuracy.seed, whole_day)
-    with report.stage("write"):
+        codes, steps, seed = [material.code for material in materials], job.accuracy.solver_steps, job.accuracy.seed
+        requested = _axes(job)
+        axes, placed = dict(requested), {}
+        if job.surface_grid.tolerance is not None:
+            with report.stage("grid"):
+                refined = refined_axes(
+                    lambda at: solver.table(at, steps).temperature,
+                    requested,
+                    len(materials),
+                    tolerance_parts(job.surface_grid.tolerance)[0],
+                    seed=seed,
+                    most=job.surface_grid.most_nodes,
+                )
+            axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
+            report.notes.append(
+                f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}"
+            )
+        # The whole day is solved, and its nodes are placed for all of it; the file holds the hours that are asked for.
+        hours = None if job.query_limits is None else job.query_limits.hours
+        times = hours_around(list(axes["time_h"]), hours)
+        whole_day = len(times) == len(axes["time_h"])
+        axes["time_h"] = np.array(times)
+        if hours is not None and not whole_day:
+            requested["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
+        with report.stage("tables"):
+            table = solver.table(axes, steps)
+        with report.stage("accuracy"):
+            places = _places(requested, whole_day, random_stream(seed, Stream.TEMPERATURE_ERROR))
+            error, solver_error = _errors(solver, table, _rules(codes, axes, whole_day), places, steps)
         notes = {
-            "seed": job.accuracy.seed,
+            "seed": seed,
             "method": "linear interpolation against direct computation at random altitudes, azimuths, slopes and times",
             "solver_error_kelvin": solver_error.maximum,
             "solver_error_rms_kelvin": solver_error.rms,
             "solver_error_method": f"{steps} against {FINE_STEPS} steps a day at the same random places",
             **placed,
         }
-        attributes = {"state": job.states[task.index - 1].profile, "date": job.site.date.isoformat()}
+        attributes = {"state": job.states[state - 1].profile, "date": job.site.date.isoformat()}
         accuracy = accuracy_group([error], {}, {}, notes)
-        product.write(htt_group(table, codes, materials, axes, accuracy, attributes, whole_day=whole_day))
-    report.notes.append(
-        f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
-    )
+        report.notes.append(
+            f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
+        )
+        yield htt_group(table, codes, context.materials, axes, accuracy, attributes, whole_day=whole_day)
 
 
+def _axes(job: Job) -> Axes:
+    """The axes of the temperature table as the job names them."""
+    axes = {
+        "altitude_km": job.surface_altitudes_km,
+        "azimuth_deg": job.surface_grid.azimuth_deg,
+        "slope_deg": job.surface_grid.slope_deg,
+        "time_h": job.surface_grid.time,
+    }
+    return {name: np.asarray(nodes, float) for name, nodes in axes.items()}
+
+
+@dataclass(frozen=True)
 class _Solver:
     """The heat balance of the job's materials in one state."""
 
-    def __init__(self, materials, inputs, given):
-        self.materials, self.inputs, self.given = materials, inputs, given
+    materials: Sequence[SurfaceMaterial]
+    inputs: tuple[Site, Weather, Sky]
+    given: Mapping[str, float | tuple[float, ...]]
 
-    def table(self, axes: dict, steps: int) -> TemperatureTable:
-        metres = [1e3 * altitude for altitude in axes["altitude_km"]]
+    def table(self, axes: Axes, steps: int) -> TemperatureTable:
+        site, weather, sky = self.inputs
         return temperature_table(
             self.materials,
-            *self.inputs,
-            metres,
-            axes["azimuth_deg"],
-            axes["slope_deg"],
-            np.mod(axes["time_h"], 24.0),
+            site,
+            weather,
+            sky,
+            [1e3 * altitude for altitude in axes["altitude_km"]],
+            list(axes["azimuth_deg"]),
+            list(axes["slope_deg"]),
+            list(np.mod(axes["time_h"], 24.0)),
             steps=steps,
             given=self.given,
         )
 
 
-def _errors(
-    solver: _Solver,
-    table: TemperatureTable,
-    codes: np.ndarray,
-    axes: dict,
-    base: dict,
-    steps: int,
-    seed: int,
-    whole_day: bool,
-) -> tuple[ErrorMeasure, ErrorMeasure]:
-    """Errors of interpolation and of the solver's step, at random places of the job's own axes."""
-    generator = np.random.default_rng(seed)
-    closed = {"azimuth_deg": 360.0, "time_h": 24.0}
-    places = {}
-    for name, nodes in base.items():
-        nodes = np.asarray(nodes, float)
-        if name in closed and nodes.size > 1 and (whole_day or name != "time_h"):
-            nodes = np.append(nodes, nodes[0] + closed[name])
-        count = PROBES[name.split("_")[0]] if nodes.size > 1 else 1
-        places[name] = np.mod(random_places(nodes, count, generator), closed.get(name, np.inf))
-    exact, fine = (solver.table(places, n).temperature.astype(float) for n in (steps, FINE_STEPS))
-    rules = [
-        AxisRule("material", codes, EXACT),
-        AxisRule("altitude", np.asarray(axes["altitude_km"], float)),
-        AxisRule("azimuth", np.asarray(axes["azimuth_deg"], float), PERIODIC, 360.0),
-        AxisRule("slope", np.asarray(axes["slope_deg"], float)),
-        AxisRule("time", np.asarray(axes["time_h"], float), PERIODIC if whole_day else LINEAR, 24.0),
+def _rules(codes: Sequence[int], axes: Axes, whole_day: bool) -> list[AxisRule]:
+    """How a reader interpolates in the table."""
+    return [
+        AxisRule("material", np.array(codes), EXACT),
+        AxisRule("altitude", axes["altitude_km"]),
+        AxisRule("azimuth", axes["azimuth_deg"], PERIODIC, 360.0),
+        AxisRule("slope", axes["slope_deg"]),
+        AxisRule("time", axes["time_h"], PERIODIC if whole_day else LINEAR, 24.0),
     ]
-    mesh = np.meshgrid(codes, *places.values(), indexing="ij", sparse=True)
+
+
+def _places(requested: Axes, whole_day: bool, generator: np.random.Generator) -> Axes:
+    """Random places on each of the job's own axes, those of a whole day and of azimuth also between last and first."""
+    places = {}
+    for name, nodes in requested.items():
+        period = PERIODS.get(name)
+        if period is not None and nodes.size > 1 and (whole_day or name != "time_h"):
+            nodes = np.append(nodes, nodes[0] + period)
+        drawn = random_places(nodes, PROBES[name] if nodes.size > 1 else 1, generator)
+        places[name] = np.mod(drawn, period if period is not None else np.inf)
+    return places
+
+
+def _errors(
+    solver: _Solver, table: TemperatureTable, rules: Sequence[AxisRule], places: Axes, steps: int
+) -> tuple[ErrorMeasure, ErrorMeasure]:
+    """Errors of interpolation and of the solver's step, at all combinations of the places."""
+    exact, fine = (solver.table(places, count).temperature.astype(float) for count in (steps, FINE_STEPS))
+    mesh = np.meshgrid(rules[0].nodes, *places.values(), indexing="ij", sparse=True)
     read = interpolate(
         table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh, strict=True))
     )

@@ -2,28 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
-from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.plan import Task
-from skyshine.mat.products.product import TaskReport
-from skyshine.materials.library import load_library
-from skyshine.tmm.build import map_texture
+from skyshine.mat.products.product import Context, TaskReport
+from skyshine.tmm.build import TextureMap, map_texture
 from skyshine.tmm.database import is_current, write_texture
+from skyshine.tmm.job import TextureJob
 
 
-def run(
-    task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool, report: TaskReport
-) -> None:
-    """Build the material codes of a texture; arguments as `products.run_task`."""
-    library, job = load_library(), loaded.job.textures[task.index]
-    path = folder / task.files[0]
-    if not fresh and is_current(path, job, loaded.folder, library.version):
-        report.kept = True
-        return
-    with report.stage("train"):
-        mapped = map_texture(job, loaded.folder, library)
-    with report.stage("classify and write"):
-        write_texture(mapped, path)
-    if mapped.quality.whole.tested:
-        report.notes.append(f"held-out seeds: accuracy {mapped.quality.whole.overall_accuracy:.3f}")
+@dataclass(frozen=True)
+class TextureIdentity:
+    """The database of a texture: its job, its image and seeds, and the library.
+
+    Attributes
+    ----------
+    file : str
+    job : TextureJob
+    job_folder : Path
+        To which the paths of the job are relative.
+    library_version : str
+    """
+
+    file: str
+    job: TextureJob
+    job_folder: Path
+    library_version: str
+
+    def is_current(self, folder: Path) -> bool:
+        """Whether the file is there, undamaged, from the same job, image, seeds and library."""
+        return is_current(folder / self.file, self.job, self.job_folder, self.library_version)
+
+    def write(self, folder: Path, content: TextureMap) -> None:
+        """Classify the texture into the file, band by band."""
+        write_texture(content, folder / self.file)
+
+    def draw(self, folder: Path, picture: Path) -> None:
+        """Draw the codes beside the photograph."""
+        from skyshine.tmm.preview import draw
+
+        draw(folder / self.file, picture, self.job_folder / self.job.image)
+
+
+class TextureProduct:
+    """Material codes of a texture."""
+
+    def identity(self, context: Context) -> tuple[TextureIdentity, ...]:
+        """The one file of a texture."""
+        task, loaded = context.task, context.loaded
+        job = loaded.trimmed.textures[task.index]
+        return (TextureIdentity(task.files[0], job, loaded.folder, context.library.version),)
+
+    def compute(self, context: Context, report: TaskReport) -> Iterator[TextureMap]:
+        """Train the classifier; its writing classifies."""
+        (identity,) = self.identity(context)
+        with report.stage("train"):
+            texture = map_texture(identity.job, identity.job_folder, context.library)
+        if texture.quality.whole.tested:
+            report.notes.append(f"held-out seeds: accuracy {texture.quality.whole.overall_accuracy:.3f}")
+        yield texture

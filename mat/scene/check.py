@@ -19,7 +19,7 @@ def check_scene(loaded: LoadedJob) -> None:
         At the place in the job.
     """
     table = absorption_table()
-    for i, band in enumerate(loaded.job.bands):
+    for i, band in enumerate(loaded.trimmed.bands):
         response = response_of(band)
         low, high = response.wavenumber_range
         if not any(start <= low and high <= end for start, end in table.coverage):
@@ -28,9 +28,9 @@ def check_scene(loaded: LoadedJob) -> None:
             raise loaded.document.error(
                 ("bands", i), f"bands.{i}: found {found}; allowed: inside {spans}, which the band model covers"
             )
-    for i, state in enumerate(loaded.job.states):
+    for i, state in enumerate(loaded.trimmed.states):
         try:
-            atmospheric_state(loaded.job.site, state)
+            atmospheric_state(loaded.trimmed.site, state)
         except InputError as error:
             if error.file is not None:  # in a file of its own
                 raise

@@ -20,7 +20,7 @@ def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPo
     """All points of a band reduced as a job asks for one of its states, on that state's day; and where they came
     from.
     """
-    job, whole = loaded.job, loaded.whole
+    job, whole = loaded.trimmed, loaded.requested
     own, usual = (
         np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
         for light in (source_irradiance, usual_irradiance)

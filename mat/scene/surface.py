@@ -48,7 +48,7 @@ def surface_inputs(
         The job does not fit, or has no such state.
     """
     loaded = load_job(source)
-    job = loaded.job
+    job = loaded.trimmed
     if not 1 <= state_index <= len(job.states):
         raise InputError(f"found state {state_index}; allowed: 1 to {len(job.states)}", file=loaded.file)
     return job, scene_inputs(job, state_index)
@@ -57,7 +57,7 @@ def surface_inputs(
 def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
     """Sun, weather and sky of a state, counted from 1."""
     state = job.states[state_index - 1]
-    place = job.of_state(state_index).site
+    place = job.on_date_of_state(state_index).site
     sun = position(
         "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
     )

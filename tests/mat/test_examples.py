@@ -27,12 +27,12 @@ def test_plan(name, tmp_path):
     loaded = load_job(tmp_path / "job" / "job.yaml")
     check_scene(loaded)
     plan = make_plan(loaded, load_library())
-    assert set(loaded.job.operated) <= set(plan.materials)
-    assert len(plan.tasks) == len(loaded.job.states) * (len(loaded.job.bands) + 1) + len(loaded.job.bands)
+    assert set(loaded.trimmed.operated) <= set(plan.materials)
+    assert len(plan.tasks) == len(loaded.trimmed.states) * (len(loaded.trimmed.bands) + 1) + len(loaded.trimmed.bands)
 
 
 def test_night_of_the_airfield_has_a_moon():
-    hours = source_hours(load_job(starter_files("airfield")[0]).job)
+    hours = source_hours(load_job(starter_files("airfield")[0]).trimmed)
     assert hours["sun"][0][1] < hours["moon"][-1][0]  # the Moon rises after sunset
 
 
@@ -42,16 +42,16 @@ def test_every_day_of_the_year_is_planned(tmp_path):
     loaded, library = load_job(tmp_path / "every_day.yaml"), load_library()
     plan = make_plan(loaded, library)
     assert len(plan.tasks) == 365 * 3 + 2 and plan.materials == library.names
-    dates = [state.date for state in loaded.job.states]
+    dates = [state.date for state in loaded.trimmed.states]
     assert dates == sorted(set(dates)) and len(dates) == 365
-    elevation = loaded.job.atmosphere_grid.source_elevation_deg
+    elevation = loaded.trimmed.atmosphere_grid.source_elevation_deg
     noon = [90 - 50 + 23.44, 0]  # degree, the Sun at the summer solstice at 50 degrees north
     assert elevation[-1] > noon[0] and elevation[0] < noon[1]
 
 
 def test_states_of_the_year_have_the_sun_of_their_month():
-    job = load_job(starter_files("year")[0]).job
-    days = [source_hours(job.of_state(k))["sun"][0] for k in range(1, 13)]
+    job = load_job(starter_files("year")[0]).trimmed
+    days = [source_hours(job.on_date_of_state(k))["sun"][0] for k in range(1, 13)]
     lengths = [_clock(end) - _clock(start) for start, end in days]
     assert max(lengths) == lengths[5] and min(lengths) == lengths[11]
     # At 50 degrees north the day lasts 16.2 h in mid June and 8.1 h in mid December, without refraction (geometry of
@@ -71,7 +71,7 @@ def test_unknown_example(tmp_path):
 
 def test_a_state_is_built_on_its_own_date(tmp_path):
     from skyshine.mat.builder.tasks import run_task
-    from skyshine.mat.plan.plan import Task
+    from skyshine.mat.plan.plan import Kind, Task
     from skyshine.mat.tables.loader import open_table
 
     warm = "profile: midlatitude_summer, weather: {air_temperature_c: 15}"
@@ -83,7 +83,7 @@ def test_a_state_is_built_on_its_own_date(tmp_path):
     )
     loaded, noon = load_job(tmp_path / "job.yaml"), []
     for state in (1, 2):
-        run_task(Task("temperature", state, 0, (f"s{state:02d}.htt.h5",), 0), loaded, tmp_path, ("concrete",), True)
+        run_task(Task(Kind.TEMPERATURE, state, 0, (f"s{state:02d}.htt.h5",), 0), loaded, tmp_path, ("concrete",), True)
         table = open_table(tmp_path / f"s{state:02d}.htt.h5")
         assert table.attributes["date"] == ("2026-06-21", "2026-12-21")[state - 1]
         noon.append(float(table.temperature(material="concrete", time=12.0)))

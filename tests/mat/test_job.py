@@ -42,14 +42,14 @@ def test_a_bad_job_gives_the_line_it_states(file):
 
 def test_times_and_numbers_are_read_as_they_are_written(tmp_path):
     (tmp_path / "job.yaml").write_text(GOOD, encoding="utf-8")
-    job = load_job(tmp_path / "job.yaml").job
+    job = load_job(tmp_path / "job.yaml").trimmed
     assert job.surface_grid.time == [8.5, 12.5, 23 + 59 / 60]
     assert job.accuracy.spectral_tolerance == 0.001 and job.states[0].visibility_km == 15.0
 
 
 def test_local_hours_become_utc(tmp_path):
     (tmp_path / "job.yaml").write_text(GOOD, encoding="utf-8")
-    site = load_job(tmp_path / "job.yaml").job.site
+    site = load_job(tmp_path / "job.yaml").trimmed.site
     times = local_times_utc(site, np.array([0.0, 12.5]))
     assert [str(t) for t in times] == ["2026-06-20T22:00:00", "2026-06-21T10:30:00"]
 

@@ -47,23 +47,22 @@ def job(tmp_path):
 
 def test_a_year_has_365_days_each_with_its_own_date_and_three_digits(job):
     loaded = job("{first: 2026-01-01, last: 2026-12-31}")
-    assert len(loaded.job.states) == 366
-    assert loaded.of_state(1).job.site.date == date(2026, 6, 28) and loaded.of_state(366).job.site.date == date(
-        2026, 12, 31
-    )
-    assert loaded.of_state(3).job.states[2].visibility_km == 23
+    assert len(loaded.trimmed.states) == 366
+    assert loaded.on_date_of_state(1).trimmed.site.date == date(2026, 6, 28)
+    assert loaded.on_date_of_state(366).trimmed.site.date == date(2026, 12, 31)
+    assert loaded.on_date_of_state(3).trimmed.states[2].visibility_km == 23
     files = [name for task in make_plan(loaded, load_library()).tasks for name in task.files]
     assert "s001b01.atmq.h5" in files and "s366.htt.h5" in files and len(set(files)) == len(files) == 366 * 3 + 1
 
 
 def test_steps_and_two_digits_up_to_99_states(job):
     loaded = job("{first: 2026-01-01, last: 2026-12-31, step_days: 30}")
-    assert len(loaded.job.states) == 14 and loaded.job.states[2].date == date(2026, 1, 31)
+    assert len(loaded.trimmed.states) == 14 and loaded.trimmed.states[2].date == date(2026, 1, 31)
     assert make_plan(loaded, load_library()).tasks[0].files[0] == "s01b01.atmq.h5"
 
 
 def test_a_table_gives_each_state_its_values(job):
-    states = job("{table: ensemble.csv}", TABLE).job.states
+    states = job("{table: ensemble.csv}", TABLE).trimmed.states
     assert [state.profile for state in states] == ["us_standard", "midlatitude_winter", "tropical"]
     assert states[1].weather.air_temperature_c == (-4, 2) and states[2].weather.air_temperature_c == 31
     assert (

@@ -49,10 +49,10 @@ def test_reads_inside_do_not_change(nodes, ends, share):
 
 def test_axes_shrink_and_the_plan_says_so(tmp_path):
     job = loaded(tmp_path, "needs: {range_km: [0.3, 6], observer_altitude_km: [0.1, 2.5], slope_deg: [0, 25]}\n")
-    assert job.job.atmosphere_grid.range_km == [0.2, 0.35, 0.5, 0.75, 1, 1.5, 2, 3, 4, 5, 7]
-    assert job.job.observer_altitudes_km == [0.05, 0.2, 0.5, 1, 2, 3]
-    assert job.job.surface_grid.slope_deg == [0, 10, 20, 30]
-    assert job.whole.atmosphere_grid.range_km[-1] == 1000
+    assert job.trimmed.atmosphere_grid.range_km == [0.2, 0.35, 0.5, 0.75, 1, 1.5, 2, 3, 4, 5, 7]
+    assert job.trimmed.observer_altitudes_km == [0.05, 0.2, 0.5, 1, 2, 3]
+    assert job.trimmed.surface_grid.slope_deg == [0, 10, 20, 30]
+    assert job.requested.atmosphere_grid.range_km[-1] == 1000
     plan = make_plan(job, load_library())
     said = {item.what: item.restore for item in plan.left_out}
     assert (
@@ -101,7 +101,11 @@ def test_only_the_bands_that_are_named_are_built(tmp_path):
     (tmp_path / "job.yaml").write_text(text + bands, encoding="utf-8")
     job = load_job(tmp_path / "job.yaml")
     plan = make_plan(job, load_library())
-    assert job.job.needed_bands == [1, 2] and {task.band for task in plan.tasks if task.kind != "temperature"} == {1, 2}
+    assert job.trimmed.needed_bands == [1, 2]
+    assert {task.band for task in plan.tasks if task.kind != "temperature"} == {
+        1,
+        2,
+    }
     assert [(item.what, item.restore) for item in plan.left_out][-1] == (
         "all files of the band b03",
         "b03 in needs.bands, or none",
@@ -110,12 +114,12 @@ def test_only_the_bands_that_are_named_are_built(tmp_path):
 
 def test_noon_needs_no_low_sun_and_night_none_at_all(tmp_path):
     """Highest Sun at 45 degree north on the solstice: 68.4 degree; at midnight it is 21.6 degree below the horizon."""
-    noon = loaded(tmp_path, 'sources: [sun]\nneeds: {hours: ["11:30", "12:30"]}\n').job
+    noon = loaded(tmp_path, 'sources: [sun]\nneeds: {hours: ["11:30", "12:30"]}\n').trimmed
     assert noon.atmosphere_grid.source_elevation_deg == [60, 75]
     night = loaded(tmp_path, 'needs: {hours: ["23:30", "00:30"]}\n')
-    assert night.job.sources == ["moon"]
+    assert night.trimmed.sources == ["moon"]
     assert any(item.what == "tables of the sun" for item in make_plan(night, load_library()).left_out)
-    assert loaded(tmp_path, 'needs: {hours: ["00:00", "23:59"]}\n').job.sources == ["sun", "moon"]
+    assert loaded(tmp_path, 'needs: {hours: ["00:00", "23:59"]}\n').trimmed.sources == ["sun", "moon"]
 
 
 def test_needs_in_the_wrong_order_are_refused(tmp_path):

@@ -26,7 +26,7 @@ materials: [concrete]
 
 def job(folder, preset, more=""):
     (folder / "job.yaml").write_text(JOB.format(preset=preset, more=more), encoding="utf-8")
-    return load_job(folder / "job.yaml").job
+    return load_job(folder / "job.yaml").trimmed
 
 
 @pytest.mark.parametrize("name", presets())
@@ -77,7 +77,7 @@ def test_the_commands_show_presets_and_states(tmp_path):
     job(tmp_path, "rain")
     text = run(check, [str(tmp_path / "job.yaml")], catch_exceptions=False).output
     assert "water cloud 0.6 to 3 km above ground, optical depth 46" in text and "rain 5 mm/h below 0.6 km" in text
-    shown = state_summaries(load_job(tmp_path / "job.yaml").job)[0]
+    shown = state_summaries(load_job(tmp_path / "job.yaml").trimmed)[0]
     assert shown["preset"] == "rain" and shown["clouds"][0]["optical_depth_550"]["value"] == pytest.approx(
         46.0, abs=0.1
     )
@@ -92,10 +92,10 @@ def test_a_changed_sounding_or_response_is_another_job(tmp_path):
         "wavenumber_cm: [800, 1250]", "response: phi.csv"
     )
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
-    first = load_job(tmp_path / "job.yaml").job.model_dump(mode="json")
+    first = load_job(tmp_path / "job.yaml").trimmed.model_dump(mode="json")
     (tmp_path / "air.csv").write_text(
         "altitude[m],pressure[hPa],temperature[C],dew_point[C]\n400,970,15,9\n3000,705,0,-10\n"
     )
-    second = load_job(tmp_path / "job.yaml").job.model_dump(mode="json")
+    second = load_job(tmp_path / "job.yaml").trimmed.model_dump(mode="json")
     assert first["states"] != second["states"] and first["bands"] == second["bands"]
     assert first["states"][0]["sounding"]["file"] == "air.csv"

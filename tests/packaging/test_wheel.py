@@ -20,7 +20,7 @@ from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.job.presets import presets
-from skyshine.mat.commands.starter import example_names, starter_files
+from skyshine.mat.api.examples import example_names, starter_files
 from skyshine.materials.library import load_library
 for module in (skyshine.mat, skyshine.tmm, atmospheres, materials, schemas):
     assert module.__file__.startswith(PLACE), module.__file__

@@ -54,7 +54,7 @@ def starter(folder, change=None):
 
 def rebuilt(loaded, band):
     """The physics that a file was computed with, sunlight, the job's axes, and the scale of errors."""
-    job, base = loaded.job, path_grid(loaded.job)
+    job, base = loaded.trimmed, path_grid(loaded.trimmed)
     state, response = atmospheric_state(job.site, job.states[0]), response_of(job.bands[band - 1])
     points = band_points(absorption_table().points(*response.wavenumber_range), response)
     compiled, _ = compiled_band(loaded, state, points)
@@ -216,7 +216,7 @@ def test_tolerance_of_temperatures_holds_at_fresh_places(tolerance, tmp_path):
         job["bands"], job["surface_grid"] = job["bands"][1:], {"tolerance": f"{tolerance} K"}
 
     loaded = starter(tmp_path / "demo", change)
-    job, table = loaded.job, open_table(tmp_path / "demo" / "built" / "s01.htt.h5")
+    job, table = loaded.trimmed, open_table(tmp_path / "demo" / "built" / "s01.htt.h5")
     generator, library = np.random.default_rng(24680), load_library()
     ends = (
         (job.surface_altitudes_km[0], job.surface_altitudes_km[-1]),

@@ -21,7 +21,7 @@ def sun(small_build):
 
 
 def test_beta_star_as_stored_gives_the_transmittance_back(small_job):
-    job = load_job(small_job).job
+    job = load_job(small_job).trimmed
     response = response_of(job.bands[0])
     every = band_points(absorption_table().points(*response.wavenumber_range), response)
     few = type(every)(every.points.subset(np.arange(0, every.weight.size, 40)), every.weight[::40], every.gases)

@@ -68,7 +68,7 @@ def test_the_new_files_hold_and_are_in_the_catalogue(extra_build):
 
 def test_at_the_nodes_emission_times_transmittance_is_the_integral(extra_job, extra_build, thermal):
     """(5) over all spectral points, from (6) with the .band file's emissivity and the class's beta*."""
-    job = load_job(extra_job).job
+    job = load_job(extra_job).trimmed
     response = response_of(job.bands[0])
     points = band_points(absorption_table().points(*response.wavenumber_range), response)
     air = SpectralAir.of(atmospheric_state(job.site, job.states[0]), points.points, points.gases, points.weight)
@@ -202,8 +202,10 @@ def test_what_is_there_is_kept_until_the_tolerance_changes(extra_job, extra_buil
     before = (folder / THERMAL).read_bytes()
     again = build(loaded, out=folder, jobs=1)["files"]
     assert all(file["kept"] for file in again.values()) and (folder / THERMAL).read_bytes() == before
-    coarse = loaded.job.model_copy(update={"accuracy": loaded.job.accuracy.model_copy(update={"class_tolerance": 0.1})})
-    files = build(replace(loaded, job=coarse), out=folder, jobs=1)["files"]
+    coarse = loaded.trimmed.model_copy(
+        update={"accuracy": loaded.trimmed.accuracy.model_copy(update={"class_tolerance": 0.1})}
+    )
+    files = build(replace(loaded, trimmed=coarse), out=folder, jobs=1)["files"]
     assert [name for name, file in files.items() if not file["kept"]] == [THERMAL]
     assert skyshine.mat.open(folder / THERMAL).root.axes["material_class"].values.tolist() == [1]
 

@@ -105,10 +105,10 @@ def test_no_read_differs_by_more_than_that(kept, restored):
 
 
 def test_zero_restores_the_whole_computation_to_the_last_bit(restored):
-    job = restored[0].job.of_state(1)
+    job = restored[0].trimmed.on_date_of_state(1)
     state, response, table = atmospheric_state(job.site, job.states[0]), response_of(job.bands[1]), absorption_table()
     everything = band_points(table.points(*response.wavenumber_range), response)
-    compiled, _ = compiled_band(restored[0].of_state(1), state, everything)
+    compiled, _ = compiled_band(restored[0].on_date_of_state(1), state, everything)
     own = source_irradiance(job, "moon", compiled.band.wavenumber, compiled.band.width)
     whole = BandAtmosphere.of(state, compiled.band).table(path_grid(job), own)
     variables = opened(restored).root.variables
@@ -141,8 +141,8 @@ def test_the_same_job_gives_the_same_bytes(kept, tmp_path):
 def test_another_tolerance_is_built_anew_and_the_same_is_kept(kept):
     loaded = kept[0]
     assert all(file["kept"] for file in build(loaded, jobs=1)["files"].values())
-    accuracy = loaded.job.accuracy.model_copy(update={"negligible_k": 0.019})
-    other = dataclasses.replace(loaded, job=loaded.job.model_copy(update={"accuracy": accuracy}))
+    accuracy = loaded.trimmed.accuracy.model_copy(update={"negligible_k": 0.019})
+    other = dataclasses.replace(loaded, trimmed=loaded.trimmed.model_copy(update={"accuracy": accuracy}))
     again = build(other, jobs=1)["files"]
     assert not again["s01b02.lunar_atmq.h5"]["kept"] and again["s01.htt.h5"]["kept"]
     build(loaded, jobs=1)

@@ -90,7 +90,7 @@ def normalisation_by_sum(exponent, incidence, count=1500):
 
 
 def test_one_pixel_from_the_files_alone(small_job, from_files):
-    job = load_job(small_job).job
+    job = load_job(small_job).trimmed
     everything = band_points(
         absorption_table().points(*response_of(job.bands[0]).wavenumber_range), response_of(job.bands[0])
     )
@@ -98,7 +98,7 @@ def test_one_pixel_from_the_files_alone(small_job, from_files):
 
 
 def test_off_the_nodes_the_radiance_stays_within_the_stated_errors(small_job, small_build):
-    job = load_job(small_job).job
+    job = load_job(small_job).trimmed
     air = skyshine.mat.open(small_build / "s01b01.atmq.h5")
     response = response_of(job.bands[0])
     points = band_points(absorption_table().points(*response.wavenumber_range), response)

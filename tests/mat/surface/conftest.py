@@ -66,6 +66,6 @@ def load_weather(tmp_path):
 
     def load(weather):
         (tmp_path / "job.yaml").write_text(WEATHER_JOB.format(weather=weather), encoding="utf-8")
-        return load_job(tmp_path / "job.yaml").job
+        return load_job(tmp_path / "job.yaml").trimmed
 
     return load

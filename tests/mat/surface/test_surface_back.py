@@ -126,7 +126,7 @@ operated:
 
 def test_a_job_operates_a_material(tmp_path):
     (tmp_path / "job.yaml").write_text(JOB, encoding="utf-8")
-    job = load_job(tmp_path / "job.yaml").job
+    job = load_job(tmp_path / "job.yaml").trimmed
     library = load_library()
     road, concrete = surface_materials([library["asphalt_road"], library["concrete"]], job.operated)
     assert concrete.thermal.back == Back("heated", heat_flux=120.0) and road.thermal == library["asphalt_road"].thermal

@@ -7,40 +7,24 @@ by the reader.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-import pydantic
 from pydantic import Field
 
-from skyshine.mat.job.fields import TimeOfDay
+from skyshine.mat.job.fields import Span, TimeOfDay, span
 from skyshine.schemas.documents import StrictModel
 
-if TYPE_CHECKING:
-    pass
 
-Span = tuple[float, float]
-
-
-def _ordered(span: Span) -> Span:
-    if not span[0] <= span[1]:
-        raise ValueError(f"found [{span[0]:g}, {span[1]:g}]; allowed: [least, most]; swap them")
-    return span
-
-
-def span(low: float, high: float) -> object:
-    """Two numbers between limits, the lesser first."""
-    number = Annotated[float, Field(ge=low, le=high)]
-    return Annotated[tuple[number, number], pydantic.AfterValidator(_ordered)]
-
-
-class Needs(StrictModel):
+class QueryLimits(StrictModel):
     """The least and most that a runtime will ask for; what is not named may be anything."""
 
-    range_km: span(0, 100_000) | None = None
-    observer_altitude_km: span(-0.5, 100_000) | None = None
-    elevation_deg: span(-90, 90) | None = Field(None, description="Of the line of sight, with all pixels of the frame.")
-    surface_altitude_km: span(-0.5, 9) | None = None
-    slope_deg: span(0, 180) | None = None
+    range_km: Annotated[Span, span(0, 100_000)] | None = None
+    observer_altitude_km: Annotated[Span, span(-0.5, 100_000)] | None = None
+    elevation_deg: Annotated[Span, span(-90, 90)] | None = Field(
+        None, description="Of the line of sight, with all pixels of the frame."
+    )
+    surface_altitude_km: Annotated[Span, span(-0.5, 9)] | None = None
+    slope_deg: Annotated[Span, span(0, 180)] | None = None
     bands: Annotated[list[str], Field(min_length=1, max_length=99)] | None = Field(
         None, description="Names of bands, or b01, b02 ... by their order in the job; no file is built for the others."
     )

@@ -1,0 +1,48 @@
+"""The streams of random numbers of a job's seed, by what they are drawn for."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+
+
+class Stream(StrEnum):
+    """What random numbers are drawn for."""
+
+    ATMOSPHERE_ERROR = "lines of sight on which the atmospheric tables are measured"
+    TEMPERATURE_ERROR = "places at which the temperature table is measured"
+    VIEWS = "views of the error budget, by source"
+    BUDGET = "what the error budget draws for its views"
+    ATMOSPHERE_NODES = "lines of sight by which nodes of the atmospheric tables are placed, by quantity"
+    TEMPERATURE_NODES = "places by which nodes of the temperature table are placed"
+    EMISSION_CLASSES = "lines of sight by which materials are grouped"
+    EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
+
+
+# Joined to the seed. The seed alone also belongs to layers below: the choice of spectral points
+# (`skyshine.mat.atmosphere.band`) and the test angles of a band (`skyshine.mat.tables.band`).
+NUMBERS: dict[Stream, tuple[int, ...]] = {
+    Stream.ATMOSPHERE_ERROR: (),
+    Stream.TEMPERATURE_ERROR: (),
+    Stream.VIEWS: (),
+    Stream.BUDGET: (2,),
+    Stream.ATMOSPHERE_NODES: (3,),
+    Stream.TEMPERATURE_NODES: (4,),
+    Stream.EMISSION_CLASSES: (4,),
+    Stream.EMISSION_ERROR: (5,),
+}
+
+
+def random_stream(seed: int, stream: Stream, *parts: int) -> np.random.Generator:
+    """A generator of random numbers.
+
+    Parameters
+    ----------
+    seed : int
+        Of the job.
+    stream : Stream
+    parts : int
+        Of streams that are divided further: the number of the quantity or source.
+    """
+    return np.random.default_rng([seed, *NUMBERS[stream], *parts])

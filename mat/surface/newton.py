@@ -78,11 +78,15 @@ def solve_newton(
         if not moved.any():
             break
         merit, defect, slope = problem.evaluate(temperature, np.arange(len(temperature)))
-    raw = problem.imbalance(temperature)
+    imbalance = problem.imbalance(temperature)
     melt = np.zeros_like(temperature)
     if cap is not None:
-        melt = np.where(temperature >= cap - 1e-9, np.maximum(-raw, 0.0), 0.0)
-    return NewtonResult(temperature, melt, np.abs(raw + melt).max(axis=1), iterations)
+        # A melting time may still be a fraction of the tolerance below the cap: it is put there, and judged there.
+        melting = problem.melting(temperature, imbalance)
+        temperature = np.where(melting, cap, temperature)
+        imbalance = problem.imbalance(temperature)
+        melt = np.where(melting, np.maximum(-imbalance, 0.0), 0.0)
+    return NewtonResult(temperature, melt, np.abs(imbalance + melt).max(axis=1), iterations)
 
 
 def _damp(problem: _Problem, temperature, step, active, merit) -> np.ndarray:
@@ -114,6 +118,12 @@ class _Problem:
     def imbalance(self, temperature: np.ndarray) -> np.ndarray:
         return self.balance.loss(temperature) + self.conduction.flux(temperature) - self.source
 
+    def melting(self, temperature: np.ndarray, imbalance: np.ndarray) -> np.ndarray:
+        """The active set: where the temperature condition is the larger of the two, or the defect already is it."""
+        if self.cap is None:
+            return np.zeros(temperature.shape, bool)
+        return imbalance <= self.stiffness * (temperature - self.cap)
+
     def evaluate(self, temperature: np.ndarray, rows: np.ndarray):
         """Largest |defect| (columns,), defect and slope (columns, N) of some columns at trial temperatures."""
         loss, slope = self.balance.columns(rows).loss_and_slope(temperature)
@@ -123,9 +133,7 @@ class _Problem:
         return np.abs(defect).max(axis=1), defect, np.maximum(slope, _LEAST_SLOPE)
 
     def step(self, temperature, defect, slope, rows) -> np.ndarray:
-        melting = np.zeros(defect.shape, bool)
-        if self.cap is not None:
-            melting = defect <= self.stiffness * (temperature - self.cap)
+        melting = self.melting(temperature, defect)
         if self.conduction.steps > DENSE_STEPS:
             return np.stack([self._krylov(*row) for row in zip(defect, slope, melting, strict=True)])
         size = max(1, _MEMORY // self.conduction.steps**2)
@@ -142,13 +150,28 @@ class _Problem:
     def _krylov(self, defect, slope, melting) -> np.ndarray:
         from scipy.sparse.linalg import LinearOperator, gmres
 
-        shape = (len(defect), len(defect))
+        # Melting times go to the cap whatever the others do. As unknowns of the iteration they would stop short of it by
+        # its tolerance, and melting could no longer be told from an imbalance.
+        step = np.where(melting, -defect / self.stiffness, 0.0)
+        free = np.flatnonzero(~melting)
+        if not free.size:
+            return step
+        needed = -defect[free] - self.conduction.flux(step)[free]
+        slope = slope[free]
         mean = float(np.mean(slope))
 
-        def apply(vector):
-            return np.where(melting, self.stiffness * vector, slope * vector + self.conduction.flux(vector))
+        def spread(vector):
+            full = np.zeros(len(defect))
+            full[free] = vector
+            return full
 
-        matrix = LinearOperator(shape, apply, dtype=float)
-        approximate = LinearOperator(shape, lambda vector: self.conduction.relax(vector, mean), dtype=float)
-        step, _ = gmres(matrix, -defect, M=approximate, rtol=1e-6, restart=60, maxiter=20)
+        def apply(vector):
+            return slope * vector + self.conduction.flux(spread(vector))[free]
+
+        def approximate(vector):
+            return self.conduction.relax(spread(vector), mean)[free]
+
+        shape = (free.size, free.size)
+        matrix, inverse = (LinearOperator(shape, product, dtype=float) for product in (apply, approximate))
+        step[free], _ = gmres(matrix, needed, M=inverse, rtol=1e-6, restart=60, maxiter=20)
         return step

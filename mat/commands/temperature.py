@@ -47,16 +47,17 @@ def command(
     Example: mat temperature --material concrete --slope 30 --azimuth 180 --job job.yaml
     """
     from skyshine.mat.surface import column
+    from skyshine.mat.surface.weather_readings import read_record
 
     if (job is None) == (forcing is None):
         raise InputError("found both or neither of --job and --forcing; allowed: one of them")
     if job is not None:
         from skyshine.mat.scene.surface import surface_inputs
 
-        model, (site, weather, sky) = surface_inputs(job, state)
+        model, (sun_path, weather, sky) = surface_inputs(job, state)
         surface = _material(material, model.operated, **own)
-        metres = site.altitude if altitude is None else 1e3 * altitude
-        result = column.from_scene(surface, site, weather, sky, metres, slope, azimuth, depth)
+        metres = sun_path.altitude if altitude is None else 1e3 * altitude
+        result = column.from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth)
     else:
         if altitude is not None:
             raise InputError(
@@ -64,7 +65,7 @@ def command(
             )
         surface = _material(material, {}, **own)
         sun = (lambda times: _sun(times, latitude, longitude)) if slope else None
-        result = column.from_record(surface, forcing, slope, azimuth, sun, ground_albedo, depth)
+        result = column.from_record(surface, read_record(forcing), slope, azimuth, sun, ground_albedo, depth)
     _emit_json(result) if as_json else _print(result)
 
 

@@ -16,7 +16,7 @@ from skyshine.mat.plan.plan import Task
 from skyshine.mat.products.product import Product, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
-from skyshine.mat.surface.table import TemperatureTable, temperature_table
+from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.htt import htt_group
@@ -109,7 +109,7 @@ class _Solver:
     def __init__(self, materials, inputs, given):
         self.materials, self.inputs, self.given = materials, inputs, given
 
-    def table(self, axes: dict, steps: int) -> TemperatureTable:
+    def table(self, axes: dict, steps: int) -> SurfaceTemperatures:
         metres = [1e3 * altitude for altitude in axes["altitude_km"]]
         return temperature_table(
             self.materials,
@@ -125,7 +125,7 @@ class _Solver:
 
 def _errors(
     solver: _Solver,
-    table: TemperatureTable,
+    table: SurfaceTemperatures,
     codes: np.ndarray,
     axes: dict,
     base: dict,

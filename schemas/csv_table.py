@@ -81,9 +81,7 @@ def parse_table(text: str, file: str | os.PathLike, least_rows: int = 2) -> CsvT
         At the file:line:column of what is not a finite number, of a column named twice or a row of another length.
     """
     file = Path(file)
-    lines = [
-        (number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")
-    ]
+    lines = data_lines(text)
     if not least_rows < len(lines) <= ROW_LIMIT:
         raise InputError(
             f"found {max(len(lines) - 1, 0)} rows of numbers; allowed: {least_rows} to {ROW_LIMIT} below a line of"
@@ -91,21 +89,65 @@ def parse_table(text: str, file: str | os.PathLike, least_rows: int = 2) -> CsvT
             file=file,
         )
     number, line = lines[0]
-    heads, places = [], {}
-    for index, (cell, column) in enumerate(cells(line)):
+    heads = column_heads(file, number, line)
+    places = {(-1, index): (number, head.column) for index, head in enumerate(heads)}
+    rows = [_row(file, heads, row, *line, places) for row, line in enumerate(lines[1:])]
+    names, units = tuple(head.name for head in heads), tuple(head.unit for head in heads)
+    return CsvTable(file, names, units, np.array(rows), number, places)
+
+
+@dataclass(frozen=True)
+class Head:
+    """Name and unit of a column, and the place in the header line at which it begins, counted from 1."""
+
+    name: str
+    unit: str
+    column: int
+
+
+def data_lines(text: str) -> list[tuple[int, str]]:
+    """Lines with their numbers from 1, without empty ones and comments."""
+    lines = enumerate(text.splitlines(), 1)
+    return [(number, line) for number, line in lines if line.strip() and not line.startswith("#")]
+
+
+def column_heads(file: Path, number: int, line: str) -> list[Head]:
+    """Columns of a header such as ``time,altitude[km]`` in a line of a file.
+
+    Raises
+    ------
+    InputError
+        A column is named twice.
+    """
+    heads: list[Head] = []
+    for cell, column in cells(line):
         name, _, unit = cell.partition("[")
-        places[-1, index] = (number, column)
-        heads.append((name.strip(), unit.rstrip("] ").strip()))
-        if heads[-1][0] in [name for name, _ in heads[:-1]]:
+        head = Head(name.strip(), unit.rstrip("] ").strip(), column)
+        if head.name in [earlier.name for earlier in heads]:
             raise InputError(
-                f"found the column '{heads[-1][0]}' twice; allowed: once; remove one",
+                f"found the column '{head.name}' twice; allowed: once; remove one",
                 file=file,
                 line=number,
                 column=column,
             )
-    rows = [_row(file, heads, row, *line, places) for row, line in enumerate(lines[1:])]
-    names, units = zip(*heads, strict=True)
-    return CsvTable(file, names, units, np.array(rows), number, places)
+        heads.append(head)
+    return heads
+
+
+def row_cells(file: Path, number: int, line: str, columns: int) -> list[tuple[str, int]]:
+    """Cells of a line of a file with the column each begins at.
+
+    Raises
+    ------
+    InputError
+        The line has another number of cells than the header has columns.
+    """
+    parts = cells(line)
+    if len(parts) != columns:
+        raise InputError(
+            f"found {len(parts)} cells; allowed: {columns}, one for each column", file=file, line=number, column=1
+        )
+    return parts
 
 
 def cells(line: str) -> list[tuple[str, int]]:
@@ -120,13 +162,8 @@ def cells(line: str) -> list[tuple[str, int]]:
 
 
 def _row(file, heads, row, number, line, places):
-    parts = cells(line)
-    if len(parts) != len(heads):
-        raise InputError(
-            f"found {len(parts)} cells; allowed: {len(heads)}, one for each column", file=file, line=number, column=1
-        )
     values = []
-    for index, (cell, column) in enumerate(parts):
+    for index, (cell, column) in enumerate(row_cells(file, number, line, len(heads))):
         places[row, index] = (number, column)
         try:
             value = float(cell)
@@ -134,7 +171,7 @@ def _row(file, heads, row, number, line, places):
             value = np.nan
         if not np.isfinite(value):
             raise InputError(
-                f"{heads[index][0]}: found '{cell[:40]}'; allowed: a finite number; mend or remove the line",
+                f"{heads[index].name}: found '{cell[:40]}'; allowed: a finite number; mend or remove the line",
                 file=file,
                 line=number,
                 column=column,

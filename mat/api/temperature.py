@@ -17,6 +17,7 @@ from skyshine.mat.job.surface import Operation
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.weather_readings import read_record
 from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
@@ -122,17 +123,17 @@ def temperature(
         raise InputError("found both or neither of job and forcing; allowed: one of them")
     optical = {"solar_absorptance": solar_absorptance, "thermal_emissivity": thermal_emissivity}
     if job is not None:
-        model, (site, weather, sky) = surface_inputs(job, state)
+        model, (sun_path, weather, sky) = surface_inputs(job, state)
         surface = _material(material, model.operated, optical)
-        metres = site.altitude if altitude is None else 1e3 * altitude
-        column = from_scene(surface, site, weather, sky, metres, slope, azimuth, depth)
+        metres = sun_path.altitude if altitude is None else 1e3 * altitude
+        column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth)
     else:
         assert forcing is not None
         if altitude is not None:
             raise InputError("found an altitude with forcing; allowed: with job only; a record holds its own pressure")
         surface = _material(material, {}, optical)
         sun = _sun_at(latitude, longitude) if slope else None
-        column = from_record(surface, forcing, slope, azimuth, sun, ground_albedo, depth)
+        column = from_record(surface, read_record(forcing), slope, azimuth, sun, ground_albedo, depth)
     return SurfaceTemperature(**{field.name: getattr(column, field.name) for field in fields(column)})
 
 

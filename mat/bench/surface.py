@@ -21,9 +21,9 @@ from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle
-from skyshine.mat.surface.site import SUN_STEPS, Site
 from skyshine.mat.surface.solver import solve_columns
-from skyshine.mat.surface.weather import Weather
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
+from skyshine.mat.surface.weather import NearSurfaceAir
 
 MATERIALS = (
     "soil_sand",
@@ -94,10 +94,10 @@ class Case:
     oracle_seconds: float
 
 
-def forcing_of(site: Site, weather: Weather, sky: Sky, planes) -> Callable[[int], Forcing]:
+def forcing_of(sun: SunPath, weather: NearSurfaceAir, sky: Sky, planes) -> Callable[[int], Forcing]:
     """Forcing of planes (slope, azimuth) at the site by steps a day, each computed once."""
     slope, azimuth = np.array(planes, float).T
-    return lru_cache(maxsize=None)(Scene(site, weather, sky, np.array([site.altitude]), slope, azimuth).forcing)
+    return lru_cache(maxsize=None)(Scene(sun, weather, sky, np.array([sun.altitude]), slope, azimuth).forcing)
 
 
 def batch_planes() -> list[tuple[float, float]]:

@@ -9,16 +9,16 @@ import numpy as np
 from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.site import Site
 from skyshine.mat.surface.solver import solve_columns
-from skyshine.mat.surface.weather import Weather
+from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.weather import NearSurfaceAir
 
 _BATCH = 24  # places whose altitudes x planes are set up together; only the pairs asked for are solved
 
 
 def temperatures_at(
     materials: Sequence[SurfaceMaterial],
-    inputs: tuple[Site, Weather, Sky],
+    inputs: tuple[SunPath, NearSurfaceAir, Sky],
     altitude_km,
     azimuth_deg,
     slope_deg,
@@ -32,7 +32,7 @@ def temperatures_at(
     Parameters
     ----------
     materials : sequence of M SurfaceMaterial
-    inputs : Site, Weather, Sky
+    inputs : SunPath, NearSurfaceAir, Sky
         Of `surface_inputs.scene_inputs`.
     altitude_km, azimuth_deg, slope_deg, time_h : (n,) arrays
     steps : int

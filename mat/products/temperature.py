@@ -20,9 +20,9 @@ from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.site import Site
-from skyshine.mat.surface.table import TemperatureTable, temperature_table
-from skyshine.mat.surface.weather import Weather
+from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
+from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.htt import htt_group
@@ -129,14 +129,14 @@ class _Solver:
     """The heat balance of the job's materials in one state."""
 
     materials: Sequence[SurfaceMaterial]
-    inputs: tuple[Site, Weather, Sky]
+    inputs: tuple[SunPath, NearSurfaceAir, Sky]
     given: Mapping[str, float | tuple[float, ...]]
 
-    def table(self, axes: Axes, steps: int) -> TemperatureTable:
-        site, weather, sky = self.inputs
+    def table(self, axes: Axes, steps: int) -> SurfaceTemperatures:
+        sun, weather, sky = self.inputs
         return temperature_table(
             self.materials,
-            site,
+            sun,
             weather,
             sky,
             [1e3 * altitude for altitude in axes["altitude_km"]],
@@ -172,7 +172,7 @@ def _places(requested: Axes, whole_day: bool, generator: np.random.Generator) ->
 
 
 def _errors(
-    solver: _Solver, table: TemperatureTable, rules: Sequence[AxisRule], places: Axes, steps: int
+    solver: _Solver, table: SurfaceTemperatures, rules: Sequence[AxisRule], places: Axes, steps: int
 ) -> tuple[ErrorMeasure, ErrorMeasure]:
     """Errors of interpolation and of the solver's step, at all combinations of the places."""
     exact, fine = (solver.table(places, count).temperature.astype(float) for count in (steps, FINE_STEPS))

@@ -16,16 +16,15 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
-from skyshine.mat.job.surface import HourlyWeather, Operation
-from skyshine.mat.job.surface import Weather as WeatherModel
+from skyshine.mat.job.surface import HourlyWeather, Operation, Weather
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene.atmosphere import ZERO_CELSIUS, atmospheric_state
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.measured import MeasuredRadiation
-from skyshine.mat.surface.site import Site, sun_hours
-from skyshine.mat.surface.weather import Weather, from_extremes, from_hours
+from skyshine.mat.surface.sun_path import SunPath, sun_hours
+from skyshine.mat.surface.weather import NearSurfaceAir, from_extremes, from_hours
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
 
@@ -39,7 +38,7 @@ SUN_ELEVATIONS = np.concatenate(
 
 def surface_inputs(
     source: str | os.PathLike[str] | Mapping[str, Any], state_index: int = 1
-) -> tuple[Job, tuple[Site, Weather, Sky]]:
+) -> tuple[Job, tuple[SunPath, NearSurfaceAir, Sky]]:
     """A job, with Sun, weather and sky of one of its states, counted from 1.
 
     Raises
@@ -54,31 +53,36 @@ def surface_inputs(
     return job, scene_inputs(job, state_index)
 
 
-def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
+def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, Sky]:
     """Sun, weather and sky of a state, counted from 1."""
     state = job.states[state_index - 1]
     place = job.on_date_of_state(state_index).site
-    sun = position(
+    position_of_sun = position(
         "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
     )
-    site = Site(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
+    sun = SunPath(
+        place.altitude_km * 1e3,
+        position_of_sun.elevation,
+        position_of_sun.azimuth,
+        float(position_of_sun.sun_distance[0]),
+    )
     air = atmospheric_state(place, state)
-    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, site.sun_distance)
-    weather = _weather(site, state.weather)
+    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, sun.sun_distance)
+    weather = _weather(sun, state.weather)
     if state.clouds:  # their layers are in the sky already
         weather = replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
-    return site, weather, sky
+    return sun, weather, sky
 
 
-def _weather(site: Site, given: WeatherModel) -> Weather:
+def _weather(sun: SunPath, given: Weather) -> NearSurfaceAir:
     daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
     if given.hourly is None:
         low, high = np.broadcast_to(given.air_temperature_c, 2) + ZERO_CELSIUS
-        return from_extremes(site, low, high, *daily)
+        return from_extremes(sun, low, high, *daily)
     table = given.hourly
     by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
     return from_hours(
-        site.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
+        sun.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
         np.array(table.time),
         np.array(table.air_temperature_c) + ZERO_CELSIUS,
         *(

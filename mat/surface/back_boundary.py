@@ -5,29 +5,45 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.schemas.arrays import Floats, Integers
 
 
-def at_hours(values, hours: np.ndarray) -> np.ndarray:
+def at_hours(values: npt.ArrayLike, hours: Floats) -> Floats:
     """Values of the day, one or 24 at the clock hours 0 to 23, at other hours: linear and periodic."""
-    if np.ndim(values) == 0:
-        return np.full(np.shape(hours), float(values))
-    return np.interp(hours, np.arange(24.0), values, period=24.0)
+    series = np.asarray(values, float)
+    if series.ndim == 0:
+        return np.full(np.shape(hours), float(series))
+    result: Floats = np.interp(hours, np.arange(24.0), series, period=24.0)
+    return result
 
 
-def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: np.ndarray) -> np.ndarray:
-    """What drives the back of each column at clock hours (N,): temperature [K] or heat flux [W m^-2], (columns, N or
-    1).
+def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats) -> Floats:
+    """Temperature or heat flux that drives the back of each column.
+
+    Parameters
+    ----------
+    material : SurfaceMaterial
+    forcing : Forcing
+        Its mean air temperature stands for a temperature that the material does not give.
+    hours : (N,) ndarray
+        Of the clock.
+
+    Returns
+    -------
+    (columns, N or 1) ndarray
+        [K], or [W m^-2] of a heated back.
     """
-    back = material.thermal.back
-    own = back.heat_flux if back.kind == "heated" else back.temperature
-    if own is None:
-        mean = np.atleast_2d(forcing.air_temperature).mean(axis=-1, keepdims=True)
+    boundary = material.thermal.back
+    given = boundary.heat_flux if boundary.kind == "heated" else boundary.temperature
+    if given is None:
+        mean: Floats = np.atleast_2d(forcing.air_temperature).mean(axis=-1, keepdims=True)
         return mean + np.zeros((forcing.shape[0], 1))
-    series = at_hours(own, hours if np.ndim(own) else np.zeros(1))
+    series = at_hours(given, hours if np.ndim(given) else np.zeros(1))
     return np.repeat(series[None, :], forcing.shape[0], axis=0)
 
 
@@ -45,13 +61,13 @@ class BackFlux:
         Least and most heat from inside at any time [W m^-2]; 0 where a temperature drives it.
     """
 
-    source: np.ndarray
-    lowest: np.ndarray
-    highest: np.ndarray
+    source: Floats
+    lowest: Floats
+    highest: Floats
     heat: tuple[float, float]
 
     @classmethod
-    def of(cls, material: SurfaceMaterial, forcing: Forcing, conduction: Conduction, hours: np.ndarray) -> BackFlux:
+    def of(cls, material: SurfaceMaterial, forcing: Forcing, conduction: Conduction, hours: Floats) -> BackFlux:
         """The flux of a material's back at clock hours (N,)."""
         drive = back_drive(material, forcing, hours)
         lowest, highest = drive.min(axis=1, keepdims=True), drive.max(axis=1, keepdims=True)
@@ -61,6 +77,6 @@ class BackFlux:
         unbounded = np.full_like(lowest, np.inf)
         return cls(source, unbounded, -unbounded, (float(lowest.min()), float(highest.max())))
 
-    def columns(self, chosen) -> BackFlux:
-        """Those of a slice or index array of columns."""
+    def columns(self, chosen: slice | Integers) -> BackFlux:
+        """The flux of a slice or index array of columns."""
         return BackFlux(self.source[chosen], self.lowest[chosen], self.highest[chosen], self.heat)

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.surface.back_boundary import back_drive
-from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import depth_response, frequencies
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky, plane_irradiance
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.record import Record, read_record, record_forcing
-from skyshine.mat.surface.site import Site
-from skyshine.mat.surface.solver import DAY, Method, solve_columns
-from skyshine.mat.surface.weather import Weather
+from skyshine.mat.surface.record import Record, record_forcing
+from skyshine.mat.surface.solver import DAY, Method, Solution, solve_columns
+from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.schemas.arrays import Floats
 
 STEPS = 96
+
+# Solar elevation and azimuth [degree] at UTC times.
+SunAt: TypeAlias = Callable[[npt.NDArray[np.datetime64]], tuple[Floats, Floats]]
 LONGEST_STEP = DAY / STEPS  # s: coarser records are solved at a fraction of their step
 
 
@@ -44,22 +49,22 @@ class ColumnResult:
         At the depth that was asked for [K].
     """
 
-    time: list
+    time: list[float] | list[str]
     time_units: str
-    temperature: np.ndarray
-    fluxes: dict[str, np.ndarray]
+    temperature: Floats
+    fluxes: dict[str, Floats]
     residual: float
     energy_closure: float
     bound_excess: float
     method: str
     iterations: int
-    depth_temperature: np.ndarray | None
+    depth_temperature: Floats | None
 
 
 def from_scene(
     material: SurfaceMaterial,
-    site: Site,
-    weather: Weather,
+    sun: SunPath,
+    weather: NearSurfaceAir,
     sky: Sky,
     altitude: float,
     slope: float,
@@ -67,19 +72,19 @@ def from_scene(
     depth: float | None = None,
 ) -> ColumnResult:
     """A plane at an altitude [m] under a scene's Sun, sky and weather; slope and azimuth in degrees, depth in m."""
-    scene = Scene(site, weather, sky, np.array([altitude]), np.array([slope]), np.array([azimuth]))
-    ((_, solution),) = (part for part in solve_columns(material, scene.forcing, steps=STEPS) if len(part[0]))
+    scene = Scene(sun, weather, sky, np.array([altitude]), np.array([slope]), np.array([azimuth]))
+    ((_, solution),) = solve_columns(material, scene.forcing, steps=STEPS)
     steps = solution.temperature.shape[1]
-    hours = list(np.arange(steps) * (24.0 / steps))
+    hours = [float(hour) for hour in np.arange(steps) * (24.0 / steps)]
     return _result(material, scene.forcing(steps), solution, (hours, "h"), DAY, depth)
 
 
 def from_record(
     material: SurfaceMaterial,
-    file: str | os.PathLike,
+    record: Record,
     slope: float,
     azimuth: float,
-    sun: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]] | None,
+    sun: SunAt | None,
     ground_albedo: float,
     depth: float | None = None,
 ) -> ColumnResult:
@@ -88,8 +93,8 @@ def from_record(
     Parameters
     ----------
     material : SurfaceMaterial
-    file : path
-        See `skyshine.mat.surface.record.read_record`; a back that is given by hour is given in UTC.
+    record : Record
+        A back that is given by hour is given in UTC.
     slope, azimuth : float
         [degree]
     sun : callable or None
@@ -98,26 +103,26 @@ def from_record(
     depth : float, optional
         Below the skin [m], at which the temperature is wanted too.
     """
-    own = read_record(file)
-    factor = int(np.ceil(own.step / LONGEST_STEP - 1e-9))
-    record = own.refined(factor)
-    forcing = record_forcing(record, _shortwave(record, slope, azimuth, sun, ground_albedo), slope)
-    start_hour = float((own.start - own.start.astype("datetime64[D]")) / np.timedelta64(1, "h"))
-    parts = solve_columns(
+    factor = int(np.ceil(record.step / LONGEST_STEP - 1e-9))
+    refined = record.refined(factor)
+    forcing = record_forcing(refined, _shortwave(refined, slope, azimuth, sun, ground_albedo), slope)
+    start_hour = float((record.start - record.start.astype("datetime64[D]")) / np.timedelta64(1, "h"))
+    ((_, solution),) = solve_columns(
         material,
-        lambda steps: forcing,
-        steps=record.steps,
+        lambda _: forcing,
+        steps=refined.steps,
         fine_steps=None,
-        period=record.period,
+        period=refined.period,
         start_hour=start_hour,
     )
-    ((_, solution),) = (part for part in parts if len(part[0]))
-    times = [f"{time}Z" for time in np.datetime_as_string(own.times, unit="s")]
-    return _result(material, forcing, solution, (times, "ISO 8601"), record.period, depth, factor, start_hour)
+    times = [f"{time}Z" for time in np.datetime_as_string(record.times, unit="s")]
+    return _result(material, forcing, solution, (times, "ISO 8601"), refined.period, depth, factor, start_hour)
 
 
-def _shortwave(record: Record, slope: float, azimuth: float, sun, ground_albedo: float):
-    """Direct, diffuse and reflected irradiance on the plane; a level one takes what was measured as it is.
+def _shortwave(
+    record: Record, slope: float, azimuth: float, sun: SunAt | None, ground_albedo: float
+) -> tuple[Floats, Floats, Floats]:
+    """Direct, diffuse and reflected irradiance on the plane; a level one takes the measured sum as diffuse.
 
     References
     ----------
@@ -137,10 +142,10 @@ def _shortwave(record: Record, slope: float, azimuth: float, sun, ground_albedo:
 
 
 def _result(
-    material,
-    forcing,
-    solution,
-    clock: tuple[list, str],
+    material: SurfaceMaterial,
+    forcing: Forcing,
+    solution: Solution,
+    clock: tuple[list[float] | list[str], str],
     period: float,
     depth: float | None,
     every: int = 1,
@@ -153,23 +158,27 @@ def _result(
     fluxes |= {"conduction": gain - spent, "melt": solution.melt}
     surface = solution.temperature[0]
     return ColumnResult(
-        *clock,
-        surface[::every],
-        {name: values[0, ::every] for name, values in fluxes.items()},
-        *(float(getattr(solution, name)[0]) for name in ("residual", "energy_closure", "bound_excess")),
-        Method(solution.method[0]).name.lower(),
-        int(solution.iterations[0]),
-        None if depth is None else _at_depth(material, forcing, surface, period, depth, start_hour)[::every],
+        time=clock[0],
+        time_units=clock[1],
+        temperature=surface[::every],
+        fluxes={name: np.asarray(values[0, ::every], float) for name, values in fluxes.items()},
+        residual=float(solution.residual[0]),
+        energy_closure=float(solution.energy_closure[0]),
+        bound_excess=float(solution.bound_excess[0]),
+        method=Method(solution.method[0]).name.lower(),
+        iterations=int(solution.iterations[0]),
+        depth_temperature=None
+        if depth is None
+        else _at_depth(material, forcing, surface, period, depth, start_hour)[::every],
     )
 
 
 def _at_depth(
-    material: SurfaceMaterial, forcing, surface: np.ndarray, period: float, depth: float, start_hour: float
-) -> np.ndarray:
+    material: SurfaceMaterial, forcing: Forcing, surface: Floats, period: float, depth: float, start_hour: float
+) -> Floats:
     """Temperature at a depth [m] below the skin, from the surface's (N,) [K] and the back's drive, wave by wave."""
     steps = len(surface)
-    drive = back_drive(material, forcing, start_hour + np.arange(steps) * (period / steps / 3600.0))[0] + np.zeros(
-        steps
-    )
+    hours = start_hour + np.arange(float(steps)) * (period / steps / 3600.0)
+    drive = back_drive(material, forcing, hours)[0] + np.zeros(steps)
     from_surface, from_back = depth_response(material.thermal, frequencies(steps, period, "spectral"), depth)
     return np.fft.irfft(np.fft.rfft(surface) * from_surface + np.fft.rfft(drive) * from_back, steps)

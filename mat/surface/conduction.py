@@ -7,15 +7,20 @@ be stored or marched: its layers are exact at any thickness, and the period has 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from skyshine.materials.records import ThermalStack
+from skyshine.materials.records import Layer, ThermalStack
+from skyshine.schemas.arrays import Floats, Reals
 from skyshine.schemas.errors import InputError
 
-SCHEMES = ("bdf2", "euler", "spectral")
+Complexes: TypeAlias = npt.NDArray[np.complexfloating[Any, Any]]
+
 # Below this |g d| the series of tanh(x)/x is exact to 1e-16 with four terms: the next is 62/2835 x^8.
 _SMALL = 1e-2
 # Up to this many steps a matrix product is faster than Fourier transforms.
@@ -24,7 +29,7 @@ _DENSE_FLUX_STEPS = 192
 _LARGE = 20.0
 
 
-def _tanh_ratio(x: np.ndarray) -> np.ndarray:
+def _tanh_ratio(x: Complexes) -> Complexes:
     """tanh(x) / x of complex x with a non-negative real part, 1 at 0."""
     ratio = np.empty_like(x)
     small = np.abs(x) < _SMALL
@@ -37,16 +42,17 @@ def _tanh_ratio(x: np.ndarray) -> np.ndarray:
     return ratio
 
 
-def _wave(layer, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _wave(layer: Layer, s: Complexes) -> tuple[Complexes, Complexes]:
     """Complex wave number g [1/m] of a layer and its characteristic admittance k g [W m^-2 K^-1]."""
-    g = np.sqrt(s * (layer.density * layer.heat_capacity / layer.conductivity))
+    g: Complexes = np.sqrt(s * (layer.density * layer.heat_capacity / layer.conductivity))
     return g, layer.conductivity * g
 
 
-def _sech(x: np.ndarray) -> np.ndarray:
+def _sech(x: Complexes) -> Complexes:
     """1 / cosh(x) of complex x with a non-negative real part, without overflow."""
     decay = np.exp(-x)
-    return 2 * decay / (1 + decay**2)
+    sech: Complexes = 2 * decay / (1 + decay**2)
+    return sech
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +68,11 @@ class _Norton:
         J: W m^-2 K^-1 where the drive is a temperature, 1 where it is a heat flux.
     """
 
-    admittance: np.ndarray | None
-    transfer: np.ndarray
+    admittance: Complexes | None
+    transfer: Complexes
 
 
-def _through(layer, s: np.ndarray, behind: _Norton) -> _Norton:
+def _through(layer: Layer, s: Complexes, behind: _Norton) -> _Norton:
     """The same in front of a layer.
 
     With x = g d the classic form Yc (Y + Yc tanh x) / (Yc + Y tanh x) is written in storage S = Yc tanh x and
@@ -87,26 +93,30 @@ def _through(layer, s: np.ndarray, behind: _Norton) -> _Norton:
     return _Norton((behind.admittance + storage) / parted, behind.transfer * _sech(x) / parted)
 
 
-def _back(stack: ThermalStack, s: np.ndarray) -> _Norton:
+def _back_boundary(stack: ThermalStack, s: Complexes) -> _Norton:
     """What the stack rests on."""
-    one = np.ones_like(s)
-    if stack.back.kind == "fixed":
+    one, boundary = np.ones_like(s), stack.back
+    if boundary.kind == "fixed":
         return _Norton(None, one)
-    if stack.back.kind == "convective":
-        return _Norton(stack.back.coefficient * one, stack.back.coefficient * one)
-    return _Norton(0 * one, one if stack.back.kind == "heated" else 0 * one)
+    if boundary.kind == "convective":
+        if boundary.coefficient is None:
+            raise InputError("found a convective back without a coefficient; allowed: one of more than 0 W m^-2 K^-1")
+        return _Norton(boundary.coefficient * one, boundary.coefficient * one)
+    return _Norton(0 * one, one if boundary.kind == "heated" else 0 * one)
 
 
-def _stack(stack: ThermalStack, s: np.ndarray) -> _Norton:
-    """What the surface rests on: layers, back and the skin's capacity."""
-    behind = _back(stack, s)
+def _surface(stack: ThermalStack, s: Complexes) -> tuple[Complexes, Complexes]:
+    """Admittance of the whole stack, the skin's capacity included, and what its back transfers to the surface."""
+    behind = _back_boundary(stack, s)
     for layer in reversed(stack.layers):
         behind = _through(layer, s, behind)
+    if behind.admittance is None:
+        raise InputError("found layers without thickness on a back of fixed temperature; allowed: at least one layer")
     skin = stack.skin
-    return _Norton(behind.admittance + s * (skin.thickness * skin.density * skin.heat_capacity), behind.transfer)
+    return behind.admittance + s * (skin.thickness * skin.density * skin.heat_capacity), behind.transfer
 
 
-def surface_admittance(stack: ThermalStack, s) -> np.ndarray:
+def surface_admittance(stack: ThermalStack, s: npt.ArrayLike) -> Complexes:
     """Heat flux into the surface per kelvin at complex frequencies.
 
     Parameters
@@ -125,10 +135,10 @@ def surface_admittance(stack: ThermalStack, s) -> np.ndarray:
     ----------
     Carslaw and Jaeger (1959), Conduction of Heat in Solids, 2nd ed., section 3.7: composite slabs.
     """
-    return _stack(stack, np.atleast_1d(np.asarray(s, complex))).admittance
+    return _surface(stack, np.atleast_1d(np.asarray(s, complex)))[0]
 
 
-def depth_response(stack: ThermalStack, s, depth: float) -> tuple[np.ndarray, np.ndarray]:
+def depth_response(stack: ThermalStack, s: npt.ArrayLike, depth: float) -> tuple[Complexes, Complexes]:
     """Temperature at a depth below the skin at complex frequencies.
 
     Parameters
@@ -155,7 +165,7 @@ def depth_response(stack: ThermalStack, s, depth: float) -> tuple[np.ndarray, np
         raise InputError(f"found a depth of {depth:g} m; allowed: 0 to the thickness of the two layers")
     s = np.atleast_1d(np.asarray(s, complex))
     above, below = _cut(stack.layers, depth)
-    behind = [_back(stack, s)]
+    behind = [_back_boundary(stack, s)]  # what lies behind each layer of `above`, then of `below`
     for layer in reversed(above[1:] + below):
         behind.insert(0, _through(layer, s, behind[0]))
     surface, drive = np.ones_like(s), np.zeros_like(s)
@@ -171,9 +181,10 @@ def depth_response(stack: ThermalStack, s, depth: float) -> tuple[np.ndarray, np
     return surface, drive
 
 
-def _cut(layers, depth: float) -> tuple[list, list]:
+def _cut(layers: Sequence[Layer], depth: float) -> tuple[list[Layer], list[Layer]]:
     """Layers above and below a depth, the one that holds it cut in two."""
-    above, below = [], []
+    above: list[Layer] = []
+    below: list[Layer] = []
     for layer in layers:
         inside = min(depth, layer.thickness)
         depth -= inside
@@ -182,7 +193,7 @@ def _cut(layers, depth: float) -> tuple[list, list]:
     return above, below
 
 
-def frequencies(steps: int, period: float, scheme: str) -> np.ndarray:
+def frequencies(steps: int, period: float, scheme: str) -> Complexes:
     """Complex frequencies of the discrete harmonics 0 ... N/2 of a time scheme.
 
     Parameters
@@ -204,14 +215,15 @@ def frequencies(steps: int, period: float, scheme: str) -> np.ndarray:
     Lubich (1988), Convolution quadrature and discretized operational calculus I, Numer. Math. 52, 129-145.
     """
     angle = 2 * np.pi * np.arange(steps // 2 + 1) / steps
-    if scheme == "spectral":
-        return 1j * angle * steps / period
     delay = np.exp(-1j * angle)
-    if scheme == "bdf2":
-        return (1.5 - 2 * delay + 0.5 * delay**2) * steps / period
-    if scheme == "euler":
-        return (1 - delay) * steps / period
-    raise ValueError(f"unknown scheme '{scheme}': one of {', '.join(SCHEMES)}")
+    multipliers: dict[str, Complexes] = {
+        "spectral": 1j * angle,
+        "bdf2": 1.5 - 2 * delay + 0.5 * delay**2,
+        "euler": 1 - delay,
+    }
+    if scheme not in multipliers:
+        raise ValueError(f"unknown scheme '{scheme}': one of {', '.join(multipliers)}")
+    return multipliers[scheme] * steps / period
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +237,7 @@ class Conduction:
     period : float
         [s]
     scheme : str
-        One of `SCHEMES`.
+        "bdf2", "euler" or "spectral"; see `frequencies`.
     """
 
     stack: ThermalStack
@@ -234,19 +246,19 @@ class Conduction:
     scheme: str = "bdf2"
 
     @cached_property
-    def _norton(self) -> _Norton:
-        return _stack(self.stack, frequencies(self.steps, self.period, self.scheme))
+    def _response(self) -> tuple[Complexes, Complexes]:
+        return _surface(self.stack, frequencies(self.steps, self.period, self.scheme))
 
     @property
-    def admittance(self) -> np.ndarray:
+    def admittance(self) -> Complexes:
         """Y of the harmonics 0 ... N/2, shape (N // 2 + 1,) [W m^-2 K^-1]."""
-        return self._norton.admittance
+        return self._response[0]
 
-    def from_back(self, drive: np.ndarray) -> np.ndarray:
+    def from_back(self, drive: Floats) -> Floats:
         """Heat flux [W m^-2] that a drive (..., N) of the back, temperature [K] or heat flux, brings to a surface
         at 0.
         """
-        return np.fft.irfft(np.fft.rfft(drive) * self._norton.transfer, self.steps)
+        return np.fft.irfft(np.fft.rfft(drive) * self._response[1], self.steps)
 
     @cached_property
     def steady_conductance(self) -> float:
@@ -256,24 +268,25 @@ class Conduction:
     @cached_property
     def steady_transfer(self) -> float:
         """J(0): what a steady unit drive of the back brings to a surface at 0; Y(0) where it is a temperature."""
-        return float(self._norton.transfer[0].real)
+        return float(self._response[1][0].real)
 
-    def flux(self, temperature: np.ndarray) -> np.ndarray:
+    def flux(self, temperature: Reals) -> Floats:
         """Heat flux into the surface [W m^-2] of temperatures (..., N) [K] above a back at 0."""
         if self.steps <= _DENSE_FLUX_STEPS:
             return temperature @ self.matrix.T
         return np.fft.irfft(np.fft.rfft(temperature) * self.admittance, self.steps)
 
-    def relax(self, flux: np.ndarray, conductance: float) -> np.ndarray:
+    def relax(self, flux: Floats, conductance: float) -> Floats:
         """Temperatures (..., N) [K] whose conduction plus `conductance` times themselves is `flux` (..., N)."""
         return np.fft.irfft(np.fft.rfft(flux) / (self.admittance + conductance), self.steps)
 
     @cached_property
-    def matrix(self) -> np.ndarray:
+    def matrix(self) -> Floats:
         """The circulant (N, N) matrix C of `flux`: flux = C T."""
         column = np.fft.irfft(self.admittance, self.steps)
         index = np.arange(self.steps)
-        return column[(index[:, None] - index[None, :]) % self.steps]
+        matrix: Floats = column[(index[:, None] - index[None, :]) % self.steps]
+        return matrix
 
     def response_time_exceeds(self, conductance: float) -> bool:
         """Whether a surface losing `conductance` [W m^-2 K^-1] settles more slowly than one step.

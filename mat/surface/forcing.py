@@ -10,21 +10,23 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing
-from skyshine.mat.surface.site import Site
-from skyshine.mat.surface.weather import Weather
+from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 SOLAR_CONSTANT = 1361.1  # W m^-2, Gueymard (2018), Solar Energy 168, 2-9
-_MOST_BY_ALTITUDE = 3.0  # times that measured light may be stronger on a mountain: the Sun rises earlier there
-_LEAST_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
+_LARGEST_ALTITUDE_RATIO = 3.0  # times that measured light may be stronger on a mountain: the Sun rises earlier there
+_CIRCUMSOLAR_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
 
 
 @dataclass(frozen=True, eq=False)
 class Sky:
-    """What the clear atmosphere sends down, by altitude and elevation of the Sun.
+    """Irradiance from the clear atmosphere by altitude and elevation of the Sun.
 
     Attributes
     ----------
@@ -42,15 +44,15 @@ class Sky:
         Of the surroundings, for sunlight.
     """
 
-    altitude: np.ndarray
-    pressure: np.ndarray
-    solar_elevation: np.ndarray
-    direct: np.ndarray
-    diffuse: np.ndarray
-    emissivity: np.ndarray
+    altitude: Floats
+    pressure: Floats
+    solar_elevation: Floats
+    direct: Floats
+    diffuse: Floats
+    emissivity: Floats
     ground_albedo: float
 
-    def at(self, name: str, altitude: np.ndarray) -> np.ndarray:
+    def at(self, name: str, altitude: Floats) -> Floats:
         """A quantity at altitudes (A,) [m], linear between the levels: (A, ...).
 
         Raises
@@ -68,17 +70,32 @@ class Sky:
         place = np.clip(np.searchsorted(self.altitude, altitude, side="right") - 1, 0, len(self.altitude) - 2)
         share = (altitude - self.altitude[place]) / np.diff(self.altitude)[place]
         share = share.reshape(-1, *[1] * (values.ndim - 1))
-        return values[place] * (1 - share) + values[place + 1] * share
+        interpolated: Floats = values[place] * (1 - share) + values[place + 1] * share
+        return interpolated
 
-    def pressure_at(self, altitude: np.ndarray) -> np.ndarray:
+    def pressure_at(self, altitude: Floats) -> Floats:
         """Pressure [Pa] at any altitudes [m]: its logarithm is linear between the levels and beyond them."""
         step = np.clip(np.searchsorted(self.altitude, altitude) - 1, 0, len(self.altitude) - 2)
         logarithm = np.log(self.pressure)
         slope = np.diff(logarithm) / np.diff(self.altitude)
-        return np.exp(logarithm[step] + slope[step] * (altitude - self.altitude[step]))
+        pressure: Floats = np.exp(logarithm[step] + slope[step] * (altitude - self.altitude[step]))
+        return pressure
 
-    def irradiance(self, site: Site, cloud_fraction, altitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Direct normal and diffuse horizontal irradiance [W m^-2] under cloud, each (altitudes, SUN_STEPS).
+    def irradiance(self, sun: SunPath, cloud_fraction: Floats | float, altitude: Floats) -> tuple[Floats, Floats]:
+        """Direct normal and diffuse horizontal irradiance under cloud.
+
+        Parameters
+        ----------
+        sun : SunPath
+        cloud_fraction : float or (SUN_STEPS,) ndarray
+            0 to 1.
+        altitude : (A,) ndarray
+            [m]
+
+        Returns
+        -------
+        direct, diffuse : (A, SUN_STEPS) ndarray
+            [W m^-2]
 
         Notes
         -----
@@ -86,26 +103,38 @@ class Sky:
 
         References
         ----------
-        Cloud: global irradiance times 1 - 0.75 n^3.4 (Kasten and Czeplak 1980, Solar Energy 24, 177-189); the direct
-        part is what the gaps of the cloud let through.
+        Cloud: global irradiance times 1 - 0.75 n^3.4 (Kasten and Czeplak 1980, Solar Energy 24, 177-189); direct light
+        comes through the gaps of the cloud.
         """
         from scipy.interpolate import PchipInterpolator
 
         low, high = self.solar_elevation[[0, -1]]
-        elevation = np.clip(site.solar_elevation, low, high)
+        elevation = np.clip(sun.solar_elevation, low, high)
         direct, diffuse = (
             PchipInterpolator(self.solar_elevation, self.at(name, altitude), axis=1)(elevation)
             for name in ("direct", "diffuse")
         )
-        sine = np.maximum(np.sin(np.radians(site.solar_elevation)), 0.0)
+        sine = np.maximum(np.sin(np.radians(sun.solar_elevation)), 0.0)
         total = (direct * sine + diffuse) * (1 - 0.75 * cloud_fraction**3.4)
         direct = direct * (1 - cloud_fraction)
         return direct, np.maximum(total - direct * sine, 0.0)
 
-    def longwave(self, air_temperature: np.ndarray, cloud_fraction, altitude: np.ndarray) -> np.ndarray:
-        """Longwave irradiance of the whole sky on a level surface [W m^-2], (altitudes, SUN_STEPS).
+    def longwave(self, air_temperature: Floats, cloud_fraction: Floats | float, altitude: Floats) -> Floats:
+        """Longwave irradiance of the whole sky on a level surface.
 
-        The emissivity of the clear sky meets the air temperature (altitudes, SUN_STEPS) [K] of the time.
+        Parameters
+        ----------
+        air_temperature : (A, SUN_STEPS) ndarray
+            Of the time [K]; the emissivity of the clear sky does not depend on it.
+        cloud_fraction : float or (SUN_STEPS,) ndarray
+            0 to 1.
+        altitude : (A,) ndarray
+            [m]
+
+        Returns
+        -------
+        (A, SUN_STEPS) ndarray
+            [W m^-2]
 
         References
         ----------
@@ -117,9 +146,16 @@ class Sky:
 
 
 def plane_irradiance(
-    slope, azimuth, solar_elevation, solar_azimuth, direct, diffuse, ground_albedo, extraterrestrial
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Direct, diffuse and ground-reflected irradiance on planes [W m^-2]; arguments broadcast against each other.
+    slope: npt.ArrayLike,
+    azimuth: npt.ArrayLike,
+    solar_elevation: npt.ArrayLike,
+    solar_azimuth: npt.ArrayLike,
+    direct: Floats | float,
+    diffuse: Floats | float,
+    ground_albedo: float,
+    extraterrestrial: npt.ArrayLike,
+) -> tuple[Floats, Floats, Floats]:
+    """Direct, diffuse and ground-reflected irradiance on planes; arguments broadcast against each other.
 
     Parameters
     ----------
@@ -130,13 +166,18 @@ def plane_irradiance(
     direct, diffuse : array_like
         Direct normal and diffuse horizontal irradiance [W m^-2].
     ground_albedo : float
-    extraterrestrial : float
+    extraterrestrial : array_like
         Normal irradiance above the atmosphere [W m^-2].
+
+    Returns
+    -------
+    direct, diffuse, reflected : ndarray
+        [W m^-2]
 
     References
     ----------
-    Diffuse: Hay and Davies (1980), circumsolar part after the direct beam and an isotropic rest, as in pvlib. Ground:
-    isotropic, Liu and Jordan (1963), Solar Energy 7, 53-74.
+    Diffuse: Hay and Davies (1980), circumsolar part after the direct beam and an isotropic remainder, as in pvlib.
+    Ground: isotropic, Liu and Jordan (1963), Solar Energy 7, 53-74.
     """
     import pvlib
 
@@ -149,16 +190,26 @@ def plane_irradiance(
         diffuse,
         direct,
         extraterrestrial,
-        projection_ratio=cosine / np.maximum(sine, np.sin(np.radians(_LEAST_ELEVATION))),
+        projection_ratio=cosine / np.maximum(sine, np.sin(np.radians(_CIRCUMSOLAR_ELEVATION))),
     )
     level = direct * sine + diffuse
     reflected = pvlib.irradiance.get_ground_diffuse(slope, level, albedo=ground_albedo)
     return direct * cosine, on_plane, reflected
 
 
-def step_means(values: np.ndarray, steps: int) -> np.ndarray:
-    """Means (..., steps) of periodic samples (..., n), or of one constant (..., 1), over the steps centred on each
-    solver time: trapezium rule.
+def step_means(values: Floats, steps: int) -> Floats:
+    """Means of periodic samples over the steps centred on each solver time, by the trapezium rule.
+
+    Parameters
+    ----------
+    values : (..., n or 1) ndarray
+        Samples through the period, or a constant.
+    steps : int
+        Of the solver.
+
+    Returns
+    -------
+    (..., steps or 1) ndarray
 
     Raises
     ------
@@ -178,25 +229,34 @@ def step_means(values: np.ndarray, steps: int) -> np.ndarray:
     ends = 0.5 if ratio % 2 == 0 else 1.0
     weights[offsets % samples] = np.where(np.abs(offsets) == ratio // 2, ends, 1.0) / ratio
     kernel = _circulant_rows(tuple(weights), ratio)
-    return values @ kernel
+    means: Floats = values @ kernel
+    return means
 
 
 @lru_cache(maxsize=8)
-def _circulant_rows(weights: tuple, ratio: int) -> np.ndarray:
+def _circulant_rows(weights: tuple[float, ...], ratio: int) -> Floats:
     """(samples, steps) matrix that applies a symmetric periodic kernel and keeps every `ratio`-th result."""
     samples = len(weights)
     rows, columns = np.arange(samples)[:, None], np.arange(0, samples, ratio)[None, :]
-    return np.asarray(weights)[(rows - columns) % samples]
+    kernel: Floats = np.asarray(weights)[(rows - columns) % samples]
+    return kernel
+
+
+def _carried(light: Floats, clear_at_station: Floats, clear: Floats) -> Floats:
+    """Measured light (SUN_STEPS,) at the altitudes of clear light (A, SUN_STEPS), by the ratio of the clear sky's."""
+    ratio = np.divide(clear, clear_at_station, out=np.ones_like(clear), where=clear_at_station > 0)
+    carried: Floats = light * np.clip(ratio, 0.0, _LARGEST_ALTITUDE_RATIO)
+    return carried
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Planes under a sky: gives their `Forcing` at any number of steps.
+    """Planes under a sky, with their `Forcing` at any number of steps.
 
     Attributes
     ----------
-    site : Site
-    weather : Weather
+    sun : SunPath
+    weather : NearSurfaceAir
     sky : Sky
     altitude : ndarray, shape (A,)
         Of the surfaces [m].
@@ -210,15 +270,15 @@ class Scene:
     assumption where the surroundings are not modelled (EnergyPlus Engineering Reference, exterior longwave radiation).
     """
 
-    site: Site
-    weather: Weather
+    sun: SunPath
+    weather: NearSurfaceAir
     sky: Sky
-    altitude: np.ndarray
-    slope: np.ndarray
-    azimuth: np.ndarray
+    altitude: Floats
+    slope: Floats
+    azimuth: Floats
 
     @cached_property
-    def _air(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _air(self) -> tuple[Floats, Floats, Floats]:
         """Air temperature, vapour pressure and pressure, each (A, SUN_STEPS), pressure (A, 1) where it does not
         change.
         """
@@ -226,61 +286,65 @@ class Scene:
         return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 
     @cached_property
-    def _shortwave(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _shortwave(self) -> tuple[Floats, Floats, Floats]:
         """Direct, diffuse and reflected on the planes, each (A, P, SUN_STEPS)."""
         direct, diffuse = self._sunlight()
         return plane_irradiance(
             np.asarray(self.slope, float)[None, :, None],
             np.asarray(self.azimuth, float)[None, :, None],
-            self.site.solar_elevation[None, None, :],
-            self.site.solar_azimuth[None, None, :],
+            self.sun.solar_elevation[None, None, :],
+            self.sun.solar_azimuth[None, None, :],
             direct[:, None, :],
             diffuse[:, None, :],
             self.sky.ground_albedo,
-            SOLAR_CONSTANT / self.site.sun_distance**2,
+            SOLAR_CONSTANT / self.sun.sun_distance**2,
         )
 
     @cached_property
-    def _longwave(self) -> np.ndarray:
+    def _longwave(self) -> Floats:
         """Of the whole sky on a level surface, (A, SUN_STEPS)."""
         altitude, measured = np.asarray(self.altitude, float), self.weather.radiation
-        if measured is None or measured.longwave is None:
+        series = None if measured is None else measured.sky_longwave()
+        if series is None:
             return self.sky.longwave(self._air[0], self.weather.cloud_fraction, altitude)
         clear = self.sky.longwave(self._air[0], 0.0, altitude)
-        there = self.sky.longwave(self.weather.air_temperature[None], 0.0, self._measured_at)
-        return measured.sky_longwave() * clear / there
+        clear_at_station = self.sky.longwave(self.weather.air_temperature[None], 0.0, self._station_altitude)
+        return series * clear / clear_at_station
 
-    def _sunlight(self) -> tuple[np.ndarray, np.ndarray]:
-        """Direct normal and diffuse horizontal irradiance, each (A, SUN_STEPS); measured light changes with altitude as
-        the clear sky's.
+    def _sunlight(self) -> tuple[Floats, Floats]:
+        """Direct normal and diffuse horizontal irradiance, each (A, SUN_STEPS).
+
+        Measured light changes with altitude as that of the clear sky.
         """
         altitude, measured = np.asarray(self.altitude, float), self.weather.radiation
         if measured is None:
-            return self.sky.irradiance(self.site, self.weather.cloud_fraction, altitude)
-        clear = self.sky.irradiance(self.site, 0.0, altitude)
-        there = [part[0] for part in self.sky.irradiance(self.site, 0.0, self._measured_at)]
-        found = []
-        for light, here, own in zip(measured.sunlight(self.site, *there), clear, there, strict=True):
-            ratio = np.divide(here, own, out=np.ones_like(here), where=own > 0)
-            found.append(light * np.clip(ratio, 0.0, _MOST_BY_ALTITUDE))
-        return found[0], found[1]
+            return self.sky.irradiance(self.sun, self.weather.cloud_fraction, altitude)
+        clear = self.sky.irradiance(self.sun, 0.0, altitude)
+        direct, diffuse = (part[0] for part in self.sky.irradiance(self.sun, 0.0, self._station_altitude))
+        light = measured.sunlight(self.sun, direct, diffuse)
+        return (
+            _carried(light[0], direct, clear[0]),
+            _carried(light[1], diffuse, clear[1]),
+        )
 
     @property
-    def _measured_at(self) -> np.ndarray:
+    def _station_altitude(self) -> Floats:
         """Altitude of the weather within the levels of the sky [m], (1,)."""
         return np.clip([self.weather.altitude], *self.sky.altitude[[0, -1]])
 
     def forcing(self, steps: int) -> Forcing:
-        """Forcing of all columns, (A * P, steps)."""
+        """The forcing of all columns, (A * P, steps)."""
         planes = len(self.slope)
         air, vapour, pressure, longwave = (
             np.repeat(step_means(field, steps), planes, axis=0) for field in (*self._air, self._longwave)
         )
-        shortwave = (step_means(part, steps).reshape(-1, steps) for part in self._shortwave)
+        direct, diffuse, reflected = (step_means(part, steps).reshape(-1, steps) for part in self._shortwave)
         cosine = np.tile(np.cos(np.radians(self.slope)), len(self.altitude))[:, None]
         view = 0.5 * (1 + cosine)
         return Forcing(
-            *shortwave,
+            shortwave_direct=direct,
+            shortwave_diffuse=diffuse,
+            shortwave_reflected=reflected,
             longwave_sky=view * longwave,
             longwave_ground=(1 - view) * Stefan_Boltzmann * air**4,
             air_temperature=air,

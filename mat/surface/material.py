@@ -33,13 +33,13 @@ class SurfaceMaterial:
     solar_absorptance: float
     thermal_emissivity: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for quantity in ("solar_absorptance", "thermal_emissivity"):
             value = getattr(self, quantity)
             if not 0 <= value <= 1:
                 raise InputError(f"material '{self.name}': found {quantity} {value:g}; allowed: 0 to 1")
 
     @property
-    def physics(self) -> tuple:
+    def physics(self) -> tuple[ThermalStack, SurfaceProperties, float, float]:
         """All but the name: materials of equal physics have equal temperatures."""
         return self.thermal, self.surface, self.solar_absorptance, self.thermal_emissivity

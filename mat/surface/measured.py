@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.surface.site import SUN_STEPS, Site, sun_hours
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
+from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
 # A reading is shared among the times of its interval as the clear sky's light is, unless it is more than this many
 # times the clear one's mean: at sunrise, where a little light has no shape worth following.
-_MOST_OF_CLEAR = 10.0
+_LARGEST_CLEAR_RATIO = 10.0
 _NIGHT = -1.0  # degree: elevation of the Sun's centre below which an interval counts as night
 _STRAY = 20.0  # W m^-2 that instruments may show then
 
@@ -30,17 +31,17 @@ class MeasuredRadiation:
         Of the sky on a level surface [W m^-2]; None takes that of the state.
     """
 
-    hours: np.ndarray
-    direct: np.ndarray
-    diffuse: np.ndarray
-    longwave: np.ndarray | None = None
+    hours: Floats
+    direct: Floats
+    diffuse: Floats
+    longwave: Floats | None = None
 
-    def sunlight(self, site: Site, direct: np.ndarray, diffuse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def sunlight(self, sun: SunPath, direct: Floats, diffuse: Floats) -> tuple[Floats, Floats]:
         """Direct normal and diffuse horizontal irradiance at `sun_hours()`, with the measured mean of every interval.
 
         Parameters
         ----------
-        site : Site
+        sun : SunPath
         direct, diffuse : (SUN_STEPS,) ndarray
             Of the clear sky at the altitude of the weather [W m^-2]: how light is shared within an interval.
 
@@ -49,7 +50,7 @@ class MeasuredRadiation:
         InputError
             Light was measured while the Sun is down.
         """
-        up = site.solar_elevation > _NIGHT
+        up = sun.solar_elevation > _NIGHT
         interval = self._intervals()
         for name in ("direct", "diffuse"):
             means = getattr(self, name)
@@ -62,23 +63,28 @@ class MeasuredRadiation:
         lit = up.astype(float)
         return self._shared(self.direct, interval, direct * up, lit), self._shared(self.diffuse, interval, diffuse, lit)
 
-    def sky_longwave(self) -> np.ndarray:
-        """At `sun_hours()`: linear between the middles of the intervals, (SUN_STEPS,)."""
+    def sky_longwave(self) -> Floats | None:
+        """Longwave at `sun_hours()` [W m^-2], (SUN_STEPS,), linear between the middles of intervals; None: unknown."""
+        if self.longwave is None:
+            return None
         before = np.append(self.hours[-1] - 24.0, self.hours[:-1])
-        return np.interp(sun_hours(), 0.5 * (before + self.hours) % 24.0, self.longwave, period=24.0)
+        middles = 0.5 * (before + self.hours) % 24.0
+        series: Floats = np.interp(sun_hours(), middles, self.longwave, period=24.0)
+        return series
 
-    def _intervals(self) -> np.ndarray:
+    def _intervals(self) -> Integers:
         """Number of the interval of each of `sun_hours()`; the time at which one ends is still in it."""
-        return np.searchsorted(self.hours, sun_hours(), side="left") % self.hours.size
+        intervals: Integers = np.searchsorted(self.hours, sun_hours(), side="left") % self.hours.size
+        return intervals
 
-    def _shared(self, means: np.ndarray, interval: np.ndarray, clear: np.ndarray, lit: np.ndarray) -> np.ndarray:
+    def _shared(self, means: Floats, interval: Integers, clear: Floats, lit: Floats) -> Floats:
         """Readings at `sun_hours()` with the shape of the clear sky's light, evenly while the Sun is up where that is
         too weak.
         """
         shared = np.zeros(SUN_STEPS)
         for number in np.unique(interval):
             inside, mean = interval == number, means[number]
-            shape = clear[inside] if mean <= _MOST_OF_CLEAR * clear[inside].mean() else lit[inside]
+            shape = clear[inside] if mean <= _LARGEST_CLEAR_RATIO * clear[inside].mean() else lit[inside]
             if shape.any():
                 shared[inside] = mean * shape / shape.mean()
         return shared

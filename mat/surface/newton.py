@@ -8,11 +8,14 @@ import numpy as np
 
 from skyshine.mat.surface.balance import Balance
 from skyshine.mat.surface.conduction import Conduction
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
 _ITERATIONS = 80
 _HALVINGS = 20
 _LARGEST_STEP = 80.0  # K in one iteration
+_LEAST_TEMPERATURE = 1.0  # K
 _LEAST_SLOPE = 1e-3  # W m^-2 K^-1: keeps the matrix regular where radiation vanishes with T
+_ARMIJO = 1e-4  # share of the decrease that a linear defect would show, which a damped step must reach
 _MEMORY = 50_000_000  # elements of the batch of matrices solved at once: 400 MB
 # Above this many steps a dense matrix costs more than Krylov iterations with fast Fourier transforms.
 DENSE_STEPS = 1500
@@ -20,19 +23,30 @@ DENSE_STEPS = 1500
 
 @dataclass(frozen=True, eq=False)
 class NewtonResult:
-    """Temperatures, melt (columns, N), residual and iterations (columns,)."""
+    """Solution and its quality.
 
-    temperature: np.ndarray
-    melt: np.ndarray
-    residual: np.ndarray
-    iterations: np.ndarray
+    Attributes
+    ----------
+    temperature : ndarray, shape (columns, N)
+        [K]
+    melt : ndarray, shape (columns, N)
+        Heat spent on melting [W m^-2].
+    residual : ndarray, shape (columns,)
+        Largest imbalance at any time [W m^-2].
+    iterations : ndarray of int32, shape (columns,)
+    """
+
+    temperature: Floats
+    melt: Floats
+    residual: Floats
+    iterations: Integers
 
 
 def solve_newton(
     balance: Balance,
     conduction: Conduction,
-    source: np.ndarray,
-    start: np.ndarray,
+    source: Floats,
+    start: Floats,
     cap: float | None,
     tolerance: float,
 ) -> NewtonResult:
@@ -66,34 +80,32 @@ def solve_newton(
     temperature = start.copy() if cap is None else np.minimum(start, cap)
     iterations = np.zeros(len(temperature), np.int32)
     problem = _Problem(balance, conduction, source, cap)
-    merit, defect, slope = problem.evaluate(temperature, np.arange(len(temperature)))
+    every = np.arange(len(temperature))
+    merit, defect, slope = problem.evaluate(temperature, every)
     for _ in range(_ITERATIONS):
         active = np.flatnonzero(merit > 0.5 * tolerance)
         if not active.size:
             break
-        step = problem.step(temperature[active], defect[active], slope[active], active)
+        step = problem.step(temperature[active], defect[active], slope[active])
         step *= np.minimum(1.0, _LARGEST_STEP / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
         moved = _damp(problem, temperature, step, active, merit)
         iterations[active] += 1
         if not moved.any():
             break
-        merit, defect, slope = problem.evaluate(temperature, np.arange(len(temperature)))
-    raw = problem.imbalance(temperature)
-    melt = np.zeros_like(temperature)
-    if cap is not None:
-        melt = np.where(temperature >= cap - 1e-9, np.maximum(-raw, 0.0), 0.0)
-    return NewtonResult(temperature, melt, np.abs(raw + melt).max(axis=1), iterations)
+        merit, defect, slope = problem.evaluate(temperature, every)
+    temperature, melt, imbalance = problem.complementary(temperature)
+    return NewtonResult(temperature, melt, np.abs(imbalance).max(axis=1), iterations)
 
 
-def _damp(problem: _Problem, temperature, step, active, merit) -> np.ndarray:
+def _damp(problem: _Problem, temperature: Floats, step: Floats, active: Integers, merit: Floats) -> Booleans:
     """Move the active columns along their steps, each by the longest halving that lowers its defect; which moved."""
     length = np.ones(len(active))
     pending = np.arange(len(active))
     moved = np.zeros(len(active), bool)
     for _ in range(_HALVINGS):
         rows = active[pending]
-        trial = np.maximum(temperature[rows] + length[pending, None] * step[pending], 1.0)
-        better = problem.evaluate(trial, rows)[0] < (1 - 1e-4 * length[pending]) * merit[rows]
+        trial = np.maximum(temperature[rows] + length[pending, None] * step[pending], _LEAST_TEMPERATURE)
+        better = problem.evaluate(trial, rows)[0] < (1 - _ARMIJO * length[pending]) * merit[rows]
         temperature[rows[better]] = trial[better]
         moved[pending[better]] = True
         pending = pending[~better]
@@ -106,15 +118,17 @@ def _damp(problem: _Problem, temperature, step, active, merit) -> np.ndarray:
 class _Problem:
     """The defect of a set of columns and the Newton matrix of each."""
 
-    def __init__(self, balance: Balance, conduction: Conduction, source: np.ndarray, cap: float | None):
+    def __init__(self, balance: Balance, conduction: Conduction, source: Floats, cap: float | None) -> None:
         self.balance, self.conduction, self.source, self.cap = balance, conduction, source, cap
         # Weight of the temperature condition against the heat condition: the stack's own stiffness.
         self.stiffness = 5.0 + float(conduction.admittance.real.mean())
 
-    def imbalance(self, temperature: np.ndarray) -> np.ndarray:
-        return self.balance.loss(temperature) + self.conduction.flux(temperature) - self.source
+    def imbalance(self, temperature: Floats) -> Floats:
+        """f(T) + C T - source of all columns [W m^-2], (columns, N)."""
+        imbalance: Floats = self.balance.loss(temperature) + self.conduction.flux(temperature) - self.source
+        return imbalance
 
-    def evaluate(self, temperature: np.ndarray, rows: np.ndarray):
+    def evaluate(self, temperature: Floats, rows: Integers) -> tuple[Floats, Floats, Reals]:
         """Largest |defect| (columns,), defect and slope (columns, N) of some columns at trial temperatures."""
         loss, slope = self.balance.columns(rows).loss_and_slope(temperature)
         defect = loss + self.conduction.flux(temperature) - self.source[rows]
@@ -122,33 +136,73 @@ class _Problem:
             defect = np.maximum(defect, self.stiffness * (temperature - self.cap))
         return np.abs(defect).max(axis=1), defect, np.maximum(slope, _LEAST_SLOPE)
 
-    def step(self, temperature, defect, slope, rows) -> np.ndarray:
-        melting = np.zeros(defect.shape, bool)
-        if self.cap is not None:
-            melting = defect <= self.stiffness * (temperature - self.cap)
+    def complementary(self, temperature: Floats) -> tuple[Floats, Floats, Floats]:
+        """Temperature with the melting times at the cap, melt, and the imbalance with it, each (columns, N).
+
+        A melting time may still be a fraction of the tolerance away from the cap.
+        """
+        imbalance = self.imbalance(temperature)
+        if self.cap is None:
+            return temperature, np.zeros_like(temperature), imbalance
+        melting = self._melting(temperature, imbalance)
+        temperature = np.where(melting, self.cap, temperature)
+        imbalance = self.imbalance(temperature)
+        melt = np.where(melting, np.maximum(-imbalance, 0.0), 0.0)
+        return temperature, melt, imbalance + melt
+
+    def _melting(self, temperature: Floats, imbalance: Floats) -> Booleans:
+        """The active set: where the temperature condition is the larger one, or the defect already equals it."""
+        if self.cap is None:
+            return np.zeros(temperature.shape, bool)
+        melting: Booleans = imbalance <= self.stiffness * (temperature - self.cap)
+        return melting
+
+    def step(self, temperature: Floats, defect: Floats, slope: Reals) -> Floats:
+        """The Newton step (columns, N) [K] of some columns from their temperature, defect and slope."""
+        melting = self._melting(temperature, defect)
         if self.conduction.steps > DENSE_STEPS:
             return np.stack([self._krylov(*row) for row in zip(defect, slope, melting, strict=True)])
         size = max(1, _MEMORY // self.conduction.steps**2)
         parts = [slice(i, i + size) for i in range(0, len(defect), size)]
         return np.concatenate([self._dense(defect[part], slope[part], melting[part]) for part in parts])
 
-    def _dense(self, defect, slope, melting) -> np.ndarray:
+    def _dense(self, defect: Floats, slope: Reals, melting: Booleans) -> Floats:
         matrix = np.repeat(self.conduction.matrix[None], len(defect), axis=0)
         matrix[melting] = 0.0
         diagonal = np.arange(self.conduction.steps)
         matrix[:, diagonal, diagonal] += np.where(melting, self.stiffness, slope)
-        return np.linalg.solve(matrix, -defect[..., None])[..., 0]
+        return np.linalg.solve(matrix, -defect[..., None])[..., 0].astype(float, copy=False)
 
-    def _krylov(self, defect, slope, melting) -> np.ndarray:
+    def _krylov(self, defect: Floats, slope: Reals, melting: Booleans) -> Floats:
+        """The step (N,) of one column by GMRES on the times that do not melt.
+
+        Melting times go to the cap whatever the others do. As unknowns of GMRES they would stop short of the cap by its
+        tolerance, and their melt could not be told from an imbalance.
+        """
         from scipy.sparse.linalg import LinearOperator, gmres
 
-        shape = (len(defect), len(defect))
-        mean = float(np.mean(slope))
+        step: Floats = np.where(melting, -defect / self.stiffness, 0.0)
+        free = np.flatnonzero(~melting)
+        if not free.size:
+            return step
+        free_slope = slope[free]
+        mean = float(np.mean(free_slope))
 
-        def apply(vector):
-            return np.where(melting, self.stiffness * vector, slope * vector + self.conduction.flux(vector))
+        def spread(vector: Floats) -> Floats:
+            """A vector over the free times as one over all, 0 elsewhere."""
+            whole = np.zeros(len(defect))
+            whole[free] = vector
+            return whole
 
-        matrix = LinearOperator(shape, apply, dtype=float)
-        approximate = LinearOperator(shape, lambda vector: self.conduction.relax(vector, mean), dtype=float)
-        step, _ = gmres(matrix, -defect, M=approximate, rtol=1e-6, restart=60, maxiter=20)
+        def product(vector: Floats) -> Floats:
+            flux: Floats = free_slope * vector + self.conduction.flux(spread(vector))[free]
+            return flux
+
+        def approximate_inverse(vector: Floats) -> Floats:
+            return self.conduction.relax(spread(vector), mean)[free]
+
+        needed = -defect[free] - self.conduction.flux(step)[free]
+        shape = (free.size, free.size)
+        matrix, inverse = (LinearOperator(shape, apply, dtype=float) for apply in (product, approximate_inverse))
+        step[free], _ = gmres(matrix, needed, M=inverse, rtol=1e-6, restart=60, maxiter=20)
         return step

@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.surface import balance as laws
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.convection import AIR_GAS_CONSTANT, AIR_HEAT_CAPACITY, natural_coefficients
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 _GROWTH = 1.12  # of cells inwards
@@ -25,14 +29,14 @@ _SEMI_INFINITE_DEPTHS = 12.0  # daily damping depths that stand for infinity: ex
 class OracleSolution:
     """Times [s] (n,), surface temperature [K] (n,) and cell temperatures [K] (n, cells)."""
 
-    time: np.ndarray
-    surface: np.ndarray
-    cells: np.ndarray
+    time: Floats
+    surface: Floats
+    cells: Floats
 
 
 def solve_oracle(
     material: SurfaceMaterial,
-    forcing_at: Callable[[np.ndarray], Forcing],
+    forcing_at: Callable[[Floats], Forcing],
     *,
     period: float = 86400.0,
     intervals: int = 144,
@@ -83,11 +87,11 @@ def solve_oracle(
     guess = float(np.mean(forcing.air_temperature)) if start is None else start
     values = _newton(ca, residual, unknowns, np.full(size * times.size, guess))
     states = values.reshape(intervals, degree, size)[:, -1]
-    ends = (np.arange(intervals) + 1) * (period / intervals)
+    ends = (np.arange(float(intervals)) + 1) * (period / intervals)
     return OracleSolution(ends, states[:, 0], states[:, 1:])
 
 
-def _grid(material: SurfaceMaterial, cells: int, period: float) -> list[tuple]:
+def _grid(material: SurfaceMaterial, cells: int, period: float) -> list[tuple[float, float, float]]:
     """Cells of the stack from the surface inwards: width, conductivity, volumetric heat capacity."""
     grid = []
     for layer in material.thermal.layers:
@@ -102,7 +106,7 @@ def _grid(material: SurfaceMaterial, cells: int, period: float) -> list[tuple]:
     return grid
 
 
-def _rate(ca, material: SurfaceMaterial, cells: int, period: float):
+def _rate(ca: Any, material: SurfaceMaterial, cells: int, period: float) -> tuple[Any, int]:
     """casadi function of (state, forcing and back) to the state's rate of change [K/s]; the state is surface, then
     cells.
     """
@@ -122,24 +126,24 @@ def _rate(ca, material: SurfaceMaterial, cells: int, period: float):
     return ca.Function("rate", [state, parameter], [ca.vertcat(*rates)]), size
 
 
-def _into_back(material: SurfaceMaterial, drive, temperature, resistance: float):
+def _into_back(material: SurfaceMaterial, drive: Any, temperature: Any, resistance: float) -> Any:
     """Heat flux out of the last cell into a back that is driven by a temperature or a heat flux."""
-    back = material.thermal.back
-    if back.kind == "adiabatic" or np.isinf(material.thermal.layers[-1].thickness):
+    boundary = material.thermal.back
+    if boundary.kind == "adiabatic" or np.isinf(material.thermal.layers[-1].thickness):
         return 0.0
-    if back.kind == "heated":
+    if boundary.kind == "heated":
         return -drive
-    if back.kind == "convective":
-        resistance = resistance + 1.0 / back.coefficient
+    if boundary.coefficient is not None:
+        resistance = resistance + 1.0 / boundary.coefficient
     return (temperature - drive) / resistance
 
 
-_NAMES = ("shortwave", "longwave", "air", "vapour", "pressure", "wind", "warm", "cold")
+_NAMES = ("shortwave", "longwave", "air", "vapour", "pressure", "wind", "warmer", "colder")
 
 
-def _parameters(forcing: Forcing, count: int) -> np.ndarray:
+def _parameters(forcing: Forcing, count: int) -> Floats:
     """What the balance needs at each time, (fields, times): see `_NAMES`."""
-    warm, cold = laws.natural_coefficients(forcing.cos_slope, forcing.pressure)
+    warmer, colder = natural_coefficients(forcing.cos_slope, forcing.pressure)
     rows = [
         forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected,
         forcing.longwave_sky + forcing.longwave_ground,
@@ -147,32 +151,32 @@ def _parameters(forcing: Forcing, count: int) -> np.ndarray:
         forcing.vapour_pressure,
         forcing.pressure,
         forcing.wind_speed,
-        warm,
-        cold,
+        warmer,
+        colder,
     ]
     return np.stack([np.broadcast_to(row, (1, count))[0] for row in rows])
 
 
-def _loss(ca, material: SurfaceMaterial, surface, parameter):
+def _loss(ca: Any, material: SurfaceMaterial, surface: Any, parameter: Any) -> Any:
     """Outward flux of the surface [W m^-2] as a casadi expression."""
-    short, long, air, vapour, pressure, wind, warm, cold = ca.vertsplit(parameter)
+    short, long, air, vapour, pressure, wind, warmer, colder = ca.vertsplit(parameter)
     emissivity = material.thermal_emissivity
-    net = emissivity * (laws.Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
+    net = emissivity * (Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
     properties = material.surface
     roughness = properties.roughness_length
     logs = np.log1p(10.0 / roughness) * np.log1p(2.0 * np.exp(2.0) / roughness)
-    volumetric = pressure / (laws.AIR_GAS_CONSTANT * air) * laws.AIR_HEAT_CAPACITY
+    volumetric = pressure / (AIR_GAS_CONSTANT * air) * AIR_HEAT_CAPACITY
     forced = volumetric * 0.16 * wind / logs
     if not properties.canopy:
         plate = 5.678 * (0.53 if roughness > 3e-5 else 0.50) * (0.7229474 * wind / 0.3048) ** 0.78
         forced = ca.fmax(forced, plate * (pressure / 101325.0) ** 0.8)
     difference = surface - air
     width = ca.sqrt(difference**2 + 0.01)
-    natural = 0.5 * (warm**3 * (width + difference) + cold**3 * (width - difference))
+    natural = 0.5 * (warmer**3 * (width + difference) + colder**3 * (width - difference))
     coefficient = ca.if_else(pressure > 0, (8.0 + forced**3 + natural) ** (1.0 / 3.0), 0.0)
     net += coefficient * difference
     if properties.wetness:
-        celsius = surface - 273.15
+        celsius = surface - ZERO_CELSIUS
         frozen = ca.fmin(ca.fmax(-celsius / 2.0, 0.0), 1.0)
         ice = frozen * frozen * (3.0 - 2.0 * frozen)
         exponent = ca.if_else(ice > 0, ice * 22.46 * celsius / (272.62 + celsius), 0.0)
@@ -183,7 +187,16 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     return net
 
 
-def _collocation(ca, rate, size: int, parameters: np.ndarray, intervals: int, degree: int, period: float, start):
+def _collocation(
+    ca: Any,
+    rate: Any,
+    size: int,
+    parameters: Floats,
+    intervals: int,
+    degree: int,
+    period: float,
+    start: float | None,
+) -> tuple[Any, Any]:
     """Equations of Radau collocation, periodic or from a start, and their unknowns, ordered interval, point, state."""
     nodes = np.concatenate([[0.0], ca.collocation_points(degree, "radau")])
     weights = _derivative_weights(nodes)
@@ -200,7 +213,7 @@ def _collocation(ca, rate, size: int, parameters: np.ndarray, intervals: int, de
     return ca.vertcat(*(ca.vec(equation) for equation in equations)), unknowns
 
 
-def _derivative_weights(nodes: np.ndarray) -> np.ndarray:
+def _derivative_weights(nodes: Floats) -> Floats:
     """Derivatives of the Lagrange polynomials (rows) at the nodes (columns)."""
     polynomials = [
         np.poly1d(np.delete(nodes, i), r=True) / np.prod(nodes[i] - np.delete(nodes, i)) for i in range(len(nodes))
@@ -208,13 +221,13 @@ def _derivative_weights(nodes: np.ndarray) -> np.ndarray:
     return np.array([np.polyval(np.polyder(polynomial), nodes) for polynomial in polynomials])
 
 
-def _newton(ca, residual, unknowns, start: np.ndarray) -> np.ndarray:
+def _newton(ca: Any, residual: Any, unknowns: Any, start: Floats) -> Floats:
     """Temperatures at which the residual vanishes."""
     from scipy.sparse.linalg import spsolve
 
     flat = ca.vec(unknowns)
     both = ca.Function("both", [unknowns], [residual, ca.jacobian(residual, flat)])
-    values = start
+    values: Floats = start
     for _ in range(40):
         defect, matrix = both(values.reshape(-1, unknowns.shape[0]).T)
         step = spsolve(matrix.sparse().tocsc(), -np.array(defect).ravel())

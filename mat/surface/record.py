@@ -1,27 +1,17 @@
-"""Measured radiation and weather from a CSV file, as the forcing of one column over the whole record."""
+"""Measured radiation and weather at equal steps, as the forcing of one column over the whole record."""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.surface.balance import Forcing, saturation_pressure
-from skyshine.mat.surface.weather_readings import AIR_COLUMNS, Column, read_readings
-from skyshine.schemas.errors import InputError
-
-# Thermopile pyranometers read a few W m^-2 below zero at night (thermal offset, BSRN: McArthur 2005, WMO/TD-No. 1274).
-COLUMNS = {
-    "sw_down": Column({"W/m2": (1.0, 0.0)}, -25.0, 2000.0),
-    "lw_down": Column({"W/m2": (1.0, 0.0)}, 20.0, 800.0),
-    **AIR_COLUMNS,
-}
-MAXIMUM_GAP = 3 * 3600.0  # s that linear interpolation may bridge
-MAXIMUM_STEPS = 200_000
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.vapour import saturation_pressure
+from skyshine.schemas.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,20 +25,35 @@ class Record:
     step : float
         [s]; the record repeats after N steps.
     values : dict of str to ndarray
-        By the names of `COLUMNS`; negative pyranometer readings are 0, humidity is at most 100.
+        "sw_down" and "lw_down" [W m^-2], "air_temperature" [K], "relative_humidity" [percent], "wind_speed" [m/s] and
+        "pressure" [Pa]. Negative pyranometer readings are 0, humidity is at most 100.
     """
 
     start: np.datetime64
     step: float
-    values: dict[str, np.ndarray]
+    values: dict[str, Floats]
+
+    @classmethod
+    def of(cls, seconds: Floats, values: Mapping[str, Floats]) -> Record:
+        """The record of readings (n,) at increasing times since 1970 [s], linear between them, at their median step."""
+        step, steps = equal_steps(seconds)
+        grid = seconds[0] + step * np.arange(steps)
+        series = {name: np.interp(grid, seconds, readings) for name, readings in values.items()}
+        series["sw_down"] = np.maximum(series["sw_down"], 0.0)
+        series["relative_humidity"] = np.minimum(series["relative_humidity"], 100.0)
+        return cls(np.datetime64(round(1e3 * seconds[0]), "ms"), step, series)
 
     @property
-    def times(self) -> np.ndarray:
+    def times(self) -> npt.NDArray[np.datetime64]:
         """(N,) datetime64[ms], UTC."""
-        return self.start + np.round(1e3 * self.step * np.arange(self.steps)).astype("timedelta64[ms]")
+        times: npt.NDArray[np.datetime64] = self.start + np.round(1e3 * self.step * np.arange(self.steps)).astype(
+            "timedelta64[ms]"
+        )
+        return times
 
     @property
     def steps(self) -> int:
+        """N."""
         return len(self.values["sw_down"])
 
     @property
@@ -64,54 +69,13 @@ class Record:
         return Record(self.start, self.step / factor, values)
 
 
-def read_record(file: str | os.PathLike) -> Record:
-    """Read a forcing CSV and bring it to equal steps.
-
-    Parameters
-    ----------
-    file : path
-        Columns time (ISO 8601; UTC where it names no zone) and all of `COLUMNS`, in any order; ``name[unit]`` in the
-        header names another unit. Empty lines and lines that begin with # are skipped.
-
-    Returns
-    -------
-    Record
-        At the file's own median step; between readings linear.
-
-    Raises
-    ------
-    InputError
-        With file:line:column of what does not fit.
-    """
-    file = Path(file)
-    table = read_readings(file, COLUMNS, COLUMNS, _moment)
-    table.refuse_gaps(np.diff(table.time), MAXIMUM_GAP)
-    return _equal_steps(file, table.time, table.values)
-
-
-def _moment(cell: str) -> float:
-    """Seconds since 1970 of an ISO 8601 time; ValueError says what was found and what is allowed."""
-    try:
-        moment = datetime.fromisoformat(cell)
-    except ValueError:
-        raise ValueError(f"found '{cell}'; allowed: ISO 8601 such as 2016-01-01T13:30:00Z") from None
-    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
-
-
-def _equal_steps(file: Path, seconds: np.ndarray, values: dict[str, np.ndarray]) -> Record:
+def equal_steps(seconds: Floats) -> tuple[float, int]:
+    """Median step [s] of increasing times (n,) [s], and the number of such steps that a record of them has."""
     step = float(np.median(np.diff(seconds)))
-    steps = round((seconds[-1] - seconds[0]) / step) + 1
-    if steps > MAXIMUM_STEPS:
-        raise InputError(f"found {steps} steps; allowed: {MAXIMUM_STEPS}; average the record or cut it", file=file)
-    grid = seconds[0] + step * np.arange(steps)
-    equal = {name: np.interp(grid, seconds, series) for name, series in values.items()}
-    equal["sw_down"] = np.maximum(equal["sw_down"], 0.0)
-    equal["relative_humidity"] = np.minimum(equal["relative_humidity"], 100.0)
-    start = np.datetime64(round(1e3 * seconds[0]), "ms")
-    return Record(start, step, equal)
+    return step, round((seconds[-1] - seconds[0]) / step) + 1
 
 
-def record_forcing(record: Record, shortwave, slope: float) -> Forcing:
+def record_forcing(record: Record, shortwave: tuple[Floats, Floats, Floats], slope: float) -> Forcing:
     """Forcing of one column from a record.
 
     Parameters
@@ -131,8 +95,11 @@ def record_forcing(record: Record, shortwave, slope: float) -> Forcing:
     cosine = np.cos(np.radians(slope))
     view = 0.5 * (1 + cosine)
     temperature = values["air_temperature"]
+    direct, diffuse, reflected = (np.atleast_2d(part) for part in shortwave)
     return Forcing(
-        *(np.atleast_2d(part) for part in shortwave),
+        shortwave_direct=direct,
+        shortwave_diffuse=diffuse,
+        shortwave_reflected=reflected,
         longwave_sky=np.atleast_2d(view * values["lw_down"]),
         longwave_ground=np.atleast_2d((1 - view) * Stefan_Boltzmann * temperature**4),
         air_temperature=np.atleast_2d(temperature),

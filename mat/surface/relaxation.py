@@ -1,7 +1,7 @@
 """Batches of columns iterated with one matrix: to near the solution in single precision, to the tolerance in double.
 
-With g(t) the batch's mean slope of f, T goes to (diag(g) + C)^-1 (g T - f(T) + source), which leaves an imbalance of
-the change times what g is wrong by, and Anderson acceleration makes up for that.
+With g(t) the batch's mean slope of f, T goes to (diag(g) + C)^-1 (g T - f(T) + source). That leaves an imbalance of the
+change of T times the error of g, which Anderson acceleration reduces.
 """
 
 from __future__ import annotations
@@ -14,22 +14,25 @@ import numpy as np
 from skyshine.mat.surface.balance import MELTING_POINT, Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
 # Largest residual of the balance at any time [W m^-2]: with at least 2 W m^-2 K^-1 of convection below 1 mK.
 TOLERANCE = 1e-3
-_ITERATIONS = 16  # in either precision; more for snow, whose melting is slow to settle
+_ITERATIONS = 16  # in either precision; more for snow, whose melting settles slowly
 _MELTING_ITERATIONS = 60
 # Change [K] at which single precision gives way to double: several times the rounding of temperatures near 300 K.
 _NEAR = 5e-4
-_SAMPLE, _RENEWALS = 32, 3  # columns and matrices from which a material's relaxation is found
+# K: an iterate beyond these has diverged.
+_COLDEST, _HOTTEST = 1.0, 3000.0
+_SAMPLE, _RENEWALS = 32, 3  # columns and matrices that determine the relaxation of a material
 
 
-def sampled(columns: int) -> np.ndarray:
+def sampled(columns: int) -> Integers:
     """Indices of columns that stand for all."""
     return np.unique(np.linspace(0, columns - 1, min(columns, _SAMPLE)).astype(int))
 
 
-def imbalance_of(balance: Balance, conduction: Conduction, source, temperature) -> tuple[np.ndarray, np.ndarray]:
+def imbalance_of(balance: Balance, conduction: Conduction, source: Floats, temperature: Floats) -> tuple[Reals, Floats]:
     """f(T), and f(T) + C T - source [W m^-2], each (columns, N)."""
     loss = balance.loss(temperature)
     flux = conduction.flux(temperature)
@@ -38,11 +41,17 @@ def imbalance_of(balance: Balance, conduction: Conduction, source, temperature) 
     return loss, flux
 
 
-def first_guess(balance: Balance) -> np.ndarray:
-    """Air temperature; without air the temperature that radiates the mean of what is absorbed."""
+def plausible(temperature: Reals) -> Booleans:
+    """Whether no temperature (columns, N) [K] of a column has diverged, (columns,)."""
+    inside: Booleans = np.all((temperature > _COLDEST) & (temperature < _HOTTEST), axis=1)
+    return inside
+
+
+def first_guess(balance: Balance) -> Floats:
+    """Air temperature [K], (columns, N); without air the temperature that radiates the mean absorbed flux."""
     if balance.airless:
         mean = np.mean(balance.absorbed + np.zeros(balance.shape), axis=1, keepdims=True)
-        radiator = (np.maximum(mean, 1e-6) / max(balance.emission, 1e-12)) ** 0.25
+        radiator: Floats = (np.maximum(mean, 1e-6) / max(balance.emission, 1e-12)) ** 0.25
         return np.clip(radiator, 3.0, 2000.0) + np.zeros(balance.shape)
     return balance.air_temperature + np.zeros(balance.shape)
 
@@ -59,8 +68,8 @@ class Relaxation:
         Transposed, for temperatures in rows.
     start : ndarray, shape (1, N), or None
         Mean temperature of the sample [K].
-    origin, pull : ndarray, shape (1, N)
-        Temperatures [K] from which single precision measures, near those of the sample, and C of them [W m^-2].
+    origin, origin_flux : ndarray, shape (1, N)
+        Temperatures [K] near those of the sample, from which single precision measures, and C of them [W m^-2].
     cap : float or None
         Temperature T_m that the surface cannot exceed [K]. The unknown is then u, of which T = min(u, T_m) is the
         temperature and `melting` (u - T_m) the heat spent on melting where u exceeds T_m.
@@ -68,27 +77,44 @@ class Relaxation:
         [W m^-2 K^-1]
     """
 
-    slope: np.ndarray
-    inverse: np.ndarray
-    start: np.ndarray | None
-    origin: np.ndarray
-    pull: np.ndarray
+    slope: Reals
+    inverse: Reals
+    start: Floats | None
+    origin: Floats
+    origin_flux: Floats
     cap: float | None
     melting: float
 
     @classmethod
-    def of(cls, material, forcing: Forcing, conduction: Conduction, source: np.ndarray, found=None) -> Relaxation:
-        """The relaxation that suits a sample of the columns: by temperatures found with fewer steps or by renewed
-        matrices.
+    def of(
+        cls,
+        material: SurfaceMaterial,
+        forcing: Forcing,
+        conduction: Conduction,
+        source: Floats,
+        coarse: Reals | None = None,
+    ) -> Relaxation:
+        """The relaxation that suits a sample of the columns.
+
+        Parameters
+        ----------
+        material : SurfaceMaterial
+        forcing : Forcing
+        conduction : Conduction
+        source : (columns, N or 1) ndarray
+            [W m^-2]
+        coarse : (columns, fewer steps) ndarray, optional
+            Temperatures [K] about which the matrix is built; without them matrices are renewed as the sample converges.
         """
         sample = sampled(forcing.shape[0])
         balance = Balance(forcing.columns(sample), material)
         source = source[sample]
-        temperature, start = first_guess(balance), None
-        if found is not None:
-            temperature = _between(found[sample], conduction.steps).astype(float)
+        temperature: Floats = first_guess(balance)
+        start: Floats | None = None
+        if coarse is not None:
+            temperature = _between(coarse[sample], conduction.steps).astype(float)
         cap = melting_cap(material)
-        for _ in range(_RENEWALS if found is None else 1):
+        for _ in range(_RENEWALS if coarse is None else 1):
             _, slopes = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
             slope = np.maximum(slopes.mean(axis=0), 1e-3)
             inverse = np.linalg.inv(conduction.matrix + np.diag(slope)).T
@@ -97,12 +123,13 @@ class Relaxation:
             melting = 2 * ends.prod() / ends.sum()
             origin = temperature.mean(axis=0, keepdims=True)
             relaxation = cls(slope, inverse, start, origin, conduction.flux(origin), cap, float(melting))
-            if found is not None:
+            if coarse is not None:
                 break
-            better, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
-            if not np.all((better > 1.0) & (better < 3000.0)):
+            iterate, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
+            if not np.all(plausible(iterate)):
                 break
-            temperature, start = better, better.mean(axis=0, keepdims=True)
+            temperature = iterate.astype(float, copy=False)
+            start = temperature.mean(axis=0, keepdims=True)
         return relaxation
 
     @cached_property
@@ -110,7 +137,9 @@ class Relaxation:
         """The same in single precision."""
         return replace(self, slope=self.slope.astype(np.float32), inverse=self.inverse.astype(np.float32))
 
-    def solve(self, balance: Balance, conduction: Conduction, source, start=None):
+    def solve(
+        self, balance: Balance, conduction: Conduction, source: Floats, start: Reals | None = None
+    ) -> tuple[Floats, Floats, Reals, Floats, Integers]:
         """Iterate in single precision, then in double until the imbalance is within the tolerance.
 
         Parameters
@@ -120,7 +149,7 @@ class Relaxation:
         source : (columns, N or 1) ndarray
             [W m^-2]
         start : (columns, fewer steps) ndarray, optional
-            Unknowns that `approach` has found.
+            Unknowns that `approach` gives.
 
         Returns
         -------
@@ -128,12 +157,13 @@ class Relaxation:
             [K], [W m^-2]; columns whose imbalance is not within the tolerance have not settled.
         iterations : (columns,) ndarray of int32
         """
-        unknown, light = self.approach(balance, source, start)
-        if not np.all((unknown > 1.0) & (unknown < 1e5)):
+        unknown, single_count = self.approach(balance, source, start)
+        if not np.all((unknown > _COLDEST) & (unknown < 1e5)):
             unknown = self._begin(balance, source)
         memory = _Anderson()
-        for count in range(self._most + 1):
-            temperature, melt = unknown, np.zeros(unknown.shape)
+        for count in range(self._max_iterations + 1):
+            temperature: Floats = unknown
+            melt = np.zeros(unknown.shape)
             if self.cap is not None:
                 temperature = np.minimum(unknown, self.cap)
                 melt = self.melting * (unknown - temperature)
@@ -141,37 +171,66 @@ class Relaxation:
             if self.cap is not None:
                 imbalance += melt
             largest = max(imbalance.max(), -imbalance.min())
-            if largest <= TOLERANCE or not largest < 1e9 or count == self._most:
+            if largest <= TOLERANCE or not largest < 1e9 or count == self._max_iterations:
                 break
-            change = imbalance @ self.inverse
+            change: Floats = imbalance @ self.inverse
             np.negative(change, out=change)
-            unknown = memory.next(unknown + change, change)
-        return temperature, melt, loss, imbalance, np.full(len(unknown), light + count, np.int32)
+            unknown = memory.next(unknown + change, change).astype(float, copy=False)
+        return temperature, melt, loss, imbalance, np.full(len(unknown), single_count + count, np.int32)
 
-    def approach(self, balance: Balance, source, start=None) -> tuple[np.ndarray, int]:
+    def approach(self, balance: Balance, source: Floats, start: Reals | None = None) -> tuple[Floats, int]:
         """Unknowns to about `_NEAR`, iterated in single precision, and the count of iterations."""
-        begin = self._begin(balance, source) if start is None else _between(start, balance.shape[1])
-        light, origin = self.single, self.origin.astype(np.float32)
-        given = [part.astype(np.float32) for part in (source - self.pull, begin - self.origin)]
-        found, count = light.iterate(balance.single(), *given, self._most, _NEAR, origin)
-        return found + self.origin, count
+        guess = self._begin(balance, source) if start is None else _between(start, balance.shape[1])
+        change, count = self.single.iterate(
+            balance.single(),
+            (source - self.origin_flux).astype(np.float32),
+            (guess - self.origin).astype(np.float32),
+            self._max_iterations,
+            _NEAR,
+            self.origin.astype(np.float32),
+        )
+        return change + self.origin, count
 
-    def _begin(self, balance: Balance, source) -> np.ndarray:
+    def _begin(self, balance: Balance, source: Floats) -> Floats:
         return first_guess(balance) if self.start is None else np.repeat(self.start, len(source), axis=0)
 
     @property
-    def _most(self) -> int:
+    def _max_iterations(self) -> int:
         return _ITERATIONS if self.cap is None else _MELTING_ITERATIONS
 
     def iterate(
-        self, balance: Balance, source, unknown, most: int, tolerance: float, origin=0.0
-    ) -> tuple[np.ndarray, int]:
-        """Accelerated fixed-point iteration until no unknown changes by more than a tolerance [K]; and its count.
+        self,
+        balance: Balance,
+        source: Reals,
+        unknown: Reals,
+        max_iterations: int,
+        tolerance: float,
+        origin: Reals | float = 0.0,
+    ) -> tuple[Reals, int]:
+        """Accelerated fixed-point iteration, in the precision of its arguments.
 
-        Unknowns are measured from `origin`, of which `source` has lost C of it.
+        Parameters
+        ----------
+        balance : Balance
+        source : (columns, N or 1) ndarray
+            Less C of the origin [W m^-2].
+        unknown : (columns, N) ndarray
+            To begin with, less the origin [K].
+        max_iterations : int
+        tolerance : float
+            Largest change of an unknown [K] at which the iteration ends.
+        origin : (1, N) ndarray or float
+            [K]
+
+        Returns
+        -------
+        unknown : (columns, N) ndarray
+            Less the origin [K].
+        count : int
+            Of the iterations.
         """
         memory = _Anderson()
-        for count in range(1, most + 1):
+        for count in range(1, max_iterations + 1):
             target = self._relaxed(balance, source, unknown, origin)
             change = target - unknown
             largest = max(change.max(), -change.min())
@@ -182,14 +241,14 @@ class Relaxation:
             unknown = memory.next(target, change)
         return unknown, count
 
-    def _relaxed(self, balance: Balance, source, unknown: np.ndarray, origin) -> np.ndarray:
+    def _relaxed(self, balance: Balance, source: Reals, unknown: Reals, origin: Reals | float) -> Reals:
         """The unknown less the relaxed imbalance."""
         temperature = unknown + origin
         if self.cap is not None:
             excess = np.maximum(temperature - self.cap, 0.0)
             np.minimum(temperature, self.cap, out=temperature)
             unknown = unknown - excess
-        target = unknown * self.slope
+        target: Reals = unknown * self.slope
         target -= balance.loss(temperature)
         target += source
         if self.cap is not None:
@@ -200,19 +259,20 @@ class Relaxation:
         return target
 
 
-def _between(temperature: np.ndarray, steps: int) -> np.ndarray:
+def _between(temperature: Reals, steps: int) -> Reals:
     """Periodic temperatures (columns, fewer steps) at a number of times, linear between their own."""
-    return temperature @ _weights_between(temperature.shape[1], steps).astype(temperature.dtype)
+    interpolated: Reals = temperature @ _weights_between(temperature.shape[1], steps).astype(temperature.dtype)
+    return interpolated
 
 
 @lru_cache(maxsize=8)
-def _weights_between(fewer: int, steps: int) -> np.ndarray:
+def _weights_between(fewer: int, steps: int) -> Floats:
     at = np.arange(steps) / steps
     return np.array([np.interp(at, np.arange(fewer) / fewer, row, period=1.0) for row in np.eye(fewer)])
 
 
 def melting_cap(material: SurfaceMaterial) -> float | None:
-    """Temperature that the surface cannot exceed [K]."""
+    """Temperature that the surface cannot exceed [K]; None where it does not melt."""
     return MELTING_POINT if material.surface.snow else None
 
 
@@ -224,27 +284,29 @@ class _Anderson:
     Walker and Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, 1715-1735.
     """
 
-    def __init__(self):
-        self.target = self.change = None
-        self.steps: list[tuple[np.ndarray, np.ndarray]] = []
+    def __init__(self) -> None:
+        self.last: tuple[Reals, Reals] | None = None
+        self.steps: list[tuple[Reals, Reals]] = []
 
-    def next(self, target: np.ndarray, change: np.ndarray) -> np.ndarray:
+    def next(self, target: Reals, change: Reals) -> Reals:
         """The next iterate from G(x) and G(x) - x; `target` and `change` are kept, not copied."""
-        if self.target is not None:
-            self.steps = [(target - self.target, change - self.change), *self.steps[:1]]
-        self.target, self.change = target, change
+        if self.last is not None:
+            self.steps = [(target - self.last[0], change - self.last[1]), *self.steps[:1]]
+        self.last = target, change
         if not self.steps:
             return target
-        _new, bend = self.steps[0]
+        bend = self.steps[0][1]
         first = _dot(bend, bend)
         with np.errstate(divide="ignore", invalid="ignore"):
-            weights = [_dot(bend, change) / first] if len(self.steps) == 1 else self._two(first, bend, change)
+            one = len(self.steps) == 1
+            weights = [_dot(bend, change) / first] if one else self._two(first, bend, change)
         result = target.copy()
         for weight, (step, _) in zip(weights, self.steps, strict=True):
             result -= np.where(np.isfinite(weight), weight, 0.0).astype(step.dtype)[:, None] * step
         return result
 
-    def _two(self, first, bend, change) -> list[np.ndarray]:
+    def _two(self, first: Floats, bend: Reals, change: Reals) -> list[Floats]:
+        """Weights of both steps; `first` is the square of the newer bend."""
         older = self.steps[1][1]
         second, cross = _dot(older, older), _dot(bend, older)
         right, right_older = _dot(bend, change), _dot(older, change)
@@ -256,5 +318,6 @@ class _Anderson:
         return [one, two]
 
 
-def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.einsum("ct,ct->c", one, other).astype(float)
+def _dot(one: Reals, other: Reals) -> Floats:
+    product: Floats = np.einsum("ct,ct->c", one, other).astype(float)
+    return product

@@ -1,9 +1,9 @@
-"""Periodic surface temperatures of whole batches of columns, with the next sturdier method where one does not hold.
+"""Periodic surface temperatures of whole batches of columns, by a sturdier method where the first fails.
 
 The problem of a column is f(T) + C T = source for N temperatures of a period: f the nonlinear `Balance`, C the
-exact `Conduction`, source what the back brings (`BackFlux`). A batch is iterated with one matrix (`Relaxation`), fine
-steps from what fewer have found; what does not settle goes to damped Newton; what breaks the maximum principle is
-solved again by backward Euler.
+exact `Conduction`, source the flux from the back (`BackFlux`). A batch is iterated with one matrix (`Relaxation`); an
+iteration in fine steps begins at the solution in coarse ones. Columns that do not settle go to damped Newton; columns
+that break the maximum principle are solved again by backward Euler.
 """
 
 from __future__ import annotations
@@ -13,13 +13,23 @@ from dataclasses import dataclass, fields
 from enum import IntEnum
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.surface.back_boundary import BackFlux
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.newton import DENSE_STEPS, solve_newton
-from skyshine.mat.surface.relaxation import TOLERANCE, Relaxation, first_guess, imbalance_of, melting_cap, sampled
+from skyshine.mat.surface.relaxation import (
+    TOLERANCE,
+    Relaxation,
+    first_guess,
+    imbalance_of,
+    melting_cap,
+    plausible,
+    sampled,
+)
+from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import CheckFailed
 
 DAY = 86400.0  # s, the mean solar day
@@ -44,7 +54,7 @@ class Method(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Surface temperatures and what is known of their quality.
+    """Surface temperatures and their quality.
 
     Attributes
     ----------
@@ -64,13 +74,17 @@ class Solution:
         Beyond those that found the material's common matrix and starting point.
     """
 
-    temperature: np.ndarray
-    melt: np.ndarray
-    residual: np.ndarray
-    energy_closure: np.ndarray
-    bound_excess: np.ndarray
-    method: np.ndarray
-    iterations: np.ndarray
+    temperature: Floats
+    melt: Floats
+    residual: Floats
+    energy_closure: Floats
+    bound_excess: Floats
+    method: npt.NDArray[np.uint8]
+    iterations: Integers
+
+    def columns(self, chosen: Integers) -> Solution:
+        """The solution of an index array of columns."""
+        return Solution(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
 class ConvergenceError(CheckFailed):
@@ -86,7 +100,7 @@ def solve_columns(
     period: float = DAY,
     scheme: str = "bdf2",
     start_hour: float = 0.0,
-) -> list[tuple[np.ndarray, Solution]]:
+) -> list[tuple[Integers, Solution]]:
     """Solve all columns of a material.
 
     Parameters
@@ -108,7 +122,7 @@ def solve_columns(
     Returns
     -------
     list of (index, Solution)
-        The columns of each Solution, together all columns once. They may differ in N.
+        The columns of each Solution, together all columns once and none empty. They may differ in N.
 
     Raises
     ------
@@ -121,25 +135,20 @@ def solve_columns(
     coarse = Conduction(material.thermal, steps, period, scheme)
     forcing = forcing_at(steps)
     forcing.check()
+    columns = np.arange(forcing.shape[0])
     if fine > steps and scheme == "bdf2" and not _settles_slowly(material, forcing, coarse):
         start = _approach(material, forcing, coarse, start_hour)
-        first = _solve(
-            material,
-            forcing_at(fine),
-            Conduction(material.thermal, fine, period, scheme),
-            Method.BDF2_FINE,
-            start_hour,
-            start=start,
-        )
+        finer = Conduction(material.thermal, fine, period, scheme)
+        first = _solve(material, forcing_at(fine), finer, Method.BDF2_FINE, start_hour, columns, start)
     else:
-        first = _solve(material, forcing, coarse, Method.BDF2, start_hour)
+        first = _solve(material, forcing, coarse, Method.BDF2, start_hour, columns)
     broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
     if scheme != "bdf2" or not broken.size:
-        return [(np.arange(len(first.residual)), first)]
+        return [(columns, first)]
     euler = Conduction(material.thermal, fine, period, "euler")
-    second = _solve(material, forcing_at(fine).columns(broken), euler, Method.EULER, start_hour, names=broken)
-    kept = np.setdiff1d(np.arange(len(first.residual)), broken)
-    return [(kept, _take(first, kept)), (broken, second)]
+    second = _solve(material, forcing_at(fine).columns(broken), euler, Method.EULER, start_hour, broken)
+    kept = np.setdiff1d(columns, broken)
+    return [(kept, first.columns(kept)), (broken, second)] if kept.size else [(broken, second)]
 
 
 def _settles_slowly(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> bool:
@@ -150,29 +159,35 @@ def _settles_slowly(material: SurfaceMaterial, forcing: Forcing, conduction: Con
 
 
 def _solve(
-    material, forcing: Forcing, conduction: Conduction, method: Method, start_hour: float, names=None, start=None
+    material: SurfaceMaterial,
+    forcing: Forcing,
+    conduction: Conduction,
+    method: Method,
+    start_hour: float,
+    names: Integers,
+    start: Reals | None = None,
 ) -> Solution:
-    """Solve all columns by one scheme, chunk by chunk, from temperatures (columns, fewer steps) if there are any."""
-    columns = forcing.shape[0]
-    names = np.arange(columns) if names is None else names
-    back = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour))
+    """Solve all columns by one scheme, chunk by chunk.
+
+    `names` (columns,) are the numbers of the columns in messages; `start` (columns, fewer steps) are temperatures [K].
+    """
+    back_flux = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour))
     relaxation = None
     if conduction.steps <= DENSE_STEPS:
-        relaxation = Relaxation.of(material, forcing, conduction, back.source, start)
-    parts = []
-    for chosen in _chunks(columns, conduction.steps):
-        parts.append(
-            _solve_chunk(
-                material,
-                forcing.columns(chosen),
-                back.columns(chosen),
-                conduction,
-                relaxation,
-                method,
-                names[chosen],
-                None if start is None else start[chosen],
-            )
+        relaxation = Relaxation.of(material, forcing, conduction, back_flux.source, start)
+    parts = [
+        _solve_chunk(
+            material,
+            Balance(forcing.columns(chosen), material),
+            back_flux.columns(chosen),
+            conduction,
+            relaxation,
+            method,
+            names[chosen],
+            None if start is None else start[chosen],
         )
+        for chosen in _chunks(*forcing.shape)
+    ]
     return Solution(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Solution)))
 
 
@@ -181,30 +196,37 @@ def _chunks(columns: int, steps: int) -> list[slice]:
     return [slice(start, min(start + size, columns)) for start in range(0, columns, size)]
 
 
-def _clock(conduction: Conduction, start_hour: float) -> np.ndarray:
+def _clock(conduction: Conduction, start_hour: float) -> Floats:
     """Clock hours (N,) of the times of the period."""
-    return start_hour + np.arange(conduction.steps) * (conduction.period / conduction.steps / 3600.0)
+    return start_hour + np.arange(float(conduction.steps)) * (conduction.period / conduction.steps / 3600.0)
 
 
-def _approach(material, forcing: Forcing, conduction: Conduction, start_hour: float) -> np.ndarray | None:
-    """Temperatures (columns, N) in single precision, to start finer steps from; None where they are not found."""
+def _approach(
+    material: SurfaceMaterial, forcing: Forcing, conduction: Conduction, start_hour: float
+) -> npt.NDArray[np.float32] | None:
+    """Temperatures (columns, N) [K] from which finer steps begin; None where the iteration diverges."""
     source = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour)).source
     relaxation = Relaxation.of(material, forcing, conduction, source)
-    found = np.empty(forcing.shape, np.float32)
+    temperature = np.empty(forcing.shape, np.float32)
     for chosen in _chunks(*forcing.shape):
-        found[chosen], _ = relaxation.approach(Balance(forcing.columns(chosen), material), source[chosen])
-    return found if np.all((found > 1.0) & (found < 3000.0)) else None
-
-
-def _take(solution: Solution, rows) -> Solution:
-    return Solution(*(getattr(solution, field.name)[rows] for field in fields(Solution)))
+        temperature[chosen], _ = relaxation.approach(Balance(forcing.columns(chosen), material), source[chosen])
+    return temperature if np.all(plausible(temperature)) else None
 
 
 def _solve_chunk(
-    material, forcing: Forcing, back: BackFlux, conduction: Conduction, relaxation, method: Method, names, start
+    material: SurfaceMaterial,
+    balance: Balance,
+    back_flux: BackFlux,
+    conduction: Conduction,
+    relaxation: Relaxation | None,
+    method: Method,
+    names: Integers,
+    start: Reals | None,
 ) -> Solution:
-    balance, source = Balance(forcing, material), back.source
-    cap = melting_cap(material)
+    source, cap = back_flux.source, melting_cap(material)
+    temperature: Floats
+    loss: Reals
+    iterations: Integers
     if relaxation is None:
         temperature, iterations = first_guess(balance), np.zeros(len(names), np.int32)
         if cap is not None:
@@ -215,30 +237,31 @@ def _solve_chunk(
         temperature, melt, loss, imbalance, iterations = relaxation.solve(balance, conduction, source, start)
     residual = np.abs(imbalance).max(axis=1)
     methods = np.full(len(names), method, np.uint8)
-    rest = np.flatnonzero(~(residual <= TOLERANCE))
-    if rest.size:
-        some = balance.columns(rest)
-        begin = temperature[rest]
-        lost = ~np.all((begin > 1.0) & (begin < 3000.0), axis=1)
-        begin[lost] = first_guess(some)[lost]
-        result = solve_newton(some, conduction, source[rest], begin, cap, TOLERANCE)
-        _refuse_unsettled(result.residual, material, conduction, names[rest])
-        temperature[rest], melt[rest], residual[rest] = result.temperature, result.melt, result.residual
-        iterations[rest] += result.iterations
-        methods[rest] = Method(method + 1)
-        loss[rest] = some.loss(result.temperature)
+    unsettled = np.flatnonzero(~(residual <= TOLERANCE))
+    if unsettled.size:
+        unsettled_balance = balance.columns(unsettled)
+        guess = temperature[unsettled]
+        diverged = ~plausible(guess)
+        guess[diverged] = first_guess(unsettled_balance)[diverged]
+        result = solve_newton(unsettled_balance, conduction, source[unsettled], guess, cap, TOLERANCE)
+        _refuse_unsettled(result.residual, material, conduction, names[unsettled])
+        temperature[unsettled], melt[unsettled] = result.temperature, result.melt
+        residual[unsettled] = result.residual
+        iterations[unsettled] += result.iterations
+        methods[unsettled] = Method(method + 1)
+        loss[unsettled] = unsettled_balance.loss(result.temperature)
     return Solution(
         temperature,
         melt,
         residual,
         (loss + melt).mean(axis=1) + conduction.steady_conductance * temperature.mean(axis=1) - source.mean(axis=1),
-        bound_excess(balance, temperature, loss, back, cap),
+        bound_excess(balance, temperature, loss, back_flux, cap),
         methods,
         iterations,
     )
 
 
-def _refuse_unsettled(residual, material, conduction, names) -> None:
+def _refuse_unsettled(residual: Floats, material: SurfaceMaterial, conduction: Conduction, names: Integers) -> None:
     wrong = ~(residual <= TOLERANCE)
     if np.any(wrong):
         worst = int(np.argmax(np.where(np.isfinite(residual), residual, np.inf)))
@@ -249,15 +272,15 @@ def _refuse_unsettled(residual, material, conduction, names) -> None:
         )
 
 
-def bound_excess(balance: Balance, temperature, loss, back: BackFlux, cap: float | None) -> np.ndarray:
-    """How far temperatures leave what the maximum principle of heat conduction allows.
+def bound_excess(balance: Balance, temperature: Floats, loss: Reals, back_flux: BackFlux, cap: float | None) -> Floats:
+    """How far temperatures leave the range that the maximum principle of heat conduction allows.
 
     Parameters
     ----------
     balance : Balance
     temperature, loss : (columns, N) ndarray
         [K], and f of it [W m^-2].
-    back : BackFlux
+    back_flux : BackFlux
     cap : float or None
         Melting point of a surface that cannot exceed it [K].
 
@@ -270,7 +293,10 @@ def bound_excess(balance: Balance, temperature, loss, back: BackFlux, cap: float
         is below the equilibrium of that time; for the others the distance is one Newton step of f at the nearest time.
     """
     excess = np.zeros(len(temperature))
-    for sign, behind, heat in ((1, back.highest, back.heat[1]), (-1, back.lowest, back.heat[0])):
+    for sign, behind, heat in (
+        (1, back_flux.highest, back_flux.heat[1]),
+        (-1, back_flux.lowest, back_flux.heat[0]),
+    ):
         time = (np.argmax if sign > 0 else np.argmin)(temperature, axis=1)[:, None]
         extreme = np.take_along_axis(temperature, time, axis=1)
         doubtful = (sign * (np.take_along_axis(loss, time, axis=1) - heat) > 0) & (sign * (extreme - behind) > 0)
@@ -279,9 +305,9 @@ def bound_excess(balance: Balance, temperature, loss, back: BackFlux, cap: float
         rows = np.flatnonzero(doubtful)
         if not rows.size:
             continue
-        some = balance.columns(rows)
-        force, slope = some.loss_and_slope(extreme[rows] + np.zeros(some.shape))
-        beyond = np.min(sign * (force - heat) / np.maximum(slope, 1e-3), axis=1)
+        doubtful_balance = balance.columns(rows)
+        net, slope = doubtful_balance.loss_and_slope(extreme[rows] + np.zeros(doubtful_balance.shape))
+        beyond = np.min(sign * (net - heat) / np.maximum(slope, 1e-3), axis=1)
         beyond = np.minimum(beyond, sign * (extreme - behind)[rows, 0])
         if cap is not None and sign < 0:
             beyond = np.minimum(beyond, cap - extreme[rows, 0])

@@ -1,7 +1,7 @@
-"""Random columns that no kind scene has, to see that the solver holds on them.
+"""Random columns that are harder than those of any scene, as trials of the solver.
 
 Foil to water, dry to wet, emissivity 0.02 to 1, any back; calm to 50 m/s, polar night to desert noon, step shadows,
-vacuum. The ranges are chosen wider than any scene; nothing here feeds a table.
+vacuum; long records of melting snow. The ranges are chosen wider than any scene; nothing here feeds a table.
 """
 
 from __future__ import annotations
@@ -10,9 +10,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Forcing, saturation_pressure
+from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
+from skyshine.schemas.arrays import Floats
+
+_RADIATION = 5.67e-8  # W m^-2 K^-4
 
 # Conductivity [W m^-1 K^-1], density [kg m^-3], heat capacity [J kg^-1 K^-1]: water, aluminium, steel, concrete, dry
 # soil, insulation.
@@ -34,7 +38,7 @@ def _log(generator: np.random.Generator, low: float, high: float) -> float:
 def random_material(generator: np.random.Generator) -> SurfaceMaterial:
     """A surface of foil to water, dry or wet, on any back."""
     first, second = (_KINDS[generator.integers(len(_KINDS))] for _ in range(2))
-    back = [
+    back_boundary = [
         Back("adiabatic"),
         Back("fixed", float(generator.uniform(250, 310))),
         Back("fixed"),
@@ -44,7 +48,7 @@ def random_material(generator: np.random.Generator) -> SurfaceMaterial:
     stack = ThermalStack(
         Layer(_log(generator, 1e-6, 5e-3), *first),
         (Layer(_log(generator, 1e-5, 0.5), *first), Layer(last, *second)),
-        back,
+        back_boundary,
     )
     wet = generator.random() < 0.5
     surface = SurfaceProperties(
@@ -79,8 +83,73 @@ def random_forcing(generator: np.random.Generator) -> Callable[[int], Forcing]:
         air = mean + swing * np.cos(2 * np.pi * (hours - 15) / 24)
         windy = wind * np.where(gusts & (np.floor(hours) % 2 == 0), 0.1, 1.0)
         vapour = np.minimum(humidity * saturation_pressure(mean), saturation_pressure(air))
-        rows = [noon * sun, 0.1 * noon * sun, 0 * sun, (0 if vacuum else sky) * 5.67e-8 * air**4, 0 * sun, air, vapour]
-        rows += [np.full(steps, 0.0 if vacuum else 9e4), windy]
-        return Forcing(*(row[None, :] for row in rows), cos_slope=np.array([[tilt]]))
+        return Forcing(
+            shortwave_direct=(noon * sun)[None],
+            shortwave_diffuse=(0.1 * noon * sun)[None],
+            shortwave_reflected=np.zeros((1, steps)),
+            longwave_sky=((0 if vacuum else sky) * _RADIATION * air**4)[None],
+            longwave_ground=np.zeros((1, steps)),
+            air_temperature=air[None],
+            vapour_pressure=vapour[None],
+            pressure=np.full((1, steps), 0.0 if vacuum else 9e4),
+            wind_speed=windy[None],
+            cos_slope=np.array([[tilt]]),
+        )
 
     return forcing
+
+
+def random_snow(generator: np.random.Generator) -> tuple[SurfaceMaterial, Forcing, float]:
+    """Snow of any density and albedo under a long record about freezing, with its period [s].
+
+    The record has 1,600 to 4,000 steps of 5 to 15 minutes: too many for a dense matrix.
+    """
+    step = float(generator.choice([300.0, 450.0, 600.0, 900.0]))
+    steps = int(generator.integers(1600, 4000))
+    hours = np.arange(float(steps)) * (step / 3600.0)
+    air = generator.uniform(266, 279) + generator.uniform(0, 8) * np.cos(2 * np.pi * (hours - 15) / 24)
+    air = air + generator.uniform(0, 5) * _red_noise(generator, steps, step / 3600.0 / 40.0)
+    cloud = 1 / (1 + np.exp(-2.0 * _red_noise(generator, steps, step / 3600.0 / 10.0)))
+    sun = generator.uniform(200, 1000) * np.maximum(np.sin(2 * np.pi * (hours - 6) / 24), 0.0) * (1 - 0.7 * cloud)
+    wind = np.abs(4.0 * _red_noise(generator, steps, step / 3600.0 / 8.0))
+    zero = np.zeros((1, steps))
+    forcing = Forcing(
+        shortwave_direct=zero,
+        shortwave_diffuse=sun[None],
+        shortwave_reflected=zero,
+        longwave_sky=((0.7 + 0.28 * cloud) * _RADIATION * air**4)[None],
+        longwave_ground=zero,
+        air_temperature=air[None],
+        vapour_pressure=generator.uniform(0.4, 1.0) * saturation_pressure(air)[None],
+        pressure=zero + 9e4,
+        wind_speed=wind[None],
+        cos_slope=np.ones((1, 1)),
+    )
+    return _random_snow_material(generator), forcing, step * steps
+
+
+def _random_snow_material(generator: np.random.Generator) -> SurfaceMaterial:
+    """Fresh to old snow, dry or sublimating, on soil at air temperature, at the melting point, or on nothing."""
+    density = generator.uniform(80, 500)
+    # Yen (1981), Review of thermal properties of snow, ice and sea ice, CRREL Report 81-10.
+    conductivity = 2.22 * (density / 917.0) ** 1.88
+
+    def layer(thickness: float) -> Layer:
+        return Layer(thickness, conductivity, density, 2090.0)
+
+    back_boundary = [Back("fixed"), Back("fixed", 272.0), Back("adiabatic")][generator.integers(3)]
+    layers = layer(_log(generator, 0.03, 0.3)), layer(_log(generator, 0.05, 1.0))
+    surface = SurfaceProperties(_log(generator, 1e-4, 1e-2), float(generator.integers(2)), 0.0, False, True)
+    albedo, emissivity = generator.uniform(0.2, 0.95), generator.uniform(0.9, 1.0)
+    return SurfaceMaterial("snow", ThermalStack(layer(5e-3), layers, back_boundary), surface, 1 - albedo, emissivity)
+
+
+def _red_noise(generator: np.random.Generator, steps: int, rate: float) -> Floats:
+    """First-order autoregressive series (N,) of unit variance; `rate` is a step over the time of decay."""
+    from scipy.signal import lfilter
+
+    kept = np.exp(-rate)
+    shocks = generator.normal(size=steps) * np.sqrt(1 - kept**2)
+    shocks[0] = generator.normal()
+    series: Floats = lfilter([1.0], [1.0, -kept], shocks)
+    return series

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.site import Site
 from skyshine.mat.surface.solver import Method, Solution, solve_columns
-from skyshine.mat.surface.weather import Weather
+from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.schemas.arrays import Floats, Integers, Singles
 from skyshine.schemas.errors import InputError
 
 _DIAGNOSTICS = {"residual": "f4", "energy_closure": "f4", "bound_excess": "f4", "method": "u1", "iterations": "i4"}
 
 
 @dataclass(frozen=True, eq=False)
-class TemperatureTable:
+class SurfaceTemperatures:
     """Surface temperatures on five axes, with how each column was solved.
 
     Attributes
@@ -38,12 +40,12 @@ class TemperatureTable:
     iterations : ndarray, shape (M, A, Z, S)
     """
 
-    temperature: np.ndarray
-    residual: np.ndarray
-    energy_closure: np.ndarray
-    bound_excess: np.ndarray
-    method: np.ndarray
-    iterations: np.ndarray
+    temperature: Singles
+    residual: Singles
+    energy_closure: Singles
+    bound_excess: Singles
+    method: npt.NDArray[np.uint8]
+    iterations: Integers
 
     @property
     def method_names(self) -> str:
@@ -53,8 +55,8 @@ class TemperatureTable:
 
 def temperature_table(
     materials: Sequence[SurfaceMaterial],
-    site: Site,
-    weather: Weather,
+    sun: SunPath,
+    weather: NearSurfaceAir,
     sky: Sky,
     altitudes_m: Sequence[float],
     azimuths_deg: Sequence[float],
@@ -64,14 +66,14 @@ def temperature_table(
     steps: int = 96,
     given: Mapping[str, float | tuple[float, ...]] | None = None,
     progress: Callable[[float], None] | None = None,
-) -> TemperatureTable:
+) -> SurfaceTemperatures:
     """Solve the heat balance of all columns.
 
     Parameters
     ----------
     materials : sequence of M SurfaceMaterial
-    site, weather, sky
-        See `skyshine.mat.surface.site`, `weather` and `forcing`.
+    sun, weather, sky
+        See `skyshine.mat.surface.sun_path`, `weather` and `forcing`.
     altitudes_m : (A,) sequence
         Of the surfaces above sea level.
     azimuths_deg : (Z,) sequence
@@ -79,8 +81,8 @@ def temperature_table(
     slopes_deg : (S,) sequence
         0 faces up, 90 is a wall, 180 faces down.
     times_h : (T,) sequence
-        Local clock hours of the day: the clock of `site`, whose Sun is given at hours of the same clock. Between the
-        solver's times temperatures are linear.
+        Local clock hours of the day: the clock by which `sun` is given. Between the solver's times
+        temperatures are linear.
     steps : int
         Solver times of a day, a divisor of 576.
     given : mapping, optional
@@ -90,7 +92,7 @@ def temperature_table(
 
     Returns
     -------
-    TemperatureTable
+    SurfaceTemperatures
 
     Raises
     ------
@@ -101,28 +103,36 @@ def temperature_table(
     """
     slopes, azimuths = _checked_axes(materials, slopes_deg, azimuths_deg, altitudes_m, times_h)
     planes, plane_of = _planes(slopes, azimuths)
-    scene = Scene(site, weather, sky, np.asarray(altitudes_m, float), planes[:, 0], planes[:, 1])
+    scene = Scene(sun, weather, sky, np.asarray(altitudes_m, float), planes[:, 0], planes[:, 1])
     forcing_at = lru_cache(maxsize=None)(scene.forcing)
     shape = (len(materials), len(altitudes_m), len(azimuths), len(slopes))
-    table = TemperatureTable(
-        np.empty((*shape, len(times_h)), np.float32), *(np.empty(shape, kind) for kind in _DIAGNOSTICS.values())
+    hours = np.asarray(times_h, float)
+    table = SurfaceTemperatures(
+        np.empty((*shape, len(hours)), np.float32), *(np.empty(shape, kind) for kind in _DIAGNOSTICS.values())
     )
-    solved: dict[tuple, int] = {}
+    solved: dict[Hashable, int] = {}
     for number, material in enumerate(materials):
         if given and material.name in given:
-            _fill_given(table, number, at_hours(given[material.name], np.asarray(times_h, float)))
+            _fill_given(table, number, at_hours(given[material.name], hours))
         elif (twin := solved.setdefault(material.physics, number)) != number:
             for name in ("temperature", *_DIAGNOSTICS):
                 getattr(table, name)[number] = getattr(table, name)[twin]
         else:
             for columns, solution in solve_columns(material, forcing_at, steps=steps):
-                _fill(table, number, columns, solution, plane_of, len(planes), np.asarray(times_h, float))
+                _fill(table, number, columns, solution, plane_of, len(planes), hours)
         if progress is not None:
             progress(1)
     return table
 
 
-def _checked_axes(materials, slopes_deg, azimuths_deg, altitudes_m, times_h) -> tuple[np.ndarray, np.ndarray]:
+def _checked_axes(
+    materials: Sequence[SurfaceMaterial],
+    slopes_deg: Sequence[float],
+    azimuths_deg: Sequence[float],
+    altitudes_m: Sequence[float],
+    times_h: Sequence[float],
+) -> tuple[Floats, Floats]:
+    """Slopes and azimuths, once all axes are within their limits."""
     limits = {"slope": (slopes_deg, 0, 180), "azimuth": (azimuths_deg, -360, 360), "time": (times_h, 0, 24)}
     for name, (values, low, high) in limits.items():
         if len(values) == 0 or not all(low <= value <= high for value in values):
@@ -132,7 +142,7 @@ def _checked_axes(materials, slopes_deg, azimuths_deg, altitudes_m, times_h) -> 
     return np.asarray(slopes_deg, float), np.asarray(azimuths_deg, float)
 
 
-def _planes(slopes: np.ndarray, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _planes(slopes: Floats, azimuths: Floats) -> tuple[Floats, Integers]:
     """Distinct planes (P, 2) as slope and azimuth, and which of them each (azimuth, slope) is, (Z, S).
 
     Level planes face no azimuth: one stands for all.
@@ -144,29 +154,38 @@ def _planes(slopes: np.ndarray, azimuths: np.ndarray) -> tuple[np.ndarray, np.nd
     return planes, index.reshape(len(azimuths), len(slopes))
 
 
-def _fill(table, number: int, columns, solution: Solution, plane_of, planes: int, times_h) -> None:
+def _fill(
+    table: SurfaceTemperatures,
+    number: int,
+    columns: Integers,
+    solution: Solution,
+    plane_of: Integers,
+    planes: int,
+    times_h: Floats,
+) -> None:
     """Put solved columns, altitudes x planes, at all azimuths and slopes that they stand for."""
     rows = np.full((table.residual.shape[1], planes), -1)
     rows.ravel()[columns] = np.arange(len(columns))
     rows = rows[:, plane_of]
-    here = rows >= 0
+    solved = rows >= 0
     values = _at_times(solution.temperature, times_h)
-    table.temperature[number][here] = values[rows[here]]
+    table.temperature[number][solved] = values[rows[solved]]
     for name in _DIAGNOSTICS:
-        getattr(table, name)[number][here] = getattr(solution, name)[rows[here]]
+        getattr(table, name)[number][solved] = getattr(solution, name)[rows[solved]]
 
 
-def _fill_given(table, number: int, temperature: np.ndarray) -> None:
+def _fill_given(table: SurfaceTemperatures, number: int, temperature: Floats) -> None:
     """Put a temperature by time (T,) at all columns of a material."""
     table.temperature[number] = temperature
     for name in _DIAGNOSTICS:
         getattr(table, name)[number] = Method.GIVEN if name == "method" else 0
 
 
-def _at_times(temperature: np.ndarray, times_h: np.ndarray) -> np.ndarray:
+def _at_times(temperature: Floats, times_h: Floats) -> Floats:
     """Linear interpolation of periodic temperatures (columns, N) to hours of the day, (columns, T)."""
     steps = temperature.shape[1]
     place = (times_h % 24.0) * (steps / 24.0)
     before = np.floor(place).astype(int)
     weight = place - before
-    return temperature[:, before % steps] * (1 - weight) + temperature[:, (before + 1) % steps] * weight
+    interpolated: Floats = temperature[:, before % steps] * (1 - weight) + temperature[:, (before + 1) % steps] * weight
+    return interpolated

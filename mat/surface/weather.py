@@ -7,10 +7,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from skyshine.mat.surface.balance import saturation_pressure
 from skyshine.mat.surface.measured import MeasuredRadiation
-from skyshine.mat.surface.site import Site, sun_hours
+from skyshine.mat.surface.sun_path import SunPath, sun_hours
+from skyshine.mat.surface.vapour import saturation_pressure
+from skyshine.schemas.arrays import Floats
 
 LAPSE_RATE = 6.5e-3  # K/m, ISO 2533
 # Hours from the highest Sun to the highest air temperature: de Wit (1978), Simulation of Assimilation, Respiration and
@@ -20,7 +22,7 @@ _HORIZON = 0.0  # degree; the Sun counts as up above it
 
 
 @dataclass(frozen=True, eq=False)
-class Weather:
+class NearSurfaceAir:
     """Air near the ground through the day; arrays are (SUN_STEPS,), at `sun_hours()`.
 
     Attributes
@@ -42,14 +44,14 @@ class Weather:
     """
 
     altitude: float
-    air_temperature: np.ndarray
-    vapour_pressure: np.ndarray
-    wind_speed: np.ndarray
-    cloud_fraction: np.ndarray
-    pressure: np.ndarray | None = None
+    air_temperature: Floats
+    vapour_pressure: Floats
+    wind_speed: Floats
+    cloud_fraction: Floats
+    pressure: Floats | None = None
     radiation: MeasuredRadiation | None = None
 
-    def at(self, altitude: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def at(self, altitude: Floats, pressure: Floats) -> tuple[Floats, Floats, Floats]:
         """Air temperature [K], vapour pressure and pressure [Pa] over surfaces at other altitudes.
 
         Parameters
@@ -61,62 +63,94 @@ class Weather:
 
         Returns
         -------
-        tuple of ndarray
+        temperature, vapour_pressure, pressure : ndarray
             Each (A, SUN_STEPS); pressure (A, 1) where it does not change. The air cools by 6.5 K/km upwards and keeps
             its mixing ratio to saturation; measured pressure shifts the state's by one factor.
         """
         temperature = self.air_temperature - LAPSE_RATE * (np.asarray(altitude, float)[:, None] - self.altitude)
         ratio = (pressure[:-1] / pressure[-1])[:, None]
-        own = pressure[-1] if self.pressure is None else self.pressure
+        station = pressure[-1] if self.pressure is None else self.pressure
         vapour = np.minimum(self.vapour_pressure * ratio, saturation_pressure(temperature))
-        return temperature, vapour, own * ratio
+        return temperature, vapour, station * ratio
 
 
 def from_extremes(
-    site: Site,
+    sun: SunPath,
     low: float,
     high: float,
     relative_humidity: float,
     wind_speed: float,
     cloud_fraction: float,
-) -> Weather:
-    """The weather of a day with these lowest and highest air temperatures [K].
+) -> NearSurfaceAir:
+    """The air of a day with given lowest and highest air temperatures.
 
-    Humidity [percent] holds at their mean; the vapour pressure is constant but where the air is saturated.
+    Parameters
+    ----------
+    sun : SunPath
+    low, high : float
+        [K]
+    relative_humidity : float
+        At the mean of both temperatures [percent]; the vapour pressure is constant but where the air is saturated.
+    wind_speed : float
+        At 10 m [m/s].
+    cloud_fraction : float
+        0 to 1.
     """
-    temperature = air_temperature(site, low, high)
+    temperature = air_temperature(sun, low, high)
     vapour = relative_humidity / 100.0 * saturation_pressure(0.5 * (low + high))
-    return Weather(
-        site.altitude,
+    return NearSurfaceAir(
+        sun.altitude,
         temperature,
         np.minimum(vapour, saturation_pressure(temperature)),
-        *(np.full_like(temperature, value) for value in (wind_speed, cloud_fraction)),
+        np.full_like(temperature, wind_speed),
+        np.full_like(temperature, cloud_fraction),
     )
 
 
 def from_hours(
     altitude: float,
-    hours: np.ndarray,
-    air_temperature: np.ndarray,
-    relative_humidity: np.ndarray,
-    wind_speed: np.ndarray,
-    cloud_fraction: np.ndarray,
-    pressure: np.ndarray | None = None,
+    hours: Floats,
+    air_temperature: npt.ArrayLike,
+    relative_humidity: npt.ArrayLike,
+    wind_speed: npt.ArrayLike,
+    cloud_fraction: npt.ArrayLike,
+    pressure: npt.ArrayLike | None = None,
     radiation: MeasuredRadiation | None = None,
-) -> Weather:
-    """The weather of a table by local clock hours (n,), linear between them and periodic; K, percent, m/s, 1, Pa."""
+) -> NearSurfaceAir:
+    """The air of a table by local clock hours, linear between them and periodic.
+
+    Parameters
+    ----------
+    altitude : float
+        At which the air is described [m].
+    hours : (n,) ndarray
+        Of the local clock, increasing.
+    air_temperature, relative_humidity, wind_speed, cloud_fraction : float or (n,) array_like
+        [K], [percent], [m/s], [1]
+    pressure : float or (n,) array_like, optional
+        [Pa]; None takes that of the atmospheric state.
+    radiation : MeasuredRadiation, optional
+    """
     air_temperature = np.asarray(air_temperature, float)
     vapour = np.asarray(relative_humidity) / 100.0 * saturation_pressure(air_temperature)
 
-    def through_the_day(values):
-        return np.interp(sun_hours(), hours, np.broadcast_to(values, np.shape(hours)), period=24.0)
+    def through_the_day(values: npt.ArrayLike) -> Floats:
+        series: Floats = np.interp(sun_hours(), hours, np.broadcast_to(values, np.shape(hours)), period=24.0)
+        return series
 
-    series = [through_the_day(values) for values in (air_temperature, vapour, wind_speed, cloud_fraction)]
-    series[1] = np.minimum(series[1], saturation_pressure(series[0]))
-    return Weather(altitude, *series, None if pressure is None else through_the_day(pressure), radiation)
+    temperature = through_the_day(air_temperature)
+    return NearSurfaceAir(
+        altitude,
+        temperature,
+        np.minimum(through_the_day(vapour), saturation_pressure(temperature)),
+        through_the_day(wind_speed),
+        through_the_day(cloud_fraction),
+        None if pressure is None else through_the_day(pressure),
+        radiation,
+    )
 
 
-def air_temperature(site: Site, low: float, high: float) -> np.ndarray:
+def air_temperature(sun: SunPath, low: float, high: float) -> Floats:
     """Air temperature through the day at `sun_hours()` [K], (SUN_STEPS,).
 
     A half cosine up from the lowest at sunrise to the highest two hours after the highest Sun, and one down again.
@@ -126,7 +160,7 @@ def air_temperature(site: Site, low: float, high: float) -> np.ndarray:
     ----------
     de Wit (1978); compared with measurements by Reicosky et al. (1989), Agric. For. Meteorol. 46, 193-209.
     """
-    elevation, hours = np.asarray(site.solar_elevation), sun_hours()
+    elevation, hours = np.asarray(sun.solar_elevation), sun_hours()
     up = elevation > _HORIZON
     rising = np.flatnonzero(up & ~np.roll(up, 1))
     coldest = hours[rising[0]] if rising.size else hours[np.argmin(elevation)]
@@ -134,4 +168,5 @@ def air_temperature(site: Site, low: float, high: float) -> np.ndarray:
     rise = (warmest - coldest) % 24.0
     since = (hours - coldest) % 24.0
     phase = np.where(since < rise, since / rise, 1 + (since - rise) / (24.0 - rise))
-    return 0.5 * (high + low) - 0.5 * (high - low) * np.cos(np.pi * phase)
+    temperature: Floats = 0.5 * (high + low) - 0.5 * (high - low) * np.cos(np.pi * phase)
+    return temperature

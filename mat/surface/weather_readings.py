@@ -1,19 +1,24 @@
-"""Readings over time in CSV, with units in the header and the place of what is wrong."""
+"""Readings over time from CSV files, with units in the header and the place of what is wrong."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
-from skyshine.schemas.csv_table import cells as line_cells
-from skyshine.schemas.csv_table import read_text
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.record import Record, equal_steps
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.csv_table import Head, column_heads, data_lines, read_text, row_cells
 from skyshine.schemas.errors import InputError, nearest
 
 LEAST_READINGS = 4
+MAXIMUM_GAP = 3 * 3600.0  # s that linear interpolation may bridge
+MAXIMUM_STEPS = 200_000
 
 
 @dataclass(frozen=True)
@@ -32,12 +37,32 @@ class Column:
     low: float
     high: float
 
+    def to_si(self, cell: str, unit: str) -> float:
+        """The value of a cell in a unit, by default the first; ValueError says what was found and what is allowed."""
+        factor, offset = self.units[unit or next(iter(self.units))]
+        try:
+            value = float(cell) * factor + offset
+        except ValueError:
+            value = np.nan
+        if not self.low <= value <= self.high:
+            si_unit = next(iter(self.units)).replace("1", "")
+            allowed = f"{self.low:g} to {self.high:g} {si_unit}".strip()
+            raise ValueError(f"found '{cell}'; allowed: numbers worth {allowed}; fix or remove the line")
+        return value
+
 
 AIR_COLUMNS = {
-    "air_temperature": Column({"K": (1.0, 0.0), "C": (1.0, 273.15), "F": (5 / 9, 459.67 * 5 / 9)}, 150.0, 350.0),
+    "air_temperature": Column({"K": (1.0, 0.0), "C": (1.0, ZERO_CELSIUS), "F": (5 / 9, 459.67 * 5 / 9)}, 150.0, 350.0),
     "relative_humidity": Column({"%": (1.0, 0.0), "percent": (1.0, 0.0), "1": (100.0, 0.0)}, 0.0, 120.0),
     "wind_speed": Column({"m/s": (1.0, 0.0), "km/h": (1 / 3.6, 0.0), "kt": (1852 / 3600, 0.0)}, 0.0, 120.0),
     "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 0.0, 120e3),
+}
+
+# Thermopile pyranometers read a few W m^-2 below zero at night (thermal offset, BSRN: McArthur 2005, WMO/TD-No. 1274).
+RECORD_COLUMNS = {
+    "sw_down": Column({"W/m2": (1.0, 0.0)}, -25.0, 2000.0),
+    "lw_down": Column({"W/m2": (1.0, 0.0)}, 20.0, 800.0),
+    **AIR_COLUMNS,
 }
 
 
@@ -57,10 +82,10 @@ class Readings:
 
     file: Path
     lines: list[int]
-    time: np.ndarray
-    values: dict[str, np.ndarray]
+    time: Floats
+    values: dict[str, Floats]
 
-    def refuse_gaps(self, later: np.ndarray, longest: float) -> None:
+    def refuse_gaps(self, later: Floats, longest: float) -> None:
         """Raise InputError at the reading before which `later` [s], from its predecessor, exceeds `longest`."""
         if np.any(later > longest):
             wrong = int(np.argmax(later > longest))
@@ -74,7 +99,7 @@ class Readings:
 
 
 def read_readings(
-    file: str | os.PathLike,
+    file: str | os.PathLike[str],
     columns: Mapping[str, Column],
     required: Iterable[str],
     read_time: Callable[[str], float],
@@ -98,15 +123,14 @@ def read_readings(
         With file:line:column of what does not fit.
     """
     file = Path(file)
-    text = read_text(file)
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    lines = data_lines(read_text(file))
     if len(lines) < 1 + LEAST_READINGS:
-        found = max(len(lines) - 1, 0)
-        raise InputError(f"found {found} readings; allowed: a header and at least {LEAST_READINGS}", file=file)
-    place, units = _header(file, *lines[0], columns, ["time", *required])
-    rows = [_row(file, number, line, place, units, columns, read_time) for number, line in lines[1:]]
+        count = max(len(lines) - 1, 0)
+        raise InputError(f"found {count} readings; allowed: a header and at least {LEAST_READINGS}", file=file)
+    heads = _header(file, *lines[0], columns, ["time", *required])
+    rows = [_row(file, number, line, heads, columns, read_time) for number, line in lines[1:]]
     numbers = [number for number, _ in lines[1:]]
-    time = np.array([row[0] for row in rows])
+    time = np.array([seconds for seconds, _ in rows])
     if np.any(np.diff(time) <= 0):
         raise InputError(
             "found a time that is not after the one before; allowed: increasing times; sort the file",
@@ -114,62 +138,82 @@ def read_readings(
             line=numbers[int(np.argmax(np.diff(time) <= 0)) + 1],
             column=1,
         )
-    return Readings(file, numbers, time, {name: np.array([row[1][name] for row in rows]) for name in units})
+    names = [head.name for head in heads if head.name != "time"]
+    return Readings(file, numbers, time, {name: np.array([values[name] for _, values in rows]) for name in names})
 
 
-def _header(file: Path, number: int, line: str, columns, required) -> tuple[dict[str, int], dict]:
-    """Index of each column, and the unit and conversion of each value."""
-    place, units = {}, {}
-    for index, (cell, column) in enumerate(line_cells(line)):
-        name, _, unit = cell.partition("[")
-        name, unit = name.strip(), unit.rstrip("] ").strip()
-
-        def refuse(message: str, column=column) -> InputError:
-            return InputError(message, file=file, line=number, column=column)
-
-        if name != "time" and name not in columns:
-            raise refuse(f"found the column '{name}'; {nearest(name, ['time', *columns])}")
-        if name in place:
-            raise refuse(f"found the column '{name}' twice; allowed: once; remove one")
-        place[name] = index
-        if name != "time":
-            choices = columns[name].units
-            if unit and unit not in choices:
-                raise refuse(f"found the unit '{unit}' of {name}; {nearest(unit, choices)}")
-            units[name] = choices[unit or next(iter(choices))]
-    missing = [name for name in required if name not in place]
+def _header(file: Path, number: int, line: str, columns: Mapping[str, Column], required: list[str]) -> list[Head]:
+    """Columns of the file; each is known, has a known unit, and none is missing."""
+    heads = column_heads(file, number, line)
+    for head in heads:
+        if head.name == "time":
+            continue
+        if head.name not in columns:
+            message = f"found the column '{head.name}'; {nearest(head.name, ['time', *columns])}"
+            raise InputError(message, file=file, line=number, column=head.column)
+        units = columns[head.name].units
+        if head.unit and head.unit not in units:
+            message = f"found the unit '{head.unit}' of {head.name}; {nearest(head.unit, units)}"
+            raise InputError(message, file=file, line=number, column=head.column)
+    names = [head.name for head in heads]
+    missing = [name for name in required if name not in names]
     if missing:
         raise InputError(f"the column '{missing[0]}' is missing; add it", file=file, line=number, column=1)
-    return place, units
+    return heads
 
 
-def _row(file: Path, number: int, line: str, place: dict, units: dict, columns, read_time):
+def _row(
+    file: Path,
+    number: int,
+    line: str,
+    heads: list[Head],
+    columns: Mapping[str, Column],
+    read_time: Callable[[str], float],
+) -> tuple[float, dict[str, float]]:
     """Seconds and the values in SI of a line."""
-    cells = line_cells(line)
-    if len(cells) != len(place):
-        raise InputError(
-            f"found {len(cells)} cells; allowed: {len(place)}, one for each column", file=file, line=number, column=1
-        )
-    values = {}
-    for name, (factor, offset) in units.items():
-        cell, column = cells[place[name]]
-        low, high = columns[name].low, columns[name].high
+    seconds, values = np.nan, {}
+    for head, (cell, column) in zip(heads, row_cells(file, number, line, len(heads)), strict=True):
         try:
-            value = float(cell) * factor + offset
-        except ValueError:
-            value = np.nan
-        if not low <= value <= high:
-            unit = next(iter(columns[name].units)).replace("1", "")
-            allowed = f"{low:g} to {high:g} {unit}".strip()
-            raise InputError(
-                f"{name}: found '{cell}'; allowed: numbers worth {allowed}; mend or remove the line",
-                file=file,
-                line=number,
-                column=column,
-            )
-        values[name] = value
-    cell, column = cells[place["time"]]
+            if head.name == "time":
+                seconds = read_time(cell)
+            else:
+                values[head.name] = columns[head.name].to_si(cell, head.unit)
+        except ValueError as error:
+            raise InputError(f"{head.name}: {error}", file=file, line=number, column=column) from None
+    return seconds, values
+
+
+def read_record(file: str | os.PathLike[str]) -> Record:
+    """Read a forcing CSV and bring it to equal steps.
+
+    Parameters
+    ----------
+    file : path
+        Columns time (ISO 8601; UTC where it names no zone) and all of `RECORD_COLUMNS`, in any order; ``name[unit]`` in
+        the header names another unit. Empty lines and lines that begin with # are skipped.
+
+    Returns
+    -------
+    Record
+        At the file's own median step; between readings linear.
+
+    Raises
+    ------
+    InputError
+        With file:line:column of what does not fit.
+    """
+    readings = read_readings(file, RECORD_COLUMNS, RECORD_COLUMNS, _moment)
+    readings.refuse_gaps(np.diff(readings.time), MAXIMUM_GAP)
+    _, steps = equal_steps(readings.time)
+    if steps > MAXIMUM_STEPS:
+        raise InputError(f"found {steps} steps; allowed: {MAXIMUM_STEPS}; average the record or cut it", file=file)
+    return Record.of(readings.time, readings.values)
+
+
+def _moment(cell: str) -> float:
+    """Seconds since 1970 of an ISO 8601 time; ValueError says what was found and what is allowed."""
     try:
-        return read_time(cell), values
-    except ValueError as error:
-        raise InputError(f"time: {error}", file=file, line=number, column=column) from None
+        moment = datetime.fromisoformat(cell)
+    except ValueError:
+        raise ValueError(f"found '{cell}'; allowed: ISO 8601 such as 2016-01-01T13:30:00Z") from None
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

@@ -12,13 +12,13 @@ from skyshine.schemas.hdf5 import Group, Variable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from skyshine.mat.surface.table import TemperatureTable
+    from skyshine.mat.surface.table import SurfaceTemperatures
 
 COLUMN = ("material", "altitude", "azimuth", "slope")
 
 
 def htt_group(
-    table: TemperatureTable,
+    table: SurfaceTemperatures,
     codes: Sequence[int],
     names: Sequence[str],
     axes: dict,
@@ -31,7 +31,7 @@ def htt_group(
 
     Parameters
     ----------
-    table : TemperatureTable
+    table : SurfaceTemperatures
         temperature (M, A, Z, S, T) and one diagnostic of each column (M, A, Z, S).
     codes, names : (M,)
         Of the materials, codes ascending.

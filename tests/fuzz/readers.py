@@ -19,7 +19,7 @@ from skyshine.mat.job.series import Series, members
 from skyshine.mat.job.weather_files import read_weather
 from skyshine.mat.radiometry.response_table import parse_response
 from skyshine.mat.spectroscopy.lines import read_lines
-from skyshine.mat.surface.record import read_record
+from skyshine.mat.surface.weather_readings import read_record
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.verify import problems
 from skyshine.materials.files import SpecularFile, ThermalFile, load_spectrum

@@ -16,8 +16,9 @@ import pytest
 
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface import column
-from skyshine.mat.surface.balance import saturation_pressure
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.vapour import saturation_pressure
+from skyshine.mat.surface.weather_readings import read_record
 from skyshine.materials.library import load_library
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 
@@ -64,7 +65,7 @@ def compare(material, measured, folder):
     file.write_text("\n".join([HEADER, *rows]) + "\n")
     step = float(np.median(np.diff(measured["time"])) / np.timedelta64(1, "s"))
     place = np.round((measured["time"] - measured["time"][0]) / np.timedelta64(1, "s") / step).astype(int)
-    found = column.from_record(material, file, 0.0, 0.0, None, 0.2).temperature[place]
+    found = column.from_record(material, read_record(file), 0.0, 0.0, None, 0.2).temperature[place]
     emitted = measured["lw_up"] - (1 - material.thermal_emissivity) * measured["lw_down"]
     truth = (emitted / (material.thermal_emissivity * STEFAN_BOLTZMANN)) ** 0.25
     error, air_error = found - truth, measured["air"] + 273.15 - truth

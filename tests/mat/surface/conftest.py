@@ -5,7 +5,7 @@ import pytest
 
 from skyshine.mat.job.load import load_job
 from skyshine.mat.surface.forcing import Sky
-from skyshine.mat.surface.site import Site, sun_hours
+from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.weather import from_extremes
 
 
@@ -20,18 +20,18 @@ def sun(latitude: float, declination: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.fixture(scope="session")
-def make_site():
-    return lambda latitude=40.0, declination=20.0: Site(0.0, *sun(latitude, declination))
+def make_sun_path():
+    return lambda latitude=40.0, declination=20.0: SunPath(0.0, *sun(latitude, declination))
 
 
 @pytest.fixture(scope="session")
-def site(make_site):
-    return make_site()
+def sun_path(make_sun_path):
+    return make_sun_path()
 
 
 @pytest.fixture(scope="session")
-def make_weather(site):
-    return lambda cloud_fraction=0.0: from_extremes(site, 285.0, 301.0, 50.0, 2.0, cloud_fraction)
+def make_weather(sun_path):
+    return lambda cloud_fraction=0.0: from_extremes(sun_path, 285.0, 301.0, 50.0, 2.0, cloud_fraction)
 
 
 @pytest.fixture(scope="session")

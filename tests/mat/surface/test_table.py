@@ -21,10 +21,10 @@ def soil(name="soil", absorptance=0.8):
 
 
 @pytest.fixture(scope="module")
-def table(site, weather, sky):
+def table(sun_path, weather, sky):
     materials = [soil(), soil("pale", 0.4), soil("twin")]
     return temperature_table(
-        materials, site, weather, sky, [0.0, 1500.0], [0.0, 90.0, 180.0, 270.0], [0, 45, 180], HOURS
+        materials, sun_path, weather, sky, [0.0, 1500.0], [0.0, 90.0, 180.0, 270.0], [0, 45, 180], HOURS
     )
 
 
@@ -56,26 +56,26 @@ def test_slopes_follow_the_sun(table):
     assert south[4] > north[4] + 5
 
 
-def test_twins_are_solved_once(site, weather, sky, monkeypatch):
+def test_twins_are_solved_once(sun_path, weather, sky, monkeypatch):
     solved = []
     original = module.solve_columns
     monkeypatch.setattr(module, "solve_columns", lambda *a, **k: solved.append(1) or original(*a, **k))
     ticks = []
-    temperature_table([soil(), soil("b")], site, weather, sky, [0.0], [0.0], [0.0], [12.0], progress=ticks.append)
+    temperature_table([soil(), soil("b")], sun_path, weather, sky, [0.0], [0.0], [0.0], [12.0], progress=ticks.append)
     assert len(solved) == 1 and ticks == [1, 1]
 
 
-def test_time_is_periodic_and_linear_between_solver_times(site, weather, sky):
+def test_time_is_periodic_and_linear_between_solver_times(sun_path, weather, sky):
     hours = [0.0, 24.0, 12.0, 12.125, 12.25]
-    found = temperature_table([soil()], site, weather, sky, [0.0], [0.0], [0.0], hours).temperature[0, 0, 0, 0]
+    found = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0], [0.0], hours).temperature[0, 0, 0, 0]
     assert found[0] == found[1]
     assert found[3] == pytest.approx(0.5 * (found[2] + found[4]), abs=1e-4)
 
 
-def test_more_steps_change_little(site, weather, sky):
+def test_more_steps_change_little(sun_path, weather, sky):
     axes = ([0.0], [90.0], [0.0, 90.0], HOURS)
     coarse, fine = (
-        temperature_table([soil()], site, weather, sky, *axes, steps=steps).temperature for steps in (96, 288)
+        temperature_table([soil()], sun_path, weather, sky, *axes, steps=steps).temperature for steps in (96, 288)
     )
     assert np.abs(coarse - fine).max() < 0.3
 
@@ -88,9 +88,16 @@ def test_more_steps_change_little(site, weather, sky):
         ({"materials": []}, "no altitude or no material"),
     ],
 )
-def test_wrong_axes_are_refused(site, weather, sky, change, message):
+def test_wrong_axes_are_refused(sun_path, weather, sky, change, message):
     axes = {"materials": [soil()], "altitudes": [0.0], "azimuths": [0.0], "slopes": [0.0], "times": [0.0]} | change
     with pytest.raises(InputError, match=message):
         temperature_table(
-            axes["materials"], site, weather, sky, axes["altitudes"], axes["azimuths"], axes["slopes"], axes["times"]
+            axes["materials"],
+            sun_path,
+            weather,
+            sky,
+            axes["altitudes"],
+            axes["azimuths"],
+            axes["slopes"],
+            axes["times"],
         )

@@ -1,4 +1,4 @@
-"""Measured records: units, gaps, equal steps, and the place of what is wrong."""
+"""One surface under a measured record, by the command: closed forms of conduction, closing fluxes, finer steps."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.commands.temperature import command
-from skyshine.mat.surface.record import read_record
+from skyshine.mat.surface.weather_readings import read_record
 from skyshine.schemas.errors import InputError
 
 HEADER = "time,sw_down,lw_down,air_temperature[C],relative_humidity,wind_speed,pressure[hPa]"
@@ -43,64 +43,6 @@ def hourly(days=1, row="{sun:.1f},300,20,40,2.0,950"):
     for hour in range(24 * days):
         sun = 800 * max(0.0, np.sin(np.pi * (hour % 24 - 6) / 12))
         yield f"2026-06-{21 + hour // 24:02d}T{hour % 24:02d}:00:00Z," + row.format(sun=sun)
-
-
-def test_units_and_zones(tmp_path):
-    rows = ["2026-06-21T02:00:00+02:00,-3.5,300,20,40,36,950"] + [
-        f"2026-06-21T{hour:02d}:00,100,300,20,102,36,950" for hour in range(1, 6)
-    ]
-    record = read_record(write(tmp_path, *rows, header=HEADER.replace("wind_speed", "wind_speed[km/h]")))
-    assert record.start == np.datetime64("2026-06-21T00:00:00")
-    assert (record.step, record.steps) == (3600.0, 6)
-    assert record.values["air_temperature"] == pytest.approx(293.15)
-    assert record.values["wind_speed"] == pytest.approx(10.0)
-    assert record.values["pressure"] == pytest.approx(95000.0)
-    assert record.values["sw_down"][0] == 0.0 and record.values["relative_humidity"][1] == 100.0
-
-
-def test_missing_hours_are_bridged(tmp_path):
-    rows = list(hourly())
-    record = read_record(write(tmp_path, *rows[:9], *rows[10:]))
-    assert record.steps == 24
-    assert record.values["sw_down"][9] == pytest.approx(
-        0.5 * (record.values["sw_down"][8] + record.values["sw_down"][10])
-    )
-
-
-GOOD = "2026-06-21T{:02d}:00:00Z,0,300,20,40,2.0,950"
-
-
-@pytest.mark.parametrize(
-    "row, message",
-    [
-        ("2026-06-21T02:00:00Z,0,abc,20,40,2.0,950", r"weather.csv:5:24: lw_down: found 'abc'"),
-        ("2026-06-21T02:00:00Z,0,300,293,40,2.0,950", r"weather.csv:5:28: air_temperature: found '293'; allowed"),
-        ("2026-06-21T02:00:00Z,0,300,20,40,2.0,nan", r"weather.csv:5:38: pressure: found 'nan'"),
-        ("2026-06-21T02:00:00Z,-9999,300,20,40,2.0,950", r"weather.csv:5:22: sw_down: found '-9999'"),
-        ("yesterday,0,300,20,40,2.0,950", r"weather.csv:5:1: time: found 'yesterday'; allowed: ISO 8601"),
-        ("2026-06-21T02:00:00Z,0,300,20,40,2.0", r"weather.csv:5:1: found 6 cells; allowed: 7"),
-        ("2026-06-20T02:00:00Z,0,300,20,40,2.0,950", r"weather.csv:5:1: found a time that is not after"),
-        ("2026-06-21T14:00:00Z,0,300,20,40,2.0,950", r"weather.csv:5:1: found a gap of 13.0 h"),
-    ],
-)
-def test_wrong_rows_are_placed(tmp_path, row, message):
-    later = [GOOD.format(hour) for hour in ((15, 16) if "T14" in row else (3, 4))]
-    with pytest.raises(InputError, match=message):
-        read_record(write(tmp_path, GOOD.format(0), GOOD.format(1), row, *later))
-
-
-@pytest.mark.parametrize(
-    "header, message",
-    [
-        (HEADER.replace("lw_down", "lw_dwn"), r"weather.csv:2:14: found the column 'lw_dwn'; did you mean 'lw_down'"),
-        (HEADER.replace("[C]", "[Celsius]"), r"weather.csv:2:22: found the unit 'Celsius' of air_temperature"),
-        (HEADER.replace("lw_down", "sw_down"), r"weather.csv:2:14: found the column 'sw_down' twice"),
-        (HEADER.replace(",wind_speed", ""), r"weather.csv:2:1: the column 'wind_speed' is missing"),
-    ],
-)
-def test_wrong_headers_are_placed(tmp_path, header, message):
-    with pytest.raises(InputError, match=message):
-        read_record(write(tmp_path, *hourly(), header=header))
 
 
 def run(tmp_path, *extra, rows=None):

@@ -8,18 +8,18 @@ from skyshine.mat.surface.forcing import (
     plane_irradiance,
     step_means,
 )
-from skyshine.mat.surface.site import SUN_STEPS, Site
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
 from skyshine.schemas.errors import InputError
 
 STEFAN_BOLTZMANN = 5.670374419e-8
 
 
-def test_overcast_leaves_a_quarter_and_no_shadow(site, sky):
+def test_overcast_leaves_a_quarter_and_no_shadow(sun_path, sky):
     """Kasten and Czeplak: global irradiance under 8 octas is 0.25 of the clear one."""
     height = np.array([0.0])
-    direct, diffuse = sky.irradiance(site, 0.0, height)
-    cloud_direct, cloud_diffuse = sky.irradiance(site, 1.0, height)
-    level = direct * np.maximum(np.sin(np.radians(site.solar_elevation)), 0) + diffuse
+    direct, diffuse = sky.irradiance(sun_path, 0.0, height)
+    cloud_direct, cloud_diffuse = sky.irradiance(sun_path, 1.0, height)
+    level = direct * np.maximum(np.sin(np.radians(sun_path.solar_elevation)), 0) + diffuse
     assert np.all(cloud_direct == 0)
     assert np.allclose(cloud_diffuse, 0.25 * level, rtol=1e-9)
 
@@ -34,7 +34,7 @@ def test_sky_longwave_by_cloud(sky):
 
 def test_no_light_comes_up_from_below_the_horizon(sky):
     elevation = np.linspace(-90, 90, SUN_STEPS)
-    direct, diffuse = sky.irradiance(Site(0.0, elevation, np.zeros(SUN_STEPS)), 0.0, np.array([0.0, 4000.0]))
+    direct, diffuse = sky.irradiance(SunPath(0.0, elevation, np.zeros(SUN_STEPS)), 0.0, np.array([0.0, 4000.0]))
     assert np.all(np.isfinite(direct)) and np.all(np.isfinite(diffuse))
     assert np.all(direct[:, elevation < -1] == 0) and np.all(diffuse[:, elevation < -1] == 0)
     assert np.all(np.diff(direct, axis=1) >= 0)
@@ -67,8 +67,10 @@ def test_face_down_sees_ground_only():
     assert reflected == pytest.approx(0.3 * (900 * np.sin(np.pi / 4) + 120))
 
 
-def test_east_wall_is_lit_in_the_morning(site, weather, sky):
-    forcing = Scene(site, weather, sky, np.array([0.0]), np.array([90.0, 90.0]), np.array([90.0, 270.0])).forcing(96)
+def test_east_wall_is_lit_in_the_morning(sun_path, weather, sky):
+    forcing = Scene(sun_path, weather, sky, np.array([0.0]), np.array([90.0, 90.0]), np.array([90.0, 270.0])).forcing(
+        96
+    )
     east, west = forcing.shortwave_direct
     assert east[8 * 4] > 500 and west[8 * 4] == 0
     assert west[16 * 4] > 500 and east[16 * 4] == 0
@@ -87,20 +89,20 @@ def test_step_means_refuse_other_steps():
         step_means(np.zeros((1, SUN_STEPS)), 100)
 
 
-def test_higher_ground_is_colder_with_thinner_air(site, weather, sky):
-    forcing = Scene(site, weather, sky, np.array([0.0, 1000.0]), np.array([0.0]), np.array([0.0])).forcing(96)
+def test_higher_ground_is_colder_with_thinner_air(sun_path, weather, sky):
+    forcing = Scene(sun_path, weather, sky, np.array([0.0, 1000.0]), np.array([0.0]), np.array([0.0])).forcing(96)
     assert np.allclose(forcing.air_temperature[0] - forcing.air_temperature[1], 6.5)
     assert forcing.pressure[1, 0] == pytest.approx(101325 * np.exp(-1 / 8), rel=1e-9)
     assert np.all(forcing.longwave_sky[1] < forcing.longwave_sky[0])
     assert np.all(forcing.vapour_pressure[1] < forcing.vapour_pressure[0])
 
 
-def test_altitude_outside_the_sky_is_refused(site, weather, sky):
-    scene = Scene(site, weather, sky, np.array([5000.0]), np.array([0.0]), np.array([0.0]))
+def test_altitude_outside_the_sky_is_refused(sun_path, weather, sky):
+    scene = Scene(sun_path, weather, sky, np.array([5000.0]), np.array([0.0]), np.array([0.0]))
     with pytest.raises(InputError, match="allowed: 0 to 4000 m"):
         scene.forcing(96)
 
 
 def test_sun_of_another_length_is_refused():
     with pytest.raises(InputError, match="allowed: 576 finite angles"):
-        Site(0.0, np.zeros(96), np.zeros(96))
+        SunPath(0.0, np.zeros(96), np.zeros(96))

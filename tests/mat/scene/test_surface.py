@@ -7,7 +7,7 @@ from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.scene.surface import band_model_sky, surface_inputs
 from skyshine.mat.surface.forcing import Scene
-from skyshine.mat.surface.site import SUN_STEPS, Site
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
 from skyshine.schemas.errors import InputError
 
 
@@ -29,7 +29,7 @@ def test_interpolation_between_elevations_and_altitudes(air, sky):
     elevation = np.sort(generator.uniform(-3, 88, SUN_STEPS))
     altitude = np.array([130.0, 870.0, 2625.0])
     exact = broadband_fluxes(air, altitude, elevation, 0.2)
-    direct, diffuse = sky.irradiance(Site(0.0, elevation, np.zeros(SUN_STEPS)), 0.0, altitude)
+    direct, diffuse = sky.irradiance(SunPath(0.0, elevation, np.zeros(SUN_STEPS)), 0.0, altitude)
     sine = np.maximum(np.sin(np.radians(elevation)), 0)
     assert np.abs((direct - exact.direct_normal) * sine).max() < 1.0
     assert np.abs(diffuse - exact.diffuse).max() < 1.0
@@ -66,9 +66,9 @@ def test_layers_of_cloud_take_the_place_of_a_fraction(tmp_path):
     found = {}
     for name, clouds, fraction in (("clear", "clouds: []", ""), ("layer", "clouds: [{type: stratus}]", "")):
         file.write_text(JOB.format(clouds=clouds, fraction=fraction), encoding="utf-8")
-        _, (site, weather, sky) = surface_inputs(file)
+        _, (sun_path, weather, sky) = surface_inputs(file)
         assert np.all(weather.cloud_fraction == 0)
-        found[name] = Scene(site, weather, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
+        found[name] = Scene(sun_path, weather, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
     noon = 48
     clear, layer = found["clear"], found["layer"]
     assert layer.shortwave_direct[0, noon] < 1 < 500 < clear.shortwave_direct[0, noon]

@@ -14,7 +14,7 @@ from skyshine.mat.job.weather_files import read_weather
 from skyshine.mat.scene.surface import scene_inputs
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.measured import MeasuredRadiation
-from skyshine.mat.surface.site import SUN_STEPS
+from skyshine.mat.surface.sun_path import SUN_STEPS
 from skyshine.schemas.errors import InputError
 
 HOURS = np.arange(1.0, 25.0)
@@ -27,51 +27,51 @@ def hourly_means(values):
 
 
 @pytest.fixture
-def clear(site, sky):
-    direct, diffuse = sky.irradiance(site, 0.0, np.array([0.0]))
+def clear(sun_path, sky):
+    direct, diffuse = sky.irradiance(sun_path, 0.0, np.array([0.0]))
     return direct[0], diffuse[0]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0, 1.3])
-def test_every_interval_keeps_its_mean(site, clear, share):
+def test_every_interval_keeps_its_mean(sun_path, clear, share):
     means = [share * hourly_means(part) for part in clear]
-    found = MeasuredRadiation(HOURS, *means).sunlight(site, *clear)
+    found = MeasuredRadiation(HOURS, *means).sunlight(sun_path, *clear)
     for light, mean, part in zip(found, means, clear, strict=True):
         assert hourly_means(light) == pytest.approx(mean, rel=1e-12)
         assert light == pytest.approx(share * part, rel=1e-9)  # the clear sky's share of each hour is one number
 
 
-def test_diffuse_light_of_a_dull_dawn_is_spread_while_the_sun_is_up(site, clear):
+def test_diffuse_light_of_a_dull_dawn_is_spread_while_the_sun_is_up(sun_path, clear):
     """Far more than the clear sky has in the hour of sunrise: kept as it is, without a peak."""
     rise = int(np.argmax(hourly_means(clear[1]) > 0))
     means = np.zeros(24)
     means[rise] = 40 * hourly_means(clear[1])[rise]
-    light = MeasuredRadiation(HOURS, np.zeros(24), means).sunlight(site, *clear)[1]
+    light = MeasuredRadiation(HOURS, np.zeros(24), means).sunlight(sun_path, *clear)[1]
     assert hourly_means(light)[rise] == pytest.approx(means[rise]) and np.unique(light).size == 2
 
 
-def test_direct_light_at_night_is_refused_and_a_little_is_stray(site, clear):
+def test_direct_light_at_night_is_refused_and_a_little_is_stray(sun_path, clear):
     direct = np.zeros(24)
     direct[1] = 5.0
-    assert np.all(MeasuredRadiation(HOURS, direct, np.zeros(24)).sunlight(site, *clear)[0] == 0)
+    assert np.all(MeasuredRadiation(HOURS, direct, np.zeros(24)).sunlight(sun_path, *clear)[0] == 0)
     direct[1] = 300.0
     with pytest.raises(
         InputError, match=r"found 300 W m\^-2 of direct light in the time to 2 h, when the Sun is down; check date"
     ):
-        MeasuredRadiation(HOURS, direct, np.zeros(24)).sunlight(site, *clear)
+        MeasuredRadiation(HOURS, direct, np.zeros(24)).sunlight(sun_path, *clear)
 
 
-def test_diffuse_light_at_night_is_refused(site, clear):
+def test_diffuse_light_at_night_is_refused(sun_path, clear):
     diffuse = np.zeros(24)
     diffuse[1] = 80.0
     with pytest.raises(InputError, match="of diffuse light in the time to 2 h, when the Sun is down"):
-        MeasuredRadiation(HOURS, np.zeros(24), diffuse).sunlight(site, *clear)
+        MeasuredRadiation(HOURS, np.zeros(24), diffuse).sunlight(sun_path, *clear)
 
 
-def test_polar_night_is_dark(make_site, sky):
-    site = make_site(85.0, -23.0)
-    dark = [part[0] for part in sky.irradiance(site, 0.0, np.array([0.0]))]
-    found = MeasuredRadiation(HOURS, np.zeros(24), np.full(24, 2.0)).sunlight(site, *dark)
+def test_polar_night_is_dark(make_sun_path, sky):
+    sun_path = make_sun_path(85.0, -23.0)
+    dark = [part[0] for part in sky.irradiance(sun_path, 0.0, np.array([0.0]))]
+    found = MeasuredRadiation(HOURS, np.zeros(24), np.full(24, 2.0)).sunlight(sun_path, *dark)
     assert all(np.all(part == 0) for part in found)
 
 
@@ -82,20 +82,22 @@ def test_longwave_goes_through_the_middles_of_the_intervals():
     assert found.min() >= falling.min() and found.max() <= falling.max()
 
 
-def test_measured_clear_light_gives_the_forcing_of_the_clear_sky(site, weather, sky, clear):
+def test_measured_clear_light_gives_the_forcing_of_the_clear_sky(sun_path, weather, sky, clear):
     """At the altitude of the weather and above it, sky longwave included."""
     heights, planes = np.array([0.0, 2000.0]), np.array([0.0, 90.0])
-    longwave = hourly_means(Scene(site, weather, sky, heights[:1], planes, planes).forcing(SUN_STEPS).longwave_sky[0])
+    longwave = hourly_means(
+        Scene(sun_path, weather, sky, heights[:1], planes, planes).forcing(SUN_STEPS).longwave_sky[0]
+    )
     measured = replace(weather, radiation=MeasuredRadiation(HOURS, *(hourly_means(part) for part in clear), longwave))
-    own, other = (Scene(site, w, sky, heights, planes, 180 + 0 * planes).forcing(96) for w in (weather, measured))
+    own, other = (Scene(sun_path, w, sky, heights, planes, 180 + 0 * planes).forcing(96) for w in (weather, measured))
     for name in ("shortwave_direct", "shortwave_diffuse", "shortwave_reflected"):
         assert getattr(other, name) == pytest.approx(getattr(own, name), abs=2.0), name
     assert other.longwave_sky == pytest.approx(own.longwave_sky, rel=0.01)
 
 
-def test_measured_light_is_no_longer_dimmed_by_cloud(site, make_weather, sky, clear):
+def test_measured_light_is_no_longer_dimmed_by_cloud(sun_path, make_weather, sky, clear):
     dull = replace(make_weather(1.0), radiation=MeasuredRadiation(HOURS, *(hourly_means(part) for part in clear)))
-    forcing = Scene(site, dull, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
+    forcing = Scene(sun_path, dull, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
     assert forcing.shortwave_direct[0, 48] > 500
     assert np.all(forcing.longwave_sky > 300)  # not measured: the state's, with the cloud
 
@@ -119,8 +121,8 @@ def test_a_job_takes_measured_light_from_a_table(tmp_path, load_weather):
     (tmp_path / "day.csv").write_text(
         "\n".join(["time,air_temperature[C],direct_normal,diffuse,lw_down", *rows]) + "\n"
     )
-    site, weather, sky = scene_inputs(load_weather("{file: day.csv, radiation: measured}"), 1)
-    forcing = Scene(site, weather, sky, np.array([1800.0]), np.array([0.0]), np.array([0.0])).forcing(SUN_STEPS)
+    sun_path, weather, sky = scene_inputs(load_weather("{file: day.csv, radiation: measured}"), 1)
+    forcing = Scene(sun_path, weather, sky, np.array([1800.0]), np.array([0.0]), np.array([0.0])).forcing(SUN_STEPS)
     assert hourly_means(forcing.shortwave_diffuse[0])[11] == pytest.approx(100.0, rel=0.01)
     assert forcing.longwave_sky[0, SUN_STEPS // 2] == pytest.approx(350.0, rel=1e-9)
     _, computed, _ = scene_inputs(load_weather("{file: day.csv}"), 1)

@@ -6,19 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 SUN_STEPS = 576  # of 150 s: a multiple of 48, 72, 96, 144, 192, 288
 
 
-def sun_hours() -> np.ndarray:
+def sun_hours() -> Floats:
     """Local clock hours at which Sun and weather are given, (SUN_STEPS,)."""
-    return np.arange(SUN_STEPS) * (24.0 / SUN_STEPS)
+    return np.arange(float(SUN_STEPS)) * (24.0 / SUN_STEPS)
 
 
 @dataclass(frozen=True, eq=False)
-class Site:
-    """Where the Sun stands through the day.
+class SunPath:
+    """Where the Sun stands through the day, seen from a place.
 
     Attributes
     ----------
@@ -31,11 +32,11 @@ class Site:
     """
 
     altitude: float
-    solar_elevation: np.ndarray
-    solar_azimuth: np.ndarray
+    solar_elevation: Floats
+    solar_azimuth: Floats
     sun_distance: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("solar_elevation", "solar_azimuth"):
             values = np.asarray(getattr(self, name), float)
             if values.shape != (SUN_STEPS,) or not np.all(np.isfinite(values)):

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from skyshine.mat.surface import newton, solver
-from skyshine.mat.surface.balance import Balance, Forcing, saturation_pressure
+from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import surface_admittance
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import Method, solve_columns
 from skyshine.mat.surface.stress import random_forcing, random_material
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.errors import InputError
 

@@ -9,19 +9,19 @@ import pytest
 
 from skyshine.mat.job.weather_files import read_weather
 from skyshine.mat.scene.surface import scene_inputs
-from skyshine.mat.surface.balance import saturation_pressure
 from skyshine.mat.surface.forcing import Scene
-from skyshine.mat.surface.site import sun_hours
+from skyshine.mat.surface.sun_path import sun_hours
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.mat.surface.weather import air_temperature, from_hours
 from skyshine.schemas.errors import InputError
 
 HOURS = np.arange(24.0)
 
 
-def test_air_temperature_reaches_its_extremes(site):
+def test_air_temperature_reaches_its_extremes(sun_path):
     """Lowest at sunrise, highest two hours after noon, smooth and periodic."""
-    series = air_temperature(site, 280.0, 300.0)
-    sunrise = sun_hours()[np.argmax(site.solar_elevation > 0)]
+    series = air_temperature(sun_path, 280.0, 300.0)
+    sunrise = sun_hours()[np.argmax(sun_path.solar_elevation > 0)]
     assert sun_hours()[series.argmin()] == pytest.approx(sunrise, abs=0.05)
     assert sun_hours()[series.argmax()] == pytest.approx(14.0, abs=0.05)
     assert (series.min(), series.max()) == (pytest.approx(280.0, abs=1e-3), pytest.approx(300.0, abs=1e-3))
@@ -29,8 +29,8 @@ def test_air_temperature_reaches_its_extremes(site):
 
 
 @pytest.mark.parametrize("declination", [-23.0, 23.0])
-def test_air_temperature_without_sunrise(make_site, declination):
-    series = air_temperature(make_site(80.0, declination), 240.0, 250.0)
+def test_air_temperature_without_sunrise(make_sun_path, declination):
+    series = air_temperature(make_sun_path(80.0, declination), 240.0, 250.0)
     assert sun_hours()[series.argmin()] == pytest.approx(0.0, abs=0.05)
     assert series.max() == pytest.approx(250.0, abs=1e-3)
 
@@ -45,10 +45,10 @@ def test_hourly_values_are_linear_and_periodic():
     assert np.all(weather.vapour_pressure <= saturation_pressure(weather.air_temperature))
 
 
-def test_altitude_changes_air_and_sun(site, sky):
+def test_altitude_changes_air_and_sun(sun_path, sky):
     """From a station at 500 m to a summit at 2500 m: 13 K colder, thinner air that keeps its mixing ratio, more sun."""
     weather = from_hours(500.0, HOURS, np.full(24, 290.0), 40.0, 2.0, 0.0, np.full(24, 96e3))
-    scene = Scene(site, weather, sky, np.array([500.0, 2500.0]), np.array([0.0]), np.array([0.0]))
+    scene = Scene(sun_path, weather, sky, np.array([500.0, 2500.0]), np.array([0.0]), np.array([0.0]))
     forcing = scene.forcing(96)
     assert forcing.air_temperature[:, 0] == pytest.approx([290.0, 277.0])
     assert forcing.pressure[:, 0] == pytest.approx([96e3, 96e3 * np.exp(-2000 / 8000)], rel=1e-9)
@@ -58,10 +58,10 @@ def test_altitude_changes_air_and_sun(site, sky):
     assert noon[1] > 1.05 * noon[0]
 
 
-def test_cloud_of_the_afternoon_darkens_the_afternoon(site, sky):
+def test_cloud_of_the_afternoon_darkens_the_afternoon(sun_path, sky):
     cloud = np.where((HOURS >= 14) & (HOURS <= 17), 1.0, 0.0)
     weather = from_hours(0.0, HOURS, np.full(24, 290.0), 50.0, 2.0, cloud)
-    forcing = Scene(site, weather, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
+    forcing = Scene(sun_path, weather, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
     assert forcing.shortwave_direct[0, 10 * 4] > 500 and forcing.shortwave_direct[0, 15 * 4] == 0
     assert forcing.longwave_sky[0, 15 * 4] > forcing.longwave_sky[0, 10 * 4] + 50
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.materials.records import SurfaceProperties
 from skyshine.schemas.errors import InputError
@@ -45,7 +46,6 @@ AIR_HEIGHT = 2.0  # m, WMO-No. 8: air temperature and humidity are measured at 1
 _ROUGHNESS_RATIO = np.exp(2.0)
 # Width [K] over which the sign of the temperature difference turns, so that convection is smooth at zero.
 _TURNOVER = 0.1
-_KELVIN_ZERO = 273.15
 # Water on a surface is ice below this many degrees under the melting point and liquid above it, part of each between:
 # chosen wide enough that the jump of the latent heat leaves the loss increasing with temperature at any pressure.
 _FREEZING_RANGE = 2.0
@@ -63,7 +63,7 @@ def saturation_pressure(temperature) -> np.ndarray:
     ----------
     Magnus form with the constants of Sonntag (1990), Z. Meteorol. 70, 340-344; WMO-No. 8, Annex 4.B.
     """
-    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - _KELVIN_ZERO
+    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - ZERO_CELSIUS
     return 611.2 * np.exp(17.62 * celsius / (243.12 + celsius))
 
 
@@ -75,10 +75,10 @@ def surface_vapour(temperature) -> tuple[np.ndarray, np.ndarray]:
     ----------
     Magnus forms over water and ice with the constants of Sonntag (1990); WMO-No. 8, Annex 4.B.
     """
-    celsius = temperature - _KELVIN_ZERO
+    celsius = temperature - ZERO_CELSIUS
     coldest = celsius.min()
-    if coldest < _COLDEST_VAPOUR - _KELVIN_ZERO:
-        np.maximum(celsius, _COLDEST_VAPOUR - _KELVIN_ZERO, out=celsius)
+    if coldest < _COLDEST_VAPOUR - ZERO_CELSIUS:
+        np.maximum(celsius, _COLDEST_VAPOUR - ZERO_CELSIUS, out=celsius)
     exponent = celsius + 243.12
     np.divide(17.62, exponent, out=exponent)
     latent_heat = np.ones((1,) * celsius.ndim, celsius.dtype)
@@ -103,7 +103,7 @@ def _frozen(celsius) -> tuple[np.ndarray, np.ndarray]:
 
 def _surface_vapour_slopes(temperature, pressure) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of `surface_vapour` by temperature, given its pressure [Pa]."""
-    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - _KELVIN_ZERO
+    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - ZERO_CELSIUS
     frozen, freezing = _frozen(celsius)
     water, ice = 17.62 / (243.12 + celsius), 22.46 / (272.62 + celsius)
     slope = (1 - frozen) * 243.12 * water / (243.12 + celsius) + frozen * 272.62 * ice / (272.62 + celsius)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface import balance as laws
 from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Forcing
@@ -172,7 +173,7 @@ def _loss(ca, material: SurfaceMaterial, surface, parameter):
     coefficient = ca.if_else(pressure > 0, (8.0 + forced**3 + natural) ** (1.0 / 3.0), 0.0)
     net += coefficient * difference
     if properties.wetness:
-        celsius = surface - 273.15
+        celsius = surface - ZERO_CELSIUS
         frozen = ca.fmin(ca.fmax(-celsius / 2.0, 0.0), 1.0)
         ice = frozen * frozen * (3.0 - 2.0 * frozen)
         exponent = ca.if_else(ice > 0, ice * 22.46 * celsius / (272.62 + celsius), 0.0)

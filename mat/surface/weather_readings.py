@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.csv_table import cells as line_cells
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError, nearest
@@ -34,7 +35,7 @@ class Column:
 
 
 AIR_COLUMNS = {
-    "air_temperature": Column({"K": (1.0, 0.0), "C": (1.0, 273.15), "F": (5 / 9, 459.67 * 5 / 9)}, 150.0, 350.0),
+    "air_temperature": Column({"K": (1.0, 0.0), "C": (1.0, ZERO_CELSIUS), "F": (5 / 9, 459.67 * 5 / 9)}, 150.0, 350.0),
     "relative_humidity": Column({"%": (1.0, 0.0), "percent": (1.0, 0.0), "1": (100.0, 0.0)}, 0.0, 120.0),
     "wind_speed": Column({"m/s": (1.0, 0.0), "km/h": (1 / 3.6, 0.0), "kt": (1852 / 3600, 0.0)}, 0.0, 120.0),
     "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 0.0, 120e3),

@@ -1,27 +1,36 @@
-"""Threads of one process: numpy lets go of the interpreter's lock in the long array operations of transfer."""
+"""Threads of one process: numpy releases the interpreter's lock in the long array operations of transfer."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
+
+Result = TypeVar("Result")
 
 VARIABLE = "SKYSHINE_THREADS"
 
 
 def thread_count() -> int:
-    """What the environment's SKYSHINE_THREADS says, or one a core."""
+    """Number of threads: the environment's SKYSHINE_THREADS, by default one per core."""
     text = os.environ.get(VARIABLE, "")
     return max(1, int(text)) if text.isdecimal() else os.cpu_count() or 1
 
 
-def each(action, *arguments):
-    """Results of an action on each item, in their order; the same however many threads work.
+def parallel_map(action: Callable[..., Result], *arguments: Iterable[Any]) -> list[Result]:
+    """Results of an action on each item, in their order, whatever the number of threads.
 
     Parameters
     ----------
     action : callable
     *arguments : iterables
         Of its arguments, of one length.
+
+    Raises
+    ------
+    ValueError
+        The iterables differ in length.
     """
     items = list(zip(*arguments, strict=True))
     workers = min(thread_count(), len(items))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -105,7 +106,7 @@ def _print(result: ColumnResult) -> None:
     for i in range(0, len(result.time), step):
         time = result.time[i] if isinstance(result.time[i], str) else f"{result.time[i]:05.2f}"
         cells = [f"{values[i]:{len(name)}.2f}" for name, values in result.fluxes.items()]
-        celsius = [f"{values[i] - 273.15:11.3f}" for values in temperatures.values()]
+        celsius = [f"{values[i] - ZERO_CELSIUS:11.3f}" for values in temperatures.values()]
         click.echo("  ".join([str(time).ljust(20), *celsius, *cells]))
     click.echo(
         f"method {result.method}, {result.iterations} iterations; residual {result.residual:.1e} W/m2, energy closure "

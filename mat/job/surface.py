@@ -19,6 +19,7 @@ from skyshine.mat.job.fields import (
     clock_text,
     tolerance_parts,
 )
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.materials.files import by_hour as values_by_hour
 from skyshine.materials.files import refuse_incomplete_back
 from skyshine.materials.records import Back
@@ -196,7 +197,7 @@ class Operation(StrictModel):
 
 def at_kelvin(celsius: float | list[float]) -> float | tuple[float, ...]:
     """[K] of one or 24 temperatures in degrees Celsius."""
-    return tuple(value + 273.15 for value in celsius) if isinstance(celsius, list) else celsius + 273.15
+    return tuple(value + ZERO_CELSIUS for value in celsius) if isinstance(celsius, list) else celsius + ZERO_CELSIUS
 
 
 class SurfaceGrid(StrictModel):

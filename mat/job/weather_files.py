@@ -13,6 +13,7 @@ import pydantic
 
 from skyshine.mat.job.fields import clock_text, hours_of
 from skyshine.mat.job.surface import LONGEST_GAP_H, HourlyWeather
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.weather_readings import AIR_COLUMNS, Column, read_readings
 from skyshine.schemas.errors import InputError
 
@@ -124,7 +125,7 @@ def _day_table(file: Path, radiation: bool) -> HourlyWeather:
     values = table.values
     found = {
         "time": [seconds / 3600 for seconds in table.time],
-        "air_temperature_c": values["air_temperature"] - 273.15,
+        "air_temperature_c": values["air_temperature"] - ZERO_CELSIUS,
         "relative_humidity_percent": _least(values.get("relative_humidity"), 100.0),
         "wind_speed_m_s": values.get("wind_speed"),
         "cloud_fraction": values.get("cloud_fraction"),

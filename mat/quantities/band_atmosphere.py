@@ -24,7 +24,7 @@ from skyshine.mat.atmosphere.transfer.thermal_source import lean
 from skyshine.mat.quantities.formulas import band_transmittance, beta_star
 from skyshine.mat.quantities.results import QUANTITIES, AtmosphericQuantities, SpectralLines
 from skyshine.mat.radiometry.scattering_angle import azimuth_at
-from skyshine.mat.threads import each
+from skyshine.mat.threads import parallel_map
 from skyshine.schemas.errors import InputError
 
 # Of a line's length before the ground: over it the air's source function is taken that goes on behind the ground.
@@ -121,7 +121,7 @@ class BandAtmosphere:
         for place, altitude in enumerate(altitudes):
             rays = trace(self.air.shells, np.full(elevation.size, altitude), elevation, reach)
             rows = range(elevation.size)
-            each(line_of_sight, [rays] * len(rows), [place] * len(rows), rows)
+            parallel_map(line_of_sight, [rays] * len(rows), [place] * len(rows), rows)
             if progress is not None:
                 progress(len(rows))
         return AtmosphericQuantities(**result)
@@ -292,7 +292,7 @@ class BandAtmosphere:
             return sky.thermal[:, None] + sky.scattered * irradiance
 
         parts = np.array_split(altitude, -(-altitude.size // _SKY_PART))
-        return altitude, np.log(np.maximum(np.concatenate(each(total, parts)), np.finfo(float).tiny))
+        return altitude, np.log(np.maximum(np.concatenate(parallel_map(total, parts)), np.finfo(float).tiny))
 
     def _sky_at(self, altitude, sky):
         """Sky irradiance (R, SE, P) at altitudes (R,): exponential between those of `_sky`, falling with the pressure

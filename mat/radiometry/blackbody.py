@@ -1,28 +1,22 @@
 """Blackbody radiance, sensor responses and what a band sees of a temperature.
 
 Wavelengths are in micrometres, wavenumbers in cm^-1, radiance in W m^-2 sr^-1 (per um or per cm^-1
-where it is spectral). Constants are CODATA's as scipy carries them.
+where it is spectral).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import constants
+import numpy.typing as npt
 from scipy.special import logsumexp
 
+from skyshine.mat.radiometry.constants import C1_WAVELENGTH, C1_WAVENUMBER, C2_WAVELENGTH, C2_WAVENUMBER
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
-
-# Planck's law with wavenumber in cm^-1: 2 h c^2 nu^3, the factor 1e8 turning (cm^-1)^3 per m^-1
-# into m^-3 per cm^-1 (1e6 * 1e2).
-_C1_WAVENUMBER = 2.0 * constants.h * constants.c**2 * 1e8
-# With wavelength in um: 2 h c^2 / lambda^5 in W m^-2 sr^-1 um^-1 (um^-5 -> m^-5 is 1e30, per m -> per um 1e-6).
-_C1_WAVELENGTH = 2.0 * constants.h * constants.c**2 * 1e24
-# Second radiation constant h c / k in cm K (wavenumber) and um K (wavelength).
-_C2_CM = constants.h * constants.c / constants.k * 1e2
-SECOND_RADIATION_UM = constants.h * constants.c / constants.k * 1e6
 
 # A panel of the band quadrature spans at most this relative step in wavelength. With eight Gauss
 # nodes the Wien exponential of h c / (lambda k T) <= 200 is then integrated to better than 1e-8.
@@ -35,7 +29,7 @@ _CHUNK_ELEMENTS = 2_000_000
 _NEWTON_STEPS = 100
 
 
-def planck_wavenumber(wavenumber, temperature):
+def planck_wavenumber(wavenumber: npt.ArrayLike, temperature: npt.ArrayLike) -> Floats:
     """Spectral radiance of a blackbody against wavenumber.
 
     Parameters
@@ -57,14 +51,14 @@ def planck_wavenumber(wavenumber, temperature):
 
     References
     ----------
-    Planck's law with CODATA constants; equation (3) in its wavenumber form.
+    Planck's law; equation (3) in its wavenumber form.
     """
     nu = _positive(wavenumber, "wavenumber", "cm^-1")
     kelvin = _temperature(temperature)
-    return _C1_WAVENUMBER * nu**3 * _occupation(_C2_CM * nu, kelvin)
+    return C1_WAVENUMBER * nu**3 * _occupation(C2_WAVENUMBER * nu, kelvin)
 
 
-def planck_wavelength(wavelength, temperature):
+def planck_wavelength(wavelength: npt.ArrayLike, temperature: npt.ArrayLike) -> Floats:
     """Spectral radiance of a blackbody against wavelength.
 
     Parameters
@@ -86,11 +80,11 @@ def planck_wavelength(wavelength, temperature):
 
     References
     ----------
-    Equation (3), with CODATA constants.
+    Equation (3).
     """
     um = _positive(wavelength, "wavelength", "um")
     kelvin = _temperature(temperature)
-    return _C1_WAVELENGTH / um**5 * _occupation(SECOND_RADIATION_UM / um, kelvin)
+    return C1_WAVELENGTH / um**5 * _occupation(C2_WAVELENGTH / um, kelvin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +104,10 @@ class SpectralResponse:
         If the table is not a response: too short, not increasing, negative, all zero or not finite.
     """
 
-    wavelength: np.ndarray
-    response: np.ndarray
+    wavelength: Floats
+    response: Floats
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         wavelength = np.array(self.wavelength, dtype=float)
         response = np.array(self.response, dtype=float)
         if wavelength.ndim != 1 or wavelength.shape != response.shape or wavelength.size < 2:
@@ -136,40 +130,41 @@ class SpectralResponse:
         object.__setattr__(self, "response", response)
 
     @classmethod
-    def rectangular(cls, lower, upper):
+    def rectangular(cls, lower: float, upper: float) -> SpectralResponse:
         """Response 1 from `lower` to `upper` [um], edges included."""
         if not 0.0 < lower < upper < np.inf:
             raise InputError(f"a band runs from a lower to a higher wavelength above 0 um, found {lower} to {upper} um")
         return cls(np.array([lower, upper]), np.ones(2))
 
     @property
-    def lower(self):
+    def lower(self) -> float:
         """First wavelength of the response [um]."""
         return float(self.wavelength[0])
 
     @property
-    def upper(self):
+    def upper(self) -> float:
         """Last wavelength of the response [um]."""
         return float(self.wavelength[-1])
 
     @property
-    def wavenumber_range(self):
+    def wavenumber_range(self) -> tuple[float, float]:
         """Lowest and highest wavenumber of the response [cm^-1]."""
         return 1e4 / self.upper, 1e4 / self.lower
 
-    def at_wavelength(self, wavelength):
-        """Response at wavelengths [um]; both edges belong to the band."""
+    def at_wavelength(self, wavelength: npt.ArrayLike) -> Floats:
+        """Response at wavelengths [um], in their shape; both edges belong to the band."""
         um = np.asarray(wavelength, dtype=float)
         for edge in (self.lower, self.upper):
             um = np.where(np.abs(um - edge) <= _EDGE_TOLERANCE * edge, edge, um)
-        return np.interp(um, self.wavelength, self.response, left=0.0, right=0.0)
+        response: Floats = np.interp(um, self.wavelength, self.response, left=0.0, right=0.0)
+        return response
 
-    def at_wavenumber(self, wavenumber):
-        """Response at wavenumbers [cm^-1]; both edges belong to the band."""
+    def at_wavenumber(self, wavenumber: npt.ArrayLike) -> Floats:
+        """Response at wavenumbers [cm^-1], in their shape; both edges belong to the band."""
         return self.at_wavelength(1e4 / _positive(wavenumber, "wavenumber", "cm^-1"))
 
     @cached_property
-    def quadrature(self):
+    def quadrature(self) -> tuple[Floats, Floats]:
         """Nodes (q,) [um] and weights (q,) [um] with the response in them.
 
         Gauss-Legendre panels between the table's nodes: the sum of weight * f(node) is the integral of
@@ -189,7 +184,7 @@ class SpectralResponse:
         return node[inside], weight[inside]
 
 
-def band_radiance(response, temperature):
+def band_radiance(response: SpectralResponse, temperature: npt.ArrayLike) -> Floats:
     """Blackbody radiance of a band against temperature.
 
     Parameters
@@ -214,15 +209,15 @@ def band_radiance(response, temperature):
     """
     kelvin = _temperature(temperature)
     node, weight = response.quadrature
-    scale = weight * _C1_WAVELENGTH / node**5
+    scale = weight * C1_WAVELENGTH / node**5
 
-    def radiance(part):
-        return _occupation(SECOND_RADIATION_UM / node, part[:, None]) @ scale
+    def radiance(part: Floats) -> Floats:
+        return _occupation(C2_WAVELENGTH / node, part[:, None]) @ scale
 
     return _in_chunks(radiance, kelvin, node.size)
 
 
-def brightness_temperature(response, radiance):
+def brightness_temperature(response: SpectralResponse, radiance: npt.ArrayLike) -> Floats:
     """Temperature of the blackbody that a band sees with this radiance: the inverse of `band_radiance`.
 
     Parameters
@@ -252,26 +247,26 @@ def brightness_temperature(response, radiance):
     if not np.all(np.isfinite(value)) or np.any(value < 0.0):
         raise InputError("radiance must be finite and not negative to have a brightness temperature")
     node, weight = response.quadrature
-    log_scale = np.log(weight * _C1_WAVELENGTH / node**5)
+    log_scale = np.log(weight * C1_WAVELENGTH / node**5)
 
-    def invert(part):
+    def invert(part: Floats) -> Floats:
         with np.errstate(divide="ignore"):
             target = np.log(part)
-        lit = np.isfinite(target)
+        positive = np.isfinite(target)
         kelvin = np.zeros(part.shape)
-        kelvin[lit] = 1.0 / _inverse_temperature(node, log_scale, np.log(weight.sum()), target[lit])
+        kelvin[positive] = 1.0 / _inverse_temperature(node, log_scale, np.log(weight.sum()), target[positive])
         return kelvin
 
     return _in_chunks(invert, value, node.size)
 
 
-def _inverse_temperature(node, log_scale, log_width, target):
+def _inverse_temperature(node: Floats, log_scale: Floats, log_width: float, target: Floats) -> Floats:
     """Solve logsumexp(log_scale - x - log(1 - exp(-x))) = target for u = 1/T, x = c2 u / node; (m,) -> (m,)."""
     if target.size == 0:
         return target
-    rate = SECOND_RADIATION_UM / node
-    spectral = np.log(_C1_WAVELENGTH / node**5) + log_width - target[:, None]
-    u = np.min(np.logaddexp(0.0, spectral) / rate, axis=1)
+    rate = C2_WAVELENGTH / node
+    spectral = np.log(C1_WAVELENGTH / node**5) + log_width - target[:, None]
+    u: Floats = np.min(np.logaddexp(0.0, spectral) / rate, axis=1)
     for _ in range(_NEWTON_STEPS):
         x = rate * u[:, None]
         occupied = -np.expm1(-x)
@@ -288,14 +283,14 @@ def _inverse_temperature(node, log_scale, log_width, target):
     raise ArithmeticError("brightness temperature did not converge")
 
 
-def _gauss_panels(lower, upper, order):
+def _gauss_panels(lower: Floats, upper: Floats, order: int) -> tuple[Floats, Floats]:
     """Gauss-Legendre nodes and weights of panels, flattened."""
     point, weight = np.polynomial.legendre.leggauss(order)
     half = 0.5 * (upper - lower)[:, None]
     return (0.5 * (upper + lower)[:, None] + half * point).ravel(), (half * weight).ravel()
 
 
-def _occupation(scale, kelvin):
+def _occupation(scale: Floats, kelvin: Floats) -> Floats:
     """1 / (exp(scale / T) - 1) without overflow; 0 at T = 0."""
     with np.errstate(divide="ignore", over="ignore"):
         x = scale / kelvin
@@ -304,7 +299,7 @@ def _occupation(scale, kelvin):
         return np.exp(-x) / -np.expm1(-x)
 
 
-def _in_chunks(function, values, width):
+def _in_chunks(function: Callable[[Floats], Floats], values: Floats, width: int) -> Floats:
     """Apply a function of a 1-D part to an array of any shape, `width` work elements each."""
     flat = values.ravel()
     size = max(1, _CHUNK_ELEMENTS // width)
@@ -312,14 +307,14 @@ def _in_chunks(function, values, width):
     return np.concatenate(parts).reshape(values.shape) if parts else np.zeros(values.shape)
 
 
-def _temperature(values):
+def _temperature(values: npt.ArrayLike) -> Floats:
     kelvin = np.asarray(values, dtype=float)
     if not np.all(np.isfinite(kelvin)) or np.any(kelvin < 0.0):
         raise InputError("temperatures must be finite and not negative (kelvin)")
     return kelvin
 
 
-def _positive(values, name, units):
+def _positive(values: npt.ArrayLike, name: str, units: str) -> Floats:
     array = np.asarray(values, dtype=float)
     if not np.all(np.isfinite(array)) or np.any(array <= 0.0):
         raise InputError(f"{name} must be finite and above 0 {units}")

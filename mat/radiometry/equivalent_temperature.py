@@ -8,9 +8,7 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 
 REFERENCE = 300.0  # K, the scene temperature at which a radiance error is turned into kelvin
 _STEP = 0.5  # K, half the width of the central difference
-
-
-SHORTEST = 2.5  # um; in bands that end before it a scene at 300 K emits next to nothing, and kelvin mean nothing
+SHORTEST = 2.5  # um; in bands that end before it a scene at 300 K emits almost nothing, and none is defined
 
 
 def kelvin_per_radiance(response: SpectralResponse, temperature: float = REFERENCE) -> float:

@@ -7,8 +7,10 @@ and to the observer (r) and n the surface normal. Angles are in degrees.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import betainc, betaln
 
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 # Table values are means over these angles between source and normal [degree]; equation (43) and table 1.
@@ -22,7 +24,7 @@ FWHM_LIMITS = (0.1, 180.0)
 _AZIMUTHS = 4096
 
 
-def shininess(fwhm):
+def shininess(fwhm: npt.ArrayLike) -> Floats:
     """Exponent of a lobe whose full width at half maximum is `fwhm`.
 
     Parameters
@@ -47,13 +49,16 @@ def shininess(fwhm):
     lowest, highest = FWHM_LIMITS
     outside = ~((width >= lowest) & (width <= highest))
     if np.any(outside):
-        found = width[outside].flat[0]
-        raise InputError(f"found a lobe width of {found:g} degree; allowed: {lowest:g} to {highest:g} degree")
+        first = width[outside].flat[0]
+        raise InputError(f"found a lobe width of {first:g} degree; allowed: {lowest:g} to {highest:g} degree")
     # log cos x as log1p of 1 - cos x, which keeps its digits for narrow lobes.
-    return np.log(0.5) / np.log1p(-2.0 * np.sin(np.radians(width) / 8.0) ** 2)
+    exponent: Floats = np.log(0.5) / np.log1p(-2.0 * np.sin(np.radians(width) / 8.0) ** 2)
+    return exponent
 
 
-def specular_lobe(exponent, source, observer, normal):
+def specular_lobe(
+    exponent: npt.ArrayLike, source: npt.ArrayLike, observer: npt.ArrayLike, normal: npt.ArrayLike
+) -> Floats:
     """Lobe value chi^exponent for directions of source and observer.
 
     Parameters
@@ -72,21 +77,21 @@ def specular_lobe(exponent, source, observer, normal):
     ----------
     Equations (37), (38) and (41).
     """
-    source, observer, normal = (np.asarray(vector, dtype=float) for vector in (source, observer, normal))
-    between = source + observer
+    between = np.asarray(source, dtype=float) + np.asarray(observer, dtype=float)
     length = np.linalg.norm(between, axis=-1)
-    along = np.sum(between * normal, axis=-1)
+    along = np.sum(between * np.asarray(normal, dtype=float), axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         chi = np.where(length > 0.0, along / length, 0.0)
-    return np.clip(chi, 0.0, 1.0) ** np.asarray(exponent, dtype=float)
+    value: Floats = np.clip(chi, 0.0, 1.0) ** np.asarray(exponent, dtype=float)
+    return value
 
 
-def lobe_integral(exponent, source_angle):
+def lobe_integral(exponent: float | Floats, source_angle: npt.ArrayLike) -> Floats:
     """Integral of the lobe over the hemisphere of observer directions.
 
     Parameters
     ----------
-    exponent : float
+    exponent : float or 0-d array
         Shininess, not negative.
     source_angle : array_like, shape (m,)
         Between source and normal [degree], 0 up to below 90.
@@ -116,10 +121,11 @@ def lobe_integral(exponent, source_angle):
     first = -np.expm1((exponent + 2.0) * np.log(np.cos(limit))) / (exponent + 2.0)
     order = 0.5 * (exponent + 1.0)
     second = 0.5 * np.exp(betaln(1.5, order)) * betainc(1.5, order, np.sin(limit) ** 2)
-    return 4.0 * np.mean(level * first + across * second, axis=-1) * 2.0 * np.pi
+    integral: Floats = 4.0 * np.mean(level * first + across * second, axis=-1) * 2.0 * np.pi
+    return integral
 
 
-def normalisation(fwhm, source_angles=SOURCE_ANGLES):
+def normalisation(fwhm: float, source_angles: npt.ArrayLike = SOURCE_ANGLES) -> Floats:
     """N_s of a lobe for each source angle.
 
     Parameters
@@ -145,10 +151,11 @@ def normalisation(fwhm, source_angles=SOURCE_ANGLES):
     angles = np.asarray(source_angles, dtype=float)
     if not np.all((angles >= 0.0) & (angles < 90.0)):
         raise InputError("source angles must be at least 0 and below 90 degree")
-    return 2.0 * np.pi * np.cos(np.radians(angles)) / lobe_integral(shininess(fwhm), angles)
+    factor: Floats = 2.0 * np.pi * np.cos(np.radians(angles)) / lobe_integral(shininess(fwhm), angles)
+    return factor
 
 
-def normalisation_to_grazing(fwhm, source_angles):
+def normalisation_to_grazing(fwhm: float, source_angles: npt.ArrayLike) -> Floats:
     """`normalisation` up to 90 degree, where it is 0: no light falls on the surface, and half of the lobe still stands
     above it.
     """

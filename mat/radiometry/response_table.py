@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.schemas.csv_table import parse_table
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.csv_table import CsvTable, parse_table
 from skyshine.schemas.errors import nearest
 
 # First column by its units: wavelength to um, wavenumber to cm^-1.
@@ -18,7 +21,7 @@ UNITS = {
 _RATIO = 1.01
 
 
-def parse_response(text, file):
+def parse_response(text: str, file: str | Path) -> SpectralResponse:
     """A response table, normalised to peak 1.
 
     Parameters
@@ -40,16 +43,38 @@ def parse_response(text, file):
         response; and for a response that is 0 everywhere.
     """
     table = parse_table(text, file)
+    value, index = _columns(table)
+    kind = table.names[index]
+    axis, response = _values(table, value, index)
+    positive = np.flatnonzero(response > 0)
+    if not positive.size:
+        raise table.error(0, value, "found a response of 0 in every row; allowed: at least one above 0")
+    inside = slice(max(positive[0] - 1, 0), positive[-1] + 2)
+    axis, response = axis[inside], response[inside]
+    if kind == "wavenumber":
+        axis, response = _in_wavelength(axis, response)
+    order = np.argsort(axis)
+    return SpectralResponse(axis[order], response[order])
+
+
+def _columns(table: CsvTable) -> tuple[int, int]:
+    """Numbers of the columns of the response and of its axis."""
     for index, name in enumerate(table.names):
         if name not in (*UNITS, "response"):
             raise table.error(-1, index, f"found the column '{name}'; {nearest(name, [*UNITS, 'response'])}")
     if len(table.names) != 2 or "response" not in table.names:
-        found = " and ".join(table.names)
         raise table.error(
-            -1, 0, f"found the columns {found}; allowed: response, and one of wavelength[um], wavenumber[cm-1]"
+            -1,
+            0,
+            f"found the columns {' and '.join(table.names)}; allowed: response, and one of wavelength[um],"
+            " wavenumber[cm-1]",
         )
     value = table.names.index("response")
-    index = 1 - value
+    return value, 1 - value
+
+
+def _values(table: CsvTable, value: int, index: int) -> tuple[Floats, Floats]:
+    """The axis (n,) [um or cm^-1] in column `index`, and the response (n,) in column `value`, both checked."""
     kind, unit = table.names[index], table.units[index]
     if unit not in UNITS[kind]:
         raise table.error(
@@ -68,22 +93,14 @@ def parse_response(text, file):
         )
     for row in np.flatnonzero(response < 0)[:1]:
         raise table.error(row, value, f"found {response[row]:g}; allowed: a response of at least 0; cut the noise off")
-    lit = np.flatnonzero(response > 0)
-    if not lit.size:
-        raise table.error(0, value, "found a response of 0 in every row; allowed: at least one above 0")
-    inside = slice(max(lit[0] - 1, 0), lit[-1] + 2)
-    axis, response = axis[inside], response[inside]
-    if kind == "wavenumber":
-        axis, response = _in_wavelength(axis, response)
-    order = np.argsort(axis)
-    return SpectralResponse(axis[order], response[order])
+    return axis, response
 
 
-def _in_wavelength(wavenumber, response):
+def _in_wavelength(wavenumber: Floats, response: Floats) -> tuple[Floats, Floats]:
     """Nodes in um between which the response, linear in wavenumber, is linear in wavelength too."""
     ratio = np.maximum(wavenumber[1:] / wavenumber[:-1], wavenumber[:-1] / wavenumber[1:])
     parts = np.maximum(np.ceil(np.log(ratio) / np.log(_RATIO)), 1).astype(int)
-    # A stretch on which the response does not change needs no nodes.
+    # Where the response does not change between two rows, no further nodes are needed.
     parts[np.diff(response) == 0] = 1
     pieces = [
         np.linspace(a, b, n, endpoint=False) for a, b, n in zip(wavenumber[:-1], wavenumber[1:], parts, strict=True)

@@ -1,4 +1,4 @@
-"""The angle that a source's light is turned by into a line of sight, as a coordinate in place of the source's azimuth.
+"""The scattering angle of a source's light into a line of sight, a coordinate in place of the source's azimuth.
 
 Light that particles scatter depends on this angle most of all, within a few degrees of the source steeply. A table by
 azimuth needs close nodes of both elevations and of azimuth to follow it; a table by scattering angle follows it on one
@@ -8,34 +8,57 @@ axis.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
-_LEVEL = 1e-9  # product of cosines below which line or source stands in the zenith or nadir, and azimuth means nothing
+from skyshine.schemas.arrays import Floats
+
+_LEVEL = 1e-9  # product of cosines below which line or source stands in the zenith or nadir: azimuth is undefined there
 
 
-def scattering_angle(elevation, source_elevation, source_azimuth):
-    """Angle [degree] between line of sight and source, 0 to 180; the azimuth is relative to the line of sight;
-    arguments in degree.
+def scattering_angle(
+    elevation: npt.ArrayLike, source_elevation: npt.ArrayLike, source_azimuth: npt.ArrayLike
+) -> Floats:
+    """Angle [degree] between line of sight and source, 0 to 180.
+
+    Parameters
+    ----------
+    elevation, source_elevation : array_like
+        Of the line of sight and of the source [degree].
+    source_azimuth : array_like
+        From that of the line of sight [degree].
+
+    Returns
+    -------
+    ndarray
+        Of the arguments' common shape.
+
+    References
+    ----------
+    The haversine formula, which keeps its digits for small angles.
     """
     line, source = np.radians(elevation), np.radians(source_elevation)
     half = (
         np.sin((line - source) / 2) ** 2 + np.cos(line) * np.cos(source) * np.sin(np.radians(source_azimuth) / 2) ** 2
     )
-    return 2 * np.degrees(np.arcsin(np.sqrt(np.clip(half, 0.0, 1.0))))
+    angle: Floats = 2 * np.degrees(np.arcsin(np.sqrt(np.clip(half, 0.0, 1.0))))
+    return angle
 
 
-def azimuth_at(elevation, source_elevation, angle):
-    """The azimuth at which light is scattered by an angle, and what no azimuth makes up for; all in rad.
+def azimuth_at(
+    elevation: npt.ArrayLike, source_elevation: npt.ArrayLike, angle: npt.ArrayLike
+) -> tuple[Floats, Floats]:
+    """The azimuth of a source at which its light is scattered by an angle.
 
     Parameters
     ----------
-    elevation, source_elevation, angle : arrays
-        Of the line of sight, the source, and between the two.
+    elevation, source_elevation, angle : array_like
+        Of the line of sight, the source, and between the two [rad].
 
     Returns
     -------
-    azimuth, rest : arrays
-        Azimuth 0 to pi. The rest is 0 where line and source can stand so; it is the smallest turn that is left where
-        they cannot.
+    azimuth, excess : ndarrays
+        Azimuth, 0 to pi, and the part of the angle that no azimuth gives [rad]: 0 wherever the two elevations allow
+        the angle, otherwise the (signed) distance to the nearest angle they allow.
     """
     elevation, source_elevation, angle = np.broadcast_arrays(elevation, source_elevation, angle)
     rise, level = np.sin(elevation) * np.sin(source_elevation), np.cos(elevation) * np.cos(source_elevation)

@@ -13,9 +13,9 @@ from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.site import Site
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.materials.library import MaterialLibrary
 
-ZERO_CELSIUS = 273.15  # K
 _AMOUNTS = ("scale", "ppm", "column_mm", "column_du")
 
 

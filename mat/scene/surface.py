@@ -17,8 +17,9 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
 from skyshine.mat.job.surface import HourlyWeather, Operation, Weather
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
-from skyshine.mat.scene.atmosphere import ZERO_CELSIUS, atmospheric_state
+from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial

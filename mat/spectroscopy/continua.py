@@ -16,14 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
-from skyshine.mat.spectroscopy.linebyline import C2, CM2_TO_M2
+from skyshine.mat.radiometry.constants import C2, ZERO_CELSIUS
+from skyshine.mat.spectroscopy.linebyline import CM2_TO_M2
 from skyshine.schemas.errors import InputError
 
 H2O_FILE, OTHERS_FILE, NOTICE_FILE = "mt_ckd_4.3_h2o.nc", "mt_ckd_n2_o2_co2_o3.nc", "MT_CKD_NOTICE.md"
 
 REFERENCE_PRESSURE = 101300.0  # Pa, of all coefficients (MT_CKD: 1013 mb)
 REFERENCE_TEMPERATURE = 296.0  # K
-AMAGAT_TEMPERATURE = 273.15  # K
+AMAGAT_TEMPERATURE = ZERO_CELSIUS
 LOSCHMIDT = 2.68675e19  # molecules cm^-3 at 1 atm and 273.15 K, as MT_CKD uses it
 N2_DRY, O2_DRY = 0.78084, 0.20946  # mole fractions of dry air, US Standard Atmosphere 1976
 

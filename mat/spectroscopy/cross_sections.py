@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import refractivity
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.spectroscopy.linebyline import CM2_TO_M2
 from skyshine.schemas.errors import InputError
 
@@ -31,7 +32,7 @@ FIT_TEXT = (
     "cross sections of K. Bogumil, J. Orphal and J. P. Burrows, University of Bremen (J. Photochem. Photobiol. A 157"
     " (2003) 167)"
 )
-FIT_REFERENCE = 273.15  # K, of the polynomials
+FIT_REFERENCE = ZERO_CELSIUS  # of the polynomials
 FIT_RANGE = (203.0, 293.0)  # K, the measurements the polynomials were fitted to (Bogumil et al. 2003)
 FIT_UNIT = 1e-20  # cm2
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, CrossSectionNodes, water_continuum
+from skyshine.mat.radiometry.constants import C2
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
-from skyshine.mat.spectroscopy.linebyline import C2
 
 CANDIDATES = 1000  # fine wavenumbers among which an interval's points are chosen
 SINGLE_GAS_SCALE = 0.7  # importance of transmittances by single gases

@@ -13,13 +13,13 @@ import math
 import numpy as np
 from numba import njit
 
+from skyshine.mat.radiometry.constants import C2
 from skyshine.mat.spectroscopy.lines import LineList
 from skyshine.mat.spectroscopy.partition import REFERENCE_TEMPERATURE, molar_mass, partition_ratio, per_line
 from skyshine.mat.spectroscopy.voigt import chi_co2, chi_decay, far_voigt, voigt
 
 CUT_OFF = 25.0  # cm^-1, the convention that MT_CKD is built on (Mlawer et al. 2012)
 ATMOSPHERE = 101325.0  # Pa
-C2 = 1.438776877  # cm K, second radiation constant, CODATA 2018
 DOPPLER = 4.30140e-7  # 1/e half width: DOPPLER * wavenumber * sqrt(T [K] / M [g/mol]); sqrt(2 R) / c, CODATA 2018
 CM2_TO_M2 = 1e-4
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.state.profiles import BOLTZMANN, load_profile
+from skyshine.mat.atmosphere.state.profiles import load_profile
+from skyshine.mat.radiometry.constants import BOLTZMANN, ZERO_CELSIUS
 
 TRAINING_PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter")
 HELD_OUT_PROFILE = "us_standard"
@@ -73,7 +74,7 @@ def _perturbation(rng):
 
 def saturation_pressure(temperature):
     """Over water, Pa (Bolton 1980, Mon. Weather Rev. 108, 1046, equation 10)."""
-    celsius = temperature - 273.15
+    celsius = temperature - ZERO_CELSIUS
     return 611.2 * np.exp(17.67 * celsius / (celsius + 243.5))
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.tables.axes import POLICIES, AxisRule
 from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
@@ -266,7 +267,7 @@ class AtmosphereTable(Table):
 
     def transmittance(self, *, range, beta_star):
         """Transmittance over a range in km for a given beta*, equation (9)."""
-        return np.exp(-5.5 * np.asarray(range, float) / np.asarray(beta_star, float))
+        return np.exp(-BETA_FACTOR * np.asarray(range, float) / np.asarray(beta_star, float))
 
 
 class ThermalTable(AtmosphereTable):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.tables.axes import PERIODIC
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
@@ -102,13 +103,13 @@ def _temperatures(figure, table: Table) -> None:
     flat = float(np.min(axes["slope"].values))
     for code, colour in zip(codes, _colours(codes.size), strict=True):
         kelvin = table.temperature(material=code, altitude=low, azimuth=faces[0], slope=flat, time=hours)
-        day.plot(hours, kelvin - 273.15, color=colour, label=names[int(code)])
+        day.plot(hours, kelvin - ZERO_CELSIUS, color=colour, label=names[int(code)])
     day.set(xlabel="local time, h", ylabel="temperature, °C", title=f"slope {flat:g}°, altitude {low:g} km")
     day.legend(fontsize=7)
     steep = float(axes["slope"].values[np.argmin(np.abs(axes["slope"].values - 60.0))])
     facing = np.append(faces, faces[0] + 360.0)
     grid = table.temperature(material=codes[0], altitude=low, azimuth=facing[:, None], slope=steep, time=hours[None, :])
-    mesh = aspect.pcolormesh(hours, facing, grid - 273.15, shading="gouraud", cmap="inferno")
+    mesh = aspect.pcolormesh(hours, facing, grid - ZERO_CELSIUS, shading="gouraud", cmap="inferno")
     aspect.set(xlabel="local time, h", ylabel="facing, ° from north", title=f"{names[int(codes[0])]}, slope {steep:g}°")
     figure.colorbar(mesh, ax=aspect, label="temperature, °C")
 

@@ -14,7 +14,7 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
-from skyshine.mat.threads import each
+from skyshine.mat.threads import parallel_map
 
 KINDS = ("transmittance", "path_thermal", "path_radiance", "sky_irradiance", "direct_irradiance")
 DIRECT = KINDS[-1]
@@ -156,7 +156,7 @@ def fitted_and_tested(air, weight, irradiance, brightness, fit, candidates, test
         )
 
     edges = _edges(air.optics.wavenumber)
-    fitted, tested = zip(*each(part, edges[:-1], edges[1:]), strict=True)
+    fitted, tested = zip(*parallel_map(part, edges[:-1], edges[1:]), strict=True)
     mean = _without_dark({kind: sum(np.concatenate(means[kind]) for means, _ in fitted) for kind in KINDS})
     kept = [np.concatenate([rows for kind in mean for rows in found[kind]]) for _, found in fitted]
     return Targets(mean, np.concatenate(kept, axis=1)), _joined(tested, edges)

@@ -16,6 +16,7 @@ import numpy as np
 
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
+from skyshine.mat.radiometry.constants import C2
 from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database
@@ -27,7 +28,6 @@ CONTINUUM = "H2O_continuum"
 WATER_CONTINUA = {"mt_ckd_4.3": None, "mt_ckd_2.4": "continuum/mt_ckd_2.4.csv"}
 # Codes of a gas in an interval, as the table keeps them; larger codes name the entries of its `sources`.
 NO_DATA, NEGLIGIBLE = 0, 1
-C2 = 1.438776877  # cm K, second radiation constant, CODATA 2018
 # Saturated air at 45 C holds 9.5 %. Beyond the last node, 8 %, the parabola through the nodes is continued: against
 # line sums a cross section of H2O is then wrong by 0.4 % rms at most, of N2 by 6 % in the far wings of its band, where
 # it is thin.

@@ -11,6 +11,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from skyshine import atmospheres
+from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 
@@ -43,7 +44,6 @@ GASES = (
     "CCl4",
 )
 
-BOLTZMANN = 1.380649e-23  # J K^-1, exact in the SI of 2019
 
 # Mole fractions in the troposphere in 2020 (WMO, Scientific Assessment of Ozone Depletion 2022, chapter 1: NOAA and
 # AGAGE means), and whose decrease above the tropopause each follows: CCl4 is destroyed as CFC-11 is, in the middle

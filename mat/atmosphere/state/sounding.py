@@ -11,14 +11,15 @@ from scipy import constants
 
 from skyshine.mat.atmosphere.state.humidity import mole_fraction, saturation_pressure
 from skyshine.mat.atmosphere.state.profiles import Profile
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.csv_table import CsvTable, parse_table
 from skyshine.schemas.errors import nearest
 
 _KELVIN = {
     "K": (1.0, 0.0),
-    "C": (1.0, 273.15),
-    "degC": (1.0, 273.15),
-    "°C": (1.0, 273.15),
+    "C": (1.0, ZERO_CELSIUS),
+    "degC": (1.0, ZERO_CELSIUS),
+    "°C": (1.0, ZERO_CELSIUS),
     "F": (5 / 9, 459.67 * 5 / 9),
 }
 _PASCAL = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "mb": 1e2, "kPa": 1e3, "bar": 1e5}

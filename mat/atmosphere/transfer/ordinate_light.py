@@ -24,7 +24,7 @@ from skyshine.mat.atmosphere.transfer import ordinates
 from skyshine.mat.atmosphere.transfer.optics import phase_moments
 from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column, vertical_parts
 from skyshine.mat.atmosphere.transfer.two_stream_light import ELEVATIONS, layer_shares, source_nodes
-from skyshine.mat.threads import each
+from skyshine.mat.threads import parallel_map
 
 # Angles from the vertical at which the source function stands; between them it is linear in the angle.
 _DIRECTIONS = np.linspace(0.0, np.pi, 16)
@@ -99,7 +99,7 @@ class StreamLight:
             source[..., part] = light.transpose(0, 3, 4, 2, 1).reshape(levels, _DIRECTIONS.size, -1, light.shape[1])
             falling[..., part] = np.swapaxes(ordinates.flux(down), 1, 2)
 
-        each(solve, range(0, points, _CHUNK))
+        parallel_map(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
 
     def spectral(self, segments, depths, cosine, deflection):

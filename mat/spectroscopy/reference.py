@@ -12,7 +12,8 @@ import numpy as np
 from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, water_continuum
 from skyshine.mat.atmosphere.state.profiles import BOLTZMANN, load_profile
 from skyshine.mat.spectroscopy import linebyline
-from skyshine.mat.spectroscopy.gases import GASES
+from skyshine.mat.spectroscopy.continua import ContinuumModel
+from skyshine.mat.spectroscopy.gases import GASES, LineLibrary
 
 
 @dataclass(frozen=True)
@@ -22,20 +23,22 @@ class Path:
     pressure: float
     temperature: float
     length: float
-    fraction: dict
+    fraction: dict[str, float]
 
-    def column(self, gas) -> float:
+    def column(self, gas: str) -> float:
         """Molecules m^-2 of a gas."""
         return self.fraction[gas] * self.pressure / (BOLTZMANN * self.temperature) * self.length
 
 
-def interval_transmittance(library, continua, path, gas, low, high) -> float:
+def interval_transmittance(
+    library: LineLibrary, continua: ContinuumModel, path: Path, gas: str, low: float, high: float
+) -> float:
     """Mean transmittance of [low, high] cm^-1 by one gas, line by line.
 
     Parameters
     ----------
     library : LineLibrary
-    continua : Continua
+    continua : ContinuumModel
     path : Path
     gas : str
         H2O means its lines alone, H2O_continuum the continuum alone; other gases include theirs.
@@ -47,16 +50,17 @@ def interval_transmittance(library, continua, path, gas, low, high) -> float:
         coefficients = continua.water_coefficients(wavenumber)
         section = water_continuum(*coefficients, wavenumber, pressure, temperature, np.array([humidity]))[0]
         return float(np.mean(np.exp(-path.column("H2O") * section)))
-    one = GASES[gas]
-    own = humidity if gas == "H2O" else one.self_fraction
+    self_fraction = humidity if gas == "H2O" else GASES[gas].self_fraction
     lines = library.near(gas, low, high)
-    section = linebyline.interval_spectrum(lines, low, high, pressure, temperature, own, one.shape)[0, 0]
-    if one.continuum:
-        section = section + getattr(continua, one.continuum)(wavenumber, path.pressure, path.temperature, humidity)
+    shape = GASES[gas].shape
+    section = linebyline.interval_spectrum(lines, low, high, pressure, temperature, self_fraction, shape)[0, 0]
+    continuum = continua.by_gas.get(gas)
+    if continuum is not None:
+        section = section + continuum(wavenumber, path.pressure, path.temperature, humidity)
     return float(np.mean(np.exp(-path.column(gas) * section)))
 
 
-def horizontal_path(atmosphere, length) -> Path:
+def horizontal_path(atmosphere: str, length: float) -> Path:
     """A path at the lowest level of a standard atmosphere; length in m."""
     profile = load_profile(atmosphere)
     fraction = {gas: float(values[0]) for gas, values in profile.mole_fraction.items()}

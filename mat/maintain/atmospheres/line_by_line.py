@@ -24,7 +24,9 @@ from skyshine.schemas.data_csv import write_csv
 @click.option("--wavenumber", default="700:1250", show_default=True, help="LO:HI in cm^-1.")
 @click.option("--gas", "gases", multiple=True, default=("H2O", CONTINUUM, "CO2", "CH4"), show_default=True)
 @click.option("--out", required=True, type=click.Path(), help="The CSV file to write.")
-def main(lines, continua, atmosphere, range_km, wavenumber, gases, out):
+def main(
+    lines: str, continua: str, atmosphere: str, range_km: float, wavenumber: str, gases: tuple[str, ...], out: str
+) -> None:
     """Write line-by-line transmittances of 5 cm^-1 intervals by gas."""
     low, high = (float(part) for part in wavenumber.split(":"))
     path = horizontal_path(atmosphere, range_km * 1e3)
@@ -41,10 +43,8 @@ def main(lines, continua, atmosphere, range_km, wavenumber, gases, out):
         f"pressure_Pa={path.pressure:.6g} temperature_K={path.temperature:.6g} length_m={path.length:.6g} "
         + " ".join(f"{gas}={path.fraction[gas]:.9g}" for gas in gases if gas != CONTINUUM),
         "Lines: HITRAN2012 (Rothman et al. 2013). Continua: MT_CKD 4.3 (Mlawer et al. 2012, 2023).",
-        (
-            f"Written by python -m skyshine.mat.maintain.atmospheres.line_by_line --wavenumber {wavenumber} (with --lines and"
-            " --continua)."
-        ),
+        "Written by python -m skyshine.mat.maintain.atmospheres.line_by_line"
+        f" --wavenumber {wavenumber} (with --lines and --continua).",
     ]
     write_csv(out, header, ["low[cm-1]", "high[cm-1]", *gases], rows)
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.spectroscopy import linebyline
-from skyshine.mat.spectroscopy.continua import Continua
+from skyshine.mat.spectroscopy.continua import ContinuumModel
 from skyshine.mat.spectroscopy.gases import GASES, LineLibrary
+from skyshine.schemas.arrays import Floats
 
 _WITHOUT_SOURCE = ("no data", "negligible")
 
@@ -38,18 +42,26 @@ def judged_gases(library: LineLibrary, table: AbsorptionTable, low: float, high:
     return judged, others
 
 
-def _intervals(table, parts):
+def _intervals(table: AbsorptionTable, parts: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Edges of the table's intervals that lie in one of the parts."""
     edges = table.interval_edges
     return [(a, b) for a, b in edges for first, last in parts if a >= first and b <= last]
 
 
-def absorption_at_levels(library: LineLibrary, continua: Continua, state, gases, low: float, high: float):
+def absorption_at_levels(
+    library: LineLibrary,
+    continua: ContinuumModel,
+    state: AtmosphericState,
+    gases: Sequence[str],
+    low: float,
+    high: float,
+) -> Floats:
     """Absorption of an interval on the grid of `linebyline.interval_grid`, at the levels of a state.
 
     Parameters
     ----------
     library : LineLibrary
-    continua : Continua
+    continua : ContinuumModel
     state : AtmosphericState
         N levels.
     gases : sequence of str
@@ -68,10 +80,10 @@ def absorption_at_levels(library: LineLibrary, continua: Continua, state, gases,
     for name in gases:
         gas, lines, fraction = GASES[name], library.near(name, low, high), state.mole_fraction[name]
         for level, (pressure, temperature) in enumerate(zip(state.pressure, state.temperature, strict=True)):
-            own = humidity[level] if name == "H2O" else gas.self_fraction
-            section = linebyline.interval_spectrum(lines, low, high, [pressure], [temperature], own, gas.shape)[0, 0]
-            if gas.continuum:
-                section = section + getattr(continua, gas.continuum)(wavenumber, pressure, temperature, humidity[level])
+            air = ([pressure], [temperature], humidity[level] if name == "H2O" else gas.self_fraction)
+            section = linebyline.interval_spectrum(lines, low, high, *air, gas.shape)[0, 0]
+            if name in continua.by_gas:
+                section = section + continua.by_gas[name](wavenumber, pressure, temperature, humidity[level])
             total[level] += fraction[level] * section
     if "H2O" in gases:
         coefficients = continua.water_coefficients(wavenumber)

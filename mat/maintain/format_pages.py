@@ -12,8 +12,11 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from skyshine.schemas.hdf5 import Group, read_file
+
+Layout = dict[str, Any]  # a layout schema, or a part of one
 
 TYPES = {
     "f4": "float32",
@@ -46,7 +49,7 @@ ATTRIBUTES = {
 }
 
 
-def page(layout: dict, name: str) -> str:
+def page(layout: Layout, name: str) -> str:
     """Text of the page of one file type.
 
     Parameters
@@ -80,7 +83,7 @@ def page(layout: dict, name: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _groups(content: dict, place: str) -> Iterator[tuple[str, dict]]:
+def _groups(content: Layout, place: str) -> Iterator[tuple[str, Layout]]:
     yield place, content
     rules = content["groups"]
     children = rules.get("properties", {}) | {
@@ -90,7 +93,7 @@ def _groups(content: dict, place: str) -> Iterator[tuple[str, dict]]:
         yield from _groups(rule["properties"], f"{place}/{name}".lstrip("/"))
 
 
-def _axes(content: dict) -> list[str]:
+def _axes(content: Layout) -> list[str]:
     axes, required = content.get("properties", {}), content.get("required", [])
     if not axes:
         return []
@@ -105,7 +108,7 @@ def _axes(content: dict) -> list[str]:
     return lines
 
 
-def _arrays(variables: dict) -> list[str]:
+def _arrays(variables: Layout) -> list[str]:
     if not variables.get("properties"):
         return []
     required = variables.get("required", [])
@@ -118,7 +121,7 @@ def _arrays(variables: dict) -> list[str]:
     return lines
 
 
-def _dims(rule: dict) -> str:
+def _dims(rule: Layout) -> str:
     """Axes of an array; where it may have others, those too."""
     if "prefixItems" in rule:
         return ", ".join(" or ".join(item["enum"]) for item in rule["prefixItems"])
@@ -126,12 +129,12 @@ def _dims(rule: dict) -> str:
     return ", ".join(" or ".join(dict.fromkeys(names)) for names in zip(*lists, strict=True))
 
 
-def _type(has: dict) -> str:
+def _type(has: Layout) -> str:
     rule = has["type"]
     return " or ".join(TYPES[kind] for kind in rule.get("enum", [rule.get("const")]))
 
 
-def _value(rule: dict) -> str:
+def _value(rule: Layout) -> str:
     if "const" in rule:
         return f"`{rule['const']}`"
     if "enum" in rule:
@@ -139,7 +142,7 @@ def _value(rule: dict) -> str:
     return f"matches `{rule['pattern']}`" if "pattern" in rule else "any"
 
 
-def describe_fields(layout: dict, root: Group) -> None:
+def describe_fields(layout: Layout, root: Group) -> None:
     """Take into a layout schema what a file says of its fields, and how its axes are read."""
     has = layout.get("properties", layout)
     for kind, items in (("axes", root.axes), ("variables", root.variables)):

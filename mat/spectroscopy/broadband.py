@@ -6,12 +6,16 @@ altitudes, under many states, as targets. The error is measured on states of a p
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from skyshine.mat.atmosphere.band.selection import select_points
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import (
@@ -26,6 +30,7 @@ from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE, TRAINING_PROFILES
+from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
 FORMAT_VERSION = "1.0"
@@ -34,7 +39,7 @@ HEIGHTS = np.array([0.0, 0.5e3, 1e3, 2e3, 3e3, 5e3, 8e3])  # m above the ground
 ELEVATIONS = np.array([-4.0, 0.5, 3.0, 8.0, 15.0, 30.0, 50.0, 75.0])  # degree
 CANDIDATES = 1600
 REGIONS = 16  # of the spectrum, of equal energy: each gives its share of the candidates
-TOLERANCE, MOST_POINTS = 0.025, 96
+TOLERANCE, MAX_POINTS = 0.025, 96
 # A flux's error counts in units of 1 W m^-2 and 1 % of the flux: the tolerance is 0.025 W m^-2 and 0.025 % of it.
 _UNIT, _RELATIVE = 1.0, 0.01
 _WEIGHT_TEMPERATURE = 260.0  # K, of the black body whose flux the weights of the thermal points hold exactly
@@ -45,14 +50,14 @@ _AEROSOLS = ("none", "rural", "rural", "urban", "maritime", "tropospheric", "fog
 _CLOUD_MODEL, _CLOUD_BASES, _CLOUD_DEPTHS = "fog_advection", (0.5e3, 8e3), (0.3, 60.0)
 
 
-def training_states(seed=11):
+def training_states(seed: int = 11) -> list[AtmosphericState]:
     """States whose fluxes are targets: the training profiles, each as it is and `PERTURBED` times otherwise."""
     rng = np.random.default_rng(seed)
     plain = [AtmosphericState.from_profile(name) for name in TRAINING_PROFILES]
     return plain + [perturbed_state(name, rng) for name in TRAINING_PROFILES for _ in range(PERTURBED)]
 
 
-def held_out_states(seed=12):
+def held_out_states(seed: int = 12) -> list[AtmosphericState]:
     """States on which the error is measured."""
     rng = np.random.default_rng(seed)
     return [AtmosphericState.from_profile(HELD_OUT_PROFILE)] + [
@@ -60,7 +65,7 @@ def held_out_states(seed=12):
     ]
 
 
-def perturbed_state(name, rng):
+def perturbed_state(name: str, rng: np.random.Generator) -> AtmosphericState:
     """A profile with other temperature, gases, ground, particles, and sometimes cloud."""
     profile = load_profile(name)
     profile = replace(profile, temperature=np.clip(profile.temperature + rng.uniform(-15.0, 15.0), 155.0, 345.0))
@@ -78,7 +83,7 @@ def perturbed_state(name, rng):
     return _with_cloud(state, rng) if rng.random() < 1 / 3 else state
 
 
-def _with_cloud(state, rng):
+def _with_cloud(state: AtmosphericState, rng: np.random.Generator) -> AtmosphericState:
     base = state.surface_altitude + rng.uniform(*_CLOUD_BASES)
     depth = np.exp(rng.uniform(*np.log(_CLOUD_DEPTHS)))
     inside = (state.altitude >= base) & (state.altitude <= base + 1e3)
@@ -86,19 +91,19 @@ def _with_cloud(state, rng):
     return replace(state, aerosols=(*state.aerosols, component))
 
 
-def _sky_emission(state, points):
-    return sky_emission(state, points, state.surface_altitude + HEIGHTS)
+def _sky_emission(state: AtmosphericState, points: SpectralPoints) -> Floats:
+    return np.asarray(sky_emission(state, points, state.surface_altitude + HEIGHTS))
 
 
-def longwave_targets(states, points):
+def longwave_targets(states: Sequence[AtmosphericState], points: SpectralPoints) -> Reals:
     """Thermal fluxes (M, P) W m^-2 (cm^-1)^-1 of the states at `HEIGHTS`."""
     return np.concatenate([_in_chunks(partial(_sky_emission, state), points) for state in states])
 
 
-def shortwave_targets(states, points):
+def shortwave_targets(states: Sequence[AtmosphericState], points: SpectralPoints) -> Reals:
     """Direct and diffuse shares of sunlight (M, P) each, of the states at `HEIGHTS` and `ELEVATIONS`."""
 
-    def shares(state, part):
+    def shares(state: AtmosphericState, part: SpectralPoints) -> Reals:
         altitude = state.surface_altitude + HEIGHTS
         both = sunlight_shares(state, part, altitude, ELEVATIONS, state.surface_albedo)
         return np.stack(both).reshape(2, altitude.size * ELEVATIONS.size, -1).astype(np.float32)
@@ -107,14 +112,16 @@ def shortwave_targets(states, points):
     return np.concatenate(parts, axis=1)
 
 
-def _in_chunks(evaluate, points):
+def _in_chunks(evaluate: Callable[[SpectralPoints], Reals], points: SpectralPoints) -> Reals:
     size = points.wavenumber.size
     return np.concatenate(
         [evaluate(points.subset(np.arange(s, min(s + _CHUNK, size)))) for s in range(0, size, _CHUNK)], axis=-1
     )
 
 
-def choose(rows, weight, *, tolerance=TOLERANCE, max_points=MOST_POINTS):
+def choose(
+    rows: Reals, weight: Floats, *, tolerance: float = TOLERANCE, max_points: int = MAX_POINTS
+) -> tuple[Integers, Floats]:
     """Points and weights that hold weighted sums.
 
     Parameters
@@ -146,18 +153,25 @@ def choose(rows, weight, *, tolerance=TOLERANCE, max_points=MOST_POINTS):
     return candidates[chosen][order], weights[order]
 
 
-def _candidates(rows, weight):
+def _candidates(rows: Reals, weight: Floats) -> Integers:
     """Indices of candidates: from regions of equal weight, evenly over the mean target in each."""
     region = np.minimum((REGIONS * np.cumsum(weight) / weight.sum()).astype(int), REGIONS - 1)
-    mean, found = rows.mean(axis=0), []
+    mean, chosen = rows.mean(axis=0), []
     for number in range(REGIONS):
-        mine = np.flatnonzero(region == number)
-        order = mine[np.argsort(mean[mine], kind="stable")]
-        found.append(order[np.unique(np.linspace(0, order.size - 1, CANDIDATES // REGIONS).astype(int))])
-    return np.sort(np.concatenate(found))
+        members = np.flatnonzero(region == number)
+        order = members[np.argsort(mean[members], kind="stable")]
+        chosen.append(order[np.unique(np.linspace(0, order.size - 1, CANDIDATES // REGIONS).astype(int))])
+    return np.sort(np.concatenate(chosen))
 
 
-def build(out, table, *, tolerance=TOLERANCE, max_points=MOST_POINTS, progress=None):
+def build(
+    out: str | os.PathLike[str],
+    table: AbsorptionTable,
+    *,
+    tolerance: float = TOLERANCE,
+    max_points: int = MAX_POINTS,
+    progress: Callable[[], object] | None = None,
+) -> dict[str, Any]:
     """Choose the broadband points of an absorption table and write them.
 
     Parameters
@@ -176,32 +190,15 @@ def build(out, table, *, tolerance=TOLERANCE, max_points=MOST_POINTS, progress=N
     """
     training, unseen = training_states(), held_out_states()
     step = progress or (lambda: None)
-    thermal = table.points(*LONGWAVE)
-    middle = thermal.interval_edges.mean(axis=1)[thermal.interval]
-    black = np.pi * planck_wavenumber(middle, _WEIGHT_TEMPERATURE)
-    opaque = np.pi * planck_wavenumber(middle, _BLACK_TEMPERATURES[:, None])
-    rows = np.concatenate([longwave_targets(training, thermal), opaque])
-    index, weight = choose(rows / black, thermal.weight * black, tolerance=tolerance, max_points=max_points)
-    longwave, weight = index, weight / black[index]
-    step()
-    exact = longwave_targets(unseen, thermal)
-    errors = {"longwave_down": _summary(exact[:, longwave] @ weight - exact @ thermal.weight)}
-    groups = {"longwave": _points_group(longwave, weight, middle, "cm-1", "weight of the point")}
-    step()
-
-    solar = table.points(*SHORTWAVE)
-    middle = solar.interval_edges.mean(axis=1)[solar.interval]
-    width = np.diff(solar.interval_edges, axis=1)[solar.interval, 0]
-    sunlight = solar.weight * solar_irradiance(middle, width)
-    rows = np.concatenate(shortwave_targets(training, solar))
-    index, weight = choose(rows, sunlight, tolerance=tolerance, max_points=max_points)
-    step()
-    for name, exact in zip(QUANTITIES[1:], shortwave_targets(unseen, solar), strict=True):
-        errors[name] = _summary(exact[:, index] @ weight - exact @ sunlight)
-    groups["shortwave"] = _points_group(index, weight, middle, "W m-2", "sunlight that the point stands for, at 1 au")
-    step()
-
-    groups["errors"] = Group(groups={name: Group(attributes=errors[name]) for name in QUANTITIES})
+    limits = {"tolerance": tolerance, "max_points": max_points}
+    longwave, errors = _longwave(table, training, unseen, step, **limits)
+    shortwave, solar_errors = _shortwave(table, training, unseen, step, **limits)
+    errors |= solar_errors
+    groups = {
+        "longwave": longwave,
+        "shortwave": shortwave,
+        "errors": Group(groups={name: Group(attributes=errors[name]) for name in QUANTITIES}),
+    }
     about = {
         "absorption_sha256": table.content,
         "description": (
@@ -212,10 +209,56 @@ def build(out, table, *, tolerance=TOLERANCE, max_points=MOST_POINTS, progress=N
     job = f"mat lines broadband; tolerance {tolerance:g}, max_points {max_points}"
     header = Header(FILETYPE, FORMAT_VERSION, table.version, job, title="skyshine broadband points")
     write_file(out, Group(groups=groups, attributes=about), header)
-    return {"points": {"longwave": longwave.size, "shortwave": index.size}, "errors": errors}
+    counts = {name: groups[name].axes["point"].values.size for name in ("longwave", "shortwave")}
+    return {"points": counts, "errors": errors}
 
 
-def _points_group(index, weight, wavenumber, units, long_name):
+def _longwave(
+    table: AbsorptionTable,
+    training: Sequence[AtmosphericState],
+    unseen: Sequence[AtmosphericState],
+    step: Callable[[], object],
+    **limits: Any,
+) -> tuple[Group, dict[str, dict[str, float]]]:
+    """The thermal points, and their error by quantity."""
+    points = table.points(*LONGWAVE)
+    middle = points.interval_edges.mean(axis=1)[points.interval]
+    black = np.pi * planck_wavenumber(middle, _WEIGHT_TEMPERATURE)
+    opaque = np.pi * planck_wavenumber(middle, _BLACK_TEMPERATURES[:, None])
+    rows = np.concatenate([longwave_targets(training, points), opaque])
+    index, weight = choose(rows / black, points.weight * black, **limits)
+    weight = weight / black[index]
+    step()
+    exact = longwave_targets(unseen, points)
+    errors = {"longwave_down": _summary(exact[:, index] @ weight - exact @ points.weight)}
+    step()
+    return _points_group(index, weight, middle, "cm-1", "weight of the point"), errors
+
+
+def _shortwave(
+    table: AbsorptionTable,
+    training: Sequence[AtmosphericState],
+    unseen: Sequence[AtmosphericState],
+    step: Callable[[], object],
+    **limits: Any,
+) -> tuple[Group, dict[str, dict[str, float]]]:
+    """The solar points, and their error by quantity."""
+    points = table.points(*SHORTWAVE)
+    middle = points.interval_edges.mean(axis=1)[points.interval]
+    width = np.diff(points.interval_edges, axis=1)[points.interval, 0]
+    sunlight = points.weight * solar_irradiance(middle, width)
+    rows = np.concatenate(shortwave_targets(training, points))
+    index, weight = choose(rows, sunlight, **limits)
+    step()
+    errors = {
+        name: _summary(exact[:, index] @ weight - exact @ sunlight)
+        for name, exact in zip(QUANTITIES[1:], shortwave_targets(unseen, points), strict=True)
+    }
+    step()
+    return _points_group(index, weight, middle, "W m-2", "sunlight that the point stands for, at 1 au"), errors
+
+
+def _points_group(index: Integers, weight: Floats, wavenumber: Floats, units: str, long_name: str) -> Group:
     return Group(
         axes={"point": Axis(wavenumber[index], "cm-1", "middle of the point's interval")},
         variables={
@@ -227,6 +270,6 @@ def _points_group(index, weight, wavenumber, units, long_name):
     )
 
 
-def _summary(error):
+def _summary(error: Reals) -> dict[str, float]:
     size = np.abs(error)
     return {"max": float(size.max()), "p95": float(np.percentile(size, 95)), "rms": float(np.sqrt(np.mean(error**2)))}

@@ -10,15 +10,24 @@ travels with whatever is derived from them (`Continua.notice`).
 from __future__ import annotations
 
 import functools
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
 from skyshine.mat.radiometry.constants import C2, ZERO_CELSIUS
 from skyshine.mat.spectroscopy.linebyline import CM2_TO_M2
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
+
+# Cross section per molecule in m2 at wavenumber [cm^-1], pressure [Pa], temperature [K] and mole fraction of H2O, which
+# broadcast against each other.
+GasContinuum = Callable[[Floats, npt.ArrayLike, npt.ArrayLike, npt.ArrayLike], Floats]
 
 H2O_FILE, OTHERS_FILE, NOTICE_FILE = "mt_ckd_4.3_h2o.nc", "mt_ckd_n2_o2_co2_o3.nc", "MT_CKD_NOTICE.md"
 
@@ -36,21 +45,62 @@ O2_1060_DECAY, O2_1060_RANGE = 176.1, (9100.0, 11000.0)
 GREENBLATT_PATH = 89.5 * (55.0 * AMAGAT_TEMPERATURE / REFERENCE_TEMPERATURE) ** 2  # cm amagat^2
 
 
-def radiation_term(wavenumber, temperature):
+class ContinuumModel(Protocol):
+    """Continua of all gases, by one author.
+
+    Attributes
+    ----------
+    name : str
+        Of the water vapour continuum, as a job names it.
+    label : str
+        As provenance names the model.
+    citation, terms, notice : str
+        What to cite, on what terms figures may be used, and the notice that travels with them.
+    changed_by_water : frozenset of str
+        Gases whose continuum depends on the amount of water vapour.
+    by_gas : mapping
+        Continua that belong to the lines of a gas, by its name.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def citation(self) -> str: ...
+    @property
+    def terms(self) -> str: ...
+    @property
+    def notice(self) -> str: ...
+    @property
+    def changed_by_water(self) -> frozenset[str]: ...
+    @property
+    def by_gas(self) -> Mapping[str, GasContinuum]: ...
+    def water_coefficients(self, wavenumber: Floats) -> tuple[Floats, Floats, Floats]: ...
+
+
+def radiation_term(wavenumber: Floats, temperature: npt.ArrayLike) -> Floats:
     """nu tanh(c2 nu / 2 T), cm^-1: turns MT_CKD coefficients into cross sections (Clough et al. 1989)."""
-    return wavenumber * np.tanh(C2 * wavenumber / (2 * temperature))
+    return np.asarray(wavenumber * np.tanh(C2 * wavenumber / (2 * np.asarray(temperature))))
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Samples on an even wavenumber grid, zero outside it."""
+    """Samples (N,) on an even wavenumber grid, zero outside it.
+
+    Attributes
+    ----------
+    low, step : float
+        First wavenumber and step, cm^-1.
+    values : (N,) array
+    """
 
     low: float
     step: float
-    values: np.ndarray
+    values: Floats
 
-    def at(self, wavenumber):
-        """Interpolated with cubics in the coefficient; never below the smallest of the samples around."""
+    def at(self, wavenumber: npt.ArrayLike) -> Floats:
+        """Interpolated at wavenumbers (K,) with cubics; never beyond the smallest and largest of the samples around."""
         wavenumber = np.asarray(wavenumber, float)
         position = (wavenumber - self.low) / self.step
         inside = (position >= 0) & (position <= self.values.size - 1)
@@ -59,13 +109,19 @@ class Coefficients:
         around = self.values[cell[..., None] + np.arange(-1, 3)]
         weights = lagrange_weights(np.arange(-1.0, 3.0), np.where(inside, fraction, 0.0))
         value = np.sum(around * weights, axis=-1)
-        return np.where(inside, np.clip(value, around.min(-1), around.max(-1)), 0.0)
+        return np.asarray(np.where(inside, np.clip(value, around.min(-1), around.max(-1)), 0.0))
 
 
 class Continua:
     """The continuum coefficients of a folder that holds MT_CKD's netCDF files."""
 
-    def __init__(self, folder):
+    name = "mt_ckd_4.3"
+    label = "MT_CKD"
+    citation = "Continua: E. J. Mlawer et al., Phil. Trans. R. Soc. A 370 (2012) 2520-2556; MT_CKD 4.3 (2023)."
+    terms = "MT_CKD under AER's notice"
+    changed_by_water = frozenset({"N2"})
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder)
         water = _variables(self.folder / H2O_FILE)
         grid = water["wavenumbers"][0]
@@ -85,7 +141,12 @@ class Continua:
         """The notice of AER that must accompany anything derived."""
         return " ".join((self.folder / NOTICE_FILE).read_text(encoding="utf-8").replace("&copy;", "(c)").split())
 
-    def water_coefficients(self, wavenumber):
+    @property
+    def by_gas(self) -> Mapping[str, GasContinuum]:
+        """Continua that belong to the lines of a gas."""
+        return {"CO2": self.co2, "N2": self.n2, "O2": self.o2}
+
+    def water_coefficients(self, wavenumber: Floats) -> tuple[Floats, Floats, Floats]:
         """MT_CKD 4.3 at wavenumbers (K,) cm^-1.
 
         Returns
@@ -97,24 +158,38 @@ class Continua:
         foreign = self._water["for_absco_ref"].at(wavenumber) * CM2_TO_M2
         return self_continuum, foreign, self._water["self_texp"].at(wavenumber)
 
-    def before_4(self, name, wavenumber):
+    def before_4(self, name: str, wavenumber: Floats) -> Floats:
         """Coefficients of water vapour before MT_CKD 4 at wavenumbers (K,) of their grid: bs296, bs260 or bfh2o, 1e-20
         cm3.
         """
         return self._others[name].at(wavenumber)
 
-    def co2(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
+    def co2(
+        self,
+        wavenumber: Floats,
+        pressure: npt.ArrayLike,
+        temperature: npt.ArrayLike,
+        h2o_fraction: npt.ArrayLike = 0.0,
+    ) -> Floats:
         """Continuum per CO2 molecule, m2; arguments broadcast."""
         scale = self._others["bfco2"].at(wavenumber) * 1e-20 * CM2_TO_M2
         factor = self._others["x_factor_co2"].at(wavenumber)
         exponent = self._others["tdep_bandhead"].at(wavenumber)  # zero outside 2386 to 2434 cm^-1
+        pressure, temperature = np.asarray(pressure), np.asarray(temperature)
         density = pressure / REFERENCE_PRESSURE * REFERENCE_TEMPERATURE / temperature
         correction = np.where(factor > 0, factor, 1.0) * (temperature / 246.0) ** exponent
-        return scale * correction * density * radiation_term(wavenumber, temperature)
+        return np.asarray(scale * correction * density * radiation_term(wavenumber, temperature))
 
-    def n2(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
+    def n2(
+        self,
+        wavenumber: Floats,
+        pressure: npt.ArrayLike,
+        temperature: npt.ArrayLike,
+        h2o_fraction: npt.ArrayLike = 0.0,
+    ) -> Floats:
         """Collision-induced fundamental (4.3 um) and first overtone per N2 molecule in moist air, m2."""
         warm, cold = self._others["xn2_272"].at(wavenumber), self._others["xn2_228"].at(wavenumber)
+        temperature, h2o_fraction = np.asarray(temperature), np.asarray(h2o_fraction)
         exponent = (1 / temperature - 1 / 272.0) / (1 / 228.0 - 1 / 272.0)
         both = (warm > 0) & (cold > 0)
         ratio = np.where(both, cold, 1.0) / np.where(both, warm, 1.0)
@@ -126,10 +201,17 @@ class Continua:
         overtone = self._others["xn2"].at(wavenumber)  # one efficiency for all partners
         return self._induced(fundamental * partners + overtone, wavenumber, pressure, temperature)
 
-    def o2(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
+    def o2(
+        self,
+        wavenumber: Floats,
+        pressure: npt.ArrayLike,
+        temperature: npt.ArrayLike,
+        h2o_fraction: npt.ArrayLike = 0.0,
+    ) -> Floats:
         """Collision-induced bands per O2 molecule in air, m2: 6.4, 1.27 and 1.06 um, around the A band, O2-O2 in the
         visible.
         """
+        temperature, h2o_fraction = np.asarray(temperature), np.asarray(h2o_fraction)
         slope = self._others["o2_t"].at(wavenumber)
         fundamental = self._others["o2_f"].at(wavenumber) * np.exp(
             slope * (1 / REFERENCE_TEMPERATURE - 1 / temperature)
@@ -148,26 +230,29 @@ class Continua:
         return self._induced(strength, wavenumber, pressure, temperature)
 
     @staticmethod
-    def _induced(strength, wavenumber, pressure, temperature):
-        amagats = pressure / REFERENCE_PRESSURE * AMAGAT_TEMPERATURE / temperature
+    def _induced(strength: Floats, wavenumber: Floats, pressure: npt.ArrayLike, temperature: Floats) -> Floats:
+        """Cross section, m2, of an induced strength in cm^-1 amagat^-2."""
+        amagats = np.asarray(pressure) / REFERENCE_PRESSURE * AMAGAT_TEMPERATURE / temperature
         per_wavenumber = strength / wavenumber * radiation_term(wavenumber, temperature)
-        return per_wavenumber * amagats / LOSCHMIDT * CM2_TO_M2
+        return np.asarray(per_wavenumber * amagats / LOSCHMIDT * CM2_TO_M2)
 
 
-def _o2_1060(wavenumber):
+def _o2_1060(wavenumber: npt.ArrayLike) -> Floats:
     """The band at 1.06 um, cm^-1 amagat^-2 in dry air (Mlawer et al. 1998)."""
     wavenumber = np.asarray(wavenumber, float)
-    total = 0.0
+    total = np.zeros(wavenumber.shape)
     for centre, width, strength in O2_1060:
         away = wavenumber - centre
         damping = np.exp(np.minimum(away, 0.0) / O2_1060_DECAY)
         total = total + strength * damping / (np.pi * width * (1 + (away / width) ** 2))
     inside = (wavenumber > O2_1060_RANGE[0]) & (wavenumber < O2_1060_RANGE[1])
     # Given in 1e-20 cm2 per molecule at 1013 hPa and 296 K.
-    return np.where(inside, total, 0.0) * 1e-20 * LOSCHMIDT * REFERENCE_TEMPERATURE / AMAGAT_TEMPERATURE
+    cross_section = np.where(inside, total, 0.0) * 1e-20
+    return np.asarray(cross_section * LOSCHMIDT * REFERENCE_TEMPERATURE / AMAGAT_TEMPERATURE)
 
 
-def _variables(path):
+def _variables(path: Path) -> dict[str, tuple[Floats, dict[str, Any]]]:
+    """Values and attributes of the variables of a netCDF file, by name; missing values are NaN."""
     import netCDF4
 
     try:

@@ -9,14 +9,18 @@ temperatures the nearest one stands: a polynomial fit is never continued.
 from __future__ import annotations
 
 import gzip
+import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.geometry import refractivity
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.spectroscopy.linebyline import CM2_TO_M2
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 # Names in the headers of the tables, names here, and who measured.
@@ -36,6 +40,8 @@ FIT_REFERENCE = ZERO_CELSIUS  # of the polynomials
 FIT_RANGE = (203.0, 293.0)  # K, the measurements the polynomials were fitted to (Bogumil et al. 2003)
 FIT_UNIT = 1e-20  # cm2
 
+_Table = tuple[float, Floats, Floats]  # temperature [K], wavenumbers (K,) [cm^-1], cross sections (K,) [m2]
+
 
 @dataclass(frozen=True)
 class Measurements:
@@ -43,34 +49,36 @@ class Measurements:
     m2/molecule.
     """
 
-    wavenumber: np.ndarray
-    temperature: np.ndarray
-    section: np.ndarray
+    wavenumber: Floats
+    temperature: Floats
+    section: Floats
 
-    def at(self, wavenumber, temperature):
-        """Linear in wavenumber, zero outside the band; linear in temperature, held outside; (T', K')."""
+    def at(self, wavenumber: Floats, temperature: Floats) -> Floats:
+        """Cross sections (T', K'), linear in wavenumber and temperature; zero outside the band, constant outside the
+        temperatures.
+        """
         columns = np.array([np.interp(wavenumber, self.wavenumber, row, left=0.0, right=0.0) for row in self.section])
         position = np.interp(temperature, self.temperature, np.arange(self.temperature.size))
         lower = np.minimum(position.astype(int), max(self.temperature.size - 2, 0))
         upper = np.minimum(lower + 1, self.temperature.size - 1)
         share = (position - lower)[:, None]
-        return (1 - share) * columns[lower] + share * columns[upper]
+        return np.asarray((1 - share) * columns[lower] + share * columns[upper])
 
 
 @dataclass(frozen=True)
 class Fit:
     """Polynomials: wavenumber (K,) cm^-1 increasing, coefficients (3, K) of powers of T - 273.15 K, m2/molecule."""
 
-    wavenumber: np.ndarray
-    coefficients: np.ndarray
+    wavenumber: Floats
+    coefficients: Floats
 
-    def at(self, wavenumber, temperature):
-        """Linear in wavenumber, zero outside the band; temperatures are held to `FIT_RANGE`; never below 0; (T',
-        K').
+    def at(self, wavenumber: Floats, temperature: Floats) -> Floats:
+        """Cross sections (T', K'), linear in wavenumber, zero outside the band; temperatures are clipped to
+        `FIT_RANGE`, and cross sections to 0.
         """
         away = np.clip(np.asarray(temperature, float), *FIT_RANGE)[:, None] - FIT_REFERENCE
         terms = [np.interp(wavenumber, self.wavenumber, row, left=0.0, right=0.0) for row in self.coefficients]
-        return np.maximum(terms[0] + terms[1] * away + terms[2] * away**2, 0.0)
+        return np.asarray(np.maximum(terms[0] + terms[1] * away + terms[2] * away**2, 0.0))
 
 
 class CrossSectionSource:
@@ -78,20 +86,21 @@ class CrossSectionSource:
 
     terms = "published measurements, to be cited; the figures here are means over intervals derived from them"
 
-    def __init__(self, name, bands, provenance):
+    def __init__(self, name: str, bands: Sequence[Measurements | Fit], provenance: str) -> None:
         self.name, self.bands, self.provenance = name, list(bands), provenance
 
-    def covers(self, low, high) -> bool:
+    def covers(self, low: float, high: float) -> bool:
         """Whether a band overlaps [low, high] cm^-1."""
-        return any(band.wavenumber[0] < high and band.wavenumber[-1] > low for band in self.bands)
+        return bool(any(band.wavenumber[0] < high and band.wavenumber[-1] > low for band in self.bands))
 
-    def at(self, wavenumber, temperature) -> np.ndarray:
+    def at(self, wavenumber: npt.ArrayLike, temperature: npt.ArrayLike) -> Floats:
         """Cross sections in m2/molecule at wavenumbers (K,) cm^-1, increasing, and temperatures (T,) K; (T, K)."""
         temperature = np.atleast_1d(np.asarray(temperature, float))
-        return sum(band.at(np.asarray(wavenumber, float), temperature) for band in self.bands)
+        wavenumber = np.asarray(wavenumber, float)
+        return np.asarray(sum(band.at(wavenumber, temperature) for band in self.bands))
 
 
-def read_cross_sections(folder) -> list[CrossSectionSource]:
+def read_cross_sections(folder: str | os.PathLike[str]) -> list[CrossSectionSource]:
     """The gases of a folder.
 
     Raises
@@ -100,7 +109,7 @@ def read_cross_sections(folder) -> list[CrossSectionSource]:
         The folder holds none of the tables, or a file is damaged.
     """
     folder = Path(folder)
-    tables = {}
+    tables: dict[str, dict[tuple[float, int], list[_Table]]] = {}
     for path in sorted((folder / "xs").glob("*.gz")):
         name, wavenumber, temperature, section = read_table(path)
         if name in TABLES:
@@ -123,12 +132,12 @@ def read_cross_sections(folder) -> list[CrossSectionSource]:
     return sorted(sources, key=lambda source: source.name)
 
 
-def _band(members):
+def _band(members: list[_Table]) -> Measurements:
     members = sorted(members, key=lambda member: member[0])
     return Measurements(members[0][1], np.array([m[0] for m in members]), np.array([m[2] for m in members]))
 
 
-def read_table(path):
+def read_table(path: Path) -> tuple[str, Floats, float, Floats]:
     """Name of the molecule, wavenumbers (K,) cm^-1, temperature in K and cross sections (K,) m2 of a table.
 
     Negative values, which are noise around 0, become 0.
@@ -146,7 +155,7 @@ def read_table(path):
     return name, wavenumber, temperature, np.maximum(values[:count], 0.0) * CM2_TO_M2
 
 
-def read_fit(path) -> Fit:
+def read_fit(path: Path) -> Fit:
     """Polynomials of a file of wavelengths (nm, in air) and three coefficients."""
     try:
         rows = np.loadtxt(_text(path).splitlines(), comments="#", ndmin=2)
@@ -159,7 +168,7 @@ def read_fit(path) -> Fit:
     return Fit(wavenumber[order], coefficients[:, order] * FIT_UNIT * CM2_TO_M2)
 
 
-def _text(path):
+def _text(path: Path) -> str:
     try:
         with gzip.open(path, "rt", encoding="latin-1") as file:
             return file.read()
@@ -167,7 +176,7 @@ def _text(path):
         raise InputError(f"cannot be read: {error}; --cross-sections needs gzip files", file=path) from None
 
 
-def spread(section, grid, wavenumber, weight) -> np.ndarray:
+def spread(section: Floats, grid: Floats, wavenumber: Floats, weight: Floats) -> Floats:
     """Cross sections at the points of an interval whose weighted distribution is that of the whole interval.
 
     The points are put in the order of the cross section at their places; each then has the mean over the share of the
@@ -192,4 +201,4 @@ def spread(section, grid, wavenumber, weight) -> np.ndarray:
     for t, row in enumerate(np.sort(section, axis=1)):
         integral = np.interp(edges, steps, np.concatenate([[0.0], np.cumsum(row)]) / grid.size)
         result[order, t] = np.diff(integral) / np.diff(edges)
-    return np.maximum(result, 0.0)
+    return np.asarray(np.maximum(result, 0.0))

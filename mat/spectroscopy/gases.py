@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.lines import LineList, merge_lines, read_lines
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 LONGEST_COLUMN = 300e3 * 2.5e25  # molecules of air m^-2: 300 km at sea level
@@ -36,20 +38,19 @@ class Gas:
     largest_fraction: float
     self_fraction: float = 0.0
     shape: int = linebyline.PLAIN
-    continuum: str | None = None
 
 
 GASES = {
     gas.name: gas
     for gas in (
         Gas("H2O", 1, 2e-2, shape=linebyline.PEDESTAL_REMOVED),
-        Gas("CO2", 2, 1e-3, 4e-4, shape=linebyline.SUB_LORENTZIAN, continuum="co2"),
+        Gas("CO2", 2, 1e-3, 4e-4, shape=linebyline.SUB_LORENTZIAN),
         Gas("CH4", 6, 4e-6),
         Gas("O3", 3, 3e-7),
         Gas("N2O", 4, 6e-7),
         Gas("CO", 5, 1e-6),
-        Gas("O2", 7, 0.21, 0.21, continuum="o2"),
-        Gas("N2", 22, 0.78, 0.78, continuum="n2"),
+        Gas("O2", 7, 0.21, 0.21),
+        Gas("N2", 22, 0.78, 0.78),
         Gas("HNO3", 12, 2e-9),
         Gas("NO2", 10, 5e-8),
         Gas("SO2", 9, 5e-8),
@@ -66,31 +67,31 @@ class LineLibrary:
     ``.par.xz``.
     """
 
-    def __init__(self, folder):
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder)
-        self._lists = {}
+        self._lists: dict[str, tuple[LineList, list[tuple[float, float]]]] = {}
         if not self.folder.is_dir():
             raise InputError("is not a folder; --lines needs the folder of the HITRAN records", file=folder)
 
     @functools.cached_property
     def gases(self) -> list[Gas]:
         """The gases whose lines are here, in the order of the HITRAN numbers."""
-        found = [gas for gas in GASES.values() if gas.molecule and self._paths(gas)]
-        missing = [name for name in ("H2O", "CO2") if GASES[name] not in found]
+        listed = [gas for gas in GASES.values() if gas.molecule and self._paths(gas)]
+        missing = [name for name in ("H2O", "CO2") if GASES[name] not in listed]
         if missing:
             raise InputError(f"has no line list of {', '.join(missing)} (files 01_*.par, 02_*.par)", file=self.folder)
-        return sorted(found, key=lambda gas: gas.molecule)
+        return sorted(listed, key=lambda gas: gas.molecule)
 
-    def _paths(self, gas):
+    def _paths(self, gas: Gas) -> list[Path]:
         return sorted(self.folder.glob(f"{gas.molecule:02d}_*.par*"))
 
-    def _read(self, name):
+    def _read(self, name: str) -> tuple[LineList, list[tuple[float, float]]]:
         """The lines that matter on the longest column, and the first and last wavenumber of each file."""
         if name not in self._lists:
             self._lists[name] = self._read_files(name)
         return self._lists[name]
 
-    def _read_files(self, name):
+    def _read_files(self, name: str) -> tuple[LineList, list[tuple[float, float]]]:
         gas = GASES[name]
         paths = self._paths(gas)
         if not paths:
@@ -122,9 +123,10 @@ class LineLibrary:
         return self.lines(name).between(low - margin, high + margin)
 
 
-def strongest(lines: LineList) -> np.ndarray:
+def strongest(lines: LineList) -> Floats:
     """Largest cross section at the line centre, m2/molecule, from 200 to 330 K at a width of 0.05 cm^-1; (N,) for N
     lines.
     """
     strength, _, _ = linebyline.line_parameters(lines, np.array([200.0, 330.0]))
-    return np.maximum(strength.max(0), lines.strength * linebyline.CM2_TO_M2) / (np.pi * 0.05)
+    largest = np.maximum(strength.max(0), lines.strength * linebyline.CM2_TO_M2)
+    return np.asarray(largest / (np.pi * 0.05))

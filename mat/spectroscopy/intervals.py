@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, CrossSectionNodes, water_continuum
 from skyshine.mat.radiometry.constants import C2
 from skyshine.mat.spectroscopy import linebyline, nodes
+from skyshine.mat.spectroscopy.continua import ContinuumModel
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
+from skyshine.mat.spectroscopy.sources import GasSources, SpectralSource
+from skyshine.mat.spectroscopy.training import State
+from skyshine.schemas.arrays import Floats, Integers, Singles
 
 CANDIDATES = 1000  # fine wavenumbers among which an interval's points are chosen
 SINGLE_GAS_SCALE = 0.7  # importance of transmittances by single gases
@@ -41,23 +47,25 @@ class IntervalPoints:
 
     low: float
     high: float
-    wavenumber: np.ndarray
-    weight: np.ndarray
-    cross_section: dict
-    humid: dict
-    continuum: np.ndarray
-    error: np.ndarray
-    gas_error: dict
+    wavenumber: Floats
+    weight: Floats
+    cross_section: dict[str, Floats]
+    humid: dict[str, Floats]
+    continuum: Floats
+    error: Floats
+    gas_error: dict[str, float]
 
 
 class Spectra:
     """Monochromatic cross sections of all gases on the fine grid of an interval."""
 
-    def __init__(self, sources, continua, low, high):
+    def __init__(
+        self, sources: Sequence[GasSources[SpectralSource]], continua: ContinuumModel, low: float, high: float
+    ) -> None:
         self.low, self.high = low, high
         self.wavenumber = linebyline.interval_grid(low, high)
         self.water = continua.water_coefficients(self.wavenumber)
-        self.tables = {}
+        self.tables: dict[str, Singles] = {}
         for gas in sources:
             source = gas.source(low, high)
             if source is None:
@@ -67,7 +75,7 @@ class Spectra:
             if depth.max() > PRESENT:
                 self.tables[source.name] = np.log(np.maximum(table, FLOOR)).astype(np.float32)
 
-    def at_levels(self, state):
+    def at_levels(self, state: State) -> dict[str, Singles]:
         """Absorption by gas per molecule of air at the levels of a state: dict of (L, K), m2; H2O means its lines."""
         interpolate = CrossSectionNodes(nodes.PRESSURE, nodes.TEMPERATURE)
         result = {}
@@ -83,7 +91,7 @@ class Spectra:
         return result
 
 
-def targets(spectra, states):
+def targets(spectra: Spectra, states: Sequence[State]) -> tuple[Singles, npt.NDArray[np.str_]]:
     """Rows whose interval mean the points have to reproduce.
 
     Returns
@@ -93,19 +101,20 @@ def targets(spectra, states):
     kind : (M,) array of str
         "mixture", "emission" or the name of a gas.
     """
-    rows, kind = [], []
+    rows: list[Singles] = []
+    kind: list[str] = []
     for state in states:
         levels = spectra.at_levels(state)
         columns = state.columns.astype(np.float32)
         depth = {gas: columns @ absorption for gas, absorption in levels.items()}
-        rows.append(np.exp(-sum(depth.values())))
+        rows.append(np.exp(-np.asarray(sum(depth.values()))))
         kind += ["mixture"] * len(columns)
         for gas in spectra.tables:
             one = np.exp(-depth[gas][state.apart])
             matters = one.min(axis=1) < 0.998
             rows.append(one[matters])
             kind += [gas] * int(matters.sum())
-        total = sum(levels.values())
+        total = np.asarray(sum(levels.values()))
         source = _planck_ratio(0.5 * (spectra.low + spectra.high), state.temperature)
         for slabs in state.emission:
             rows.append(_emission(slabs.astype(np.float32) @ total, source)[None])
@@ -113,26 +122,36 @@ def targets(spectra, states):
     return np.concatenate(rows), np.array(kind)
 
 
-def _emission(depth, source):
+def _emission(depth: Singles, source: Floats) -> Singles:
     """Radiance of successive slabs of optical depth (S, K), nearest first, that end at the top of the levels; (K,)."""
     through = np.exp(-np.vstack([np.zeros((1, depth.shape[1]), np.float32), np.cumsum(depth, axis=0)]))
     first = source.size - 1 - len(depth)
     mean = 0.5 * (source[first:-1] + source[first + 1 :])
-    return (mean.astype(np.float32) @ -np.diff(through, axis=0)).astype(np.float32)
+    return np.asarray(mean.astype(np.float32) @ -np.diff(through, axis=0), dtype=np.float32)
 
 
-def _planck_ratio(wavenumber, temperature):
-    """Planck radiance over that of the warmest temperature."""
-    return np.expm1(C2 * wavenumber / temperature.max()) / np.expm1(C2 * wavenumber / temperature)
+def _planck_ratio(wavenumber: float, temperature: Floats) -> Floats:
+    """Planck radiance over that of the warmest temperature, (L,)."""
+    return np.asarray(np.expm1(C2 * wavenumber / temperature.max()) / np.expm1(C2 * wavenumber / temperature))
 
 
-def build_interval(sources, continua, low, high, training, held_out, *, tolerance, max_points) -> IntervalPoints:
+def build_interval(
+    sources: Sequence[GasSources[SpectralSource]],
+    continua: ContinuumModel,
+    low: float,
+    high: float,
+    training: Sequence[State],
+    held_out: Sequence[State],
+    *,
+    tolerance: float,
+    max_points: int,
+) -> IntervalPoints:
     """Choose the points of [low, high] and tabulate the cross sections there.
 
     Parameters
     ----------
     sources : list of GasSources
-    continua : Continua
+    continua : ContinuumModel
     training, held_out : lists of State
     tolerance : float
         Scaled rms error at which no further points are added.
@@ -157,15 +176,16 @@ def build_interval(sources, continua, low, high, training, held_out, *, toleranc
     wavenumber = spectra.wavenumber[where]
     cross_section, humid = {}, {}
     for gas in sources:
-        if gas.name in spectra.tables:
-            cross_section[gas.name], humid_ratio = gas.source(low, high).points(wavenumber, low, high)
+        source = gas.source(low, high)
+        if source is not None and gas.name in spectra.tables:
+            cross_section[gas.name], humid_ratio = source.points(wavenumber, low, high)
             if humid_ratio is not None:
                 humid[gas.name] = humid_ratio
     continuum = np.array(continua.water_coefficients(wavenumber))
     return IntervalPoints(low, high, wavenumber, weight, cross_section, humid, continuum, error, gas_error)
 
 
-def _stratified(mixture, count, seed):
+def _stratified(mixture: Singles, count: int, seed: int) -> Integers:
     """Fine wavenumbers spread evenly over the range of mean absorption, in two ways: of all paths and of thin ones."""
     rng = np.random.default_rng(seed)
     size = mixture.shape[1]
@@ -182,7 +202,10 @@ def _stratified(mixture, count, seed):
     return np.unique(np.concatenate([*chosen, extremes]))
 
 
-def _errors(spectra, states, where, weight):
+def _errors(
+    spectra: Spectra, states: Sequence[State], where: Integers, weight: Floats
+) -> tuple[Floats, dict[str, float]]:
+    """Errors (4,) as `IntervalPoints.error`, and the rms error by gas."""
     rows, kind = targets(spectra, states)
     error = rows[:, where].astype(float) @ weight - rows.mean(axis=1, dtype=float)
     mixture, single = error[kind == "mixture"], error[(kind != "mixture") & (kind != "emission")]

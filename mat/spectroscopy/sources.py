@@ -4,23 +4,51 @@ them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Generic, Protocol, TypeVar
+
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.spectroscopy import linebyline, nodes
-from skyshine.mat.spectroscopy.gases import GASES, HITRAN
+from skyshine.mat.spectroscopy.continua import ContinuumModel
+from skyshine.mat.spectroscopy.gases import GASES, HITRAN, LineLibrary
+from skyshine.schemas.arrays import Floats
 
 
-class GasSources:
-    """All there is of one gas: the first source that covers an interval gives its cross sections there."""
+class Source(Protocol):
+    """Where cross sections of one gas come from, and on what terms."""
 
-    def __init__(self, name, sources):
+    @property
+    def name(self) -> str: ...
+    @property
+    def provenance(self) -> str: ...
+    @property
+    def terms(self) -> str: ...
+    def covers(self, low: float, high: float) -> bool: ...
+
+
+class SpectralSource(Source, Protocol):
+    """A source on which the choice of points rests."""
+
+    def spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats: ...
+    def points(self, wavenumber: Floats, low: float, high: float) -> tuple[Floats, Floats | None]: ...
+
+
+SourceT = TypeVar("SourceT", bound=Source, covariant=True)
+
+
+class GasSources(Generic[SourceT]):
+    """All sources of one gas: the first that covers an interval gives its cross sections there."""
+
+    def __init__(self, name: str, sources: Sequence[SourceT]) -> None:
         self.name, self.sources = name, list(sources)
 
-    def number(self, low, high) -> int | None:
+    def number(self, low: float, high: float) -> int | None:
         """Number of the source for [low, high] cm^-1, or None where there is none."""
         return next((n for n, source in enumerate(self.sources) if source.covers(low, high)), None)
 
-    def source(self, low, high):
+    def source(self, low: float, high: float) -> SourceT | None:
         """The source for [low, high] cm^-1, or None."""
         number = self.number(low, high)
         return None if number is None else self.sources[number]
@@ -29,22 +57,26 @@ class GasSources:
 class LineSource:
     """A gas summed line by line."""
 
-    terms = "figures computed from HITRAN, which asks to be cited (Rothman et al. 2013); MT_CKD under AER's notice"
-
-    def __init__(self, name, library, continua):
+    def __init__(self, name: str, library: LineLibrary, continua: ContinuumModel) -> None:
         self.name, self.gas = name, GASES[name]
-        self._library = library
-        self._continuum = getattr(continua, self.gas.continuum) if self.gas.continuum else None
+        self._library, self._continua = library, continua
+        self._continuum = continua.by_gas.get(name)
 
     @property
     def provenance(self) -> str:
-        return HITRAN + (f"; {self.name} continuum of MT_CKD" if self._continuum else "")
+        """The line list, and the continuum that is added to it."""
+        return HITRAN + (f"; {self.name} continuum of {self._continua.label}" if self._continuum else "")
 
-    def covers(self, low, high) -> bool:
+    @property
+    def terms(self) -> str:
+        """Terms of the lines and of the continua."""
+        return f"figures computed from HITRAN, which asks to be cited (Rothman et al. 2013); {self._continua.terms}"
+
+    def covers(self, low: float, high: float) -> bool:
         """Whether there are line lists for [low, high] cm^-1."""
         return self._library.covers(self.name, low, high)
 
-    def spectrum(self, wavenumber, low, high):
+    def spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats:
         """Cross sections (P, T, K) in dry air on the fine grid of an interval, m2/molecule."""
         lines = linebyline.interval_spectrum(
             self._library.near(self.name, low, high),
@@ -55,9 +87,9 @@ class LineSource:
             self.gas.self_fraction,
             self.gas.shape,
         )
-        return lines + self._continuum_at(wavenumber, nodes.PRESSURE, nodes.TEMPERATURE, 0.0)
+        return np.asarray(lines + self._continuum_at(wavenumber, nodes.PRESSURE, nodes.TEMPERATURE, 0.0))
 
-    def points(self, wavenumber, low, high):
+    def points(self, wavenumber: Floats, low: float, high: float) -> tuple[Floats, Floats | None]:
         """Cross sections at chosen wavenumbers (K,) at the nodes of the table.
 
         Returns
@@ -66,7 +98,7 @@ class LineSource:
         humid : (K, Q - 1, H, T) array of log ratios to dry air, or None where water vapour's amount changes nothing
         """
         dry = self.cross_sections(wavenumber, nodes.PRESSURE, nodes.TEMPERATURE)
-        if self.name != "H2O" and self.gas.continuum != "n2":
+        if self.name != "H2O" and self.name not in self._continua.changed_by_water:
             return dry, None
         pressure = nodes.PRESSURE[nodes.HUMID_PRESSURE :]
         ratios = []
@@ -75,17 +107,24 @@ class LineSource:
             ratios.append(np.log(np.maximum(moist, 1e-60) / np.maximum(dry[:, nodes.HUMID_PRESSURE :], 1e-60)))
         return dry, np.stack(ratios, axis=1)
 
-    def cross_sections(self, wavenumber, pressure, temperature, h2o_fraction=0.0):
+    def cross_sections(
+        self,
+        wavenumber: npt.ArrayLike,
+        pressure: npt.ArrayLike,
+        temperature: npt.ArrayLike,
+        h2o_fraction: float = 0.0,
+    ) -> Floats:
         """Cross sections (K, P, T) in m2/molecule at any wavenumbers, pressures and temperatures, summed without a
         grid.
         """
         wavenumber, pressure, temperature = (np.asarray(a, float) for a in (wavenumber, pressure, temperature))
-        own = h2o_fraction if self.name == "H2O" else self.gas.self_fraction
+        self_fraction = h2o_fraction if self.name == "H2O" else self.gas.self_fraction
         lines = self._library.near(self.name, wavenumber.min(), wavenumber.max())
-        total = linebyline.point_cross_sections(lines, wavenumber, pressure, temperature, own, self.gas.shape)
+        total = linebyline.point_cross_sections(lines, wavenumber, pressure, temperature, self_fraction, self.gas.shape)
         return np.moveaxis(total + self._continuum_at(wavenumber, pressure, temperature, h2o_fraction), -1, 0)
 
-    def _continuum_at(self, wavenumber, pressure, temperature, h2o_fraction):
+    def _continuum_at(self, wavenumber: Floats, pressure: Floats, temperature: Floats, h2o_fraction: float) -> Floats:
+        """Cross sections (P, T, K), or one zero where the gas has no continuum."""
         if self._continuum is None:
-            return 0.0
+            return np.zeros((1, 1, 1))
         return self._continuum(wavenumber, pressure[:, None, None], temperature[:, None], h2o_fraction)

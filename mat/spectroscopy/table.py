@@ -6,30 +6,34 @@ import hashlib
 import json
 import os
 import zipfile
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DATA
 from skyshine.mat.spectroscopy import nodes
-from skyshine.mat.spectroscopy.continua import Continua
+from skyshine.mat.spectroscopy.continua import Continua, ContinuumModel
 from skyshine.mat.spectroscopy.cross_sections import read_cross_sections
 from skyshine.mat.spectroscopy.gases import LineLibrary
 from skyshine.mat.spectroscopy.intervals import CANDIDATES, EXCHANGES, FLOOR, IntervalPoints, build_interval
 from skyshine.mat.spectroscopy.lookups import LookupSource
+from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
 from skyshine.mat.spectroscopy.overlay import overlay
-from skyshine.mat.spectroscopy.sources import GasSources, LineSource
+from skyshine.mat.spectroscopy.sources import GasSources, LineSource, Source, SpectralSource
 from skyshine.mat.spectroscopy.training import PERTURBED, held_out_states, training_states
-from skyshine.mat.spectroscopy.widths import interval_edges, most_points
+from skyshine.mat.spectroscopy.widths import interval_edges, max_points
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
 FORMAT_VERSION = "1.1"
-DATA_VERSION, DATA_NAME = (
-    "1.1.1",
-    "hitran2012-mtckd4.3",
-)  # a gas or a range added: minor; other lines or continua: major
+DATA_VERSION = "1.1.1"  # a gas or a range added: minor; other lines or continua: major
+# Names of the data by the name of the water vapour continuum.
+DATA_NAMES = {"mt_ckd_4.3": "hitran2012-mtckd4.3", "lowtran7": "hitran2012-lowtran7"}
 PART_VERSION = 1  # raised when the way from lines to points changes, so that finished parts are made again
 # Steps of the packed logarithms: an error of half a step, 3.2e-4 of the cross section, is 1.2e-4 in transmittance at
 # most.
@@ -42,9 +46,13 @@ LOOKUP_GASES = ("O3", "N2O")
 CITATION = (
     "Lines: L. S. Rothman et al., The HITRAN2012 molecular spectroscopic database, JQSRT 130 (2013) 4-50. "
     "Partition sums: R. R. Gamache et al., JQSRT 271 (2021) 107713. "
-    "Continua: E. J. Mlawer et al., Phil. Trans. R. Soc. A 370 (2012) 2520-2556; MT_CKD 4.3 (2023). "
+    "{continua} "
     "The attribute `sources` of each gas names what else its cross sections come from."
 )
+
+
+PathLike = str | os.PathLike[str]
+Part = dict[str, Any]  # arrays of one interval, as `write_part` names them
 
 
 @dataclass(frozen=True)
@@ -60,8 +68,10 @@ class Builder:
 
     Parameters
     ----------
-    lines, continua : folders
-        HITRAN records; netCDF files of MT_CKD.
+    lines : folder
+        HITRAN records.
+    continua : folder or "lowtran7"
+        The netCDF files of MT_CKD, or the packaged continua of LOWTRAN7.
     lookups, lowtran : folder and file, optional
         REPTRAN lookups and the Fortran source of LOWTRAN7, for O3 and N2O where there are no lines.
     cross_sections : folder, optional
@@ -70,27 +80,38 @@ class Builder:
     settings : Settings
     """
 
-    def __init__(self, lines, continua, lookups=None, lowtran=None, cross_sections=None, settings=Settings()):
-        self.library, self.continua, self.settings = LineLibrary(lines), Continua(continua), settings
-        found = {gas.name: [LineSource(gas.name, self.library, self.continua)] for gas in self.library.gases}
+    def __init__(
+        self,
+        lines: PathLike,
+        continua: PathLike,
+        lookups: PathLike | None = None,
+        lowtran: PathLike | None = None,
+        cross_sections: PathLike | None = None,
+        settings: Settings = Settings(),
+    ) -> None:
+        self.library, self.settings = LineLibrary(lines), settings
+        self.continua: ContinuumModel = LowtranContinua() if continua == LowtranContinua.name else Continua(continua)
+        sources: dict[str, list[SpectralSource]] = {
+            gas.name: [LineSource(gas.name, self.library, self.continua)] for gas in self.library.gases
+        }
         if lookups is not None:
             if lowtran is None:
                 raise InputError("--lookups needs --lowtran too, the Fortran source of LOWTRAN7 (lowtran7.f)")
             for name in LOOKUP_GASES:
-                found.setdefault(name, []).append(LookupSource(name, lookups, lowtran))
-        self.sources = [GasSources(name, sources) for name, sources in found.items()]
+                sources.setdefault(name, []).append(LookupSource(name, lookups, lowtran))
+        self.sources = [GasSources(name, members) for name, members in sources.items()]
         self._measured = [] if cross_sections is None else read_cross_sections(cross_sections)
         self._training, self._held_out = training_states(), held_out_states()
 
     @property
-    def gases(self) -> list[GasSources]:
+    def gases(self) -> list[GasSources[Source]]:
         """All gases with all their sources, the measured cross sections last."""
-        found = {gas.name: list(gas.sources) for gas in self.sources}
+        sources: dict[str, list[Source]] = {gas.name: list(gas.sources) for gas in self.sources}
         for source in self._measured:
-            found.setdefault(source.name, []).append(source)
-        return [GasSources(name, sources) for name, sources in found.items()]
+            sources.setdefault(source.name, []).append(source)
+        return [GasSources(name, members) for name, members in sources.items()]
 
-    def with_measured(self, part: dict) -> dict:
+    def with_measured(self, part: Part) -> Part:
         """A part of an interval with the gases that have measured cross sections there and no other source."""
         low, high = float(part["low"]), float(part["high"])
         chosen = {gas.name for gas in self.sources if gas.source(low, high) is not None}
@@ -108,23 +129,24 @@ class Builder:
         """Identifies parts of an interval that were built alike: edges, settings, nodes and the sources of this
         interval.
         """
-        parts = [
+        parts: list[Any] = [
             PART_VERSION,
+            self.continua.name,
             low,
             high,
             CANDIDATES,
             EXCHANGES,
             PERTURBED,
             self.settings.tolerance,
-            self._most_points(low),
+            self._max_points(low),
         ]
         parts += [a.tolist() for a in (nodes.PRESSURE, nodes.TEMPERATURE, nodes.H2O_FRACTION)]
         here = [(gas.name, gas.source(low, high)) for gas in self.sources]
         parts += [[name, source.provenance] for name, source in here if source is not None]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]
 
-    def _most_points(self, low):
-        return min(self.settings.max_points, most_points(low))
+    def _max_points(self, low: float) -> int:
+        return min(self.settings.max_points, max_points(low))
 
     def interval(self, low: float, high: float) -> IntervalPoints:
         """The points of one interval."""
@@ -136,7 +158,7 @@ class Builder:
             self._training,
             self._held_out,
             tolerance=self.settings.tolerance,
-            max_points=self._most_points(low),
+            max_points=self._max_points(low),
         )
 
 
@@ -156,7 +178,7 @@ def part_is_done(folder: Path, low: float, key: str) -> bool:
 
 def write_part(folder: Path, points: IntervalPoints, key: str) -> None:
     """Keep an interval; the logarithms are packed as the table packs them."""
-    arrays = {
+    arrays: dict[str, Any] = {
         "key": key,
         "low": points.low,
         "high": points.high,
@@ -179,7 +201,7 @@ def write_part(folder: Path, points: IntervalPoints, key: str) -> None:
     os.replace(temporary, path)
 
 
-def pack(values, step, offset) -> np.ndarray:
+def pack(values: Floats, step: float, offset: float) -> npt.NDArray[np.int16]:
     """Values as 16-bit steps from an offset."""
     steps = np.rint((values - offset) / step)
     if np.abs(steps).max(initial=0) > 32767:
@@ -187,19 +209,44 @@ def pack(values, step, offset) -> np.ndarray:
     return steps.astype(np.int16)
 
 
-def assemble(parts, out: Path, *, sources, notice: str, settings: Settings) -> str:
+def assemble(
+    parts: Sequence[Part],
+    out: Path,
+    *,
+    sources: Sequence[GasSources[Source]],
+    continua: ContinuumModel,
+    settings: Settings,
+) -> str:
     """Write the table from the parts of its intervals, in order; returns its hash."""
-    counts = np.array([part["wavenumber"].size for part in parts])
     interval = Axis([0.5 * (p["low"] + p["high"]) for p in parts], "cm-1", "centre of the interval")
+    groups = {
+        "intervals": _intervals_group(parts, interval),
+        "points": _points_group(parts, continua.notice),
+        "gases": Group(groups={gas.name: _gas_group(gas, parts, interval) for gas in sources}),
+    }
+    about = {
+        "citation": CITATION.format(continua=continua.citation),
+        "notice": continua.notice,
+        "data_name": DATA_NAMES[continua.name],
+        "water_continuum": continua.name,
+        "description": "Spectral points of the band model; cross sections of gases over pressure and temperature.",
+    }
+    job = f"mat lines build; tolerance {settings.tolerance:g}, max_points {settings.max_points}"
+    header = Header(FILETYPE, FORMAT_VERSION, DATA_VERSION, job, title="skyshine absorption table")
+    return write_file(out, Group(groups=groups, attributes=about), header)
+
+
+def _intervals_group(parts: Sequence[Part], interval: Axis) -> Group:
     statistic = Axis(
         np.array(["mixture rms", "mixture largest", "single gas rms", "single gas largest"]), "1", "statistic"
     )
-    intervals = Group(
+    counts = np.array([part["wavenumber"].size for part in parts], dtype=np.int32)
+    return Group(
         axes={"interval": interval, "statistic": statistic},
         variables={
             "low": Variable(("interval",), np.array([p["low"] for p in parts]), "cm-1", "lower edge"),
             "high": Variable(("interval",), np.array([p["high"] for p in parts]), "cm-1", "upper edge"),
-            "count": Variable(("interval",), counts.astype(np.int32), "1", "number of points"),
+            "count": Variable(("interval",), counts, "1", "number of points"),
             "error": Variable(
                 ("interval", "statistic"),
                 np.array([p["error"] for p in parts]),
@@ -208,10 +255,13 @@ def assemble(parts, out: Path, *, sources, notice: str, settings: Settings) -> s
             ),
         },
     )
+
+
+def _points_group(parts: Sequence[Part], notice: str) -> Group:
     wavenumber = np.concatenate([p["wavenumber"] for p in parts])
     continuum = np.concatenate([p["continuum"] for p in parts], axis=1)
     per = "m2/molecule per cm-1"
-    points = Group(
+    return Group(
         axes={"point": Axis(wavenumber, "cm-1", "wavenumber of the point")},
         variables={
             "weight": Variable(("point",), np.concatenate([p["weight"] for p in parts]), "cm-1", "weight of the point"),
@@ -223,27 +273,17 @@ def assemble(parts, out: Path, *, sources, notice: str, settings: Settings) -> s
         },
         attributes={"notice": notice},
     )
-    gases = {source.name: _gas_group(source, parts, interval) for source in sources}
-    about = {
-        "citation": CITATION,
-        "notice": notice,
-        "data_name": DATA_NAME,
-        "description": "Spectral points of the band model; cross sections of gases over pressure and temperature.",
-    }
-    root = Group(groups={"intervals": intervals, "points": points, "gases": Group(groups=gases)}, attributes=about)
-    job = f"mat lines build; tolerance {settings.tolerance:g}, max_points {settings.max_points}"
-    return write_file(out, root, Header(FILETYPE, FORMAT_VERSION, DATA_VERSION, job, title="skyshine absorption table"))
 
 
-def _gas_group(source, parts, interval):
-    name = source.name
-    there = [p for p in parts if f"dry_{name}" in p]
+def _gas_group(gas: GasSources[Source], parts: Sequence[Part], interval: Axis) -> Group:
+    name = gas.name
+    present = [p for p in parts if f"dry_{name}" in p]
     shape = (nodes.PRESSURE.size, nodes.TEMPERATURE.size)
-    dry = np.concatenate([np.zeros((0, *shape), np.int16), *(p[f"dry_{name}"] for p in there)])
+    dry = np.concatenate([np.zeros((0, *shape), np.int16), *(p[f"dry_{name}"] for p in present)])
     axes = {
         "interval": interval,
         "point": Axis(
-            np.concatenate([np.zeros(0), *(p["wavenumber"] for p in there)]), "cm-1", "wavenumber of the point"
+            np.concatenate([np.zeros(0), *(p["wavenumber"] for p in present)]), "cm-1", "wavenumber of the point"
         ),
         "pressure": Axis(nodes.PRESSURE, "Pa", "pressure"),
         "temperature": Axis(nodes.TEMPERATURE, "K", "temperature"),
@@ -251,9 +291,7 @@ def _gas_group(source, parts, interval):
     packed = {"scale_factor": LOG_STEP, "add_offset": LOG_OFFSET}
     error = [p["gas_error"][list(p["gases"]).index(name)] if f"dry_{name}" in p else 0.0 for p in parts]
     variables = {
-        "source": Variable(
-            ("interval",), _codes(source, parts), "1", "0 no data, 1 negligible, 2... entry of `sources`"
-        ),
+        "source": Variable(("interval",), _codes(gas, parts), "1", "0 no data, 1 negligible, 2... entry of `sources`"),
         "rms_error": Variable(
             ("interval",), np.array(error), "1", "rms error of this gas's transmittance, see /intervals/error"
         ),
@@ -266,8 +304,8 @@ def _gas_group(source, parts, interval):
             chunks=(128, *shape),
         ),
     }
-    if any(f"humid_{name}" in p for p in there):
-        humid = np.concatenate([p[f"humid_{name}"] for p in there])
+    if any(f"humid_{name}" in p for p in present):
+        humid = np.concatenate([p[f"humid_{name}"] for p in present])
         axes["h2o_fraction"] = Axis(nodes.H2O_FRACTION[1:], "1", "mole fraction of water vapour")
         axes["humid_pressure"] = Axis(nodes.PRESSURE[nodes.HUMID_PRESSURE :], "Pa", "pressure")
         variables["log_moist_ratio"] = Variable(
@@ -278,31 +316,34 @@ def _gas_group(source, parts, interval):
             {"scale_factor": RATIO_STEP, "add_offset": 0.0},
             chunks=(128, *humid.shape[1:]),
         )
-    about = {"sources": [one.provenance for one in source.sources], "terms": [one.terms for one in source.sources]}
+    about = {"sources": [one.provenance for one in gas.sources], "terms": [one.terms for one in gas.sources]}
     return Group(axes=axes, variables=variables, attributes=about)
 
 
-def _codes(gas, parts):
+def _codes(gas: GasSources[Source], parts: Sequence[Part]) -> npt.NDArray[np.int8]:
+    """Code of the source of a gas in each interval, as the table keeps it."""
     codes = []
     for part in parts:
         number = gas.number(float(part["low"]), float(part["high"]))
-        present = f"dry_{gas.name}" in part
-        codes.append(NEGLIGIBLE + 1 + number if present else NO_DATA if number is None else NEGLIGIBLE)
+        if number is None:
+            codes.append(NO_DATA)
+        else:
+            codes.append(NEGLIGIBLE + 1 + number if f"dry_{gas.name}" in part else NEGLIGIBLE)
     return np.array(codes, dtype=np.int8)
 
 
 def build(
-    ranges,
-    out,
-    lines,
-    continua,
+    ranges: Sequence[tuple[float, float]],
+    out: PathLike,
+    lines: PathLike,
+    continua: PathLike,
     *,
-    lookups=None,
-    lowtran=None,
-    cross_sections=None,
-    settings=Settings(),
-    parts=None,
-    progress=None,
+    lookups: PathLike | None = None,
+    lowtran: PathLike | None = None,
+    cross_sections: PathLike | None = None,
+    settings: Settings = Settings(),
+    parts: PathLike | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> str:
     """Build the table over ranges of wavenumber; finished intervals of an earlier, interrupted build are kept.
 
@@ -333,4 +374,4 @@ def build(
         if progress:
             progress(done + 1, len(edges))
     finished = [builder.with_measured(dict(np.load(part_path(folder, low)))) for low in edges[:, 0]]
-    return assemble(finished, Path(out), sources=builder.gases, notice=builder.continua.notice, settings=settings)
+    return assemble(finished, Path(out), sources=builder.gases, continua=builder.continua, settings=settings)

@@ -8,6 +8,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.radiometry.constants import BOLTZMANN, ZERO_CELSIUS
+from skyshine.schemas.arrays import Booleans, Floats
 
 TRAINING_PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter")
 HELD_OUT_PROFILE = "us_standard"
@@ -19,7 +20,7 @@ PERTURBED = (
     5  # perturbed versions of each training profile; with 2 the largest errors on unseen paths were twice as large
 )
 GRAZING_AIR_MASS = 38.0  # sea-level air mass at the horizon (Kasten and Young 1989)
-MOST_H2O = 0.06  # mole fraction
+MAX_H2O = 0.06  # mole fraction
 
 
 @dataclass(frozen=True)
@@ -39,16 +40,16 @@ class State:
         Lines of sight through successive slabs: air columns of slab s, for thermal path radiance.
     """
 
-    pressure: np.ndarray
-    temperature: np.ndarray
-    h2o_fraction: np.ndarray
-    fraction: dict
-    columns: np.ndarray
-    apart: np.ndarray
-    emission: list
+    pressure: Floats
+    temperature: Floats
+    h2o_fraction: Floats
+    fraction: dict[str, Floats]
+    columns: Floats
+    apart: Booleans
+    emission: list[Floats]
 
 
-def training_states(perturbed=PERTURBED, seed=1) -> list[State]:
+def training_states(perturbed: int = PERTURBED, seed: int = 1) -> list[State]:
     """The training atmospheres: each profile as it is and `perturbed` times with other humidity, temperature and
     gases.
     """
@@ -60,25 +61,28 @@ def training_states(perturbed=PERTURBED, seed=1) -> list[State]:
     return states
 
 
-def held_out_states(seed=2) -> list[State]:
+def held_out_states(seed: int = 2) -> list[State]:
     """Atmospheres and paths that no choice has seen: another profile, other perturbations, other ranges."""
     rng = np.random.default_rng(seed)
     return [_state(HELD_OUT_PROFILE, rng)] + [_state(HELD_OUT_PROFILE, rng, *_perturbation(rng)) for _ in range(2)]
 
 
-def _perturbation(rng):
+def _perturbation(rng: np.random.Generator) -> tuple[float, float, float]:
+    """Factor of the humidity, warming in K, and factor of the other gases."""
     humidity = np.exp(rng.uniform(np.log(0.1), np.log(3.0)))
     others = np.exp(rng.uniform(np.log(0.75), np.log(1.4)))
     return humidity, rng.uniform(-15.0, 15.0), others
 
 
-def saturation_pressure(temperature):
+def saturation_pressure(temperature: Floats) -> Floats:
     """Over water, Pa (Bolton 1980, Mon. Weather Rev. 108, 1046, equation 10)."""
     celsius = temperature - ZERO_CELSIUS
-    return 611.2 * np.exp(17.67 * celsius / (celsius + 243.5))
+    return np.asarray(611.2 * np.exp(17.67 * celsius / (celsius + 243.5)))
 
 
-def _state(name, rng, humidity=1.0, warming=0.0, others=1.0):
+def _state(
+    name: str, rng: np.random.Generator, humidity: float = 1.0, warming: float = 0.0, others: float = 1.0
+) -> State:
     profile = load_profile(name)
     z = profile.altitude
     pressure = np.exp(np.interp(LEVELS, z, np.log(profile.pressure)))
@@ -87,7 +91,7 @@ def _state(name, rng, humidity=1.0, warming=0.0, others=1.0):
         gas: np.exp(np.interp(LEVELS, z, np.log(x))) for gas, x in profile.mole_fraction.items() if np.all(x > 0)
     }
     saturated = saturation_pressure(np.maximum(temperature, 200.0)) / pressure
-    fraction["H2O"] = np.minimum(np.minimum(fraction["H2O"] * humidity, saturated), MOST_H2O)
+    fraction["H2O"] = np.minimum(np.minimum(fraction["H2O"] * humidity, saturated), MAX_H2O)
     for gas in set(fraction) - {"H2O", "N2", "O2"}:
         fraction[gas] = fraction[gas] * others
     density = pressure / (BOLTZMANN * temperature)
@@ -95,7 +99,7 @@ def _state(name, rng, humidity=1.0, warming=0.0, others=1.0):
     return State(pressure, temperature, fraction["H2O"], fraction, columns, apart, _sky_paths(density))
 
 
-def _vertical(density, bottom, top):
+def _vertical(density: Floats, bottom: int, top: int) -> Floats:
     """Air columns between two levels, shared between the levels of each slab (trapezoids); (L,)."""
     thickness = np.diff(LEVELS)[bottom:top]
     columns = np.zeros(LEVELS.size)
@@ -104,7 +108,8 @@ def _vertical(density, bottom, top):
     return columns
 
 
-def _paths(density, rng):
+def _paths(density: Floats, rng: np.random.Generator) -> tuple[Floats, Booleans]:
+    """Air columns (R, L) of the paths through air of a density (L,) m^-3; paths whose gases are targets too (R,)."""
     top = LEVELS.size - 1
     columns, apart = [], []
     for bottom in (0, 3, 7, 12, 16, 20):  # to space, from the ground to 30 km and more
@@ -124,7 +129,7 @@ def _paths(density, rng):
     return np.array(columns), np.array(apart)
 
 
-def _sky_paths(density):
+def _sky_paths(density: Floats) -> list[Floats]:
     """Slabs of the sky seen from the ground and aloft, near zenith and low."""
     paths = []
     for bottom, mass in ((0, 1.66), (0, 10.0), (7, 1.66), (12, 3.0)):

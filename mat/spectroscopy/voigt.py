@@ -7,11 +7,13 @@ import math
 import numpy as np
 from numba import njit
 
+from skyshine.schemas.arrays import Floats
+
 SQRT_PI = math.sqrt(math.pi)
 _TERMS = 32
 
 
-def _weideman(terms):
+def _weideman(terms: int) -> tuple[float, Floats]:
     """Coefficients of Weideman's rational expansion of the Faddeeva function (1994, SIAM J. Numer. Anal. 31, 1497)."""
     size = 4 * terms
     scale = math.sqrt(terms / math.sqrt(2.0))
@@ -26,7 +28,7 @@ _SCALE, _COEFFICIENTS = _weideman(_TERMS)
 
 
 @njit(cache=True, fastmath=True)
-def far_voigt(x2, y):
+def far_voigt(x2: float, y: float) -> float:
     """Voigt function for ``|x| + y > 15``: the first rational of Humlicek 1982 (JQSRT 27, 437), relative error <
     1e-4.
     """
@@ -36,7 +38,7 @@ def far_voigt(x2, y):
 
 
 @njit(cache=True)
-def near_voigt(x, y):
+def near_voigt(x: float, y: float) -> float:
     """Voigt function by Weideman's expansion with 32 terms, relative error < 1e-6 for y >= 1e-6 near the centre."""
     iz = complex(-y, x)
     z = (_SCALE + iz) / (_SCALE - iz)
@@ -48,7 +50,7 @@ def near_voigt(x, y):
 
 
 @njit(cache=True)
-def voigt(x, y):
+def voigt(x: float, y: float) -> float:
     """Real part of the Faddeeva function w(x + iy), y > 0."""
     if abs(x) + y > 15.0:
         return far_voigt(x * x, y)
@@ -56,7 +58,7 @@ def voigt(x, y):
 
 
 @njit(cache=True)
-def chi_co2(distance, b1):
+def chi_co2(distance: float, b1: float) -> float:
     """Sub-Lorentzian factor of CO2 in nitrogen within 30 cm^-1 of the centre.
 
     Perrin and Hartmann 1989 (JQSRT 42, 311): 1 up to 3 cm^-1, then an exponential decay of coefficient `b1` (see
@@ -68,6 +70,6 @@ def chi_co2(distance, b1):
 
 
 @njit(cache=True)
-def chi_decay(temperature):
+def chi_decay(temperature: float) -> float:
     """Decay coefficient of `chi_co2`, cm, for CO2 broadened by N2 (Perrin and Hartmann 1989, Table 3), 190 to 800 K."""
     return 0.416 - 0.354 * math.exp(-0.00386 * temperature)

@@ -6,18 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 
 @dataclass(frozen=True)
 class Region:
-    """Intervals from `low` cm^-1 to the next region's: their width in cm^-1, a divisor of the region, and most
-    points.
+    """Intervals from `low` cm^-1 to the next region's: their width in cm^-1, a divisor of the region, and the largest
+    number of points.
     """
 
     low: float
     width: float
-    points: int
+    max_points: int
 
 
 # 5 cm^-1 where sensors look at heat; wider where only broadband fluxes (below 330 cm^-1) or sunlight (beyond 5000
@@ -34,7 +35,7 @@ REGIONS = (
 HIGHEST = 33400.0  # cm^-1, the first edge beyond 0.3 um
 
 
-def interval_edges(low: float, high: float) -> np.ndarray:
+def interval_edges(low: float, high: float) -> Floats:
     """Edges (I, 2) of the intervals that cover [low, high] cm^-1.
 
     Raises
@@ -51,9 +52,9 @@ def interval_edges(low: float, high: float) -> np.ndarray:
     ends = [*(region.low for region in REGIONS[1:]), HIGHEST]
     starts = np.concatenate([np.arange(r.low, end, r.width) for r, end in zip(REGIONS, ends, strict=True)])
     edges = np.stack([starts, np.append(starts[1:], HIGHEST)], axis=1)
-    return edges[(edges[:, 1] > low) & (edges[:, 0] < high)]
+    return np.asarray(edges[(edges[:, 1] > low) & (edges[:, 0] < high)])
 
 
-def most_points(low: float) -> int:
-    """Most points of the interval that begins at `low` cm^-1."""
-    return [region for region in REGIONS if region.low <= low][-1].points
+def max_points(low: float) -> int:
+    """Largest number of points of the interval that begins at `low` cm^-1."""
+    return [region for region in REGIONS if region.low <= low][-1].max_points

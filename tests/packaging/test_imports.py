@@ -45,7 +45,7 @@ FLOOR = {folder: number for number, folders in enumerate(FLOORS) for folder in f
 LOOSE = {"mat.cli", "mat.threads"}  # the modules beside the folders of mat; the package itself is the public API
 TABLES_OF_TMM = ("mat.tables", "mat.runtime")  # what tmm may read of mat
 TERMINAL = {"click", "rich"}
-NOT_YET = ("tmm.radiance_cost", "mat.spectroscopy.older_continuum", "mat.spectroscopy.reference")
+NOT_YET = ("tmm.radiance_cost",)
 KNOWS_TERMINAL = (*NOT_YET, "mat.cli", "mat.commands", "tmm.cli", "tmm.commands", "mat.maintain", "schemas.commands")
 
 

@@ -7,12 +7,15 @@ models are those of Shettle and Fenn 1979, AFGL-TR-79-0214, Longtin et al. 1988,
 1983 (Navy maritime).
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import click
 import numpy as np
 
 from skyshine.mat.maintain.atmospheres.fortran import block_data
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.data_csv import write_csv
 
 HUMIDITIES = (0, 70, 80, 99)
@@ -69,8 +72,9 @@ PHASE_ANGLES = np.array(
     ],
     dtype=float,
 )
-PHASE_WAVELENGTHS = (0.2, 0.3, 0.55, 0.6943, 1.06, 1.536, 2.0, 2.5, 2.7, 3.0, 3.2, 3.39, 5.0, 6.0, 7.2, 7.9, 8.7, 9.2)
-PHASE_WAVELENGTHS += (10.0, 10.59, 12.5, 15.0, 17.2, 18.5, 21.3, 30.0, 40.0)
+_SHORTWAVE = (0.2, 0.3, 0.55, 0.6943, 1.06, 1.536, 2.0, 2.5, 2.7, 3.0, 3.2, 3.39)
+_LONGWAVE = (5.0, 6.0, 7.2, 7.9, 8.7, 9.2, 10.0, 10.59, 12.5, 15.0, 17.2, 18.5, 21.3, 30.0, 40.0)
+PHASE_WAVELENGTHS = (*_SHORTWAVE, *_LONGWAVE)  # um
 DESERT_WINDS = (0, 10, 20, 30)  # m/s, of the arrays DESEX1 to DESEX4
 # Stratosphere laden by volcanoes: prefix of the arrays of PRFDTA, which end in the season.
 LOADINGS = {"moderate": "VUMO", "high": "HIVU", "extreme": "EXVU"}
@@ -86,7 +90,7 @@ PROVENANCE = (
 @click.command(help=__doc__)
 @click.argument("source", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder to write to.")
-def main(source, out):
+def main(source: Path, out: Path) -> None:
     write_optics(block_data(source, "EXTDTA"), out)
     write_desert(block_data(source, "DSTDTA"), block_data(source, "EXTDTA")["VX2"], out)
     write_navy_maritime(block_data(source, "MARDTA"), out)
@@ -95,7 +99,7 @@ def main(source, out):
     write_stratosphere(block_data(source, "PRFDTA"), out)
 
 
-def write_optics(data, out):
+def write_optics(data: dict[str, Floats], out: Path) -> None:
     """One CSV a model: extinction and absorption relative to extinction at 0.55 um, and asymmetry."""
     columns = ("relative_humidity[percent]", "wavelength[um]", "extinction", "absorption", "asymmetry")
     for name, (prefix, _) in {**HUMID_MODELS, **DRY_MODELS}.items():
@@ -114,7 +118,7 @@ def write_optics(data, out):
         write_csv(out / f"{name}.csv", (f"Aerosol model: {name}", *PROVENANCE, *note), columns, rows)
 
 
-def write_desert(data, wavelengths, out):
+def write_desert(data: dict[str, Floats], wavelengths: Floats, out: Path) -> None:
     """The desert aerosol at four wind speeds: extinction and absorption in km^-1, and asymmetry."""
     columns = ("wind_speed[m/s]", "wavelength[um]", "extinction[km-1]", "absorption[km-1]", "asymmetry")
     rows = []
@@ -129,10 +133,10 @@ def write_desert(data, wavelengths, out):
     write_csv(out / "desert.csv", header, columns, rows)
 
 
-def write_navy_maritime(data, out):
+def write_navy_maritime(data: dict[str, Floats], out: Path) -> None:
     """The three parts of the Navy maritime aerosol: logarithms of extinction and absorption by humidity."""
-    columns = ("relative_humidity[percent]", "wavelength[um]")
-    columns += tuple(f"log_{kind}_{part}" for kind in ("extinction", "absorption") for part in (1, 2, 3))
+    logarithms = [f"log_{kind}_{part}" for kind in ("extinction", "absorption") for part in (1, 2, 3)]
+    columns = ("relative_humidity[percent]", "wavelength[um]", *logarithms)
     rows = []
     for number, humidity in enumerate(data["AREL"], start=1):
         # A, B, C are extinction of the three parts, D, E, F their absorption (EQUIVALENCE in BLOCK DATA MARDTA).
@@ -154,7 +158,7 @@ def write_navy_maritime(data, out):
     write_csv(out / "navy_maritime.csv", header, columns, rows)
 
 
-def write_phase_functions(data, out):
+def write_phase_functions(data: dict[str, Floats], out: Path) -> None:
     """The 70 phase functions (mean over the sphere 1) and the index that says which belongs to which model."""
     functions = np.array([normalised(PHASE_ANGLES, 4 * np.pi * data[f"PHSF{number}"]) for number in range(1, 71)])
     columns = ("angle[degree]", *(f"p{number}" for number in range(1, 71)))
@@ -171,11 +175,11 @@ def write_phase_functions(data, out):
         rows += [(name, humidity, *data[f"MUM{first + i}"]) for i, humidity in enumerate(HUMIDITIES)]
     rows += [(name, 0, *data[f"MUM{row}"]) for name, (_, row) in DRY_MODELS.items()]
     columns = ("model", "relative_humidity[percent]", *(f"{wavelength:g}" for wavelength in PHASE_WAVELENGTHS))
-    note = ("Number of the phase function (phase_functions.csv) by model, humidity and wavelength [um].",)
-    write_csv(out / "phase_index.csv", (*note, *PROVENANCE), columns, rows)
+    about = "Number of the phase function (phase_functions.csv) by model, humidity and wavelength [um]."
+    write_csv(out / "phase_index.csv", (about, *PROVENANCE), columns, rows)
 
 
-def write_vertical(data, out):
+def write_vertical(data: dict[str, Floats], out: Path) -> None:
     """Extinction at 0.55 um against altitude: by visibility below 2 km, by visibility and season to 10 km, by season
     above.
     """
@@ -188,15 +192,15 @@ def write_vertical(data, out):
             # AERPRF).
             troposphere = data[f"{middle}{50 if visibility == 50 else 23}"][3:11]
             stratosphere = data[f"BAST{upper}"][11:27]
-            rest = data["UPNATM"][27:33]
-            columns[f"{season}_{visibility}"] = np.concatenate([boundary, troposphere, stratosphere, rest])
+            above_30_km = data["UPNATM"][27:33]
+            columns[f"{season}_{visibility}"] = np.concatenate([boundary, troposphere, stratosphere, above_30_km])
     note = (
         "Aerosol extinction at 0.55 um [km-1] against altitude by season and visibility [km]; background stratosphere.",
     )
     write_csv(out / "vertical.csv", (*note, *PROVENANCE), columns, zip(*columns.values(), strict=True))
 
 
-def write_stratosphere(data, out):
+def write_stratosphere(data: dict[str, Floats], out: Path) -> None:
     """Extinction at 0.55 um above 10 km where volcanoes have laden the stratosphere, by season."""
     levels = slice(11, 33)
     columns = {"altitude[km]": data["ZHT"][levels]}
@@ -208,7 +212,7 @@ def write_stratosphere(data, out):
     write_csv(out / "stratosphere.csv", (*note, *PROVENANCE), columns, zip(*columns.values(), strict=True))
 
 
-def normalised(angles, values):
+def normalised(angles: Floats, values: Floats) -> Floats:
     """Phase function with mean 1 over the sphere.
 
     Most of the table is normalised to within 1 %, the error of interpolating between its nodes, and is simply scaled.
@@ -229,7 +233,7 @@ def normalised(angles, values):
     return values / sphere_mean(angles, values)
 
 
-def sphere_mean(angles, values):
+def sphere_mean(angles: Floats, values: Floats) -> float:
     """Exact part of the mean over the sphere of a function whose logarithm is linear in angle between nodes
     [degree].
     """
@@ -238,7 +242,7 @@ def sphere_mean(angles, values):
     # Primitive of exp(a + b theta) sin(theta).
     upper = values[1:] * (slope * np.sin(theta[1:]) - np.cos(theta[1:]))
     lower = values[:-1] * (slope * np.sin(theta[:-1]) - np.cos(theta[:-1]))
-    return 0.5 * np.sum((upper - lower) / (slope**2 + 1))
+    return float(0.5 * np.sum((upper - lower) / (slope**2 + 1)))
 
 
 if __name__ == "__main__":

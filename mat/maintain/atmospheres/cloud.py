@@ -8,15 +8,20 @@ at -7 C) of the refractiveindex.info database. Droplets and crystals have gamma 
 to area (Grenfell and Warren 1999).
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 import numpy as np
+import numpy.typing as npt
 import yaml
 
 from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
 from skyshine.mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.maintain.atmospheres.mie import sphere_efficiencies
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.data_csv import write_csv
 
 WATER_RADII = (2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30)  # um, effective
@@ -62,7 +67,7 @@ ROUGHNESS = 0.11
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.argument("source", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder to write to.")
-def main(folder, source, out):
+def main(folder: Path, source: Path, out: Path) -> None:
     water, ice = (refractive_index(folder / f"H2O__{name}.yml") for name in ("Segelstein", "Warren-2008"))
     droplets = cloud_table(water, WATER_RADII, DENSITY["water"])
     write_table(
@@ -82,30 +87,32 @@ def main(folder, source, out):
     write_types(out / "types.csv", block_data(source, "MDTA"), droplets[0][:, WAVELENGTHS == 0.55][:, 0])
 
 
-def refractive_index(file):
+def refractive_index(file: Path) -> npt.NDArray[np.complex128]:
     """Refractive index (W,) at `WAVELENGTHS` from a file of refractiveindex.info; the logarithm of its imaginary part
     is interpolated.
     """
     rows = yaml.safe_load(file.read_text(encoding="utf-8"))["DATA"][0]["data"]
     wavelength, real, imaginary = np.array([line.split() for line in rows.splitlines() if line.strip()], float).T
     log = np.log(WAVELENGTHS)
-    return np.interp(log, np.log(wavelength), real) + 1j * np.exp(np.interp(log, np.log(wavelength), np.log(imaginary)))
+    absorbed = np.exp(np.interp(log, np.log(wavelength), np.log(imaginary)))
+    return np.asarray(np.interp(log, np.log(wavelength), real) + 1j * absorbed)
 
 
-def sphere_table(index, radii):
+def sphere_table(index: npt.NDArray[np.complex128], radii: Floats) -> Floats:
     """Extinction and absorption cross section [um^2] and asymmetry times scattering cross section, (3, W, R)."""
     size = 2 * np.pi * radii / WAVELENGTHS[:, None]
     extinction, scattering, asymmetry = sphere_efficiencies(size, index[:, None])
-    return np.array([extinction, np.maximum(extinction - scattering, 0.0), asymmetry * scattering]) * np.pi * radii**2
+    efficiencies = np.array([extinction, np.maximum(extinction - scattering, 0.0), asymmetry * scattering])
+    return np.asarray(efficiencies * np.pi * radii**2)
 
 
-def bulk(sphere, number, radii):
+def bulk(sphere: Floats, number: Floats, radii: Floats) -> Floats:
     """Extinction, absorption [um^2] and asymmetry (3, W) of a distribution `number` (R,) per radius."""
-    extinction, absorption, forward = np.trapezoid(sphere * number, radii, axis=-1)
+    extinction, absorption, forward = np.asarray(np.trapezoid(sphere * number, radii, axis=-1))
     return np.array([extinction, absorption, forward / (extinction - absorption)])
 
 
-def cloud_table(index, effective_radii, density):
+def cloud_table(index: npt.NDArray[np.complex128], effective_radii: Sequence[float], density: float) -> Floats:
     """Extinction and absorption [m^2 kg^-1] and asymmetry, (3, E, W)."""
     sphere = sphere_table(index, RADII)
     result = []
@@ -117,13 +124,13 @@ def cloud_table(index, effective_radii, density):
     return np.array(result).transpose(1, 0, 2)
 
 
-def rough(extinction, absorption, asymmetry):
+def rough(extinction: Floats, absorption: Floats, asymmetry: Floats) -> Floats:
     """Asymmetry of roughened crystals from that of spheres."""
     albedo = 1 - absorption / extinction
-    return asymmetry - ROUGHNESS * np.maximum(2 * albedo - 1, 0.0) / albedo
+    return np.asarray(asymmetry - ROUGHNESS * np.maximum(2 * albedo - 1, 0.0) / albedo)
 
 
-def rain_table(index):
+def rain_table(index: npt.NDArray[np.complex128]) -> Floats:
     """Extinction and absorption over twice the cross section of the drops, and asymmetry, (3, rates, W)."""
     sphere = sphere_table(index, DROPS)
     result = []
@@ -135,13 +142,11 @@ def rain_table(index):
     return np.array(result).transpose(1, 0, 2)
 
 
-def write_table(path, what, source, axis, nodes, table):
-    """One CSV: extinction, absorption and asymmetry against the axis and wavelength."""
+def write_table(path: Path, particles: str, source: str, axis: str, nodes: Sequence[float], table: Floats) -> None:
+    """Write one CSV: extinction, absorption and asymmetry against the axis and wavelength."""
     header = (
-        (
-            f"Optical properties of {what} by Mie theory; refractive index of {source}, from the refractiveindex.info"
-            " database (CC0)."
-        ),
+        f"Optical properties of {particles} by Mie theory; refractive index of {source}, from the"
+        " refractiveindex.info database (CC0).",
         "Derived by skyshine.mat.maintain.atmospheres.cloud.",
     )
     unit = "" if axis.startswith("rain") else "[m2/kg]"
@@ -154,22 +159,25 @@ def write_table(path, what, source, axis, nodes, table):
     write_csv(path, header, columns, rows)
 
 
-def write_types(path, data, extinction):
+def write_types(path: Path, data: dict[str, Floats], extinction: Floats) -> None:
     """The cloud types: phase, heights of base and top, optical depth at 0.55 um and effective radius.
 
     The liquid water profiles are replaced by even layers of the same water path between their lowest and highest level
     in cloud, which gives the extinctions that the manual of MODTRAN lists (Berk et al. 1989, GL-TR-89-0122: 92.6 km^-1
     for cumulus ...).
     """
-    rows = []
+    rows: list[tuple[str, str, float, float, float, float]] = []
     for name, (number, per_extinction) in TYPES.items():
         content = data[f"CLD{number}"][: HEIGHTS.size]  # g m^-3
         inside = np.flatnonzero(content)
         depth = np.trapezoid(content, HEIGHTS) / per_extinction
-        radius = np.interp(-1 / per_extinction, -extinction, WATER_RADII)  # m^2 kg^-1, which falls with radius
-        rows.append((name, "water", HEIGHTS[inside[0]], HEIGHTS[inside[-1]], depth, round(radius, 1)))
-    for name, (base, thickness, radius) in CIRRUS.items():
-        rows.append((name, "ice", base, base + thickness, 0.14 * thickness**2, radius))
+        effective_radius = np.interp(
+            -1 / per_extinction, -extinction, WATER_RADII
+        )  # m^2 kg^-1, which falls with radius
+        base, top = HEIGHTS[inside[[0, -1]]]
+        rows.append((name, "water", base, top, depth, round(float(effective_radius), 1)))
+    for name, (cirrus_base, thickness, radius) in CIRRUS.items():
+        rows.append((name, "ice", cirrus_base, cirrus_base + thickness, 0.14 * thickness**2, radius))
     header = (
         (
             "Types of cloud of LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177), a work of the US Government: heights"

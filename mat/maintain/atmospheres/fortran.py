@@ -1,9 +1,14 @@
 """Read numeric DATA statements of fixed-form Fortran 77, as LOWTRAN7 stores its tables."""
 
+from __future__ import annotations
+
+import os
 import re
 from pathlib import Path
 
 import numpy as np
+
+from skyshine.schemas.arrays import Floats
 
 _STATEMENT = re.compile(
     r"(?P<names>[A-Z][A-Z0-9]*(?:\([0-9,]+\))?(?:,[A-Z][A-Z0-9]*(?:\([0-9,]+\))?)*)/(?P<values>[^/]*)/"
@@ -11,7 +16,7 @@ _STATEMENT = re.compile(
 _ELEMENT = re.compile(r"[A-Z][A-Z0-9]*(?:\([0-9,]+\))?")
 
 
-def block_data(source, name):
+def block_data(source: str | os.PathLike[str], name: str) -> dict[str, Floats]:
     """Collect the numeric DATA statements of one BLOCK DATA unit.
 
     Parameters
@@ -46,9 +51,10 @@ def block_data(source, name):
     return values
 
 
-def _statements(text, name):
+def _statements(text: str, name: str) -> list[str]:
     """Statements of a BLOCK DATA unit, continuation lines joined and blanks removed."""
-    statements, inside = [], False
+    statements: list[str] = []
+    inside = False
     for line in text.splitlines():
         if not line.strip() or line[0] in "Cc*!":
             continue
@@ -65,9 +71,9 @@ def _statements(text, name):
     raise ValueError(f"BLOCK DATA {name} not found; the source must be LOWTRAN7's lowtran7.f")
 
 
-def _numbers(text):
+def _numbers(text: str) -> Floats:
     """Expand a DATA value list with its repeat counts (``3*0.``)."""
-    values = []
+    values: list[float] = []
     for item in text.split(","):
         count, _, value = item.rpartition("*")
         values += [float(value)] * int(count or 1)

@@ -6,6 +6,8 @@ FOLDER holds lime_coefficients_20231120.nc (Toledano et al. 2024), Apollo16.txt 
 Breccia.txt.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import click
@@ -40,7 +42,7 @@ SOIL_FRACTION = 0.95  # the rest breccia (Kieffer and Stone 2005, section 5)
 @click.command(help=__doc__)
 @click.argument("folder", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder to write to.")
-def main(folder, out):
+def main(folder: Path, out: Path) -> None:
     with h5py.File(folder / "lime_coefficients_20231120.nc") as file:
         table = np.column_stack([file["wavelength"][:] * 1e-3, file["coeff"][:].T])
     header = (

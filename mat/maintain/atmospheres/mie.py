@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.arrays import Floats
 
 
 @numba.njit(cache=True)
-def _one(x, m):
+def _one(x: float, m: complex) -> tuple[float, float, float]:
     """Efficiencies of extinction and scattering, and asymmetry, of a sphere of size parameter x and refractive index m
     = n + ik.
     """
@@ -46,14 +49,17 @@ def _one(x, m):
 
 
 @numba.njit(cache=True)
-def _many(sizes, indices):
+def _many(sizes: Floats, indices: npt.NDArray[np.complex128]) -> Floats:
+    """Efficiencies of extinction and scattering, and asymmetry, (3, N)."""
     result = np.empty((3, sizes.size))
     for k in range(sizes.size):
         result[0, k], result[1, k], result[2, k] = _one(sizes[k], indices[k])
     return result
 
 
-def sphere_efficiencies(size_parameter, refractive_index):
+def sphere_efficiencies(
+    size_parameter: npt.ArrayLike, refractive_index: npt.ArrayLike
+) -> tuple[Floats, Floats, Floats]:
     """Efficiencies of spheres.
 
     Parameters
@@ -68,5 +74,5 @@ def sphere_efficiencies(size_parameter, refractive_index):
     extinction, scattering, asymmetry : arrays
     """
     x, m = np.broadcast_arrays(np.asarray(size_parameter, float), np.asarray(refractive_index, complex))
-    found = _many(np.ascontiguousarray(x.ravel()), np.ascontiguousarray(m.ravel()))
-    return tuple(part.reshape(x.shape) for part in found)
+    extinction, scattering, asymmetry = _many(np.ascontiguousarray(x.ravel()), np.ascontiguousarray(m.ravel()))
+    return extinction.reshape(x.shape), scattering.reshape(x.shape), asymmetry.reshape(x.shape)

@@ -6,6 +6,8 @@ The tables stand in BLOCK DATA MLATMB (Kneizys et al. 1988, AFGL-TR-88-0177); th
 AFGL-TR-86-0110. Numbers are carried over unchanged.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import click
@@ -23,7 +25,7 @@ TRACE_GASES = {"N2": "AN2", "NO": "ANO", "SO2": "SO2", "NO2": "ANO2", "NH3": "AN
 @click.command(help=__doc__)
 @click.argument("source", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder to write to.")
-def main(source, out):
+def main(source: Path, out: Path) -> None:
     data = block_data(source, "MLATMB")
     for number, name in enumerate(PROFILES, start=1):
         columns = {

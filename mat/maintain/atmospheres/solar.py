@@ -7,12 +7,15 @@ as the package pyspectral carries it, outside. Each value is the mean over its b
 conserves energy.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import click
 import h5py
 import numpy as np
 
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.data_csv import write_csv
 
 # Bins [cm^-1]: 5 where the band model works (0.3 um and longer), wider in the ultraviolet, to the ends of E490.
@@ -26,7 +29,7 @@ E490_SAMPLES = 400_000  # log-spaced wavelengths from 0.12 to 1000 um: ten in th
 @click.argument("tsis", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.argument("e490", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="Folder to write to.")
-def main(tsis, e490, out):
+def main(tsis: Path, e490: Path, out: Path) -> None:
     wavelength, irradiance = join(*read_tsis(tsis), *np.loadtxt(e490, comments="#", unpack=True))
     mean = bin_means(wavelength, irradiance, EDGES)
     header = (
@@ -45,13 +48,15 @@ def main(tsis, e490, out):
     click.echo(f"total {np.sum(mean * np.diff(EDGES)):.3f} W m-2")
 
 
-def read_tsis(path):
+def read_tsis(path: Path) -> tuple[Floats, Floats]:
     """Wavelength [um] and irradiance [W m^-2 um^-1] of the netCDF file of the HSRS."""
     with h5py.File(path) as file:
         return file["Vacuum Wavelength"][:] * 1e-3, file["SSI"][:] * 1e3
 
 
-def join(wavelength, irradiance, e490_wavelength, e490_irradiance):
+def join(
+    wavelength: Floats, irradiance: Floats, e490_wavelength: Floats, e490_irradiance: Floats
+) -> tuple[Floats, Floats]:
     """One spectrum: E490 (log-log interpolated between its nodes) outside the range of the first."""
     dense = np.geomspace(e490_wavelength[0], e490_wavelength[-1], E490_SAMPLES)
     values = np.exp(np.interp(np.log(dense), np.log(e490_wavelength), np.log(e490_irradiance)))
@@ -62,7 +67,7 @@ def join(wavelength, irradiance, e490_wavelength, e490_irradiance):
     )
 
 
-def bin_means(wavelength, irradiance, edges):
+def bin_means(wavelength: Floats, irradiance: Floats, edges: Floats) -> Floats:
     """Mean irradiance per cm^-1 over bins of wavenumber.
 
     The running integral over wavelength, exact for a piecewise linear spectrum, is taken at the edges.
@@ -74,7 +79,7 @@ def bin_means(wavelength, irradiance, edges):
     offset = position - wavelength[index]
     slope = (irradiance[index + 1] - irradiance[index]) / (wavelength[index + 1] - wavelength[index])
     integral = running[index] + offset * (irradiance[index] + 0.5 * slope * offset)
-    return -np.diff(integral) / np.diff(edges)
+    return np.asarray(-np.diff(integral) / np.diff(edges))
 
 
 if __name__ == "__main__":

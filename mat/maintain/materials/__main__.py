@@ -10,10 +10,12 @@ import numpy as np
 from skyshine import materials
 from skyshine.mat.maintain.materials.recipes import Piece, Recipe, Recipes
 from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
 
 LOWEST = 0.3  # um
+_Stretch = tuple[float, float, str, str]  # ends [um], kind and origin
 # A joint is matched over this relative width.
 _JOINT = 0.04
 # Bands whose means the compact table must keep, and how closely.
@@ -21,18 +23,18 @@ _BANDS = ((0.3, 0.7), (0.7, 2.5), (3.0, 5.0), (8.0, 12.0))
 _BAND_TOLERANCE = 0.002
 
 
-def compose(recipe: Recipe, folder: Path):
+def compose(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats, list[_Stretch]]:
     """Spectrum of a recipe on the fine grid, and where each stretch comes from.
 
     Returns
     -------
-    wavelength, reflectance, absorptance : ndarray
+    wavelength, reflectance, absorptance : (F,) arrays
     stretches : list of (lower, upper, kind, note)
     """
     fine = fine_grid(LOWEST, recipe.upper)
     reflectance = np.full(fine.shape, np.nan)
     absorptance = np.full(fine.shape, np.nan)
-    stretches = []
+    stretches: list[_Stretch] = []
     end = LOWEST
     before: Piece | None = None
     for piece in recipe.pieces:
@@ -58,15 +60,15 @@ def compose(recipe: Recipe, folder: Path):
     )
 
 
-def _scale(before, piece, folder):
+def _scale(before: Piece, piece: Piece, folder: Path) -> float:
     """Factor that brings the stretch to the level of the one before it at their joint."""
     end, start = before.range[1], piece.range[0]
     below = np.linspace(end * (1.0 - _JOINT), end, 50)
     beyond = below if start <= end * 1.001 else np.linspace(start, start * (1.0 + _JOINT), 50)
-    return before.evaluate(folder, below)[0].mean() / piece.evaluate(folder, beyond)[0].mean()
+    return float(before.evaluate(folder, below)[0].mean() / piece.evaluate(folder, beyond)[0].mean())
 
 
-def _origin(piece):
+def _origin(piece: Piece) -> str:
     names = piece.sample or ", ".join(piece.files)
     text = f"[{piece.source}] {names}" if names else f"[{piece.source}]"
     if piece.value is not None:
@@ -80,7 +82,7 @@ def _origin(piece):
     return f"{text}; {piece.note}" if piece.note else text
 
 
-def table(recipe: Recipe, folder: Path):
+def table(recipe: Recipe, folder: Path) -> tuple[Floats, Floats, Floats | None, list[_Stretch]]:
     """Compact table of a recipe: nodes, reflectance, absorptance or None, stretches.
 
     Raises
@@ -105,16 +107,16 @@ def table(recipe: Recipe, folder: Path):
 def write(name: str, recipe: Recipe, citations: dict[str, str], folder: Path, out: Path) -> None:
     """Write `NAME.csv` with its comment header."""
     nodes, reflectance, absorptance, stretches = table(recipe, folder)
-    used = dict.fromkeys(piece.source for piece in recipe.pieces)
+    used: list[str] = [piece.source for piece in recipe.pieces]
     if any(piece.ratio for piece in recipe.pieces):
-        used["usgs"] = None
+        used.append("usgs")
     lines = [
         f"# material: {name}",
         f"# sample: {' '.join(recipe.sample.split())}",
         "# quantity: hemispherical reflectance at near-normal incidence, fraction of 1, against wavelength in um",
         "# method: sources joined over the stretches below, projected on a logarithmic grid (least squares on hat "
         "functions, which keeps band means)",
-        *(f"# {key}: {' '.join(citations[key].split())}" for key in used),
+        *(f"# {key}: {' '.join(citations[key].split())}" for key in dict.fromkeys(used)),
     ]
     for lower, upper, kind, note in stretches:
         lines.append(f"# range: {lower:g} {upper:g} {kind}; {note}".rstrip("; "))

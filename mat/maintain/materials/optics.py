@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.arrays import Floats
 
 
-def fresnel_reflectance(index):
+def fresnel_reflectance(index: npt.NDArray[np.complex128]) -> Floats:
     """Reflectance of a smooth surface against air at normal incidence.
 
     Parameters
@@ -21,10 +24,11 @@ def fresnel_reflectance(index):
     ----------
     Fresnel's equations; Bohren and Huffman (1983), equation 2.58.
     """
-    return np.abs((index - 1.0) / (index + 1.0)) ** 2
+    amplitude = np.abs((index - 1.0) / (index + 1.0))
+    return amplitude**2
 
 
-def pane(index, wavelength, thickness):
+def pane(index: npt.NDArray[np.complex128], wavelength: Floats, thickness: float) -> tuple[Floats, Floats]:
     """Reflectance and absorptance of a plane-parallel pane at normal incidence.
 
     Parameters

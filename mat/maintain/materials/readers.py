@@ -7,12 +7,14 @@ import json
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import yaml
 
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 
-def read_ecostress(file: Path, unit: str) -> tuple[np.ndarray, np.ndarray]:
+def read_ecostress(file: Path, unit: str) -> tuple[Floats, Floats]:
     """An ECOSTRESS or ASTER text file: header, blank line, two columns in either order of wavelength.
 
     Parameters
@@ -45,7 +47,7 @@ def read_ecostress(file: Path, unit: str) -> tuple[np.ndarray, np.ndarray]:
     return wavelength, value / 100.0 if unit == "percent" else value
 
 
-def read_slum(folder: Path, sample: str) -> tuple[np.ndarray, np.ndarray]:
+def read_slum(folder: Path, sample: str) -> tuple[Floats, Floats]:
     """Short-wave reflectance and 1 - long-wave emissivity of one SLUM sample, 0.35-2.51 and 8.0-14.0 um."""
     short = _column(folder / "LUMA_SLUM_SW.csv", sample)
     long = _column(folder / "LUMA_SLUM_IR.csv", sample)
@@ -53,7 +55,7 @@ def read_slum(folder: Path, sample: str) -> tuple[np.ndarray, np.ndarray]:
     return wavelength, np.concatenate([short[1] / 100.0, 1.0 - long[1]])
 
 
-def read_usgs(file: Path) -> tuple[np.ndarray, np.ndarray]:
+def read_usgs(file: Path) -> tuple[Floats, Floats]:
     """A spectrum of the USGS library 7 kept as JSON; deleted channels are null and left out."""
     content = json.loads(_text(file))
     pairs = [
@@ -66,7 +68,7 @@ def read_usgs(file: Path) -> tuple[np.ndarray, np.ndarray]:
     return wavelength[good], value[good]
 
 
-def read_nist_skin(file: Path) -> tuple[np.ndarray, np.ndarray]:
+def read_nist_skin(file: Path) -> tuple[Floats, Floats]:
     """Mean reflectance factor of the forearms of all subjects, 0.25-2.5 um."""
     rows = list(csv.reader(_text(file, "latin-1").splitlines()))
     table = {}
@@ -79,7 +81,7 @@ def read_nist_skin(file: Path) -> tuple[np.ndarray, np.ndarray]:
     return _ordered(np.array(list(table.items())))
 
 
-def read_constants(file: Path) -> tuple[np.ndarray, np.ndarray]:
+def read_constants(file: Path) -> tuple[Floats, npt.NDArray[np.complex128]]:
     """Wavelength [um] and complex refractive index n + ik of a refractiveindex.info file.
 
     Understands tabulated n and k, and dispersion formula 5 (n = c1 + sum of c_i lambda^c_(i+1)) with tabulated k.
@@ -106,7 +108,7 @@ def _text(file: Path, encoding: str = "utf-8") -> str:
         raise InputError(f"cannot be read: {error.strerror}; give the folder of the spectra", file=file) from None
 
 
-def _column(file: Path, sample: str) -> tuple[np.ndarray, np.ndarray]:
+def _column(file: Path, sample: str) -> tuple[Floats, Floats]:
     rows = list(csv.reader(_text(file).splitlines()))
     if sample not in rows[0]:
         raise InputError(f"holds no sample {sample}", file=file)
@@ -123,7 +125,7 @@ def _number(cell: str) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _ordered(table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _ordered(table: Floats) -> tuple[Floats, Floats]:
     """Columns by increasing wavelength, repeated wavelengths averaged."""
     wavelength, inverse = np.unique(table[:, 0], return_inverse=True)
     total = np.bincount(inverse, weights=table[:, 1])

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from skyshine.mat.maintain.materials import optics, readers
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
 
@@ -69,7 +71,7 @@ class Piece(StrictModel):
     match: bool = False
 
     @model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Self:
         needs = {"slum": "sample", "literature": "value", "pane": "thickness"}.get(self.source, "file")
         if getattr(self, needs) in (None, "", [], 0.0):
             raise ValueError(f"a piece from {self.source} needs '{needs}'; add it")
@@ -80,8 +82,8 @@ class Piece(StrictModel):
         """Paths below the spectra folder."""
         return [self.file] if isinstance(self.file, str) else list(self.file)
 
-    def evaluate(self, folder: Path, wavelength: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Reflectance and absorptance at wavelengths [um]; ends of the source are held."""
+    def evaluate(self, folder: Path, wavelength: Floats) -> tuple[Floats, Floats]:
+        """Reflectance and absorptance (W,) at wavelengths (W,) [um]; constant beyond the ends of the source."""
         if self.source == "pane":
             return self._pane(folder, wavelength)
         reflectance = self._reflectance(folder, wavelength)
@@ -92,38 +94,44 @@ class Piece(StrictModel):
             reflectance = reflectance * over / under
         return reflectance, 1.0 - reflectance
 
-    def _reflectance(self, folder, wavelength):
+    def _reflectance(self, folder: Path, wavelength: Floats) -> Floats:
         if self.source == "literature":
             return np.full(wavelength.shape, self.value)
         if self.source == "slum":
-            return self._interpolate(wavelength, *readers.read_slum(folder / "slum", self.sample))
+            return self._interpolated(wavelength, *readers.read_slum(folder / "slum", self.sample))
         if self.source == "fresnel":
             return optics.fresnel_reflectance(self._index(folder, wavelength))
         spectra = [self._read(folder / file) for file in self.files]
-        return np.mean([self._interpolate(wavelength, *spectrum) for spectrum in spectra], axis=0)
+        return np.asarray(np.mean([self._interpolated(wavelength, *spectrum) for spectrum in spectra], axis=0))
 
-    def _interpolate(self, wavelength, um, value):
-        """Interpolation in a source that must cover the stretch: what is held is never called measured."""
+    def _interpolated(self, wavelength: Floats, um: Floats, value: Floats) -> Floats:
+        """A spectrum (N,) at wavelengths (W,), as `_check_covered` allows."""
+        self._check_covered(um)
+        return np.interp(wavelength, um, value)
+
+    def _check_covered(self, um: Floats) -> None:
+        """Refuse a source that does not cover the stretch: a constant continuation must not be called measured."""
         lower, upper = self.range
         if lower < um[0] * (1.0 - _REACH) or upper > um[-1] * (1.0 + _REACH):
             name = self.sample or ", ".join(self.files)
             raise InputError(f"{name} covers {um[0]:g} to {um[-1]:g} um; the recipe says {lower:g} to {upper:g}")
-        return np.interp(wavelength, um, value)
 
-    def _read(self, file):
+    def _read(self, file: Path) -> tuple[Floats, Floats]:
         if self.source in ("ecostress", "aster_jhu"):
             return readers.read_ecostress(file, self.unit)
         return readers.read_usgs(file) if self.source == "usgs" else readers.read_nist_skin(file)
 
-    def _pane(self, folder, wavelength):
+    def _pane(self, folder: Path, wavelength: Floats) -> tuple[Floats, Floats]:
         return optics.pane(self._index(folder, wavelength), wavelength, self.thickness)
 
-    def _index(self, folder, wavelength):
+    def _index(self, folder: Path, wavelength: Floats) -> npt.NDArray[np.complex128]:
+        """Refractive index n + ik at wavelengths (W,) [um]."""
         tables = [readers.read_constants(folder / file) for file in self.files]
         um = np.concatenate([table[0] for table in tables])
         index = np.concatenate([table[1] for table in tables])
         order = np.argsort(um)
-        return self._interpolate(wavelength, um[order], index[order])
+        self._check_covered(um[order])
+        return np.asarray(np.interp(wavelength, um[order], index[order]), complex)
 
 
 class Recipe(StrictModel):
@@ -144,10 +152,10 @@ class Recipe(StrictModel):
     pieces: Annotated[list[Piece], Field(min_length=1)]
 
     @model_validator(mode="after")
-    def _rising(self):
+    def _rising(self) -> Self:
         edges = [edge for piece in self.pieces for edge in piece.range]
         if any(b < a for a, b in itertools.pairwise(edges)):
-            raise ValueError("pieces overlap or are not in order of wavelength; mend their ranges")
+            raise ValueError("pieces overlap or are not in order of wavelength; correct their ranges")
         return self
 
 

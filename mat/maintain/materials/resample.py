@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import solveh_banded
 
+from skyshine.schemas.arrays import Floats
+
 # Relative step of the compact grid up to 15 um and beyond; the source features (resolution 4 to 16 cm^-1 in the
 # thermal infrared) are broader than 1 %.
 STEP, COARSE_STEP, COARSE_FROM = 0.01, 0.025, 15.0
@@ -12,7 +14,7 @@ STEP, COARSE_STEP, COARSE_FROM = 0.01, 0.025, 15.0
 FINE_STEP = 0.0005
 
 
-def compact_grid(lower, upper):
+def compact_grid(lower: float, upper: float) -> Floats:
     """Nodes of the compact grid [um], both ends included."""
     inner = min(upper, COARSE_FROM)
     count = int(np.ceil(np.log(inner / lower) / np.log1p(STEP)))
@@ -23,12 +25,12 @@ def compact_grid(lower, upper):
     return np.round(nodes, 5)
 
 
-def fine_grid(lower, upper):
+def fine_grid(lower: float, upper: float) -> Floats:
     """Points at which the sources are read [um]."""
     return np.geomspace(lower, upper, int(np.ceil(np.log(upper / lower) / np.log1p(FINE_STEP))) + 1)
 
 
-def project(fine, values, nodes):
+def project(fine: Floats, values: Floats, nodes: Floats) -> Floats:
     """Piecewise linear function on `nodes` nearest to a finely sampled one in the mean square.
 
     The residual is orthogonal to every hat function, and these sum to 1: the integral over the
@@ -54,4 +56,4 @@ def project(fine, values, nodes):
         cell + 1, weight * right * values, len(nodes)
     )
     banded = np.array([np.concatenate([[0.0], beside[:-1]]), diagonal])
-    return solveh_banded(banded, target)
+    return np.asarray(solveh_banded(banded, target))

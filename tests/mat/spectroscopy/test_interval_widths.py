@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.spectroscopy.widths import interval_edges, most_points
+from skyshine.mat.spectroscopy.widths import interval_edges, max_points
 from skyshine.schemas.errors import InputError
 
 
@@ -17,7 +17,7 @@ def test_intervals_tile_everything_from_10_to_33400():
 def test_a_range_is_widened_to_whole_intervals():
     np.testing.assert_array_equal(interval_edges(1001, 1006), [[1000, 1005], [1005, 1010]])
     np.testing.assert_array_equal(interval_edges(4996, 5001), [[4995, 5000], [5000, 5020]])
-    assert most_points(5000.0) < most_points(4995.0)
+    assert max_points(5000.0) < max_points(4995.0)
 
 
 @pytest.mark.parametrize(

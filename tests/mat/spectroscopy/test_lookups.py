@@ -89,7 +89,7 @@ def test_a_steep_shape_is_flattened_until_it_keeps_the_transmittance_of_its_band
         spectrum = source.spectrum(linebyline.interval_grid(low, low + 5), low, low + 5)[place]
         means.append(np.exp(-column * spectrum).mean())
         strengths.append(spectrum.mean())
-    band = source._band(1060.0, 1065.0)
+    band = int(source._containing(1060.0, 1065.0)[0])
     depth = column * np.array([source._at_nodes(int(k))[place] for k in source._members[: source._count[band], band]])
     exact = np.average(np.exp(-depth), weights=source._weights[: source._count[band], band])
     assert abs(np.mean(means) - exact) < SHAPE_EFFECT + 0.001

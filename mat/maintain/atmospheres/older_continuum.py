@@ -1,9 +1,11 @@
 """The water vapour continuum of MT_CKD 2.4, for comparison with codes of its time.
 
-``python -m skyshine.mat.spectroscopy.older_continuum --continua DIR`` writes `atmospheres/continuum/mt_ckd_2.4.csv`
-from the coefficients before MT_CKD 4 in the folder of the continua, with the self continuum of 2000 to 3200 cm^-1 that
-MT_CKD 2.5 replaced. Against the figures printed with release 2.5.3 the self continuum agrees from 750 cm^-1 on (below,
-later releases changed it), and the foreign continuum to 3 % (its scale factor of MT_CKD 2.4 is left out).
+    python -m skyshine.mat.maintain.atmospheres.older_continuum --continua DIR
+
+writes `atmospheres/continuum/mt_ckd_2.4.csv` from the coefficients before MT_CKD 4 in the folder of the continua, with
+the self continuum of 2000 to 3200 cm^-1 that MT_CKD 2.5 replaced. Against the figures printed with release 2.5.3 the
+self continuum agrees from 750 cm^-1 on (below, later releases changed it), and the foreign continuum to 3 % (its scale
+factor of MT_CKD 2.4 is left out).
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import numpy as np
 from skyshine import atmospheres
 from skyshine.mat.spectroscopy.continua import REFERENCE_TEMPERATURE, Continua
 from skyshine.mat.spectroscopy.linebyline import CM2_TO_M2
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.data_csv import read_csv, write_csv
 
 NAME, REPLACED = "continuum/mt_ckd_2.4.csv", "continuum/mt_ckd_1.00_self.csv"
@@ -22,23 +25,23 @@ COLD = 260.0  # K, the second temperature of the self continuum
 UNIT = 1e-20 * CM2_TO_M2  # of the coefficients, m2/molecule per cm^-1
 
 
-def coefficients(continua):
+def coefficients(continua: Continua) -> tuple[Floats, Floats, Floats, Floats]:
     """Wavenumber (K,) cm^-1, self and foreign continuum at 296 K (K,) m2/molecule per cm^-1, exponent of the self
     continuum (K,).
     """
     wavenumber = np.arange(LOW, HIGH + 1, STEP)
-    warm, cold, foreign = (continua.before_4(name, wavenumber) for name in ("bs296", "bs260", "bfh2o"))
+    at_296, at_260, foreign = (continua.before_4(name, wavenumber) for name in ("bs296", "bs260", "bfh2o"))
     replaced = read_csv(atmospheres.path(REPLACED))
     place = np.searchsorted(wavenumber, replaced["wavenumber[cm-1]"])
-    warm[place], cold[place] = replaced["self_296[1e-20 cm3]"], replaced["self_260[1e-20 cm3]"]
-    exponent = np.log(cold / warm) / np.log(REFERENCE_TEMPERATURE / COLD)
-    return wavenumber, warm * UNIT, foreign * UNIT, exponent
+    at_296[place], at_260[place] = replaced["self_296[1e-20 cm3]"], replaced["self_260[1e-20 cm3]"]
+    exponent = np.log(at_260 / at_296) / np.log(REFERENCE_TEMPERATURE / COLD)
+    return wavenumber, at_296 * UNIT, foreign * UNIT, exponent
 
 
 @click.command()
 @click.option("--continua", required=True, type=click.Path(exists=True), help="Folder of the MT_CKD files.")
 @click.option("--out", type=click.Path(), help="The CSV file to write; default: the packaged one.")
-def main(continua, out):
+def main(continua: str, out: str | None) -> None:
     """Write the water vapour continuum of MT_CKD 2.4."""
     source = Continua(continua)
     header = [
@@ -48,7 +51,7 @@ def main(continua, out):
         ),
         (
             "radiation term; the self continuum goes with (296 K / T)^exponent. Written by python -m"
-            " skyshine.mat.spectroscopy.older_continuum."
+            " skyshine.mat.maintain.atmospheres.older_continuum."
         ),
         source.notice,
     ]

@@ -46,7 +46,7 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
 def _draw(task: Task, loaded: LoadedJob, folder: Path, kept: bool) -> None:
     """Draw the files of a task into the folder ``pictures``; those of kept files only where they are missing."""
     from skyshine.mat.tables.pictures import draw
-    from skyshine.tmm.preview import draw as draw_texture
+    from skyshine.tmm.report.preview import draw as draw_texture
 
     for name in task.files:
         picture = folder / "pictures" / f"{name.removesuffix('.h5')}.png"

@@ -8,8 +8,8 @@ from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Task
 from skyshine.mat.products.product import TaskReport
 from skyshine.materials.library import load_library
-from skyshine.tmm.build import map_texture
-from skyshine.tmm.database import is_current, write_texture
+from skyshine.tmm.mapping.texture_map import map_texture
+from skyshine.tmm.mapping.write import is_current, write_texture
 
 
 def run(

@@ -10,12 +10,12 @@ from click.testing import CliRunner
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.cli import main
+from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level
 from skyshine.tmm.exchange.cdb import from_image, model_texture, parse_tile, read_cdb, to_image, write_cdb
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_table import Composite, Substrate, largest_remainders, read_table, write_table
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.rasters import read_plane, write_tiff
-from skyshine.tmm.levels import WEIGHT_TOTAL, Level
 
 YEMEN = "cdb/yemen/Tiles/N12/E044"
 TILE = parse_tile("N12E044_LC05_U0_R0")  # 32 x 32

@@ -8,12 +8,12 @@ from click.testing import CliRunner
 
 from skyshine.mat.tables.verify import problems
 from skyshine.tmm.cli import main
+from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level, pure_level
+from skyshine.tmm.database.reader import open_tmm
+from skyshine.tmm.database.usage import read_usage
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.imported import coarser_levels, write_imported
 from skyshine.tmm.exchange.indexed_png import write_png
-from skyshine.tmm.levels import WEIGHT_TOTAL, Level, pure_level
-from skyshine.tmm.reader import open_tmm
-from skyshine.tmm.usage import read_usage
 
 NAMES = {22: "asphalt_road", 68: "grass_green", 81: "water_sea"}
 
@@ -24,7 +24,7 @@ def run(*arguments):
 
 @pytest.mark.parametrize("shape", [(8, 8), (7, 5), (1, 6)])
 def test_levels_of_pure_texels_are_those_of_classified_ones(shape):
-    from skyshine.tmm.levels import LevelStream
+    from skyshine.tmm.database.levels import LevelStream
 
     code = np.random.default_rng(5).choice(np.array([0, 22, 68, 81], np.uint16), shape)
     stream = LevelStream(*shape, np.array([22, 68, 81], np.uint16))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import WEIGHT_TOTAL, Level
 from skyshine.tmm.exchange.dirsig import write_dirsig
 from skyshine.tmm.exchange.gltf import write_gltf
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.indexed_png import palette, read_png, write_png
-from skyshine.tmm.levels import WEIGHT_TOTAL, Level
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ import pytest
 from scipy import stats
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify import ColourMapper, GaussianModel, fit
+from skyshine.tmm.classify.mapper import ColourMapper, GaussianModel, fit
 from skyshine.tmm.features.colour import DistinctColours, to_lab
-from skyshine.tmm.texture import Texture
+from skyshine.tmm.images.texture import Texture
 
 GREEN, GREY = "grass_green", "asphalt_road"
 

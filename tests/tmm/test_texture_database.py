@@ -8,9 +8,9 @@ import pytest
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm import map_texture, open_tmm, read_usage, write_texture
-from skyshine.tmm.database import is_current
-from skyshine.tmm.levels import LevelStream
-from skyshine.tmm.usage import library_usage
+from skyshine.tmm.database.levels import LevelStream
+from skyshine.tmm.database.usage import library_usage
+from skyshine.tmm.mapping.write import is_current
 
 GREEN, GREY = "grass_green", "asphalt_road"
 

@@ -6,8 +6,8 @@ import tifffile
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm import open_tmm
-from skyshine.tmm.georeference import read_georeference
-from skyshine.tmm.job import TextureJob
+from skyshine.tmm.images.georeference import read_georeference
+from skyshine.tmm.job.model import TextureJob
 
 
 def _geotiff(path, raster_type, **more):

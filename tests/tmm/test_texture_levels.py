@@ -8,7 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from skyshine.tmm.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, integer_weights, level_sizes, pure_level
+from skyshine.tmm.database.levels import (
+    WEIGHT_TOTAL,
+    Composites,
+    Level,
+    LevelStream,
+    integer_weights,
+    level_sizes,
+    pure_level,
+)
 
 
 def mip_levels(code: np.ndarray, step: int | None = None) -> list[Level]:

@@ -9,7 +9,7 @@ import pytest
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.features.colour import DistinctColours, to_lab
-from skyshine.tmm.texture import Texture
+from skyshine.tmm.images.texture import Texture
 
 
 @pytest.mark.parametrize("ending", ["png", "tif"])

@@ -6,8 +6,8 @@ import yaml
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.features.shadow import SHADOW_RATIO, shadow_limits
-from skyshine.tmm.quality import Tally
-from skyshine.tmm.score import score
+from skyshine.tmm.quality.held_out import Tally
+from skyshine.tmm.report.score import score
 
 GREEN, GREY = "grass_green", "asphalt_road"
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.build import map_texture
-from skyshine.tmm.load import job_materials, load_texture
+from skyshine.tmm.inputs.load import job_materials, load_texture
+from skyshine.tmm.mapping.texture_map import map_texture
 
 GREEN, GREY = "grass_green", "asphalt_road"
 

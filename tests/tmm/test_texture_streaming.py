@@ -5,8 +5,8 @@ import OpenImageIO as oiio
 import pytest
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.job import TextureJob
-from skyshine.tmm.raster import Raster, read_channels
+from skyshine.tmm.images.raster import Raster, read_channels
+from skyshine.tmm.job.model import TextureJob
 
 GREEN, GREY = "grass_green", "asphalt_road"
 
@@ -14,8 +14,8 @@ GREEN, GREY = "grass_green", "asphalt_road"
 @pytest.fixture
 def by_rows(monkeypatch):
     """Makes every image too large to keep."""
-    monkeypatch.setattr("skyshine.tmm.raster.KEPT_BYTES", 0)
-    monkeypatch.setattr("skyshine.tmm.raster.PIECE_ROWS", 7)
+    monkeypatch.setattr("skyshine.tmm.images.raster.KEPT_BYTES", 0)
+    monkeypatch.setattr("skyshine.tmm.images.raster.PIECE_ROWS", 7)
 
 
 def _photograph():
@@ -32,7 +32,7 @@ def test_same_bytes(build, write_image, monkeypatch, method):
     if method == "textured":
         pytest.importorskip("sklearn")
     for name, size in (("BAND", 64), ("STRIP", 48)):
-        monkeypatch.setattr(f"skyshine.tmm.build.{name}", size)
+        monkeypatch.setattr(f"skyshine.tmm.mapping.texture_map.{name}", size)
     seeds = {
         "polygons": {
             GREEN: [[[5, 5], [15, 5], [15, 20]], [[70, 130]]],
@@ -44,7 +44,7 @@ def test_same_bytes(build, write_image, monkeypatch, method):
         {"image": write_image("a.png", _photograph()), "seeds": seeds, "classifier": settings}
     )
     kept = build(job, "kept.h5")
-    monkeypatch.setattr("skyshine.tmm.raster.KEPT_BYTES", 0)
+    monkeypatch.setattr("skyshine.tmm.images.raster.KEPT_BYTES", 0)
     rows = build(job, "rows.h5")
     assert rows.written.digest == kept.written.digest
     assert rows.path.read_bytes() == kept.path.read_bytes()
@@ -67,7 +67,7 @@ def test_rows_of_every_format(tmp_path, by_rows, name):
 
 @pytest.mark.parametrize("texels", [100, 1 << 21])
 def test_tiles(tmp_path, by_rows, monkeypatch, texels):
-    monkeypatch.setattr("skyshine.tmm.raster.PIECE_TEXELS", texels)
+    monkeypatch.setattr("skyshine.tmm.images.raster.PIECE_TEXELS", texels)
     values = np.random.default_rng(2).integers(0, 256, (90, 33, 3), dtype=np.uint8)
     spec = oiio.ImageSpec(33, 90, 3, "uint8")
     spec.tile_width = spec.tile_height = 16

@@ -5,7 +5,7 @@ import pytest
 from skimage.color import lab2rgb
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.job import TextureJob
+from skyshine.tmm.job.model import TextureJob
 
 GREEN, GREY, WATER, SOIL = "grass_green", "asphalt_road", "water_fresh", "soil_sand"
 
@@ -145,5 +145,5 @@ def test_overrides_across_windows(make, two_halves, library, monkeypatch):
     overrides = {"polygons": {WATER: [[[3, 3], [37, 5], [20, 19]]], GREY: [[[30.2, 12.7]]]}}
     whole = make(two_halves, material=GREEN, overrides=overrides).code
     for name, size in (("BAND", 4), ("STRIP", 6)):
-        monkeypatch.setattr(f"skyshine.tmm.build.{name}", size)
+        monkeypatch.setattr(f"skyshine.tmm.mapping.texture_map.{name}", size)
     np.testing.assert_array_equal(make(two_halves, material=GREEN, overrides=overrides).code, whole)

@@ -23,8 +23,8 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
     from pathlib import Path
 
     from skyshine.materials.library import load_library
-    from skyshine.tmm import bench
-    from skyshine.tmm.run import load_job
+    from skyshine.tmm.mapping.run import load_job
+    from skyshine.tmm.report import bench
 
     library = load_library()
     loaded, folder = load_job(job, library)

@@ -11,7 +11,7 @@ from skyshine.schemas.quantity import quantity
 @json_option
 def command(file: str, as_json: bool) -> None:
     """Show what FILE holds: texture, materials, levels, quality."""
-    from skyshine.tmm.reader import open_tmm
+    from skyshine.tmm.database.reader import open_tmm
 
     with open_tmm(file) as source:
         result = {

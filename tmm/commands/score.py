@@ -38,8 +38,8 @@ def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_
     day.
     """
     from skyshine.materials.library import load_library
-    from skyshine.tmm import radiance_cost
-    from skyshine.tmm.score import score
+    from skyshine.tmm.report import radiance_cost
+    from skyshine.tmm.report.score import score
 
     surface = {"altitude": altitude, "azimuth": azimuth, "slope": slope}
     tables = radiance_cost.open_tables(htt, bands, airs)

@@ -12,7 +12,7 @@ from skyshine.schemas.quantity import quantity
 @json_option
 def command(files: tuple[str, ...], chunks: bool, as_json: bool) -> None:
     """Share of each material in the texels of FILES: of each file, and of all together."""
-    from skyshine.tmm.usage import library_usage, read_usage
+    from skyshine.tmm.database.usage import library_usage, read_usage
 
     if chunks:
         _by_chunk(files, as_json)
@@ -36,7 +36,7 @@ def command(files: tuple[str, ...], chunks: bool, as_json: bool) -> None:
 
 
 def _by_chunk(files: tuple[str, ...], as_json: bool) -> None:
-    from skyshine.tmm.usage import CHUNK, chunk_usage
+    from skyshine.tmm.database.usage import CHUNK, chunk_usage
 
     each = {file: chunk_usage(file) for file in files}
     if as_json:

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import COMPONENTS, WEIGHT_TOTAL, Level, integer_weights
 from skyshine.tmm.exchange.cdb_materials import CdbMaterials
 from skyshine.tmm.exchange.cdb_table import Composite, read_table, write_table
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.rasters import read_plane, write_tiff
-from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Level, integer_weights
 
 INDEX, MIXTURE = 1, 2  # component selector 1
 TILE_SIDE = 1024  # of levels of detail from 0; each coarser one has half the texels a side

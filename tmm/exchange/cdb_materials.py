@@ -13,8 +13,8 @@ import pydantic
 from skyshine import materials
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.tmm.database.levels import COMPONENTS
 from skyshine.tmm.exchange.cdb_table import BASE_NAME, PERCENT, Composite, Substrate
-from skyshine.tmm.levels import COMPONENTS
 
 Weights = dict[str, int]
 

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import COMPONENTS, WEIGHT_TOTAL
 from skyshine.tmm.exchange.files import write_bytes, write_json
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.legend import legend
-from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL
 
 MAX_COUNT = 255  # of the 8 bit image of digital counts; 0 is no material
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import level_sizes
+from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.image import MaterialImage, read_levels
-from skyshine.tmm.levels import level_sizes
-from skyshine.tmm.reader import open_tmm
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.levels import Level
-from skyshine.tmm.reader import open_tmm
+from skyshine.tmm.database.levels import Level
+from skyshine.tmm.database.reader import open_tmm
 
 MAX_TEXELS = (
     1 << 27

@@ -11,14 +11,14 @@ from scipy import sparse
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
+from skyshine.tmm.database.layout import CHUNK, composite_layout, level_layout, texture_header
+from skyshine.tmm.database.levels import COMPONENTS, WEIGHT_TOTAL, Composites, Level, level_sizes
+from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb import INDEX, CdbRaster, place_of, ranked_level
 from skyshine.tmm.exchange.cdb_table import parse_table, table_text
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.job import Palette, TextureJob
-from skyshine.tmm.layout import CHUNK, composite_layout, level_layout, texture_header
-from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Composites, Level, level_sizes
-from skyshine.tmm.raster import file_sha256
-from skyshine.tmm.reader import open_tmm
+from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.job.model import Palette, TextureJob
 
 
 def write_imported(

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import pure_level
 from skyshine.tmm.exchange.files import write_bytes, write_json
 from skyshine.tmm.exchange.image import MaterialImage, check_size
 from skyshine.tmm.exchange.legend import legend, read_legend
-from skyshine.tmm.levels import pure_level
 
 MAX_MATERIALS = 255  # a palette has 256 entries, the first stands for no material
 _GOLDEN = 0.618033988749895  # 1 / golden ratio: hues a golden angle apart stay distinct however many there are

@@ -10,7 +10,7 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.exchange.files import write_bytes
-from skyshine.tmm.raster import read_channels
+from skyshine.tmm.images.raster import read_channels
 
 
 def read_plane(path: str | os.PathLike) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from skyshine.tmm.texture import Windowed
+from skyshine.tmm.images.texture import Windowed
 
 PIECE_TEXELS = 1 << 21  # looked at at a time
 TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would not fit the memory aimed at

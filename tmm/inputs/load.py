@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.tmm.classify.trained import read_model
 from skyshine.tmm.features.colour import DistinctColours
-from skyshine.tmm.job import TextureJob
-from skyshine.tmm.model import read_model
-from skyshine.tmm.seeds import SeedTexels, seed_files, seed_polygons, seed_texels
-from skyshine.tmm.texture import TextureFile
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_polygons, seed_texels
+from skyshine.tmm.job.model import TextureJob
 
 
 def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:

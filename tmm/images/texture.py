@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.tmm.raster import Raster, file_sha256
+from skyshine.tmm.images.raster import Raster, file_sha256
 
 ALPHA_LIMIT = 0.5  # the usual cut-off of alpha-tested textures
 _SRGB = {"srgb_rec709_scene", "srgb_rec709_display", "srgb", "srgb_texture"}

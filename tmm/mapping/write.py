@@ -13,11 +13,11 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, content_hash, open_database, write_file
-from skyshine.tmm.build import STRIP, TextureMap
-from skyshine.tmm.job import TextureJob
-from skyshine.tmm.layout import CHUNK, FILETYPE, composite_layout, level_layout, texture_header
-from skyshine.tmm.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
-from skyshine.tmm.raster import file_sha256
+from skyshine.tmm.database.layout import CHUNK, FILETYPE, composite_layout, level_layout, texture_header
+from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
+from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.mapping.texture_map import STRIP, TextureMap
 
 LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
 

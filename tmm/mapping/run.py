@@ -12,12 +12,12 @@ from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 from skyshine.schemas.quantity import quantity
-from skyshine.tmm.assign import find_clusters
-from skyshine.tmm.build import TextureMap, map_texture
-from skyshine.tmm.classify import GaussianModel
-from skyshine.tmm.database import Written, write_texture
-from skyshine.tmm.job import Clusters, TextureJob, TmmJob
-from skyshine.tmm.load import load_texture
+from skyshine.tmm.classify.mapper import GaussianModel
+from skyshine.tmm.inputs.load import load_texture
+from skyshine.tmm.job.model import Clusters, TextureJob, TmmJob
+from skyshine.tmm.mapping.texture_map import TextureMap, map_texture
+from skyshine.tmm.mapping.ways import find_clusters
+from skyshine.tmm.mapping.write import Written, write_texture
 
 
 def load_job(path: str | os.PathLike, library) -> tuple[TmmJob, Path]:

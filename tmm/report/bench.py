@@ -12,15 +12,15 @@ from pydantic import Field
 
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.tmm.build import BAND, STRIP
 from skyshine.tmm.features.colour import DistinctColours, to_lab
-from skyshine.tmm.job import Classifier, LabelImage, TextureJob, TmmJob
-from skyshine.tmm.labels import Labels
-from skyshine.tmm.load import load_texture
-from skyshine.tmm.quality import Quality, Tally
-from skyshine.tmm.seeds import SeedTexels
-from skyshine.tmm.texture import TextureFile
-from skyshine.tmm.train import examples, train_on_seeds
+from skyshine.tmm.images.labels import Labels
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.inputs.load import load_texture
+from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import Classifier, LabelImage, TextureJob, TmmJob
+from skyshine.tmm.mapping.texture_map import BAND, STRIP
+from skyshine.tmm.quality.held_out import Quality, Tally
+from skyshine.tmm.training.train import examples, train_on_seeds
 
 OURS = {
     f"{method}, radius {radius}": Classifier(method=method, radius=radius)

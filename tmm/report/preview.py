@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
-from skyshine.tmm.job import stored_job
-from skyshine.tmm.reader import TmmFile, find_image, open_tmm
-from skyshine.tmm.texture import TextureFile
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.job.model import stored_job
 
 MAX_SIDE = 1600  # texels drawn a side; larger textures are thinned
 UNKNOWN = (0.0, 0.0, 0.0)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.tmm.calibration import IDENTITY, Calibration, fit_calibration
-from skyshine.tmm.classify import Classified, Mapper
+from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibration
+from skyshine.tmm.classify.mapper import Classified, Mapper
 from skyshine.tmm.features.shadow import luminance, shadow_limits
-from skyshine.tmm.job import Classifier, TextureJob
-from skyshine.tmm.seeds import SeedTexels
+from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import Classifier, TextureJob
 
 MAX_REGIONS = 200  # tested of one material: enough for two digits, and a label image stays affordable
 BINS = 15  # of confidence, as Guo et al. (2017) take them

@@ -12,9 +12,9 @@ from pydantic import Field
 
 from skyshine.schemas.documents import parse_model, read_yaml
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.job import Seeds, TextureJob
-from skyshine.tmm.labels import NONE, Labels
-from skyshine.tmm.texture import Windowed
+from skyshine.tmm.images.labels import NONE, Labels
+from skyshine.tmm.images.texture import Windowed
+from skyshine.tmm.job.model import Seeds, TextureJob
 
 BLOCK = 32  # texels; a label image is divided into regions of this size
 BLOCKS = 4096  # of one material in a label image that are seeds: four million texels tell its colours well enough

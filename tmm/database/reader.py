@@ -10,9 +10,9 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
-from skyshine.tmm.layout import CHUNK, FILETYPE, FORMAT_VERSION
-from skyshine.tmm.levels import WEIGHT_TOTAL
-from skyshine.tmm.raster import file_sha256
+from skyshine.tmm.database.layout import CHUNK, FILETYPE, FORMAT_VERSION
+from skyshine.tmm.database.levels import WEIGHT_TOTAL
+from skyshine.tmm.images.raster import file_sha256
 
 
 class TmmFile:

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify import POSTERIOR_ONE, Classified, GaussianModel, Mapper, fit, without_data
+from skyshine.tmm.classify.mapper import POSTERIOR_ONE, Classified, GaussianModel, Mapper, fit, without_data
 from skyshine.tmm.features.colour import ndvi, to_coordinates, to_lab
-from skyshine.tmm.job import Clusters, Palette, Rules, Seeds
-from skyshine.tmm.labels import NONE, Labels
-from skyshine.tmm.raster import Raster
-from skyshine.tmm.seeds import check_vertices, polygon_mask, seed_polygons
-from skyshine.tmm.texture import Windowed
+from skyshine.tmm.images.labels import NONE, Labels
+from skyshine.tmm.images.raster import Raster
+from skyshine.tmm.images.texture import Windowed
+from skyshine.tmm.inputs.seeds import check_vertices, polygon_mask, seed_polygons
+from skyshine.tmm.job.model import Clusters, Palette, Rules, Seeds
 
 CLUSTER_SAMPLE = 1 << 16  # texels that clusters are found from
 CLUSTER_ROUNDS = 50  # of k-means: far beyond where it settles on a photograph

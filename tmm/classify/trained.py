@@ -14,8 +14,8 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, read_file, write_file
-from skyshine.tmm.calibration import IDENTITY, Calibration
-from skyshine.tmm.classify import (
+from skyshine.tmm.classify.calibration import IDENTITY, Calibration
+from skyshine.tmm.classify.mapper import (
     POSTERIOR_ONE,
     Classified,
     ColourMapper,
@@ -28,7 +28,7 @@ from skyshine.tmm.classify import (
 )
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.textured import MARGIN, features, light_planes, names
-from skyshine.tmm.texture import Windowed
+from skyshine.tmm.images.texture import Windowed
 
 FILETYPE = "tmm-model"
 FORMAT_VERSION = "1.0.0"

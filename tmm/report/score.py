@@ -10,12 +10,12 @@ import numpy as np
 
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
-from skyshine.tmm.job import LabelImage, TextureJob, stored_job
-from skyshine.tmm.labels import Labels
-from skyshine.tmm.quality import Quality, Tally
-from skyshine.tmm.reader import TmmFile, find_image, open_tmm
-from skyshine.tmm.texture import TextureFile
+from skyshine.tmm.images.labels import Labels
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.job.model import LabelImage, TextureJob, stored_job
+from skyshine.tmm.quality.held_out import Quality, Tally
 
 BAND_TEXELS = 1 << 22  # texels compared at a time
 SAMPLE_TEXELS = 1 << 20  # texels from which the median luminance of the materials is taken

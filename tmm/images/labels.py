@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.job import LabelImage
-from skyshine.tmm.raster import Raster
+from skyshine.tmm.images.raster import Raster
+from skyshine.tmm.job.model import LabelImage
 
 NONE = -1
 

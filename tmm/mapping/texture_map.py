@@ -8,7 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.tmm.assign import (
+from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
+from skyshine.tmm.classify.trained import read_model
+from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.images.georeference import GeoReference, read_georeference
+from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.inputs.load import job_files, load_texture
+from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.mapping.ways import (
     ExactPalette,
     Overrides,
     Renamed,
@@ -17,17 +26,8 @@ from skyshine.tmm.assign import (
     find_clusters,
     nearest_palette,
 )
-from skyshine.tmm.classify import Classified, ColourMapper, Mapper
-from skyshine.tmm.features.colour import DistinctColours
-from skyshine.tmm.georeference import GeoReference, read_georeference
-from skyshine.tmm.job import TextureJob
-from skyshine.tmm.load import job_files, load_texture
-from skyshine.tmm.model import read_model
-from skyshine.tmm.quality import HeldOut, measure, untested, with_unknown
-from skyshine.tmm.raster import file_sha256
-from skyshine.tmm.seeds import SeedTexels
-from skyshine.tmm.texture import TextureFile
-from skyshine.tmm.train import examples, train_on_seeds
+from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unknown
+from skyshine.tmm.training.train import examples, train_on_seeds
 
 BAND, STRIP = 256, 512  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
 

@@ -14,9 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
-from skyshine.tmm.job import Classifier
-from skyshine.tmm.seeds import SeedTexels
-from skyshine.tmm.texture import Windowed
+from skyshine.tmm.images.texture import Windowed
 
 PRIOR_SPREAD = 6.0  # CIELAB units: standard deviation within a material, the median over labelled aerial photographs
 PRIOR_WEIGHT = (
@@ -159,16 +157,6 @@ def log_prior(names: tuple[str, ...], counts: np.ndarray, prior: str | dict[str,
     else:
         weights = np.array([prior.get(name, 1.0) for name in names])
     return np.log(weights / weights.sum())
-
-
-def fit_seeds(
-    seeds: SeedTexels, encoding: str, settings: Classifier, chosen: np.ndarray | None = None
-) -> GaussianModel:
-    """Fit the model to the seeds of a texture, or to those that `chosen` (N,) bool keeps."""
-    keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
-    names, material = np.unique(seeds.material[keep], return_inverse=True)
-    coordinates = to_coordinates(seeds.colours[keep], encoding)
-    return fit(coordinates, material, tuple(seeds.names[i] for i in names), settings.prior)
 
 
 class ColourMapper:

@@ -10,8 +10,8 @@ import numpy as np
 import yaml
 
 from skyshine.schemas.hdf5 import Axis, Group, Header, Streamed, Variable
-from skyshine.tmm.job import TextureJob
-from skyshine.tmm.levels import PERCENT, WEIGHT_TOTAL
+from skyshine.tmm.database.levels import PERCENT, WEIGHT_TOTAL
+from skyshine.tmm.job.model import TextureJob
 
 FILETYPE = "tmm"
 FORMAT_VERSION = "1.0.0"

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify import fit, fit_seeds, log_prior
+from skyshine.tmm.classify.mapper import GaussianModel, fit, log_prior
+from skyshine.tmm.classify.trained import TYPICAL, Network, TrainedModel
 from skyshine.tmm.features.colour import DistinctColours, to_coordinates
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.features.textured import MARGIN, features, in_other_light, in_shadow, light_planes, names
-from skyshine.tmm.job import Classifier, TmmJob
-from skyshine.tmm.load import load_texture, open_texture
-from skyshine.tmm.model import TYPICAL, Network, TrainedModel
-from skyshine.tmm.quality import HeldOut, at_seeds, folds, held_out, untested
-from skyshine.tmm.seeds import SeedTexels
-from skyshine.tmm.texture import Windowed
+from skyshine.tmm.images.texture import Windowed
+from skyshine.tmm.inputs.load import load_texture, open_texture
+from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import Classifier, TmmJob
+from skyshine.tmm.quality.held_out import HeldOut, at_seeds, folds, held_out, untested
 
 SAMPLE = 3000  # seed texels of a material in one texture that a network is trained on
 LIBRARY_SAMPLE = 500_000  # of all materials in all textures of a library, 200 bytes each
@@ -150,6 +150,16 @@ def _perceptron(
     return inner, outer, inner_offset, outer_offset
 
 
+def _fit_seeds(
+    seeds: SeedTexels, encoding: str, settings: Classifier, chosen: np.ndarray | None = None
+) -> GaussianModel:
+    """Fit the model to the seeds of a texture, or to those that `chosen` (N,) bool keeps."""
+    keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
+    names, material = np.unique(seeds.material[keep], return_inverse=True)
+    coordinates = to_coordinates(seeds.colours[keep], encoding)
+    return fit(coordinates, material, tuple(seeds.names[i] for i in names), settings.prior)
+
+
 def train_on_seeds(
     texture: Windowed,
     seeds: SeedTexels,
@@ -162,7 +172,7 @@ def train_on_seeds(
     textured.
     """
     if known is None:
-        colour = fit_seeds(seeds, texture.encoding, settings, chosen)
+        colour = _fit_seeds(seeds, texture.encoding, settings, chosen)
         return TrainedModel(colour.names, colour, None)
     keep = np.ones(len(known.texel), bool) if chosen is None else chosen[known.texel]
     part = Examples(known.texel[keep], known.plain[keep], known.shaded[keep], known.material[keep])

@@ -5,7 +5,8 @@ import pytest
 from scipy import stats
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.mapper import ColourMapper, GaussianModel, fit
+from skyshine.tmm.classify.gaussian import GaussianModel, fit
+from skyshine.tmm.classify.mapper import ColourMapper
 from skyshine.tmm.features.colour import DistinctColours, to_lab
 from skyshine.tmm.images.texture import Texture
 

@@ -6,7 +6,7 @@ import yaml
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.features.shadow import SHADOW_RATIO, shadow_limits
-from skyshine.tmm.quality.held_out import Tally
+from skyshine.tmm.quality.counts import Tally
 from skyshine.tmm.report.score import score
 
 GREEN, GREY = "grass_green", "asphalt_road"

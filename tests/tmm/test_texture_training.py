@@ -7,10 +7,10 @@ from scipy import stats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Header, write_file
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibration
-from skyshine.tmm.classify.trained import read_model, write_model
+from skyshine.tmm.classify.model_file import read_model, write_model
 from skyshine.tmm.features.textured import MARGIN, SHADOW_LIGHT, features, in_shadow, light_planes, names
 from skyshine.tmm.job.model import TextureJob, TmmJob
-from skyshine.tmm.training.train import train_library
+from skyshine.tmm.training.library import train_library
 
 GREEN, GREY = "grass_green", "asphalt_road"
 

@@ -14,8 +14,9 @@ from skyshine.tmm.images.texture import Texture
 from skyshine.tmm.inputs.load import load_texture, open_texture
 from skyshine.tmm.job.model import Classifier, TextureJob
 from skyshine.tmm.mapping.texture_map import map_texture
-from skyshine.tmm.quality.held_out import Tally
-from skyshine.tmm.training.train import library_examples, train_textured
+from skyshine.tmm.quality.counts import Tally
+from skyshine.tmm.training.library import library_examples
+from skyshine.tmm.training.train import train_textured
 
 pytestmark = [pytest.mark.shared_data, pytest.mark.validation]
 

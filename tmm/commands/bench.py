@@ -23,7 +23,7 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
     from pathlib import Path
 
     from skyshine.materials.library import load_library
-    from skyshine.tmm.mapping.run import load_job
+    from skyshine.tmm.job.load import load_job
     from skyshine.tmm.report import bench
 
     library = load_library()

@@ -12,7 +12,8 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 def command(job: str, as_json: bool) -> None:
     """Check JOB: read its images and find its seeds; nothing is classified or written."""
     from skyshine.materials.library import load_library
-    from skyshine.tmm.mapping.run import check, load_job
+    from skyshine.tmm.job.load import load_job
+    from skyshine.tmm.mapping.run import check
 
     library = load_library()
     loaded, folder = load_job(job, library)

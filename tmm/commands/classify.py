@@ -14,7 +14,8 @@ from skyshine.schemas.quantity import quantity
 def command(job: str, out: str | None, as_json: bool) -> None:
     """Map the texels of all textures of JOB to materials and write one database for each."""
     from skyshine.materials.library import load_library
-    from skyshine.tmm.mapping.run import classify, load_job
+    from skyshine.tmm.job.load import load_job
+    from skyshine.tmm.mapping.run import classify
 
     library = load_library()
     loaded, folder = load_job(job, library)

@@ -5,6 +5,10 @@ import click
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.quantity import quantity
 
+RADIANCE_UNITS = "W m^-2 sr^-1"
+SHOWN_PAIRS = 10
+SHOWN_HOURS = 12
+
 
 @click.command(epilog="Example: tmm score build/yellowstone_road.tmm.h5 truth.yaml --image yellowstone_road.png")
 @click.argument("file", type=click.Path())
@@ -62,7 +66,7 @@ def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_
         return
     _print(report)
     for cost in report.get("radiance_cost", []):
-        radiance_cost.show(cost)
+        _show_cost(cost)
 
 
 def _report(part) -> dict:
@@ -91,3 +95,39 @@ def _print(report: dict) -> None:
     ]
     names = [entry["name"] for entry in report["materials"]]
     echo_table(("labelled", "IoU", "unknown", *names), rows)
+
+
+def _show_cost(cost: dict) -> None:
+    """Print a report as tables."""
+    sky = "with" if cost["reflected_sky"] else "without"
+    click.echo(f"cost of wrong texels in {cost['band']}, {sky} reflected light of the sky ({cost['texels']} texels)")
+    rows = []
+    for label, where in [("day", None), *_hours(cost)]:
+        row = [label]
+        for key in ("radiance", "equivalent_temperature"):
+            found = cost[key]["day"] if where is None else cost[key]["by_time"]
+            row += [
+                f"{found[name]['value'] if where is None else found[name]['values'][where]:.3g}"
+                for name in ("rms", "p95", "maximum")
+            ]
+        rows.append(row)
+    units = f"{RADIANCE_UNITS}: rms", "p95", "max", "K: rms", "p95", "max"
+    echo_table(("time", *units), rows)
+    rows = [
+        [
+            pair["true"],
+            pair["found"],
+            str(pair["texels"]),
+            f"{pair['temperature_rms']['value']:.2f}",
+            f"{pair['temperature_maximum']['value']:+.2f}",
+            f"{pair['time_of_maximum']['value']:.1f}",
+            f"{100 * pair['contribution']['value']:.1f}",
+        ]
+        for pair in cost["pairs"][:SHOWN_PAIRS]
+    ]
+    echo_table(("true", "found", "texels", "K rms", "K worst", "at h", "% of squared error"), rows)
+
+
+def _hours(cost: dict) -> list[tuple[str, int]]:
+    times = cost["time"]["values"]
+    return [(f"{times[k]:g} h", k) for k in range(0, len(times), max(len(times) // SHOWN_HOURS, 1))]

@@ -19,9 +19,9 @@ def command(job: str, out: str, as_json: bool) -> None:
     import yaml
 
     from skyshine.materials.library import load_library
-    from skyshine.tmm.classify.trained import write_model
-    from skyshine.tmm.mapping.run import load_job
-    from skyshine.tmm.training.train import train_library
+    from skyshine.tmm.classify.model_file import write_model
+    from skyshine.tmm.job.load import load_job
+    from skyshine.tmm.training.library import train_library
 
     library = load_library()
     loaded, folder = load_job(job, library)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.tmm.classify.trained import read_model
+from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_polygons, seed_texels
+from skyshine.tmm.inputs.polygons import seed_polygons
+from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.job.model import TextureJob
 
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-import pydantic
-from pydantic import Field
 
-from skyshine.schemas.documents import parse_model, read_yaml
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.texture import Windowed
+from skyshine.tmm.inputs.polygons import Ring, check_vertices, polygon_mask, seed_polygons
 from skyshine.tmm.job.model import Seeds, TextureJob
 
 BLOCK = 32  # texels; a label image is divided into regions of this size
@@ -48,66 +45,6 @@ class SeedTexels:
     region: np.ndarray
     colours: np.ndarray
     conflicting: int
-
-
-class _Open(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="ignore", frozen=True)
-
-
-Position = tuple[float, float] | tuple[float, float, float]
-Ring = tuple[Position, ...]
-
-
-class _Point(_Open):
-    type: Literal["Point"]
-    coordinates: Position
-
-
-class _Polygon(_Open):
-    type: Literal["Polygon"]
-    coordinates: tuple[Ring, ...] = Field(min_length=1)
-
-
-class _MultiPolygon(_Open):
-    type: Literal["MultiPolygon"]
-    coordinates: tuple[tuple[Ring, ...], ...] = Field(min_length=1)
-
-
-class _Properties(_Open):
-    material: str
-
-
-class _Feature(_Open):
-    type: Literal["Feature"]
-    properties: _Properties
-    geometry: _Point | _Polygon | _MultiPolygon = Field(discriminator="type")
-
-
-class _FeatureCollection(_Open):
-    type: Literal["FeatureCollection"]
-    features: tuple[_Feature, ...] = Field(min_length=1)
-
-
-def seed_polygons(seeds: Seeds, base_folder: Path) -> list[tuple[str, tuple[Ring, ...]]]:
-    """All polygons of seeds, those of the GeoJSON file last: material and rings (the outer one first, then holes).
-
-    Raises
-    ------
-    InputError
-        The GeoJSON file cannot be read or is not a FeatureCollection of polygons and points with a material.
-    """
-    found = [(name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings]
-    if seeds.file is None:
-        return found
-    collection = parse_model(read_yaml(base_folder / seeds.file), _FeatureCollection)
-    for feature in collection.features:
-        name, geometry = feature.properties.material, feature.geometry
-        if isinstance(geometry, _Point):
-            found.append((name, ((geometry.coordinates,),)))
-        else:
-            shapes = geometry.coordinates if isinstance(geometry, _MultiPolygon) else (geometry.coordinates,)
-            found += [(name, rings) for rings in shapes]
-    return found
 
 
 def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
@@ -194,17 +131,6 @@ def _divide(material, region, rows, columns) -> np.ndarray:
     return np.unique(np.stack([region, block]), axis=1, return_inverse=True)[1].ravel()
 
 
-def check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: Path) -> None:
-    """Refuse a polygon that reaches beyond the texture."""
-    for x, y, *_ in (position for ring in rings for position in ring):
-        if not (0 <= x <= texture.width and 0 <= y <= texture.height):
-            raise InputError(
-                f"a polygon of '{name}' has the vertex [{x:g}, {y:g}]; allowed: pixel coordinates within the image of "
-                f"{texture.width} x {texture.height} texels",
-                file=path,
-            )
-
-
 def _inside(rings: tuple[Ring, ...], texture: Windowed) -> np.ndarray:
     """Numbers of the texels in a polygon; of a very large one, those of a regular grid."""
     outline = np.array([position[:2] for position in rings[0]])
@@ -217,37 +143,6 @@ def _inside(rings: tuple[Ring, ...], texture: Windowed) -> np.ndarray:
     step = int(np.ceil(np.sqrt(width * height / POLYGON_TEXELS)))
     rows, columns = np.nonzero(polygon_mask(rings, texture, low[1], low[0], (height, width), step))
     return (rows * step + low[1]) * texture.width + columns * step + low[0]
-
-
-def polygon_mask(
-    rings: tuple[Ring, ...], texture: Windowed, top: int, left: int, shape: tuple[int, int], step: int = 1
-) -> np.ndarray:
-    """Where a window of the texture has texels whose centre a polygon holds, or that its outer vertices stand in.
-
-    Parameters
-    ----------
-    top, left : int
-        First row and column of the window.
-    shape : (h, w)
-    step : int
-        Distance of the rows and columns looked at; others are left out of the answer.
-    """
-    from skimage.draw import polygon
-
-    outlines = [np.array([position[:2] for position in ring]) for ring in rings]
-    mask = np.zeros([-(-n // step) for n in shape], bool)
-    for number, outline in enumerate(outlines):
-        if len(outline) > 2:
-            # Texel centres stand at half integers, those of skimage at integers.
-            columns, rows = (outline - (left + 0.5, top + 0.5)).T / step
-            mask[polygon(rows, columns, mask.shape)] = number == 0
-    # A vertex on the far edge of the image stands in its last texel.
-    last = (texture.width - 1, texture.height - 1)
-    columns, rows = (np.minimum(outlines[0].astype(int), last) - (left, top)).T
-    there = (columns >= 0) & (columns < shape[1]) & (rows >= 0) & (rows < shape[0])
-    there &= (columns % step == 0) & (rows % step == 0)
-    mask[rows[there] // step, columns[there] // step] = True
-    return mask
 
 
 def _label_claims(labels: Labels, count: int, random_seed: int) -> list[np.ndarray]:

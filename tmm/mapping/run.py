@@ -8,28 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 from skyshine.schemas.quantity import quantity
-from skyshine.tmm.classify.mapper import GaussianModel
+from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.job.model import Clusters, TextureJob, TmmJob
 from skyshine.tmm.mapping.texture_map import TextureMap, map_texture
 from skyshine.tmm.mapping.ways import find_clusters
 from skyshine.tmm.mapping.write import Written, write_texture
-
-
-def load_job(path: str | os.PathLike, library) -> tuple[TmmJob, Path]:
-    """A job and the folder to which its paths are relative.
-
-    Raises
-    ------
-    InputError
-        At the line and column of what is wrong, unknown material names and paths out of the folder included.
-    """
-    path = Path(path)
-    return load_model(path, TmmJob, context={"materials": library.names, "folder": path.parent}), path.parent
 
 
 def check(job: TextureJob, folder: Path, library) -> dict:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
-from skyshine.tmm.classify.trained import read_model
+from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
@@ -27,7 +27,8 @@ from skyshine.tmm.mapping.ways import (
     nearest_palette,
 )
 from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unknown
-from skyshine.tmm.training.train import examples, train_on_seeds
+from skyshine.tmm.training.examples import examples
+from skyshine.tmm.training.train import train_on_seeds
 
 BAND, STRIP = 256, 512  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
 

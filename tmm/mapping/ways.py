@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.classify.mapper import POSTERIOR_ONE, Classified, GaussianModel, Mapper, fit, without_data
+from skyshine.tmm.classify.box import POSTERIOR_ONE
+from skyshine.tmm.classify.gaussian import GaussianModel, fit
+from skyshine.tmm.classify.mapper import Classified, Mapper, without_data
 from skyshine.tmm.features.colour import ndvi, to_coordinates, to_lab
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.raster import Raster
 from skyshine.tmm.images.texture import Windowed
-from skyshine.tmm.inputs.seeds import check_vertices, polygon_mask, seed_polygons
+from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_polygons
 from skyshine.tmm.job.model import Clusters, Palette, Rules, Seeds
 
 CLUSTER_SAMPLE = 1 << 16  # texels that clusters are found from

@@ -19,8 +19,9 @@ from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import Classifier, LabelImage, TextureJob, TmmJob
 from skyshine.tmm.mapping.texture_map import BAND, STRIP
-from skyshine.tmm.quality.held_out import Quality, Tally
-from skyshine.tmm.training.train import examples, train_on_seeds
+from skyshine.tmm.quality.counts import Quality, Tally
+from skyshine.tmm.training.examples import examples
+from skyshine.tmm.training.train import train_on_seeds
 
 OURS = {
     f"{method}, radius {radius}": Classifier(method=method, radius=radius)

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import click
-
-from skyshine.schemas.commands import echo_table
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 RADIANCE = "W m^-2 sr^-1"
-SHOWN_PAIRS = 10
-SHOWN_HOURS = 12
 
 
 def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> list[tuple]:
@@ -88,39 +83,3 @@ def _errors(error, units: str) -> dict:
         "day": {name: quantity(value, units) for name, value in day.items()},
         "by_time": {name: quantity(values, units) for name, values in hourly.items()},
     }
-
-
-def show(cost: dict) -> None:
-    """Print a report as tables."""
-    sky = "with" if cost["reflected_sky"] else "without"
-    click.echo(f"cost of wrong texels in {cost['band']}, {sky} reflected light of the sky ({cost['texels']} texels)")
-    rows = []
-    for label, where in [("day", None), *_hours(cost)]:
-        row = [label]
-        for key in ("radiance", "equivalent_temperature"):
-            found = cost[key]["day"] if where is None else cost[key]["by_time"]
-            row += [
-                f"{found[name]['value'] if where is None else found[name]['values'][where]:.3g}"
-                for name in ("rms", "p95", "maximum")
-            ]
-        rows.append(row)
-    units = f"{RADIANCE}: rms", "p95", "max", "K: rms", "p95", "max"
-    echo_table(("time", *units), rows)
-    rows = [
-        [
-            pair["true"],
-            pair["found"],
-            str(pair["texels"]),
-            f"{pair['temperature_rms']['value']:.2f}",
-            f"{pair['temperature_maximum']['value']:+.2f}",
-            f"{pair['time_of_maximum']['value']:.1f}",
-            f"{100 * pair['contribution']['value']:.1f}",
-        ]
-        for pair in cost["pairs"][:SHOWN_PAIRS]
-    ]
-    echo_table(("true", "found", "texels", "K rms", "K worst", "at h", "% of squared error"), rows)
-
-
-def _hours(cost: dict) -> list[tuple[str, int]]:
-    times = cost["time"]["values"]
-    return [(f"{times[k]:g} h", k) for k in range(0, len(times), max(len(times) // SHOWN_HOURS, 1))]

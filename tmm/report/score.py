@@ -15,7 +15,7 @@ from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.labels import Labels
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.job.model import LabelImage, TextureJob, stored_job
-from skyshine.tmm.quality.held_out import Quality, Tally
+from skyshine.tmm.quality.counts import Quality, Tally
 
 BAND_TEXELS = 1 << 22  # texels compared at a time
 SAMPLE_TEXELS = 1 << 20  # texels from which the median luminance of the materials is taken

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 POSTERIOR_ONE = 65535  # posteriors are summed as 16 bit integers: with MAX_RADIUS a sum stays below 2^32
 
 
-def pairs_of(posterior: np.ndarray) -> np.ndarray:
+def pairs_of(posterior: npt.NDArray[np.uint16]) -> npt.NDArray[Any]:
     """Planes (K, ...) uint16 as pairs ((K + 1) // 2, ...) uint64, one in the lower and one in the upper 32 bits.
 
     Sums of a pair are the pair of the sums, at half the work; each fits 32 bits with MAX_RADIUS, so none carries over.
@@ -20,8 +22,12 @@ def pairs_of(posterior: np.ndarray) -> np.ndarray:
 
 
 def strongest(
-    pairs: Iterable[np.ndarray], number: int, valid: np.ndarray, radius: int, inner: tuple[slice, slice]
-) -> tuple[np.ndarray, np.ndarray]:
+    pairs: Iterable[npt.NDArray[Any]],
+    number: int,
+    valid: npt.NDArray[np.bool_],
+    radius: int,
+    inner: tuple[slice, slice],
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Material of the largest mean posterior over the box about each inner texel, and that mean as float32.
 
     Parameters
@@ -41,7 +47,7 @@ def strongest(
     return material, np.minimum(confidence, np.float32(1))
 
 
-def _largest(pairs: Iterable[np.ndarray], number: int, limit: int) -> tuple[np.ndarray, np.ndarray]:
+def _largest(pairs: Iterable[npt.NDArray[Any]], number: int, limit: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Number (h, w) int16 of the plane with the largest value, the first among equals, and that value, uint32.
 
     Parameters
@@ -56,20 +62,21 @@ def _largest(pairs: Iterable[np.ndarray], number: int, limit: int) -> tuple[np.n
     if limit >> (32 - bits):
         return _largest_by_plane(pairs)
     # The plane's number, counted from the last, stands in the bits below its value: one maximum finds both.
-    best = None
+    best: npt.NDArray[np.uint32] = np.empty(0, np.uint32)
     for k, both in enumerate(pairs):
         both <<= np.uint64(bits)
         both |= np.uint64((last - 2 * k - 1) << 32 | (last - 2 * k))
         keys = both.view(np.uint32)
-        best = keys if best is None else np.maximum(best, keys, out=best)
+        best = np.maximum(best, keys, out=best) if k else keys
     best = np.maximum(best[:, ::2], best[:, 1::2])
     return np.int16(last) - (best & np.uint32((1 << bits) - 1)).astype(np.int16), best >> np.uint32(bits)
 
 
-def _largest_by_plane(pairs: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    material = best = None
+def _largest_by_plane(pairs: Iterable[npt.NDArray[Any]]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    material: npt.NDArray[np.int16] = np.empty(0, np.int16)
+    best: npt.NDArray[np.uint32] = np.empty(0, np.uint32)
     for k, both in enumerate(pairs):
-        if best is None:
+        if k == 0:
             material, best = np.zeros(both.shape, np.int16), np.zeros(both.shape, np.uint32)
         for half, value in enumerate((both.astype(np.uint32), (both >> np.uint64(32)).astype(np.uint32))):
             np.copyto(material, np.int16(2 * k + half), where=value > best)
@@ -77,18 +84,20 @@ def _largest_by_plane(pairs: Iterable[np.ndarray]) -> tuple[np.ndarray, np.ndarr
     return material, best
 
 
-def _members(valid: np.ndarray, radius: int, inner: tuple[slice, slice]) -> np.ndarray:
+def _members(valid: npt.NDArray[np.bool_], radius: int, inner: tuple[slice, slice]) -> npt.NDArray[Any]:
     """Number of texels with data in the box about each inner texel, float32, at least 1: those that its mean is
     over.
     """
     if not valid.all():
-        return np.maximum(_box_sum(valid, radius, inner), 1).astype(np.float32)
+        members: npt.NDArray[np.float32] = np.maximum(_box_sum(valid, radius, inner), 1).astype(np.float32)
+        return members
     ends = zip(valid.shape, inner, strict=True)
     rows, columns = (_box_sum(np.ones((1, n), bool), radius, np.s_[:, part])[0].astype(np.float32) for n, part in ends)
-    return np.multiply.outer(rows, columns)
+    whole: npt.NDArray[np.float32] = np.multiply.outer(rows, columns)
+    return whole
 
 
-def _box_sum(plane: np.ndarray, radius: int, inner: tuple[slice, slice]) -> np.ndarray:
+def _box_sum(plane: npt.NDArray[Any], radius: int, inner: tuple[slice, slice]) -> npt.NDArray[Any]:
     """Sum over the square of `radius` about each inner texel, with nothing beyond the edge: uint64 of pairs, else
     uint32.
 

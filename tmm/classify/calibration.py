@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 STEPS = 65535  # confidences are looked up in a table of this fineness
 LIMIT = 1e-4  # confidences are kept this far from 0 and 1, whose log-odds are infinite
@@ -22,19 +24,22 @@ class Calibration:
     slope: float
     offset: float
 
-    def __call__(self, confidence: np.ndarray) -> np.ndarray:
+    def __call__(self, confidence: npt.NDArray[np.float32]) -> npt.NDArray[Any]:
         """Calibrated confidence, float32, of the same shape; 0 stays 0."""
         if self == IDENTITY:
             return confidence
         table = _expit(self.slope * _log_odds(np.arange(STEPS + 1) / STEPS) + self.offset).astype(np.float32)
         table[0] = 0
-        return np.take(table, np.rint(confidence * np.float32(STEPS)).astype(np.intp))
+        calibrated: npt.NDArray[np.float32] = np.take(table, np.rint(confidence * np.float32(STEPS)).astype(np.intp))
+        return calibrated
 
 
 IDENTITY = Calibration(1.0, 0.0)
 
 
-def fit_calibration(confidence: np.ndarray, right: np.ndarray, region: np.ndarray) -> Calibration:
+def fit_calibration(
+    confidence: npt.NDArray[np.float32], right: npt.NDArray[np.bool_], region: npt.NDArray[Any]
+) -> Calibration:
     """Fit to texels (N,): confidence, whether right, and region; a region counts once, because its texels are alike."""
     from scipy.optimize import minimize
 
@@ -47,7 +52,7 @@ def fit_calibration(confidence: np.ndarray, right: np.ndarray, region: np.ndarra
     count_right, count_wrong = weight[right].sum(), weight[~right].sum()
     target = np.where(right, (count_right + 1) / (count_right + 2), 1 / (count_wrong + 2))
 
-    def loss(parameters: np.ndarray) -> tuple[float, np.ndarray]:
+    def loss(parameters: npt.NDArray[Any]) -> tuple[float, npt.NDArray[Any]]:
         slope, offset = parameters
         z = slope * odds + offset
         value = np.sum(weight * (np.logaddexp(0, z) - target * z)) + PRIOR / 2 * ((slope - 1) ** 2 + offset**2)
@@ -59,10 +64,12 @@ def fit_calibration(confidence: np.ndarray, right: np.ndarray, region: np.ndarra
     return Calibration(round(float(slope), 4), round(float(offset), 4))
 
 
-def _log_odds(probability: np.ndarray) -> np.ndarray:
+def _log_odds(probability: npt.NDArray[Any]) -> npt.NDArray[Any]:
     inside = np.clip(probability.astype(np.float64), LIMIT, 1 - LIMIT)
-    return np.log(inside) - np.log1p(-inside)
+    odds: npt.NDArray[np.float64] = np.log(inside) - np.log1p(-inside)
+    return odds
 
 
-def _expit(z: np.ndarray) -> np.ndarray:
-    return 1 / (1 + np.exp(-z))
+def _expit(z: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    probability: npt.NDArray[np.float64] = 1 / (1 + np.exp(-z))
+    return probability

@@ -8,8 +8,10 @@ with one seed texel a material, or with a flat texture, still has an answer.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.tmm.classify.box import POSTERIOR_ONE
 from skyshine.tmm.features.colour import to_coordinates
@@ -36,16 +38,16 @@ class GaussianModel:
     """
 
     names: tuple[str, ...]
-    means: np.ndarray
-    covariances: np.ndarray
-    log_prior: np.ndarray
+    means: npt.NDArray[np.float64]
+    covariances: npt.NDArray[np.float64]
+    log_prior: npt.NDArray[np.float64]
 
     def only(self, k: int) -> GaussianModel:
         """The model of one of its materials alone."""
         part = slice(k, k + 1)
         return GaussianModel(self.names[part], self.means[part], self.covariances[part], self.log_prior[part])
 
-    def squared_distance(self, lab: np.ndarray) -> np.ndarray:
+    def squared_distance(self, lab: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
         """Squared Mahalanobis distance of colours (N, D) to each material, (K, N)."""
         # Distances in whitened coordinates: the inverse of a small Cholesky factor, applied to all colours at once.
         whitening = np.linalg.inv(np.linalg.cholesky(self.covariances))
@@ -53,15 +55,16 @@ class GaussianModel:
         pairs = zip(whitening, self.means[..., np.newaxis], strict=True)
         return np.stack([np.sum((factor @ (columns - mean)) ** 2, axis=0) for factor, mean in pairs])
 
-    def log_posterior(self, squared_distance: np.ndarray) -> np.ndarray:
+    def log_posterior(self, squared_distance: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
         """Logarithm of the posterior probability of each material, (K, N), normalised by log-sum-exp."""
         from scipy.special import logsumexp
 
         log_volume = 0.5 * np.linalg.slogdet(self.covariances)[1]
         joint = (self.log_prior - log_volume)[:, np.newaxis] - 0.5 * squared_distance
-        return joint - logsumexp(joint, axis=0)
+        posterior: npt.NDArray[np.float64] = joint - logsumexp(joint, axis=0)
+        return posterior
 
-    def tables(self, colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:
+    def tables(self, colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Posterior (K, U) uint16 in units of 1 / POSTERIOR_ONE, and typicality (K, U) float32, of colours (U, C)."""
         from scipy.special import chdtrc
 
@@ -76,7 +79,10 @@ class GaussianModel:
 
 
 def fit(
-    lab: np.ndarray, material: np.ndarray, names: tuple[str, ...], prior: str | dict[str, float] = "equal"
+    lab: npt.NDArray[np.float64],
+    material: npt.NDArray[Any],
+    names: tuple[str, ...],
+    prior: str | dict[str, float] = "equal",
 ) -> GaussianModel:
     """Fit the model to seeds.
 
@@ -104,12 +110,13 @@ def fit(
     return GaussianModel(names, means, covariances, log_prior(names, counts, prior))
 
 
-def log_prior(names: tuple[str, ...], counts: np.ndarray, prior: str | dict[str, float]) -> np.ndarray:
+def log_prior(
+    names: tuple[str, ...], counts: npt.NDArray[np.float64], prior: str | dict[str, float]
+) -> npt.NDArray[Any]:
     """Logarithm of the prior probability (K,) of materials with these counts (K,) of seeds; `prior` as for `fit`."""
-    if prior == "equal":
-        weights = np.ones(len(names))
-    elif prior == "seeds":
-        weights = counts
-    else:
+    if isinstance(prior, dict):
         weights = np.array([prior.get(name, 1.0) for name in names])
-    return np.log(weights / weights.sum())
+    else:
+        weights = counts if prior == "seeds" else np.ones(len(names))
+    logarithm: npt.NDArray[np.float64] = np.log(weights / weights.sum())
+    return logarithm

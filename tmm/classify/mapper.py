@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.tmm.classify.box import POSTERIOR_ONE, pairs_of, strongest
 from skyshine.tmm.features.colour import DistinctColours
@@ -29,15 +30,17 @@ class Classified:
         chi-squared); 0 without data.
     """
 
-    material: np.ndarray
-    confidence: np.ndarray
-    typicality: np.ndarray
+    material: npt.NDArray[Any]
+    confidence: npt.NDArray[np.float32]
+    typicality: npt.NDArray[np.float32]
 
 
 class Mapper(Protocol):
     """A way to find the material of the texels of one texture."""
 
-    names: tuple[str, ...]
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The materials; `Classified.material` counts among them."""
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify the texels of rows `top` to `bottom` and columns `left` to `right` (the ends excluded)."""
@@ -46,9 +49,11 @@ class Mapper(Protocol):
 class ColourModel(Protocol):
     """What tells materials by colour alone."""
 
-    names: tuple[str, ...]
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The materials."""
 
-    def tables(self, colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:
+    def tables(self, colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Posterior and typicality of distinct colours; see `GaussianModel.tables`."""
 
 
@@ -60,14 +65,14 @@ class ColourMapper:
 
     def __init__(
         self, texture: Windowed, colours: DistinctColours, model: ColourModel, radius: int, tabulate: bool = True
-    ):
+    ) -> None:
         self.texture, self.model, self.names, self.radius = texture, model, model.names, radius
-        self._colours, self._shared = colours, None
-        shared = colours.colours
+        self._colours, shared = colours, colours.colours
+        self._shared: tuple[npt.NDArray[Any], npt.NDArray[np.float32]] | None = None
         if tabulate and shared is not None and len(shared) * len(model.names) <= TABLE_ENTRIES:
             self._shared = self._prepared(shared)
 
-    def _prepared(self, colours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _prepared(self, colours: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Posterior of colours, in pairs where it is to be averaged, and their typicality."""
         posterior, typicality = self.model.tables(colours, self.texture.encoding)
         return (pairs_of(posterior) if self.radius else posterior), typicality
@@ -77,10 +82,12 @@ class ColourMapper:
         rows, columns, inner = with_margin(self.texture, top, bottom, left, right, self.radius)
         pixels, valid = self.texture.window(rows, columns)
         colours, index = self._colours.of(pixels, valid)
-        if self._shared is None and colours is None:
-            used, index = np.unique(index, return_inverse=True)
-            colours, index = self._colours.colours[used], index.reshape(valid.shape)
-        posterior, typicality = self._shared or self._prepared(colours)
+        if self._shared is None:
+            if colours is None:
+                colours, index = self._colours.in_use(index)
+            posterior, typicality = self._prepared(colours)
+        else:
+            posterior, typicality = self._shared
         index = index.astype(np.intp, copy=False)  # numpy gathers faster by its own index type
         if self.radius == 0:
             material, confidence = _strongest_colour(posterior, index)
@@ -101,7 +108,7 @@ def with_margin(
     return rows, columns, np.s_[top - y : bottom - y, left - x : right - x]
 
 
-def without_data(classified: Classified, valid: np.ndarray) -> Classified:
+def without_data(classified: Classified, valid: npt.NDArray[np.bool_]) -> Classified:
     """Take the answer away, in place, from texels without data and from those that no material claims."""
     if not (classified.confidence.all() and valid.all()):
         none = ~valid | (classified.confidence == 0)
@@ -110,7 +117,9 @@ def without_data(classified: Classified, valid: np.ndarray) -> Classified:
     return classified
 
 
-def _strongest_colour(posterior: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _strongest_colour(
+    posterior: npt.NDArray[np.uint16], index: npt.NDArray[Any]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Material of the largest posterior of each texel's own colour, and that posterior as float32."""
     material = posterior.argmax(axis=0).astype(np.int16)
     confidence = posterior.max(axis=0).astype(np.float32) / np.float32(POSTERIOR_ONE)

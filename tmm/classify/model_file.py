@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,9 @@ FILETYPE = "tmm-model"
 FORMAT_VERSION = "1.0.0"
 
 
-def write_model(model: TrainedModel, path: str | os.PathLike, job: str, data_version: str, quality: dict) -> str:
+def write_model(
+    model: TrainedModel, path: str | os.PathLike[str], job: str, data_version: str, quality: dict[str, Any]
+) -> str:
     """Write a trained classifier; returns the hash of its content.
 
     Parameters
@@ -81,7 +84,7 @@ def _network_group(network: Network, materials: dict[str, Axis]) -> Group:
     )
 
 
-def read_model(path: str | os.PathLike) -> TrainedModel:
+def read_model(path: str | os.PathLike[str]) -> TrainedModel:
     """Read a trained classifier.
 
     Raises

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.box import POSTERIOR_ONE, pairs_of, strongest
@@ -31,14 +33,14 @@ class Network:
         The offsets include the logarithm of the prior.
     """
 
-    mean: np.ndarray
-    scale: np.ndarray
-    inner_weight: np.ndarray
-    inner_offset: np.ndarray
-    outer_weight: np.ndarray
-    outer_offset: np.ndarray
+    mean: npt.NDArray[np.float32]
+    scale: npt.NDArray[np.float32]
+    inner_weight: npt.NDArray[np.float32]
+    inner_offset: npt.NDArray[np.float32]
+    outer_weight: npt.NDArray[np.float32]
+    outer_offset: npt.NDArray[np.float32]
 
-    def posterior(self, stack: np.ndarray) -> np.ndarray:
+    def posterior(self, stack: npt.NDArray[np.float32]) -> npt.NDArray[Any]:
         """Posterior (K, N) float32 of features (F, N) float32."""
         # The scaling is put into the first layer, so that no scaled copy of the features is made.
         weight = self.inner_weight / self.scale[:, np.newaxis]
@@ -80,7 +82,7 @@ class TrainedModel:
             The model was trained with near infrared and the texture has none, or the reverse.
         """
         if self.network is not None:
-            return TexturedMapper(texture, colours, self, radius)
+            return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius)
         if self.colour.means.shape[1] != texture.channels:
             raise InputError(
                 f"the model was trained on {self.colour.means.shape[1]} channels and the texture has"
@@ -92,9 +94,18 @@ class TrainedModel:
 class TexturedMapper:
     """A network on colour and texture, applied to a texture window by window."""
 
-    def __init__(self, texture: Windowed, colours: DistinctColours, model: TrainedModel, radius: int):
-        self.names, self._texture, self._model, self._radius = model.names, texture, model, radius
-        self._colours, self._shared = colours, None
+    def __init__(
+        self,
+        texture: Windowed,
+        colours: DistinctColours,
+        names: tuple[str, ...],
+        colour: GaussianModel,
+        network: Network,
+        radius: int,
+    ) -> None:
+        self.names, self._texture, self._radius = names, texture, radius
+        self._colour, self._network, self._colours = colour, network, colours
+        self._shared: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] | None = None
         if colours.colours is not None:
             self._shared = light_planes(colours.colours, texture.encoding)
 
@@ -103,7 +114,7 @@ class TexturedMapper:
         margin = self._radius + MARGIN
         rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
         stack, valid = self.features(rows, columns)
-        posterior = self._model.network.posterior(stack.reshape(len(stack), -1))
+        posterior = self._network.posterior(stack.reshape(len(stack), -1))
         planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
         if self._radius:
             pairs = pairs_of(planes)
@@ -114,23 +125,25 @@ class TexturedMapper:
         typical = self._typicality(stack[(TYPICAL, *inner)], material)
         return without_data(Classified(material, confidence, typical), valid[inner])
 
-    def features(self, rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+    def features(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Features (F, h, w) float32 and validity (h, w) of a window, its margin included in the window."""
         pixels, valid = self._texture.window(rows, columns)
         colours, index = self._colours.of(pixels, valid)
-        planes = self._shared if colours is None else light_planes(colours, self._texture.encoding)
-        if planes is None:
-            used, index = np.unique(index, return_inverse=True)
-            planes = light_planes(self._colours.colours[used], self._texture.encoding)
+        if colours is None and self._shared is not None:
+            planes = self._shared
+        else:
+            if colours is None:
+                colours, index = self._colours.in_use(index)
+            planes = light_planes(colours, self._texture.encoding)
         lab, linear = (np.take(part, index.ravel(), axis=1).reshape(3, *valid.shape) for part in planes)
         return features(lab, linear, valid), valid
 
-    def _typicality(self, coordinates: np.ndarray, material: np.ndarray) -> np.ndarray:
+    def _typicality(self, coordinates: npt.NDArray[Any], material: npt.NDArray[Any]) -> npt.NDArray[Any]:
         from scipy.special import chdtrc
 
         typicality = np.empty(material.shape, np.float32)
         for k in range(len(self.names)):
             mine = material == k
-            distance = self._model.colour.only(k).squared_distance(coordinates[:, mine].T.astype(np.float64))
+            distance = self._colour.only(k).squared_distance(coordinates[:, mine].T.astype(np.float64))
             typicality[mine] = chdtrc(len(coordinates), distance[0])
         return typicality

@@ -1,9 +1,17 @@
 """``tmm score``: a texture database against a label image."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.tmm.quality.counts import Quality
+
 
 RADIANCE_UNITS = "W m^-2 sr^-1"
 SHOWN_PAIRS = 10
@@ -33,7 +41,18 @@ SHOWN_HOURS = 12
 @click.option("--azimuth", type=float, default=0.0, help="Of the surface, degrees from north eastward.")
 @click.option("--slope", type=float, default=0.0, help="Of the surface, degrees; 0 is level.")
 @json_option
-def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_json) -> None:
+def command(
+    file: str,
+    labels: str,
+    image: str | None,
+    htt: str | None,
+    bands: tuple[str, ...],
+    airs: tuple[str, ...],
+    altitude: float | None,
+    azimuth: float,
+    slope: float,
+    as_json: bool,
+) -> None:
     """Compare FILE with the label image that the YAML file LABELS names.
 
     LABELS has the keys `image` and `palette`, as `labels` has in a job. Shadow is where a texel is far darker than
@@ -49,7 +68,7 @@ def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_
     tables = radiance_cost.open_tables(htt, bands, airs)
     result = score(file, labels, load_library(), image)
     parts = {"whole": result.whole, "inside_shadow": result.inside, "outside_shadow": result.outside}
-    report = {
+    report: dict[str, Any] = {
         "file": file,
         **{name: None if part is None else _report(part) for name, part in parts.items()},
         "materials": [
@@ -69,7 +88,7 @@ def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_
         _show_cost(cost)
 
 
-def _report(part) -> dict:
+def _report(part: Quality) -> dict[str, Any]:
     return {
         "texels": part.tested,
         "overall_accuracy": quantity(part.overall_accuracy, "1"),
@@ -78,7 +97,7 @@ def _report(part) -> dict:
     }
 
 
-def _print(report: dict) -> None:
+def _print(report: dict[str, Any]) -> None:
     rows = []
     for name in ("whole", "inside_shadow", "outside_shadow"):
         if report[name] is not None:
@@ -97,7 +116,7 @@ def _print(report: dict) -> None:
     echo_table(("labelled", "IoU", "unknown", *names), rows)
 
 
-def _show_cost(cost: dict) -> None:
+def _show_cost(cost: dict[str, Any]) -> None:
     """Print a report as tables."""
     sky = "with" if cost["reflected_sky"] else "without"
     click.echo(f"cost of wrong texels in {cost['band']}, {sky} reflected light of the sky ({cost['texels']} texels)")
@@ -105,9 +124,9 @@ def _show_cost(cost: dict) -> None:
     for label, where in [("day", None), *_hours(cost)]:
         row = [label]
         for key in ("radiance", "equivalent_temperature"):
-            found = cost[key]["day"] if where is None else cost[key]["by_time"]
+            errors = cost[key]["day"] if where is None else cost[key]["by_time"]
             row += [
-                f"{found[name]['value'] if where is None else found[name]['values'][where]:.3g}"
+                f"{errors[name]['value'] if where is None else errors[name]['values'][where]:.3g}"
                 for name in ("rms", "p95", "maximum")
             ]
         rows.append(row)
@@ -128,6 +147,6 @@ def _show_cost(cost: dict) -> None:
     echo_table(("true", "found", "texels", "K rms", "K worst", "at h", "% of squared error"), rows)
 
 
-def _hours(cost: dict) -> list[tuple[str, int]]:
+def _hours(cost: dict[str, Any]) -> list[tuple[str, int]]:
     times = cost["time"]["values"]
     return [(f"{times[k]:g} h", k) for k in range(0, len(times), max(len(times) // SHOWN_HOURS, 1))]

@@ -40,8 +40,8 @@ def _by_chunk(files: tuple[str, ...], as_json: bool) -> None:
 
     each = {file: chunk_usage(file) for file in files}
     if as_json:
-        found = {file: {"materials": names, "share": quantity(share, "1")} for file, (names, share) in each.items()}
-        emit_json({"chunk_texels": CHUNK, "files": found})
+        chunks = {file: {"materials": names, "share": quantity(share, "1")} for file, (names, share) in each.items()}
+        emit_json({"chunk_texels": CHUNK, "files": chunks})
         return
     for file, (names, share) in each.items():
         click.echo(f"{file}: percent of the texels of each chunk")

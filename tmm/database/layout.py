@@ -6,7 +6,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 import yaml
 
 from skyshine.schemas.hdf5 import Axis, Group, Header, Streamed, Variable
@@ -30,7 +33,7 @@ def _component_axis() -> Axis:
     return Axis(np.arange(3, dtype=np.uint8), "1", "rank of the component, largest share first")
 
 
-def composite_layout(components: np.ndarray, weights: np.ndarray) -> Group:
+def composite_layout(components: npt.NDArray[Any], weights: npt.NDArray[Any]) -> Group:
     """The layout of distinct mixtures: codes (N, 3) and weights (N, 3) in percent."""
     number = Axis(np.arange(len(components), dtype=np.int32), "1", "number of the mixture")
     dims = ("composite", "component")
@@ -69,5 +72,5 @@ def level_layout(k: int, size: tuple[int, int], height: int, width: int) -> Grou
     return Group(axes, variables)
 
 
-def _centres(length: int, parts: int) -> np.ndarray:
+def _centres(length: int, parts: int) -> npt.NDArray[Any]:
     return (np.arange(parts) + 0.5) * (length / parts)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
+import h5py
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
@@ -28,9 +30,9 @@ class TmmFile:
         Number of mip levels.
     """
 
-    def __init__(self, file):
+    def __init__(self, file: h5py.File) -> None:
         self._file = file
-        self._planes: dict[tuple[int, str], np.ndarray] = {}
+        self._planes: dict[tuple[int, str], npt.NDArray[Any]] = {}
         with sound(file.filename):
             group = file["materials"]
             self.materials = dict(zip(group["material"][()].tolist(), group["name"].asstr()[()].tolist(), strict=True))
@@ -40,34 +42,36 @@ class TmmFile:
     def size(self, level: int) -> tuple[int, int]:
         """Height and width of a level."""
         with sound(self._file.filename):
-            return self._file[f"levels/{level}/code"].shape
+            height, width = self._file[f"levels/{level}/code"].shape
+            return int(height), int(width)
 
     @property
-    def attributes(self) -> dict:
+    def attributes(self) -> dict[str, Any]:
         """Root attributes and provenance."""
         with sound(self._file.filename):
             return {**self._file.attrs, **self._file["provenance"].attrs}
 
-    def group_attributes(self, name: str) -> dict:
+    def group_attributes(self, name: str) -> dict[str, Any]:
         """Attributes of ``usage``, ``quality`` or another group."""
         with sound(self._file.filename):
             return {
                 key: value.item() if hasattr(value, "item") else value for key, value in self._file[name].attrs.items()
             }
 
-    def rows(self, name: str, rows: slice, step: int = 1) -> np.ndarray:
+    def rows(self, name: str, rows: slice, step: int = 1) -> npt.NDArray[Any]:
         """Rows of an array of level 0, such as ``code``; every `step`-th row and column of them."""
         return self.array(f"levels/0/{name}", rows)[::step, ::step]
 
-    def thinned(self, name: str, step: int) -> np.ndarray:
+    def thinned(self, name: str, step: int) -> npt.NDArray[Any]:
         """Every `step`-th row and column of an array of level 0."""
         band = CHUNK * step
         return np.concatenate([self.rows(name, slice(top, top + band), step) for top in range(0, self.height, band)])
 
-    def array(self, name: str, rows: slice = slice(None)) -> np.ndarray:
+    def array(self, name: str, rows: slice = slice(None)) -> npt.NDArray[Any]:
         """Rows of an array by its path in the file, such as ``levels/0/confidence``; by default all of it."""
         with sound(self._file.filename):
-            return self._file[name][rows]
+            values: npt.NDArray[Any] = self._file[name][rows]
+            return values
 
     def has(self, name: str) -> bool:
         """Whether the file holds an array of this path."""
@@ -78,7 +82,9 @@ class TmmFile:
         """Share of the texels with data that have each material."""
         return dict(zip(self.materials.values(), self.array("usage/share").astype(float).tolist(), strict=True))
 
-    def code(self, x, y, level: int = 0, outside: Literal["error", "clamp"] = "error") -> np.ndarray:
+    def code(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, level: int = 0, outside: Literal["error", "clamp"] = "error"
+    ) -> npt.NDArray[Any]:
         """Material code at points.
 
         Parameters
@@ -102,36 +108,39 @@ class TmmFile:
         return self._at("code", x, y, level, outside)
 
     def mixture(
-        self, x, y, level: int = 0, outside: Literal["error", "clamp"] = "error"
-    ) -> tuple[np.ndarray, np.ndarray]:
+        self, x: npt.ArrayLike, y: npt.ArrayLike, level: int = 0, outside: Literal["error", "clamp"] = "error"
+    ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Material codes (..., 3) uint16 and their shares (..., 3) float64 at points; parameters as for `code`."""
         weights = self._at("mix_weight", x, y, level, outside)
         return self._at("mix_code", x, y, level, outside), weights / WEIGHT_TOTAL
 
-    def confidence(self, x, y, outside: Literal["error", "clamp"] = "error") -> np.ndarray:
+    def confidence(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, outside: Literal["error", "clamp"] = "error"
+    ) -> npt.NDArray[Any]:
         """Confidence at points of level 0; parameters as for `code`."""
         return self._at("confidence", x, y, 0, outside)
 
-    def _at(self, name: str, x, y, level: int, outside: str) -> np.ndarray:
+    def _at(self, name: str, x: npt.ArrayLike, y: npt.ArrayLike, level: int, outside: str) -> npt.NDArray[Any]:
         if not 0 <= level < self.levels:
             raise InputError(f"found level {level}; allowed: 0 to {self.levels - 1}", file=self._file.filename)
         if (level, name) not in self._planes:
             self._planes[level, name] = self.array(f"levels/{level}/{name}")
         plane = self._planes[level, name]
-        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        across, down = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         if outside == "clamp":
-            x, y = np.clip(x, 0, self.width), np.clip(y, 0, self.height)
-        inside = (x >= 0) & (x <= self.width) & (y >= 0) & (y <= self.height)
+            across, down = np.clip(across, 0, self.width), np.clip(down, 0, self.height)
+        inside = (across >= 0) & (across <= self.width) & (down >= 0) & (down <= self.height)
         if not inside.all():
             at = np.flatnonzero(~inside.ravel())[0]
             raise InputError(
-                f"found the point ({x.flat[at]:g}, {y.flat[at]:g}); allowed: x from 0 to {self.width}, y from 0 to "
-                f"{self.height}; or ask for outside='clamp'",
+                f"found the point ({across.flat[at]:g}, {down.flat[at]:g}); allowed: x from 0 to {self.width}, y from "
+                f"0 to {self.height}; or ask for outside='clamp'",
                 file=self._file.filename,
             )
-        row = np.minimum((y * plane.shape[0] / self.height).astype(int), plane.shape[0] - 1)
-        column = np.minimum((x * plane.shape[1] / self.width).astype(int), plane.shape[1] - 1)
-        return plane[row, column]
+        row = np.minimum((down * plane.shape[0] / self.height).astype(int), plane.shape[0] - 1)
+        column = np.minimum((across * plane.shape[1] / self.width).astype(int), plane.shape[1] - 1)
+        values: npt.NDArray[Any] = plane[row, column]
+        return values
 
     def close(self) -> None:
         self._file.close()
@@ -139,11 +148,11 @@ class TmmFile:
     def __enter__(self) -> TmmFile:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
-def open_tmm(path: str | os.PathLike) -> TmmFile:
+def open_tmm(path: str | os.PathLike[str]) -> TmmFile:
     """Open a texture database.
 
     Raises
@@ -154,7 +163,7 @@ def open_tmm(path: str | os.PathLike) -> TmmFile:
     return TmmFile(open_database(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0])))
 
 
-def find_image(file: TmmFile, path: Path, image: str | os.PathLike | None) -> Path:
+def find_image(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) -> Path:
     """The texture's own image: the one given, or one of its name beside the database, in the folder above, or here.
 
     Raises

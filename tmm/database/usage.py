@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.hdf5 import open_database, sound
 
 CHUNK = 256  # texels a side
 
 
-def read_usage(path: str | os.PathLike) -> dict[str, float]:
+def read_usage(path: str | os.PathLike[str]) -> dict[str, float]:
     """Share of a texture's texels with data that have each of its materials.
 
     Raises
@@ -23,7 +25,7 @@ def read_usage(path: str | os.PathLike) -> dict[str, float]:
     return _read(path)[0]
 
 
-def library_usage(paths: Iterable[str | os.PathLike]) -> dict[str, float]:
+def library_usage(paths: Iterable[str | os.PathLike[str]]) -> dict[str, float]:
     """Share of each material in all texels with data of several textures, largest first.
 
     Raises
@@ -41,7 +43,7 @@ def library_usage(paths: Iterable[str | os.PathLike]) -> dict[str, float]:
     return {name: total / texels for name, total in sorted(totals.items(), key=lambda item: (-item[1], item[0]))}
 
 
-def chunk_usage(path: str | os.PathLike) -> tuple[tuple[str, ...], np.ndarray]:
+def chunk_usage(path: str | os.PathLike[str]) -> tuple[tuple[str, ...], npt.NDArray[Any]]:
     """Share of each material in the chunks of level 0, such as a runtime pages in.
 
     Returns
@@ -70,7 +72,7 @@ def chunk_usage(path: str | os.PathLike) -> tuple[tuple[str, ...], np.ndarray]:
         return tuple(names), share
 
 
-def _read(path: str | os.PathLike) -> tuple[dict[str, float], int]:
+def _read(path: str | os.PathLike[str]) -> tuple[dict[str, float], int]:
     with open_database(path, "tmm", 1) as file:
         names = file["materials/name"].asstr()[()].tolist()
         shares = file["usage/share"][()].astype(float).tolist()

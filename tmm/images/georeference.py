@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from skyshine.schemas.errors import InputError
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _PIXEL_IS_POINT = 2  # GTRasterTypeGeoKey: the tie point is the centre of the texel, not its corner
 _USER_DEFINED = 32767
+
+Affine = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ class GeoReference:
         ``EPSG:code``, or the citation of the file; empty where it names none, as world files do.
     """
 
-    affine: tuple[float, float, float, float, float, float]
+    affine: Affine
     crs: str
 
 
@@ -49,7 +52,7 @@ def _geotiff(image: Path) -> GeoReference | None:
 
     try:
         with tifffile.TiffFile(image) as file:
-            tags = file.pages[0].geotiff_tags or {}
+            tags = getattr(file.pages[0], "geotiff_tags", None) or {}
     except (
         tifffile.TiffFileError,
         struct.error,
@@ -63,12 +66,12 @@ def _geotiff(image: Path) -> GeoReference | None:
         return None  # OpenImageIO reads images whose tags tifffile does not
     try:
         affine = _affine(tags)
-        return None if affine is None else GeoReference(tuple(float(value) for value in affine), _crs(tags))
+        return None if affine is None else GeoReference(_six(affine), _crs(tags))
     except (ValueError, TypeError):
         raise InputError("has GeoTIFF tags that cannot be read; mend them or take them away", file=image) from None
 
 
-def _affine(tags: dict) -> list[float] | None:
+def _affine(tags: dict[str, Any]) -> list[float] | None:
     """The map that GeoTIFF tags give; None where they give none."""
     matrix, scale, tie = (tags.get(key) for key in ("ModelTransformation", "ModelPixelScale", "ModelTiepoint"))
     if matrix is not None:
@@ -84,7 +87,7 @@ def _affine(tags: dict) -> list[float] | None:
     return _from_centre(affine) if int(tags.get("GTRasterTypeGeoKey", 1)) == _PIXEL_IS_POINT else affine
 
 
-def _crs(tags: dict) -> str:
+def _crs(tags: dict[str, Any]) -> str:
     for key in ("ProjectedCSTypeGeoKey", "GeographicTypeGeoKey"):
         code = int(tags.get(key, 0))
         if 0 < code < _USER_DEFINED:
@@ -106,7 +109,12 @@ def _world(image: Path) -> GeoReference | None:
         raise InputError("is no world file: it must hold six numbers; mend it or take it away", file=place) from None
     if not (np.isfinite([a, b, c, d, e, f]).all() and a * e - b * d):
         raise InputError("maps the image to a line; mend its first four numbers or take it away", file=place)
-    return GeoReference(tuple(_from_centre([a, b, c, d, e, f])), "")
+    return GeoReference(_six(_from_centre([a, b, c, d, e, f])), "")
+
+
+def _six(affine: list[float]) -> Affine:
+    a, b, c, d, e, f = (float(value) for value in affine)
+    return a, b, c, d, e, f
 
 
 def _from_centre(affine: list[float]) -> list[float]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.images.raster import Raster
@@ -22,7 +24,7 @@ class Labels:
     height, width : int
     """
 
-    def __init__(self, labels: LabelImage, base_folder: Path, names: tuple[str, ...]):
+    def __init__(self, labels: LabelImage, base_folder: Path, names: tuple[str, ...]) -> None:
         """Open the image; `names` are the materials that its palette's are counted among.
 
         Raises
@@ -60,13 +62,13 @@ class Labels:
             )
         return self
 
-    def rows(self, start: int, stop: int) -> np.ndarray:
+    def rows(self, start: int, stop: int) -> npt.NDArray[Any]:
         """Index of the material of each texel, (stop - start, width) int16; NONE where none is labelled."""
         values = self._raster.rows(start, stop)
-        found = np.full(values.shape[:2], NONE, np.int16)
-        for colour, material in self._colours:
+        material = np.full(values.shape[:2], NONE, np.int16)
+        for colour, number in self._colours:
             same = values[..., 0] == colour[0]
             for i in range(1, self._channels):
                 same &= values[..., i] == colour[i]
-            found[same] = material
-        return found
+            material[same] = number
+        return material

@@ -7,8 +7,10 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 
@@ -32,7 +34,7 @@ class Raster:
         uint8 and uint16 as stored; any other integer is scaled to its full range, any other float is float32.
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path) -> None:
         """Open the file; raises InputError where it is missing, is no image, or holds more than one plane."""
         self.path = path
         self._source, self.spec = _open(path)
@@ -43,7 +45,7 @@ class Raster:
         self._whole = self.height * self.width * self.channels * self.dtype.itemsize <= KEPT_BYTES
         self._first, self._end, self._kept = 0, 0, np.empty((0, self.width, self.channels), self.dtype)
 
-    def rows(self, start: int, stop: int) -> np.ndarray:
+    def rows(self, start: int, stop: int) -> npt.NDArray[Any]:
         """Rows `start` to `stop` (excluded) as (stop - start, width, channels); valid until the next call.
 
         Raises
@@ -86,7 +88,7 @@ class Raster:
         side = self.spec.tile_height or 1
         return start // side * side, min(-(-stop // side) * side, self.height)
 
-    def _read(self, start: int, stop: int, left: int = 0, right: int | None = None) -> np.ndarray:
+    def _read(self, start: int, stop: int, left: int = 0, right: int | None = None) -> npt.NDArray[Any]:
         """Decode rows; of tiled images, columns from `left` to `right` of them."""
         spec, source = self.spec, self._source
         right = self.width if right is None else right
@@ -103,10 +105,11 @@ class Raster:
         problem = source.geterror()
         if values is None or problem:
             raise InputError(_reason("is damaged or cut short", problem), file=self.path)
-        return values.reshape(stop - start, right - left, self.channels)
+        texels: npt.NDArray[Any] = values.reshape(stop - start, right - left, self.channels)
+        return texels
 
 
-def read_channels(path: Path) -> np.ndarray:
+def read_channels(path: Path) -> npt.NDArray[Any]:
     """All channels (H, W, C) of an image; see `Raster` for their types and for what is raised."""
     raster = Raster(path)
     return raster.rows(0, raster.height)
@@ -127,7 +130,7 @@ def file_sha256(path: Path) -> str:
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
 
 
-def _open(path: Path):
+def _open(path: Path) -> tuple[Any, Any]:
     import OpenImageIO as oiio
 
     if not path.is_file():

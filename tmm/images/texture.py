@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.images.raster import Raster, file_sha256
@@ -22,10 +23,10 @@ class Windowed(Protocol):
     height: int
     width: int
     channels: int
-    dtype: np.dtype
+    dtype: np.dtype[Any]
     encoding: str
 
-    def window(self, rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+    def window(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Colours (h, w, C) and where there is data (h, w) bool, of a window within the texture."""
 
 
@@ -44,27 +45,27 @@ class Texture:
         ``srgb``, ``linear``, or another colour space that OpenImageIO names and can convert.
     """
 
-    pixels: np.ndarray
-    valid: np.ndarray
+    pixels: npt.NDArray[Any]
+    valid: npt.NDArray[np.bool_]
     encoding: str
 
     @property
     def height(self) -> int:
-        return self.pixels.shape[0]
+        return int(self.pixels.shape[0])
 
     @property
     def width(self) -> int:
-        return self.pixels.shape[1]
+        return int(self.pixels.shape[1])
 
     @property
     def channels(self) -> int:
-        return self.pixels.shape[2]
+        return int(self.pixels.shape[2])
 
     @property
     def dtype(self) -> np.dtype:
         return self.pixels.dtype
 
-    def window(self, rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+    def window(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Colours and validity of a window; see `Windowed`."""
         return self.pixels[rows, columns], self.valid[rows, columns]
 
@@ -81,7 +82,7 @@ class TextureFile:
 
     def __init__(
         self, path: Path, colour_space: str = "auto", alpha: str = "no-data", near_infrared: str | None = None
-    ):
+    ) -> None:
         """Open an image as it is stored (an orientation tag turns nothing: a runtime's texture unit does not either).
 
         Parameters
@@ -108,7 +109,7 @@ class TextureFile:
         self.encoding = _encoding(path, self._raster.spec, self.dtype) if colour_space == "auto" else colour_space
         self.sha256 = file_sha256(path)
 
-    def window(self, rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+    def window(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Colours and validity of a window; see `Windowed`.
 
         Raises
@@ -125,20 +126,20 @@ class TextureFile:
         return colours, valid
 
 
-def _channels(path: Path, spec, near_infrared: str | None) -> tuple[list[int], int | None]:
+def _channels(path: Path, spec: Any, near_infrared: str | None) -> tuple[list[int], int | None]:
     """Numbers of the channels red, green, blue and, where wanted, near infrared; and that of alpha or None."""
     names = list(spec.channelnames)
     infrared = None if near_infrared is None else _named(path, names, near_infrared)
     alpha = spec.alpha_channel if 0 <= spec.alpha_channel < spec.nchannels else None
     if alpha == infrared:
         alpha = None
-    rest = [i for i in range(spec.nchannels) if i not in (alpha, infrared)]
+    colours = [i for i in range(spec.nchannels) if i not in (alpha, infrared)]
     if {"R", "G", "B"} <= set(names):
         picked = [names.index(c) for c in "RGB"]
-    elif len(rest) == 1:
-        picked = rest * 3
-    elif len(rest) >= 3:
-        picked = rest[:3]
+    elif len(colours) == 1:
+        picked = colours * 3
+    elif len(colours) >= 3:
+        picked = colours[:3]
     else:
         raise InputError(f"has the channels {', '.join(names)}; allowed: grey or R, G, B, with or without A", file=path)
     return picked + ([] if infrared is None else [infrared]), alpha
@@ -154,10 +155,10 @@ def _named(path: Path, names: list[str], wanted: str) -> int:
     )
 
 
-def _encoding(path: Path, spec, dtype: np.dtype) -> str:
+def _encoding(path: Path, spec: Any, dtype: np.dtype[Any]) -> str:
     import OpenImageIO as oiio
 
-    stated = spec.get_string_attribute("oiio:ColorSpace")
+    stated: str = spec.get_string_attribute("oiio:ColorSpace")
     if not stated:
         return "linear" if dtype.kind == "f" else "srgb"
     if stated.lower() in _SRGB:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.polygons import seed_polygons
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
-from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.job.model import Seeds, TextureJob
 
 
 def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
@@ -43,7 +44,7 @@ def job_files(job: TextureJob) -> tuple[str, ...]:
 
 
 def load_texture(
-    job: TextureJob, base_folder: Path, library
+    job: TextureJob, base_folder: Path, library: MaterialLibrary
 ) -> tuple[TextureFile, DistinctColours, tuple[str, ...], SeedTexels | None]:
     """Read a job's image once, and find its materials, in the order of their codes, and its seeds.
 
@@ -65,15 +66,17 @@ def load_texture(
         if name not in library:
             raise InputError(f"unknown material '{name}' in '{job.name}'; {nearest(name, library.names)}")
     names = tuple(sorted(names, key=lambda name: library[name].code))
-    return texture, colours, names, None if job.seeds is None else _seeds(job, names, texture, base_folder)
+    return texture, colours, names, None if job.seeds is None else _seeds(job, job.seeds, names, texture, base_folder)
 
 
-def _seeds(job: TextureJob, names: tuple[str, ...], texture: TextureFile, base_folder: Path) -> SeedTexels:
-    labelled = job.seeds.labels.palette.values() if job.seeds.labels else ()
-    seeded = {*labelled, *(name for name, _ in seed_polygons(job.seeds, base_folder))}
+def _seeds(
+    job: TextureJob, seeds: Seeds, names: tuple[str, ...], texture: TextureFile, base_folder: Path
+) -> SeedTexels:
+    labelled = seeds.labels.palette.values() if seeds.labels else ()
+    seeded = {*labelled, *(name for name, _ in seed_polygons(seeds, base_folder))}
     for name in job.classifier.prior if isinstance(job.classifier.prior, dict) else ():
         if name not in seeded:
             raise InputError(
                 f"'{job.name}' has a prior for '{name}', which has no seeds; {nearest(name, sorted(seeded))}"
             )
-    return seed_texels(job, tuple(name for name in names if name in seeded), texture, texture.path, base_folder)
+    return seed_texels(job, seeds, tuple(name for name in names if name in seeded), texture, texture.path, base_folder)

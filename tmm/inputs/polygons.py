@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 import pydantic
 from pydantic import Field
 
@@ -61,18 +62,20 @@ def seed_polygons(seeds: Seeds, base_folder: Path) -> list[tuple[str, tuple[Ring
     InputError
         The GeoJSON file cannot be read or is not a FeatureCollection of polygons and points with a material.
     """
-    found = [(name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings]
+    polygons: list[tuple[str, tuple[Ring, ...]]] = [
+        (name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings
+    ]
     if seeds.file is None:
-        return found
+        return polygons
     collection = parse_model(read_yaml(base_folder / seeds.file), _FeatureCollection)
     for feature in collection.features:
         name, geometry = feature.properties.material, feature.geometry
         if isinstance(geometry, _Point):
-            found.append((name, ((geometry.coordinates,),)))
+            polygons.append((name, ((geometry.coordinates,),)))
         else:
             shapes = geometry.coordinates if isinstance(geometry, _MultiPolygon) else (geometry.coordinates,)
-            found += [(name, rings) for rings in shapes]
-    return found
+            polygons += [(name, rings) for rings in shapes]
+    return polygons
 
 
 def check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: Path) -> None:
@@ -88,7 +91,7 @@ def check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: 
 
 def polygon_mask(
     rings: tuple[Ring, ...], texture: Windowed, top: int, left: int, shape: tuple[int, int], step: int = 1
-) -> np.ndarray:
+) -> npt.NDArray[Any]:
     """Where a window of the texture has texels whose centre a polygon holds, or that its outer vertices stand in.
 
     Parameters
@@ -107,7 +110,7 @@ def polygon_mask(
         if len(outline) > 2:
             # Texel centres stand at half integers, those of skimage at integers.
             columns, rows = (outline - (left + 0.5, top + 0.5)).T / step
-            mask[polygon(rows, columns, mask.shape)] = number == 0
+            mask[polygon(rows, columns, mask.shape)] = number == 0  # type: ignore[no-untyped-call]
     # A vertex on the far edge of the image stands in its last texel.
     last = (texture.width - 1, texture.height - 1)
     columns, rows = (np.minimum(outlines[0].astype(int), last) - (left, top)).T

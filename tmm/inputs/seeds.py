@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.images.labels import NONE, Labels
@@ -39,22 +41,22 @@ class SeedTexels:
     """
 
     names: tuple[str, ...]
-    rows: np.ndarray
-    columns: np.ndarray
-    material: np.ndarray
-    region: np.ndarray
-    colours: np.ndarray
+    rows: npt.NDArray[Any]
+    columns: npt.NDArray[Any]
+    material: npt.NDArray[Any]
+    region: npt.NDArray[Any]
+    colours: npt.NDArray[Any]
     conflicting: int
 
 
 def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
     """Files that seeds come from, relative to the job's folder."""
-    found = (seeds.file, seeds.labels.image if seeds.labels else None) if seeds else ()
-    return tuple(name for name in found if name is not None)
+    files = (seeds.file, seeds.labels.image if seeds.labels else None) if seeds else ()
+    return tuple(name for name in files if name is not None)
 
 
 def seed_texels(
-    job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Path, base_folder: Path
+    job: TextureJob, seeds: Seeds, names: tuple[str, ...], texture: Windowed, path: Path, base_folder: Path
 ) -> SeedTexels:
     """Find the seed texels of a texture.
 
@@ -72,17 +74,19 @@ def seed_texels(
         without data and texels claimed by several materials are taken away.
     """
     claims = [np.empty((3, 0), np.int64)]
-    for region, (name, rings) in enumerate(seed_polygons(job.seeds, base_folder)):
+    for region, (name, rings) in enumerate(seed_polygons(seeds, base_folder)):
         check_vertices(name, rings, texture, path)
         texels = _inside(rings, texture)
         claims.append(np.stack([texels, np.full_like(texels, names.index(name)), np.full_like(texels, region)]))
-    if job.seeds.labels is not None:
-        labels = Labels(job.seeds.labels, base_folder, names).fits(texture.height, texture.width)
+    if seeds.labels is not None:
+        labels = Labels(seeds.labels, base_folder, names).fits(texture.height, texture.width)
         claims += _label_claims(labels, len(names), job.held_out.random_seed)
     return _settle(job, names, texture, path, np.concatenate(claims, axis=1))
 
 
-def _settle(job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Path, claims: np.ndarray) -> SeedTexels:
+def _settle(
+    job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Path, claims: npt.NDArray[Any]
+) -> SeedTexels:
     """Keep each claimed texel once; `claims` is (3, N): texel number, material, region."""
     texel, material, region = claims
     order = np.argsort(texel, kind="stable")
@@ -106,7 +110,9 @@ def _settle(job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Pa
     return SeedTexels(names, rows, columns, material[kept], region, colours[keep], int(np.sum(~agreed)))
 
 
-def gather(texture: Windowed, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def gather(
+    texture: Windowed, rows: npt.NDArray[Any], columns: npt.NDArray[Any]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Colours (N, C) and validity (N,) of texels in the order of their rows, read from the top to the bottom."""
     colours, valid = np.empty((len(rows), texture.channels), texture.dtype), np.empty(len(rows), bool)
     step = max(PIECE_TEXELS // texture.width, 1)
@@ -120,7 +126,9 @@ def gather(texture: Windowed, rows: np.ndarray, columns: np.ndarray) -> tuple[np
     return colours, valid
 
 
-def _divide(material, region, rows, columns) -> np.ndarray:
+def _divide(
+    material: npt.NDArray[Any], region: npt.NDArray[Any], rows: npt.NDArray[Any], columns: npt.NDArray[Any]
+) -> npt.NDArray[Any]:
     """Split the regions of a material that has only one into four blocks at most, so that a part can be held out."""
     block = np.zeros_like(region)
     for index in np.unique(material):
@@ -131,7 +139,7 @@ def _divide(material, region, rows, columns) -> np.ndarray:
     return np.unique(np.stack([region, block]), axis=1, return_inverse=True)[1].ravel()
 
 
-def _inside(rings: tuple[Ring, ...], texture: Windowed) -> np.ndarray:
+def _inside(rings: tuple[Ring, ...], texture: Windowed) -> npt.NDArray[Any]:
     """Numbers of the texels in a polygon; of a very large one, those of a regular grid."""
     outline = np.array([position[:2] for position in rings[0]])
     # A vertex on the far edge of the image stands in its last texel.
@@ -142,10 +150,11 @@ def _inside(rings: tuple[Ring, ...], texture: Windowed) -> np.ndarray:
     width, height = high - low + 1
     step = int(np.ceil(np.sqrt(width * height / POLYGON_TEXELS)))
     rows, columns = np.nonzero(polygon_mask(rings, texture, low[1], low[0], (height, width), step))
-    return (rows * step + low[1]) * texture.width + columns * step + low[0]
+    texels: npt.NDArray[np.int64] = (rows * step + low[1]) * texture.width + columns * step + low[0]
+    return texels
 
 
-def _label_claims(labels: Labels, count: int, random_seed: int) -> list[np.ndarray]:
+def _label_claims(labels: Labels, count: int, random_seed: int) -> list[npt.NDArray[Any]]:
     """Claims of a label image: of each material all blocks that hold it, or BLOCKS of them drawn at random."""
     random, across = np.random.default_rng(random_seed), -(-labels.width // BLOCK)
     bands = [slice(top, min(top + BLOCK, labels.height)) for top in range(0, labels.height, BLOCK)]
@@ -153,8 +162,8 @@ def _label_claims(labels: Labels, count: int, random_seed: int) -> list[np.ndarr
     for number, band in enumerate(bands):
         known = labels.rows(band.start, band.stop)
         for k in range(count):
-            held = np.add.reduceat((known == k).any(axis=0), np.arange(0, labels.width, BLOCK))
-            present[k, number * across : (number + 1) * across] = held > 0
+            texels = np.add.reduceat((known == k).any(axis=0), np.arange(0, labels.width, BLOCK))
+            present[k, number * across : (number + 1) * across] = texels > 0
     for mine in present:
         blocks = np.flatnonzero(mine)
         if len(blocks) > BLOCKS:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import load_model
 from skyshine.tmm.job.model import TmmJob
 
 
-def load_job(path: str | os.PathLike, library) -> tuple[TmmJob, Path]:
+def load_job(path: str | os.PathLike[str], library: MaterialLibrary) -> tuple[TmmJob, Path]:
     """A job and the folder to which its paths are relative.
 
     Raises

@@ -41,7 +41,7 @@ def _palette_key(key: object) -> str:
     )
 
 
-def _some_polygons(polygons: tuple) -> tuple:
+def _some_polygons(polygons: tuple[Polygon, ...]) -> tuple[Polygon, ...]:
     if not polygons:
         raise ValueError("found no polygon; draw at least one, a single [x, y] vertex names one texel")
     return polygons
@@ -254,8 +254,8 @@ class TextureJob(StrictModel):
     def _one_way(self) -> TextureJob:
         given = [way for way in WAYS if getattr(self, way) is not None]
         if len(given) != 1:
-            found = " and ".join(given) if given else "none"
-            raise ValueError(f"found {found} of the ways to assign materials; allowed: one of {', '.join(WAYS)}")
+            ways = " and ".join(given) if given else "none"
+            raise ValueError(f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}")
         return self
 
     @property

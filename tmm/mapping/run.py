@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 from skyshine.schemas.quantity import quantity
@@ -19,7 +21,7 @@ from skyshine.tmm.mapping.ways import find_clusters
 from skyshine.tmm.mapping.write import Written, write_texture
 
 
-def check(job: TextureJob, folder: Path, library) -> dict:
+def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, Any]:
     """What `tmm check` says of a texture: it is read and its seeds or clusters are found, nothing is classified.
 
     Raises
@@ -45,7 +47,7 @@ def check(job: TextureJob, folder: Path, library) -> dict:
     }
 
 
-def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict]:
+def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict[str, Any]]:
     """Number, mean colour, share and name of each cluster."""
     from skimage.color import lab2rgb
 
@@ -62,7 +64,7 @@ def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict]:
 
 
 def classify(
-    job: TmmJob, folder: Path, out: str | os.PathLike | None, library
+    job: TmmJob, folder: Path, out: str | os.PathLike[str] | None, library: MaterialLibrary
 ) -> Iterator[tuple[TextureMap, Written, Path]]:
     """Build and write the databases of a job one by one.
 

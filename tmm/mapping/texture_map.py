@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
@@ -60,14 +63,14 @@ class TextureMap:
     texture: TextureFile
     colours: DistinctColours
     names: tuple[str, ...]
-    codes: np.ndarray
+    codes: npt.NDArray[np.uint16]
     seeds: SeedTexels | None
     quality: HeldOut
     place: GeoReference | None
     files: dict[str, str]
     mapper: Mapper
 
-    def windows(self) -> Iterator[tuple[slice, slice, np.ndarray, Classified]]:
+    def windows(self) -> Iterator[tuple[slice, slice, npt.NDArray[Any], Classified]]:
         """Classify the texture from the top to the bottom.
 
         Yields
@@ -82,13 +85,13 @@ class TextureMap:
         for top in range(0, self.texture.height, BAND):
             for left in range(0, self.texture.width, STRIP):
                 bottom, right = min(top + BAND, self.texture.height), min(left + STRIP, self.texture.width)
-                found = self.mapper.window(top, bottom, left, right)
-                found = Classified(found.material, self.quality.calibration(found.confidence), found.typicality)
-                code = code_of[with_unknown(found, self.job.classifier)]
-                yield slice(top, bottom), slice(left, right), code, found
+                raw = self.mapper.window(top, bottom, left, right)
+                classified = Classified(raw.material, self.quality.calibration(raw.confidence), raw.typicality)
+                code = code_of[with_unknown(classified, self.job.classifier)]
+                yield slice(top, bottom), slice(left, right), code, classified
 
 
-def map_texture(job: TextureJob, base_folder: Path, library) -> TextureMap:
+def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) -> TextureMap:
     """Open a texture, find its seeds, train what is to be trained and measure how good it is.
 
     Parameters
@@ -134,7 +137,7 @@ def _trained(
     settings, random_seed = job.classifier, job.held_out.random_seed
     known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
 
-    def mapper_of(chosen: np.ndarray | None) -> Mapper:
+    def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
         return model.mapper(texture, colours, settings.radius, tabulate=chosen is None)
 
@@ -160,5 +163,7 @@ def _untrained(
         named = [job.clusters.names.get(int(number)) for number in model.names]
         material = np.array([-1 if name is None else names.index(name) for name in named])
         return Renamed(ColourMapper(texture, colours, model, job.classifier.radius), names, material), quality
-    model = read_model(base_folder / job.model)
-    return model.mapper(texture, colours, job.classifier.radius), replace(quality, calibration=model.calibration)
+    if job.model is None:
+        raise ValueError(f"'{job.name}' assigns no materials")
+    trained = read_model(base_folder / job.model)
+    return trained.mapper(texture, colours, job.classifier.radius), replace(quality, calibration=trained.calibration)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.box import POSTERIOR_ONE
@@ -24,7 +26,7 @@ CLUSTER_ROUNDS = 50  # of k-means: far beyond where it settles on a photograph
 class WholeTexture:
     """One material for all texels with data."""
 
-    def __init__(self, texture: Windowed, name: str):
+    def __init__(self, texture: Windowed, name: str) -> None:
         self._texture, self.names = texture, (name,)
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
@@ -37,11 +39,11 @@ class WholeTexture:
 class ExactPalette:
     """A colour model that knows its own colours and no others."""
 
-    def __init__(self, palette: Palette, names: tuple[str, ...], dtype: np.dtype, path: Path):
+    def __init__(self, palette: Palette, names: tuple[str, ...], dtype: np.dtype[Any], path: Path) -> None:
         self.names = names
         self._colours = {palette_colour(key, dtype, path): names.index(name) for key, name in palette.colours.items()}
 
-    def tables(self, colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:
+    def tables(self, colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         """Posterior and typicality, 1 for the colour's own material; see `ColourModel`."""
         posterior = np.zeros((len(self.names), len(colours)), np.uint16)
         for colour, material in self._colours.items():
@@ -49,7 +51,7 @@ class ExactPalette:
         return posterior, (posterior > 0).astype(np.float32)
 
 
-def palette_colour(key: str, dtype: np.dtype, path: Path) -> tuple[int, int, int]:
+def palette_colour(key: str, dtype: np.dtype[Any], path: Path) -> tuple[int, int, int]:
     """The colour that a palette's key names, as a texture of this type holds it.
 
     Raises
@@ -62,15 +64,16 @@ def palette_colour(key: str, dtype: np.dtype, path: Path) -> tuple[int, int, int
     limit = np.iinfo(dtype).max
     if key.startswith("#"):
         # 8 bits spread over 16 as image formats do it: 255 becomes 65535.
-        return tuple(int(key[i : i + 2], 16) * (limit // 255) for i in (1, 3, 5))
+        red, green, blue = (int(key[i : i + 2], 16) * (limit // 255) for i in (1, 3, 5))
+        return red, green, blue
     if int(key) > limit:
         raise InputError(f"holds values to {limit}; the palette's grey level {key} is beyond", file=path)
-    return (int(key),) * 3
+    return int(key), int(key), int(key)
 
 
 def nearest_palette(
     palette: Palette, names: tuple[str, ...], texture: Windowed, path: Path
-) -> tuple[GaussianModel, np.ndarray]:
+) -> tuple[GaussianModel, npt.NDArray[Any]]:
     """A model whose most probable colour is the nearest one in CIELAB, and the material (P,) of each of its colours."""
     colours = np.array([palette_colour(key, texture.dtype, path) for key in palette.colours], texture.dtype)
     if texture.channels > 3:
@@ -84,19 +87,19 @@ def nearest_palette(
 class Renamed:
     """A mapper whose classes are renamed: several may share a material, and some may have none (-1)."""
 
-    def __init__(self, mapper: Mapper, names: tuple[str, ...], material: np.ndarray):
+    def __init__(self, mapper: Mapper, names: tuple[str, ...], material: npt.NDArray[Any]) -> None:
         self._mapper, self.names, self._material = mapper, names, np.append(material, -1).astype(np.int16)
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
-        found = self._mapper.window(top, bottom, left, right)
-        return Classified(self._material[found.material], found.confidence, found.typicality)
+        classified = self._mapper.window(top, bottom, left, right)
+        return Classified(self._material[classified.material], classified.confidence, classified.typicality)
 
 
 class RuleMapper:
     """Rules on colours and further layers; the first that holds gives the material."""
 
-    def __init__(self, texture: Windowed, rules: Rules, names: tuple[str, ...], base_folder: Path, path: Path):
+    def __init__(self, texture: Windowed, rules: Rules, names: tuple[str, ...], base_folder: Path, path: Path) -> None:
         """Open the layers; raises InputError where one cannot be read, has another size, or near infrared is
         missing.
         """
@@ -118,9 +121,9 @@ class RuleMapper:
         colours, valid = self._texture.window(slice(top, bottom), slice(left, right))
         flat = colours[valid]
         values = {name: layer.rows(top, bottom)[:, left:right, 0][valid] for name, layer in self._layers.items()}
-        material = np.full(len(flat), -1, np.int16)
+        matched = np.full(len(flat), -1, np.int16)
         for rule in self._rules:
-            holds = material == -1
+            holds = matched == -1
             for name, limits in rule.when.items():
                 if name not in values:
                     values |= _quantities(name, flat, self._texture.encoding)
@@ -129,14 +132,14 @@ class RuleMapper:
                     holds &= values[name] >= limits.at_least
                 if limits.below is not None:
                     holds &= values[name] < limits.below
-            material[holds] = self.names.index(rule.material)
-        found = np.full(valid.shape, -1, np.int16)
-        found[valid] = material
-        confidence = (found >= 0).astype(np.float32)
-        return Classified(found, confidence, confidence.copy())
+            matched[holds] = self.names.index(rule.material)
+        material = np.full(valid.shape, -1, np.int16)
+        material[valid] = matched
+        confidence = (material >= 0).astype(np.float32)
+        return Classified(material, confidence, confidence.copy())
 
 
-def _quantities(name: str, colours: np.ndarray, encoding: str) -> dict[str, np.ndarray]:
+def _quantities(name: str, colours: npt.NDArray[Any], encoding: str) -> dict[str, npt.NDArray[Any]]:
     """The quantity of `job.QUANTITIES` that is asked for, and what comes with it, of colours (N, C)."""
     if name == "ndvi":
         return {"ndvi": ndvi(colours)}
@@ -172,8 +175,8 @@ def find_clusters(texture: Windowed, clusters: Clusters) -> GaussianModel:
     coordinates = to_coordinates(np.concatenate(sample), texture.encoding)
     distinct = np.unique(coordinates, axis=0)
     count = min(clusters.count, len(distinct))
-    label = kmeans2(coordinates, count, iter=CLUSTER_ROUNDS, minit="++", rng=random)[1]
-    used, label = np.unique(label, return_inverse=True)
+    nearest = kmeans2(coordinates, count, iter=CLUSTER_ROUNDS, minit="++", rng=random)[1]
+    used, label = np.unique(nearest, return_inverse=True)
     order = np.argsort([coordinates[label == k, 0].mean() for k in range(len(used))])
     rank = np.argsort(order)
     return fit(coordinates, rank[label], tuple(str(k + 1) for k in range(len(used))), "seeds")
@@ -182,13 +185,13 @@ def find_clusters(texture: Windowed, clusters: Clusters) -> GaussianModel:
 class Overrides:
     """A mapper whose answer gives way to label images and polygons; polygons to later ones, GeoJSON last."""
 
-    def __init__(self, mapper: Mapper, texture: Windowed, seeds: Seeds, base_folder: Path, path: Path):
+    def __init__(self, mapper: Mapper, texture: Windowed, seeds: Seeds, base_folder: Path, path: Path) -> None:
         """Read the overrides; raises InputError where a polygon or a label image does not fit the texture."""
         self._mapper, self._texture = mapper, texture
         polygons = seed_polygons(seeds, base_folder)
         labelled = seeds.labels.palette.values() if seeds.labels else ()
-        own = list(mapper.names)
-        self.names = tuple(own + sorted({*labelled, *(name for name, _ in polygons)} - set(own)))
+        mapped = list(mapper.names)
+        self.names = tuple(mapped + sorted({*labelled, *(name for name, _ in polygons)} - set(mapped)))
         self._labels = None
         if seeds.labels is not None:
             self._labels = Labels(seeds.labels, base_folder, self.names).fits(texture.height, texture.width)
@@ -200,17 +203,21 @@ class Overrides:
 
     def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
         """Classify a window; see `Mapper`."""
-        found = self._mapper.window(top, bottom, left, right)
-        given = np.full(found.material.shape, NONE, np.int16)
+        classified = self._mapper.window(top, bottom, left, right)
+        given: npt.NDArray[np.int16] = np.full(classified.material.shape, NONE, np.int16)
         if self._labels is not None:
             given = self._labels.rows(top, bottom)[:, left:right].copy()
         for material, rings, low, high in self._polygons:
             if low[0] <= right and high[0] >= left and low[1] <= bottom and high[1] >= top:
-                mask = polygon_mask(rings, self._texture, top, left, given.shape)
+                mask = polygon_mask(rings, self._texture, top, left, (bottom - top, right - left))
                 given[mask] = material
         known = given != NONE
         if known.any():
             known &= self._texture.window(slice(top, bottom), slice(left, right))[1]
-            for array, value in ((found.material, given[known]), (found.confidence, 1), (found.typicality, 1)):
+            for array, value in (
+                (classified.material, given[known]),
+                (classified.confidence, 1),
+                (classified.typicality, 1),
+            ):
                 array[known] = value
-        return found
+        return classified

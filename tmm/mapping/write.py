@@ -7,9 +7,11 @@ import os
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, content_hash, open_database, write_file
@@ -38,18 +40,18 @@ class Written:
         Hash of the content.
     """
 
-    texels: np.ndarray
+    texels: npt.NDArray[np.int64]
     with_data: int
     confidence: float
     digest: str = ""
 
     @property
-    def usage(self) -> np.ndarray:
+    def usage(self) -> npt.NDArray[Any]:
         """Share (K,) of the texels with data that have each material."""
         return self.texels / max(self.with_data, 1)
 
 
-def write_texture(mapped: TextureMap, path: str | os.PathLike) -> Written:
+def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     """Classify a texture and write its database, band by band.
 
     Raises
@@ -78,7 +80,7 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike) -> Written:
     return replace(counted[0], digest=digest)
 
 
-def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np.ndarray, np.ndarray]]:
+def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[npt.NDArray[Any], npt.NDArray[Any]]]:
     """Write all levels; returns the counts, and the components and weights of the distinct mixtures."""
     stream = LevelStream(mapped.texture.height, mapped.texture.width, mapped.codes)
     mixtures = Composites()
@@ -87,11 +89,11 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
     texels, total = np.zeros(1 << 16, np.int64), 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = np.empty((band.stop - band.start, mapped.texture.width), np.uint16)
-        for _, columns, code, found in windows:
+        for _, columns, code, classified in windows:
             rows[:, columns] = code
             texels += np.bincount(code.ravel(), minlength=1 << 16)
-            total += float(found.confidence.sum(dtype=np.float64))
-            for name, values in (vars(pure_level(code)) | vars(found)).items():
+            total += float(classified.confidence.sum(dtype=np.float64))
+            for name, values in (vars(pure_level(code)) | vars(classified)).items():
                 if name in level0:
                     level0[name][band, columns] = values
         step = max(LEVEL_TEXELS // rows.shape[1], 1)
@@ -107,7 +109,7 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
 class _RowWriter:
     """Writes the rows of a level as whole chunks, so that each chunk is compressed once."""
 
-    def __init__(self, group: h5py.Group, materials: np.ndarray):
+    def __init__(self, group: h5py.Group, materials: npt.NDArray[Any]) -> None:
         """`materials` (K,) are the codes that occur, in ascending order."""
         self._arrays = [group[name] for name in ("code", "mix_code", "mix_weight")]
         self._height, width = self._arrays[0].shape
@@ -146,7 +148,9 @@ class _RowWriter:
         self._done, self._kept = rows.stop, 0
 
 
-def is_current(path: str | os.PathLike, job: TextureJob, base_folder: str | os.PathLike, library_version: str) -> bool:
+def is_current(
+    path: str | os.PathLike[str], job: TextureJob, base_folder: str | os.PathLike[str], library_version: str
+) -> bool:
     """Whether a database is there, undamaged, from this job, this image and seeds, and this library.
 
     Parameters
@@ -198,13 +202,13 @@ def _quality(mapped: TextureMap) -> Group:
     """Held-out quality of the materials that have seeds; empty where nothing is trained on this texture."""
     if mapped.seeds is None:
         return Group(attributes={"tested_texels": 0, "seed_texels": 0})
-    held, seeds = mapped.quality, mapped.seeds
+    measured, seeds = mapped.quality, mapped.seeds
     codes = mapped.codes[[mapped.names.index(name) for name in seeds.names]]
-    found = Axis(np.concatenate([[0], codes]).astype(np.uint16), "1", "material code found, 0 for unknown")
+    assigned = Axis(np.concatenate([[0], codes]).astype(np.uint16), "1", "material code found, 0 for unknown")
     what = {"whole": "held-out seed texels", "inside": "those in shadow", "outside": "those in sunlight"}
-    attributes = {}
+    attributes: dict[str, float] = {}
     for part, suffix in (("whole", ""), ("inside", "_inside_shadow"), ("outside", "_outside_shadow")):
-        quality = getattr(held, part)
+        quality = getattr(measured, part)
         attributes |= {
             f"overall_accuracy{suffix}": quality.overall_accuracy,
             f"mean_iou{suffix}": quality.mean_iou,
@@ -212,19 +216,22 @@ def _quality(mapped: TextureMap) -> Group:
             f"tested_texels{suffix}": quality.tested,
         }
     return Group(
-        {"material": Axis(codes, "1", "material code"), "found": found},
+        {"material": Axis(codes, "1", "material code"), "found": assigned},
         {
             "confusion": Variable(
-                ("material", "found"), held.whole.confusion, "1", f"{what['whole']} by true and found material"
+                ("material", "found"), measured.whole.confusion, "1", f"{what['whole']} by true and found material"
             ),
             "intersection_over_union": Variable(
-                ("material",), held.whole.intersection_over_union, "1", "intersection over union on held-out seeds"
+                ("material",),
+                measured.whole.intersection_over_union,
+                "1",
+                "intersection over union on held-out seeds",
             ),
         },
         attributes=attributes
         | {
-            "calibration_slope": held.calibration.slope,
-            "calibration_offset": held.calibration.offset,
+            "calibration_slope": measured.calibration.slope,
+            "calibration_offset": measured.calibration.offset,
             "seed_texels": len(seeds.rows),
             "conflicting_seed_texels": seeds.conflicting,
             "folds": mapped.job.held_out.folds,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 BINS = 15  # of confidence, as Guo et al. (2017) take them
 
@@ -21,8 +23,8 @@ class Quality:
         By confidence, of the texels with a material found: their number, the sum of their confidence, those right.
     """
 
-    confusion: np.ndarray
-    bins: np.ndarray
+    confusion: npt.NDArray[np.int64]
+    bins: npt.NDArray[np.float64]
 
     @property
     def tested(self) -> int:
@@ -35,11 +37,12 @@ class Quality:
         return float(np.trace(self.confusion[:, 1:]) / max(self.tested, 1))
 
     @property
-    def intersection_over_union(self) -> np.ndarray:
+    def intersection_over_union(self) -> npt.NDArray[np.float64]:
         """(K,) float64 of each material; 0 for one that was neither present nor found."""
         hit = np.diag(self.confusion[:, 1:])
         union = self.confusion.sum(axis=1) + self.confusion[:, 1:].sum(axis=0) - hit
-        return hit / np.maximum(union, 1)
+        shares: npt.NDArray[np.float64] = hit / np.maximum(union, 1)
+        return shares
 
     @property
     def mean_iou(self) -> float:
@@ -57,7 +60,7 @@ class Quality:
 class Tally:
     """Counts what makes a `Quality`."""
 
-    def __init__(self, count: int):
+    def __init__(self, count: int) -> None:
         self._confusion, self._bins = np.zeros((count, count + 1), np.int64), np.zeros((3, BINS))
 
     @property
@@ -65,15 +68,15 @@ class Tally:
         """Number of texels counted."""
         return int(self._confusion.sum())
 
-    def add(self, true: np.ndarray, found: np.ndarray, confidence: np.ndarray) -> None:
-        """Count texels (N,): index of the true material, of the one found (-1 unknown), and its confidence."""
+    def add(self, true: npt.NDArray[Any], assigned: npt.NDArray[Any], confidence: npt.NDArray[np.float32]) -> None:
+        """Count texels (N,): index of the true material, of the one assigned (-1 unknown), and its confidence."""
         shape = self._confusion.shape
-        cell = true.astype(np.int64) * shape[1] + found + 1
+        cell = true.astype(np.int64) * shape[1] + assigned + 1
         self._confusion += np.bincount(cell, minlength=self._confusion.size).reshape(shape)
-        known = found >= 0
+        known = assigned >= 0
         values = confidence[known].astype(np.float64)
         number = np.minimum((values * BINS).astype(int), BINS - 1)
-        for row, weight in zip(self._bins, (np.ones_like(values), values, (found == true)[known]), strict=True):
+        for row, weight in zip(self._bins, (np.ones_like(values), values, (assigned == true)[known]), strict=True):
             row += np.bincount(number, weight, BINS)
 
     def quality(self) -> Quality:

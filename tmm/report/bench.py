@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.features.colour import DistinctColours, to_lab
@@ -23,18 +26,15 @@ from skyshine.tmm.quality.counts import Quality, Tally
 from skyshine.tmm.training.examples import examples
 from skyshine.tmm.training.train import train_on_seeds
 
+METHODS: tuple[Literal["colour", "textured"], ...] = ("colour", "textured")
 OURS = {
     f"{method}, radius {radius}": Classifier(method=method, radius=radius)
-    for method in ("colour", "textured")
+    for method in METHODS
     for radius in (0, 4, 8, 12)
 }
 PEERS = ("scikit-learn QDA", "scikit-learn random forest")
-FOREST = {
-    "n_estimators": 50,
-    "min_samples_leaf": 5,
-    "random_state": 0,
-    "n_jobs": 1,
-}  # enough trees that more change little
+# So many trees that more change little.
+FOREST = {"n_estimators": 50, "min_samples_leaf": 5, "random_state": 0, "n_jobs": 1}
 
 
 class Truth(StrictModel):
@@ -59,7 +59,11 @@ class Row:
     training: float = 0.0
     classifying: float = 0.0
     texels: int = 0
-    quality: Quality | None = field(default=None)
+
+    @property
+    def quality(self) -> Quality:
+        """What was reached so far."""
+        return self.tally.quality()
 
     @property
     def rate(self) -> float:
@@ -67,10 +71,12 @@ class Row:
         return self.texels / max(self.classifying, 1e-9)
 
 
-Classify = Callable[[slice, slice], tuple[np.ndarray, np.ndarray]]
+Classify = Callable[[slice, slice], tuple[npt.NDArray[Any], npt.NDArray[Any]]]
 
 
-def bench(job: TmmJob, folder: Path, truth: Path, library) -> Iterator[tuple[TextureJob, int, list[Row]]]:
+def bench(
+    job: TmmJob, folder: Path, truth: Path, library: MaterialLibrary
+) -> Iterator[tuple[TextureJob, int, list[Row]]]:
     """Train every classifier on the seeds of each texture and classify it; seeds do not count in the result.
 
     Parameters
@@ -106,15 +112,17 @@ def bench(job: TmmJob, folder: Path, truth: Path, library) -> Iterator[tuple[Tex
                 f"'{entry.name}' has no {missing}; textures with truth: {nearest(entry.name, labels)}", file=truth
             )
         texture, colours, _, seeds = load_texture(entry, folder, library)
+        if seeds is None:
+            raise ValueError(f"'{entry.name}' has no seeds")
         known = Labels(labels[entry.name], truth.parent, names).fits(texture.height, texture.width)
         for row in rows:
             started = time.process_time()
-            classify, own = _trained(row.name, entry, texture, colours, seeds)
+            classify, materials = _trained(row.name, entry, texture, colours, seeds)
             row.training += time.process_time() - started
             _run(
                 row,
                 classify,
-                np.array([*(names.index(n) if n in names else -1 for n in own), -1]),
+                np.array([*(names.index(n) if n in names else -1 for n in materials), -1]),
                 texture,
                 known,
                 seeds,
@@ -133,9 +141,9 @@ def _trained(
         model = train_on_seeds(texture, seeds, settings, known, random_seed, None)
         mapper = model.mapper(texture, colours, settings.radius)
 
-        def ours(rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
-            found = mapper.window(rows.start, rows.stop, columns.start, columns.stop)
-            return found.material, found.confidence
+        def ours(rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+            classified = mapper.window(rows.start, rows.stop, columns.start, columns.stop)
+            return classified.material, classified.confidence
 
         return ours, mapper.names
     from sklearn.discriminant_analysis import QuadraticDiscriminantAnalysis
@@ -144,7 +152,7 @@ def _trained(
     learner = QuadraticDiscriminantAnalysis(reg_param=0.01) if name == PEERS[0] else RandomForestClassifier(**FOREST)
     learner.fit(to_lab(seeds.colours[:, :3], texture.encoding), seeds.material)
 
-    def peer(rows: slice, columns: slice) -> tuple[np.ndarray, np.ndarray]:
+    def peer(rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
         pixels, valid = texture.window(rows, columns)
         posterior = learner.predict_proba(to_lab(pixels.reshape(-1, pixels.shape[2])[:, :3], texture.encoding))
         material = learner.classes_[posterior.argmax(axis=1)].reshape(valid.shape)
@@ -154,7 +162,7 @@ def _trained(
 
 
 def _run(
-    row: Row, classify: Classify, index: np.ndarray, texture: TextureFile, known: Labels, seeds: SeedTexels
+    row: Row, classify: Classify, index: npt.NDArray[Any], texture: TextureFile, known: Labels, seeds: SeedTexels
 ) -> None:
     for top in range(0, texture.height, BAND):
         rows = slice(top, min(top + BAND, texture.height))
@@ -169,7 +177,6 @@ def _run(
             scored = truth[:, columns] != -1
             row.tally.add(truth[:, columns][scored], index[material[scored]], confidence[scored])
     row.texels += texture.height * texture.width
-    row.quality = row.tally.quality()
 
 
 def plot(rows: list[Row], path: Path) -> None:
@@ -188,4 +195,4 @@ def plot(rows: list[Row], path: Path) -> None:
     axis.set_xscale("log")
     axis.set_xlabel("processor seconds a million texels")
     axis.set_ylabel("1 - mean intersection over union")
-    FigureCanvasAgg(figure).print_png(str(path), metadata={"Software": "skyshine"})
+    FigureCanvasAgg(figure).print_png(str(path), metadata={"Software": "skyshine"})  # type: ignore[no-untyped-call]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
@@ -13,11 +15,17 @@ from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.job.model import stored_job
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
+
 MAX_SIDE = 1600  # texels drawn a side; larger textures are thinned
 UNKNOWN = (0.0, 0.0, 0.0)
 
 
-def draw(path: str | os.PathLike, out: str | os.PathLike, image: str | os.PathLike | None = None) -> None:
+def draw(
+    path: str | os.PathLike[str], out: str | os.PathLike[str], image: str | os.PathLike[str] | None = None
+) -> None:
     """Draw a texture database into a PNG file.
 
     Parameters
@@ -57,12 +65,12 @@ def draw(path: str | os.PathLike, out: str | os.PathLike, image: str | os.PathLi
             axis.set_axis_off()
         figure.legend(handles=legend, loc="outside right upper", frameon=False)
     try:
-        FigureCanvasAgg(figure).print_png(str(out), metadata={"Software": "skyshine"})
+        FigureCanvasAgg(figure).print_png(str(out), metadata={"Software": "skyshine"})  # type: ignore[no-untyped-call]
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check the folder", file=out) from None
 
 
-def _photograph(texture: TextureFile, step: int) -> tuple[np.ndarray, np.ndarray]:
+def _photograph(texture: TextureFile, step: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Every `step`-th row and column: colours (h, w, 3) float32 for the screen, and relative luminance (h, w).
 
     High dynamic range is cut at its 99th percentile.
@@ -79,7 +87,7 @@ def _photograph(texture: TextureFile, step: int) -> tuple[np.ndarray, np.ndarray
     return np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2), light
 
 
-def _draw_shadows(file: TmmFile, axis, code: np.ndarray, light: np.ndarray) -> None:
+def _draw_shadows(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16], light: npt.NDArray[Any]) -> None:
     """Draw in black the texels far darker than the material found there is elsewhere."""
     codes = np.array(list(file.materials))
     index = np.where(np.isin(code, codes) & np.isfinite(light), np.searchsorted(codes, code), len(codes))
@@ -88,12 +96,12 @@ def _draw_shadows(file: TmmFile, axis, code: np.ndarray, light: np.ndarray) -> N
     axis.set_title("shadow")
 
 
-def _draw_codes(file: TmmFile, axis, code: np.ndarray) -> list:
+def _draw_codes(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16]) -> list[Patch]:
     """Draw level 0 and return the legend's handles, each with the material's share."""
     from matplotlib import colormaps
     from matplotlib.patches import Patch
 
-    palette = colormaps["tab20"].colors
+    palette = np.asarray(colormaps["tab20"](np.arange(20)))[:, :3]
     canvas = np.empty((*code.shape, 3), np.float32)
     canvas[:] = UNKNOWN
     handles = []

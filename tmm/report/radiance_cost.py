@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, TypeVar
 
+from skyshine.mat.runtime.misclassification import ErrorByTime, misclassification_cost, surface_radiance
+from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, open_table
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
+from skyshine.tmm.report.score import Score
 
 RADIANCE = "W m^-2 sr^-1"
 
+Tables = tuple[TemperatureTable, BandTable, AtmosphereTable | None]
+TableKind = TypeVar("TableKind", bound=Table)
 
-def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> list[tuple]:
+
+def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> list[Tables]:
     """Tables of temperature, band and (or None) atmosphere, one set a band; empty where no cost is asked for.
 
     Raises
@@ -18,8 +25,6 @@ def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> l
     InputError
         A file is missing or of another type, or the options do not go together.
     """
-    from skyshine.mat.tables.loader import open_table
-
     if htt is None and not bands and not airs:
         return []
     if htt is None or not bands:
@@ -28,16 +33,24 @@ def open_tables(htt: str | None, bands: Sequence[str], airs: Sequence[str]) -> l
         raise InputError(
             f"found {len(airs)} --atmq for {len(bands)} --band; allowed: one for each, in the same order, or none"
         )
-    opened = {}
-    for path, kind in ((htt, "htt"), *((band, "band") for band in bands), *((air, "atmq") for air in airs)):
-        opened[path] = open_table(path)
-        if opened[path].filetype != kind:
-            raise InputError(f"holds '{opened[path].filetype}'; allowed: '{kind}'; name another file", file=path)
-    paired = zip(bands, airs, strict=True) if airs else ((band, None) for band in bands)
-    return [(opened[htt], opened[band], opened[air] if air else None) for band, air in paired]
+    temperatures = _opened(htt, TemperatureTable, "htt")
+    tables = [_opened(band, BandTable, "band") for band in bands]
+    if not airs:
+        return [(temperatures, table, None) for table in tables]
+    atmospheres = [_opened(air, AtmosphereTable, "atmq") for air in airs]
+    return [(temperatures, table, air) for table, air in zip(tables, atmospheres, strict=True)]
 
 
-def report(score, htt, band, air, surface: dict) -> dict:
+def _opened(path: str, kind: type[TableKind], filetype: str) -> TableKind:
+    table = open_table(path)
+    if not isinstance(table, kind) or table.filetype != filetype:
+        raise InputError(f"holds '{table.filetype}'; allowed: '{filetype}'; name another file", file=path)
+    return table
+
+
+def report(
+    score: Score, htt: TemperatureTable, band: BandTable, air: AtmosphereTable | None, surface: dict[str, Any]
+) -> dict[str, Any]:
     """What wrong texels of a score cost in one band, as ``--json`` prints it; `surface` as `surface_radiance` takes it.
 
     Raises
@@ -45,8 +58,6 @@ def report(score, htt, band, air, surface: dict) -> dict:
     InputError
         The tables lack a material that was scored, or do not go together.
     """
-    from skyshine.mat.runtime.misclassification import misclassification_cost, surface_radiance
-
     rows = score.whole.confusion
     used = [k for k in range(len(score.names)) if rows[k].any() or rows[:, k + 1].any()]
     names = [score.names[k] for k in used]
@@ -76,7 +87,7 @@ def report(score, htt, band, air, surface: dict) -> dict:
     }
 
 
-def _errors(error, units: str) -> dict:
+def _errors(error: ErrorByTime, units: str) -> dict[str, Any]:
     day = {"rms": error.day_rms, "p95": error.day_p95, "maximum": error.day_maximum}
     hourly = {"mean": error.mean, "rms": error.rms, "p95": error.p95, "maximum": error.maximum}
     return {

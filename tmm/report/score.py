@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
@@ -40,7 +43,12 @@ class Score:
     outside: Quality | None
 
 
-def score(path: str | os.PathLike, labels: str | os.PathLike, library, image: str | os.PathLike | None = None) -> Score:
+def score(
+    path: str | os.PathLike[str],
+    labels: str | os.PathLike[str],
+    library: MaterialLibrary,
+    image: str | os.PathLike[str] | None = None,
+) -> Score:
     """Compare a database with a label image.
 
     Parameters
@@ -61,26 +69,27 @@ def score(path: str | os.PathLike, labels: str | os.PathLike, library, image: st
     labels = Path(labels)
     wanted = load_model(labels, LabelImage, context={"materials": library.names})
     with open_tmm(path) as file:
-        names = {*wanted.palette.values(), *file.materials.values()}
-        names = tuple(sorted(names, key=lambda name: library[name].code if name in library else -1))
+        materials = {*wanted.palette.values(), *file.materials.values()}
+        names = tuple(sorted(materials, key=lambda name: library[name].code if name in library else -1))
         truth = Labels(wanted, labels.parent, names).fits(file.height, file.width)
         texture = _texture(file, Path(path), image)
-        limits = None if texture is None else _limits(texture, truth, len(names))
+        limits = np.empty(0) if texture is None else _limits(texture, truth, len(names))
         whole, inside, outside = (Tally(len(names)) for _ in range(3))
         for rows in _bands(file.height, file.width):
             known = truth.rows(rows.start, rows.stop)
             texels = np.nonzero(known != -1)
-            true, (found, confidence) = known[texels], (part[texels] for part in _found(file, rows, names))
-            whole.add(true, found, confidence)
+            true, (assigned, confidence) = known[texels], (part[texels] for part in _assigned(file, rows, names))
+            whole.add(true, assigned, confidence)
             if texture is not None:
                 colours, valid = (part[texels] for part in texture.window(rows, slice(0, texture.width)))
                 dark = luminance(colours, texture.encoding) < limits[true]
                 for tally, part in ((inside, dark & valid), (outside, ~dark & valid)):
-                    tally.add(true[part], found[part], confidence[part])
+                    tally.add(true[part], assigned[part], confidence[part])
     if not whole.texels:
         raise InputError("labels no texel: none of the palette's colours occurs in it", file=truth.path)
-    shaded = [None, None] if texture is None else [inside.quality(), outside.quality()]
-    return Score(names, whole.quality(), *shaded)
+    if texture is None:
+        return Score(names, whole.quality(), None, None)
+    return Score(names, whole.quality(), inside.quality(), outside.quality())
 
 
 def _bands(height: int, width: int) -> list[slice]:
@@ -88,15 +97,15 @@ def _bands(height: int, width: int) -> list[slice]:
     return [slice(top, min(top + step, height)) for top in range(0, height, step)]
 
 
-def _found(file: TmmFile, rows: slice, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Index of the material found, -1 for unknown, and its confidence."""
+def _assigned(file: TmmFile, rows: slice, names: tuple[str, ...]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Index of the material assigned, -1 for unknown, and its confidence."""
     number = np.full(int(np.iinfo(np.uint16).max) + 1, -1, np.int16)
     for code, name in file.materials.items():
         number[code] = names.index(name)
     return number[file.rows("code", rows)], file.rows("confidence", rows)
 
 
-def _texture(file: TmmFile, path: Path, image: str | os.PathLike | None) -> TextureFile | None:
+def _texture(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) -> TextureFile | None:
     """The texture, read as it was when it was classified; None where it is not at hand."""
     try:
         place = find_image(file, path, image)
@@ -108,7 +117,7 @@ def _texture(file: TmmFile, path: Path, image: str | os.PathLike | None) -> Text
     return TextureFile(place, job.colour_space, job.alpha)
 
 
-def _limits(texture: TextureFile, truth: Labels, count: int) -> np.ndarray:
+def _limits(texture: TextureFile, truth: Labels, count: int) -> npt.NDArray[Any]:
     """Luminance limit of shadow for each material, from a part of the rows."""
     step = max(texture.height * texture.width // SAMPLE_TEXELS, 1)
     light, material = [], []

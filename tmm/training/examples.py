@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.tmm.features.textured import MARGIN, features, in_other_light, in_shadow, light_planes, names
 from skyshine.tmm.images.texture import Windowed
@@ -28,10 +30,10 @@ class Examples:
         Index into the names of the seeds.
     """
 
-    texel: np.ndarray
-    plain: np.ndarray
-    shaded: np.ndarray
-    material: np.ndarray
+    texel: npt.NDArray[Any]
+    plain: npt.NDArray[np.float32]
+    shaded: npt.NDArray[np.float32]
+    material: npt.NDArray[Any]
 
 
 def examples(
@@ -64,6 +66,7 @@ def examples(
     return Examples(texel, plain, shaded, seeds.material[texel])
 
 
-def _features(pixels: np.ndarray, valid: np.ndarray, encoding: str) -> np.ndarray:
+def _features(pixels: npt.NDArray[Any], valid: npt.NDArray[np.bool_], encoding: str) -> npt.NDArray[Any]:
     planes = light_planes(pixels.reshape(-1, pixels.shape[2]), encoding)
-    return features(*(part.reshape(3, *valid.shape) for part in planes), valid)
+    lab, linear = (part.reshape(3, *valid.shape) for part in planes)
+    return features(lab, linear, valid)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.trained import TrainedModel
@@ -15,8 +19,8 @@ from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.inputs.load import load_texture, open_texture
 from skyshine.tmm.inputs.seeds import SeedTexels
-from skyshine.tmm.job.model import TmmJob
-from skyshine.tmm.quality.held_out import HeldOut, at_seeds, folds, held_out, untested
+from skyshine.tmm.job.model import TextureJob, TmmJob
+from skyshine.tmm.quality.held_out import HeldOut, HeldOutTexels, at_seeds, folds, held_out, untested
 from skyshine.tmm.training.examples import SAMPLE, Examples, examples
 from skyshine.tmm.training.train import train_textured
 
@@ -30,7 +34,7 @@ def library_examples(texture: Windowed, seeds: SeedTexels, count: int, random_se
     return examples(texture, seeds, random_seed, sample, other_light=count > 1)
 
 
-def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, HeldOut]:
+def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[TrainedModel, HeldOut]:
     """Train one classifier on the seeds of all textures of a job, with the classifier settings of its first texture.
 
     The calibration and the quality come from textures held out: dealt out over the parts of the first texture's
@@ -43,14 +47,16 @@ def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, Hel
     """
     first = job.textures[0]
     settings, random_seed = first.classifier, first.held_out.random_seed
-    for texture_job in job.textures:
-        if texture_job.seeds is None:
-            raise InputError(f"'{texture_job.name}' has no seeds; allowed for training: textures with seeds")
+    _require_seeds(job)
     count, textured = len(job.textures), settings.method == "textured"
     # Images are read one by one and again for the test: those of a large library together would not fit memory.
-    seeds_of, encodings, known = [], [], []
+    seeds_of: list[SeedTexels] = []
+    encodings: list[str] = []
+    known: list[Examples] = []
     for texture_job in job.textures:
         texture, _, _, seeds = load_texture(texture_job, folder, library)
+        if seeds is None:
+            raise _without_seeds(texture_job)
         seeds_of.append(seeds)
         encodings.append(texture.encoding)
         if textured:
@@ -59,47 +65,65 @@ def train_library(job: TmmJob, folder: Path, library) -> tuple[TrainedModel, Hel
     part = np.empty(count, int)
     part[order] = np.arange(count) % first.held_out.folds
 
-    def train(chosen: np.ndarray) -> TrainedModel:
+    def train(chosen: npt.NDArray[np.bool_]) -> TrainedModel:
         used = np.flatnonzero(chosen)
-        own = [seeds_of[i] for i in used]
+        library_seeds = [seeds_of[i] for i in used]
         if textured:
-            return train_textured([known[i] for i in used], [seeds.names for seeds in own], settings, random_seed)
-        names = tuple(dict.fromkeys(name for seeds in own for name in seeds.names))
+            return train_textured(
+                [known[i] for i in used], [seeds.names for seeds in library_seeds], settings, random_seed
+            )
+        names = tuple(dict.fromkeys(name for seeds in library_seeds for name in seeds.names))
         lab = [to_coordinates(seeds_of[i].colours, encodings[i]) for i in used]
-        material = [np.array([names.index(name) for name in seeds.names])[seeds.material] for seeds in own]
+        material = [np.array([names.index(name) for name in seeds.names])[seeds.material] for seeds in library_seeds]
         colour = fit(np.concatenate(lab), np.concatenate(material), names, settings.prior)
         return TrainedModel(names, colour, None)
 
     model = train(np.ones(count, bool))
     if count == 1:
         return model, untested(len(model.names))
-    held = _held_out_textures(job, folder, seeds_of, part, train, model.names)
-    return replace(model, calibration=held.calibration), held
+    quality = _held_out_textures(job, folder, seeds_of, part, train, model.names)
+    return replace(model, calibration=quality.calibration), quality
+
+
+def _require_seeds(job: TmmJob) -> None:
+    for texture_job in job.textures:
+        if texture_job.seeds is None:
+            raise _without_seeds(texture_job)
+
+
+def _without_seeds(job: TextureJob) -> InputError:
+    return InputError(f"'{job.name}' has no seeds; allowed for training: textures with seeds")
 
 
 def _held_out_textures(
-    job: TmmJob, folder: Path, seeds_of: list[SeedTexels], part: np.ndarray, train, names: tuple[str, ...]
+    job: TmmJob,
+    folder: Path,
+    seeds_of: list[SeedTexels],
+    part: npt.NDArray[Any],
+    train: Callable[[npt.NDArray[np.bool_]], TrainedModel],
+    names: tuple[str, ...],
 ) -> HeldOut:
     """Quality at the seeds of textures that the classifier was not trained on."""
-    rows = []
+    tested = []
     for number in np.unique(part):
         model = train(part != number)
         for i in np.flatnonzero(part == number):
             texture, seeds = open_texture(job.textures[i], folder), seeds_of[i]
             fold = np.where(folds(job.textures[i], seeds, smallest=1) >= 0, 0, -1)
             mapper = model.mapper(texture, DistinctColours(texture), job.textures[0].classifier.radius, tabulate=False)
-            found, confidence, _ = at_seeds({0: mapper}, seeds, fold)
+            assigned, confidence, _ = at_seeds({0: mapper}, seeds, fold)
             light = luminance(seeds.colours, texture.encoding)
             dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
             index = np.array([*(names.index(name) for name in seeds.names), -1])
             # A texture counts once in the calibration, as a region does within one.
-            columns = (
+            texels = HeldOutTexels(
                 index[seeds.material],
-                index[found],
+                index[assigned],
                 confidence,
                 dark,
-                np.full(len(fold), i),
-                np.full(len(fold), number),
+                region=np.full(len(fold), i),
+                fold=np.full(len(fold), number),
+                typicality=np.ones_like(confidence),
             )
-            rows.append([column[fold == 0] for column in columns])
-    return held_out(len(names), *(np.concatenate(column) for column in zip(*rows, strict=True)))
+            tested.append(texels.only(fold == 0))
+    return held_out(len(names), HeldOutTexels.joined(tested))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.tmm.classify.gaussian import GaussianModel, fit, log_prior
 from skyshine.tmm.classify.trained import TYPICAL, Network, TrainedModel
@@ -30,29 +33,30 @@ def train_textured(
     """
     everything = tuple(dict.fromkeys(name for names_ in names_of for name in names_))
     material = [
-        np.array([everything.index(n) for n in own])[part.material] for part, own in zip(known, names_of, strict=True)
+        np.array([everything.index(name) for name in texture_names])[part.material]
+        for part, texture_names in zip(known, names_of, strict=True)
     ]
     used, target = np.unique(np.concatenate(material), return_inverse=True)
-    found = tuple(everything[k] for k in used)
+    materials = tuple(everything[k] for k in used)
     both = np.concatenate([part.plain for part in known] + [part.shaded for part in known])
     target = np.concatenate([target, target])
     size = (HIDDEN, PENALTY) if len(known) == 1 else (LIBRARY_HIDDEN, LIBRARY_PENALTY)
-    network = _network(both, target, found, settings, random_seed, *size)
-    colour = fit(both[:, TYPICAL].astype(np.float64), target, found)
-    return TrainedModel(found, colour, network)
+    network = _network(both, target, materials, settings, random_seed, *size)
+    colour = fit(both[:, TYPICAL].astype(np.float64), target, materials)
+    return TrainedModel(materials, colour, network)
 
 
 def _network(
-    both: np.ndarray,
-    target: np.ndarray,
-    found: tuple[str, ...],
+    both: npt.NDArray[Any],
+    target: npt.NDArray[Any],
+    materials: tuple[str, ...],
     settings: Classifier,
     random_seed: int,
     hidden: int,
     penalty: float,
 ) -> Network:
     mean, scale = both.mean(axis=0), np.maximum(both.std(axis=0), 1e-3)
-    if len(found) == 1:
+    if len(materials) == 1:
         empty = np.zeros((len(mean), 1), np.float32)
         return Network(
             mean, scale, empty, np.zeros(1, np.float32), np.zeros((1, 1), np.float32), np.zeros(1, np.float32)
@@ -60,13 +64,13 @@ def _network(
     inner, outer, inner_offset, outer_offset = _perceptron((both - mean) / scale, target, random_seed, hidden, penalty)
     counts = np.bincount(target).astype(float)
     # The seeds' own frequencies are the prior that a network learns.
-    outer_offset = outer_offset + log_prior(found, counts, settings.prior) - np.log(counts / counts.sum())
+    outer_offset = outer_offset + log_prior(materials, counts, settings.prior) - np.log(counts / counts.sum())
     return Network(*(part.astype(np.float32) for part in (mean, scale, inner, inner_offset, outer, outer_offset)))
 
 
 def _perceptron(
-    scaled: np.ndarray, target: np.ndarray, random_seed: int, hidden: int, penalty: float
-) -> tuple[np.ndarray, ...]:
+    scaled: npt.NDArray[Any], target: npt.NDArray[Any], random_seed: int, hidden: int, penalty: float
+) -> tuple[npt.NDArray[Any], ...]:
     """Weights and offsets of both layers; of two materials, scikit-learn keeps one output, the log-odds."""
     import warnings
 
@@ -85,7 +89,7 @@ def _perceptron(
 
 
 def _fit_seeds(
-    seeds: SeedTexels, encoding: str, settings: Classifier, chosen: np.ndarray | None = None
+    seeds: SeedTexels, encoding: str, settings: Classifier, chosen: npt.NDArray[np.bool_] | None = None
 ) -> GaussianModel:
     """Fit the model to the seeds of a texture, or to those that `chosen` (N,) bool keeps."""
     keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
@@ -100,7 +104,7 @@ def train_on_seeds(
     settings: Classifier,
     known: Examples | None,
     random_seed: int,
-    chosen: np.ndarray | None,
+    chosen: npt.NDArray[np.bool_] | None,
 ) -> TrainedModel:
     """Train on the seeds of one texture, or on those that `chosen` (N,) bool keeps; `known` are its `examples`, if
     textured.

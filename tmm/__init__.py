@@ -6,13 +6,13 @@ import importlib
 from typing import Any
 
 _HOMES = {
-    "TextureJob": "job",
-    "TmmJob": "job",
-    "TextureMap": "build",
-    "map_texture": "build",
-    "write_texture": "database",
-    "open_tmm": "reader",
-    "read_usage": "usage",
+    "TextureJob": "job.model",
+    "TmmJob": "job.model",
+    "TextureMap": "mapping.texture_map",
+    "map_texture": "mapping.texture_map",
+    "write_texture": "mapping.write",
+    "open_tmm": "database.reader",
+    "read_usage": "database.usage",
 }
 
 __all__ = list(_HOMES)

@@ -12,8 +12,8 @@ from skyshine.mat.tables.verify import problems
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.tmm import map_texture, open_tmm, write_texture
-from skyshine.tmm.classify import fit
-from skyshine.tmm.job import TextureJob
+from skyshine.tmm.classify.gaussian import fit
+from skyshine.tmm.job.model import TextureJob
 
 _MATERIALS = ("asphalt_road", "conifer", "grass_green", "concrete", "sand_desert")
 _LARGEST = 90  # texels along a side

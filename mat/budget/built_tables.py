@@ -18,7 +18,7 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.reader import open_tmm
+from skyshine.tmm.database.reader import open_tmm
 
 # The centre of a frame looks at the ground of the same altitude; where that is further off, or not at all, it looks at
 # something this many times as far as the pixel.

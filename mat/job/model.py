@@ -24,7 +24,7 @@ from skyshine.mat.job.surface import (
     SurfaceGrid,
 )
 from skyshine.schemas.documents import StrictModel
-from skyshine.tmm.job import MaterialName, TextureJob, check_distinct_names
+from skyshine.tmm.job.model import MaterialName, TextureJob, check_distinct_names
 
 MaterialChoice = Annotated[
     Annotated[Literal["used", "all"], pydantic.Tag("word")]

@@ -14,7 +14,7 @@ import pydantic
 from skyshine.mat.job.model import Job
 from skyshine.materials.files import SpecularFile, ThermalFile
 from skyshine.materials.library import Index
-from skyshine.tmm.job import TmmJob
+from skyshine.tmm.job.model import TmmJob
 
 MODELS: dict[str, type[pydantic.BaseModel]] = {
     "mat-job.schema.json": Job,

@@ -13,8 +13,8 @@ from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.load import job_materials
-from skyshine.tmm.usage import read_usage
+from skyshine.tmm.database.usage import read_usage
+from skyshine.tmm.inputs.load import job_materials
 
 FLOAT_BYTES = 4
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from skyshine.mat.products.product import Context, TaskReport
-from skyshine.tmm.build import TextureMap, map_texture
-from skyshine.tmm.database import is_current, write_texture
-from skyshine.tmm.job import TextureJob
+from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.mapping.texture_map import TextureMap, map_texture
+from skyshine.tmm.mapping.write import is_current, write_texture
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class TextureIdentity:
 
     def draw(self, folder: Path, picture: Path) -> None:
         """Draw the codes beside the photograph."""
-        from skyshine.tmm.preview import draw
+        from skyshine.tmm.report.preview import draw
 
         draw(folder / self.file, picture, self.job_folder / self.job.image)
 

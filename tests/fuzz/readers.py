@@ -26,15 +26,15 @@ from skyshine.materials.files import SpecularFile, ThermalFile, load_spectrum
 from skyshine.materials.library import load_library
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.documents import load_model
+from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import load_map
 from skyshine.tmm.exchange.cdb_table import read_table
 from skyshine.tmm.exchange.indexed_png import read_indices
 from skyshine.tmm.exchange.legend import read_legend
-from skyshine.tmm.georeference import read_georeference
-from skyshine.tmm.model import read_model
-from skyshine.tmm.reader import open_tmm
-from skyshine.tmm.run import load_job as load_textures
-from skyshine.tmm.texture import TextureFile
+from skyshine.tmm.images.georeference import read_georeference
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.job.load import load_job as load_textures
 
 ROOT = Path(__file__).parents[2]
 JOB = """\

@@ -165,9 +165,9 @@ def test_command(tmp_path):
 
     from skyshine.schemas.hdf5 import Header, write_file
     from skyshine.tmm.cli import main
+    from skyshine.tmm.database.levels import pure_level
     from skyshine.tmm.exchange.image import MaterialImage
     from skyshine.tmm.exchange.indexed_png import write_png
-    from skyshine.tmm.levels import pure_level
 
     for table, name in (
         (temperatures([[300.0], [310.0]]), "s01.htt.h5"),

@@ -8,8 +8,8 @@ import pytest
 
 from skyshine.materials.library import load_library
 from skyshine.tmm import map_texture, open_tmm, write_texture
-from skyshine.tmm.job import TextureJob
-from skyshine.tmm.texture import Texture, TextureFile
+from skyshine.tmm.images.texture import Texture, TextureFile
+from skyshine.tmm.job.model import TextureJob
 
 
 @pytest.fixture(scope="session")

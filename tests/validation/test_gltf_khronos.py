@@ -7,9 +7,9 @@ import subprocess
 import numpy as np
 import pytest
 
+from skyshine.tmm.database.levels import pure_level
 from skyshine.tmm.exchange.gltf import write_gltf
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.levels import pure_level
 
 pytestmark = pytest.mark.validation
 

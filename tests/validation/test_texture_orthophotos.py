@@ -7,15 +7,16 @@ import OpenImageIO as oiio
 import pytest
 
 from skyshine.materials.library import load_library
-from skyshine.tmm.build import map_texture
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.textured import in_shadow
-from skyshine.tmm.job import Classifier, TextureJob
-from skyshine.tmm.load import load_texture, open_texture
-from skyshine.tmm.quality import Tally
-from skyshine.tmm.raster import read_channels
-from skyshine.tmm.texture import Texture
-from skyshine.tmm.train import library_examples, train_textured
+from skyshine.tmm.images.raster import read_channels
+from skyshine.tmm.images.texture import Texture
+from skyshine.tmm.inputs.load import load_texture, open_texture
+from skyshine.tmm.job.model import Classifier, TextureJob
+from skyshine.tmm.mapping.texture_map import map_texture
+from skyshine.tmm.quality.counts import Tally
+from skyshine.tmm.training.library import library_examples
+from skyshine.tmm.training.train import train_textured
 
 pytestmark = [pytest.mark.shared_data, pytest.mark.validation]
 

@@ -1,9 +1,16 @@
 """``tmm bench``: error against run time of the classifiers."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from skyshine.schemas.commands import allow_outside_option, echo_table, emit_json, json_option, progress
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.tmm.report.bench import Row
 
 
 @click.command(epilog="Example: tmm bench library.tmm.yaml truth.yaml --plot bench.png")
@@ -23,8 +30,8 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
     from pathlib import Path
 
     from skyshine.materials.library import load_library
-    from skyshine.tmm import bench
-    from skyshine.tmm.run import load_job
+    from skyshine.tmm.job.load import load_job
+    from skyshine.tmm.report import bench
 
     library = load_library()
     loaded, folder = load_job(job, library)
@@ -50,7 +57,7 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
         _print(result)
 
 
-def _report(row) -> dict:
+def _report(row: Row) -> dict[str, Any]:
     quality = row.quality
     return {
         "name": row.name,
@@ -63,7 +70,7 @@ def _report(row) -> dict:
     }
 
 
-def _print(result: dict) -> None:
+def _print(result: dict[str, Any]) -> None:
     keys = ("mean_iou", "overall_accuracy", "calibration_error", "training", "rate")
     rows = [[each["name"], *(f"{each[key]['value']:.3f}" for key in keys)] for each in result["classifiers"]]
     echo_table(("classifier", "mean IoU", "accuracy", "calibration error", "training [s]", "Mtexel/s"), rows)

@@ -1,5 +1,7 @@
 """``tmm check``: read a job, its images and its seeds."""
 
+from typing import Any
+
 import click
 
 from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
@@ -12,7 +14,8 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 def command(job: str, as_json: bool) -> None:
     """Check JOB: read its images and find its seeds; nothing is classified or written."""
     from skyshine.materials.library import load_library
-    from skyshine.tmm.run import check, load_job
+    from skyshine.tmm.job.load import load_job
+    from skyshine.tmm.mapping.run import check
 
     library = load_library()
     loaded, folder = load_job(job, library)
@@ -25,7 +28,7 @@ def command(job: str, as_json: bool) -> None:
     click.echo(f"{job}: holds")
 
 
-def _print(report: dict) -> None:
+def _print(report: dict[str, Any]) -> None:
     click.echo(
         f"{report['name']}: {report['image']}, {report['width']} x {report['height']} {report['pixel_type']}, "
         f"{report['encoding']}, {report['texels_with_data']} texels with data; materials by {report['way']}"

@@ -1,9 +1,19 @@
 """``tmm classify``: map the textures of a job to materials."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from skyshine.tmm.mapping.texture_map import TextureMap
+    from skyshine.tmm.mapping.write import Written
 
 
 @click.command(epilog="Example: tmm classify demo.tmm.yaml --out build")
@@ -14,7 +24,8 @@ from skyshine.schemas.quantity import quantity
 def command(job: str, out: str | None, as_json: bool) -> None:
     """Map the texels of all textures of JOB to materials and write one database for each."""
     from skyshine.materials.library import load_library
-    from skyshine.tmm.run import classify, load_job
+    from skyshine.tmm.job.load import load_job
+    from skyshine.tmm.mapping.run import classify
 
     library = load_library()
     loaded, folder = load_job(job, library)
@@ -30,9 +41,9 @@ def command(job: str, out: str | None, as_json: bool) -> None:
         _print(report)
 
 
-def _report(mapped, written, path) -> dict:
+def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
     usage = dict(zip(mapped.names, written.usage.tolist(), strict=True))
-    held = mapped.quality
+    quality = mapped.quality
     return {
         "file": str(path),
         "name": mapped.job.name,
@@ -43,16 +54,16 @@ def _report(mapped, written, path) -> dict:
         "usage": {name: quantity(share, "1") for name, share in usage.items()},
         "unknown": quantity(max(1 - sum(usage.values()), 0.0), "1"),
         "mean_confidence": quantity(written.confidence, "1"),
-        "held_out_texels": held.whole.tested,
-        "overall_accuracy": quantity(held.whole.overall_accuracy, "1"),
-        "mean_iou": quantity(held.whole.mean_iou, "1"),
-        "calibration_error": quantity(held.whole.calibration_error, "1"),
-        "held_out_texels_in_shadow": held.inside.tested,
-        "overall_accuracy_in_shadow": quantity(held.inside.overall_accuracy, "1"),
+        "held_out_texels": quality.whole.tested,
+        "overall_accuracy": quantity(quality.whole.overall_accuracy, "1"),
+        "mean_iou": quantity(quality.whole.mean_iou, "1"),
+        "calibration_error": quantity(quality.whole.calibration_error, "1"),
+        "held_out_texels_in_shadow": quality.inside.tested,
+        "overall_accuracy_in_shadow": quantity(quality.inside.overall_accuracy, "1"),
     }
 
 
-def _print(report: dict) -> None:
+def _print(report: dict[str, Any]) -> None:
     click.echo(f"{report['file']}: {report['width']} x {report['height']}")
     for name, share in report["usage"].items():
         click.echo(f"  {100 * share['value']:5.1f} %  {name}")

@@ -1,8 +1,15 @@
 """``tmm export``: a texture's materials in the formats of others."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import click
 
 from skyshine.schemas.commands import emit_json, json_option
+
+if TYPE_CHECKING:
+    from skyshine.tmm.exchange.export import Form
 
 
 @click.command(epilog="Example: tmm export build/yellowstone_road.tmm.h5 --to gltf --out exchange")
@@ -27,7 +34,18 @@ from skyshine.schemas.commands import emit_json, json_option
 )
 @click.option("--separate", is_flag=True, help="glTF: write .gltf, .bin and .png in place of one .glb.")
 @json_option
-def command(file, form, out, level, tile, model, lod, map_file, separate, as_json) -> None:
+def command(
+    file: str,
+    form: Form,
+    out: str,
+    level: int | None,
+    tile: str | None,
+    model: str | None,
+    lod: int | None,
+    map_file: str | None,
+    separate: bool,
+    as_json: bool,
+) -> None:
     """Write the materials of FILE in another format.
 
     png: indexed PNG with a legend. gltf: a quad with a feature ID texture and a property table. dirsig: material map

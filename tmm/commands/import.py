@@ -25,8 +25,8 @@ def command(file: str, out: str, legend: str | None, map_file: str | None, as_js
     with a legend.
     """
     from skyshine.materials.library import load_library
+    from skyshine.tmm.database.usage import read_usage
     from skyshine.tmm.exchange.imported import import_texture
-    from skyshine.tmm.usage import read_usage
 
     path = import_texture(file, out, load_library(), legend, map_file)
     usage = read_usage(path)

@@ -1,9 +1,16 @@
 """``tmm info``: what a texture database holds."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.tmm.database.reader import TmmFile
 
 
 @click.command(epilog="Example: tmm info build/yellowstone_road.tmm.h5")
@@ -11,7 +18,7 @@ from skyshine.schemas.quantity import quantity
 @json_option
 def command(file: str, as_json: bool) -> None:
     """Show what FILE holds: texture, materials, levels, quality."""
-    from skyshine.tmm.reader import open_tmm
+    from skyshine.tmm.database.reader import open_tmm
 
     with open_tmm(file) as source:
         result = {
@@ -33,18 +40,18 @@ def command(file: str, as_json: bool) -> None:
         _print(result)
 
 
-def _confusion(source) -> dict[int, list[int]]:
+def _confusion(source: TmmFile) -> dict[int, list[int]]:
     """Held-out texels of each material that has seeds, found as unknown and as each of these materials."""
     if not source.has("quality/confusion"):
         return {}
     return dict(zip(source.array("quality/material").tolist(), source.array("quality/confusion").tolist(), strict=True))
 
 
-def _plain(value):
+def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _print(result: dict) -> None:
+def _print(result: dict[str, Any]) -> None:
     for key in (
         "filetype",
         "format_version",

@@ -9,7 +9,7 @@ import click
 @click.option("--image", type=click.Path(), help="The texture's image; by default looked for near FILE by its name.")
 def command(file: str, out: str, image: str | None) -> None:
     """Draw texture, materials with a legend, and confidence of FILE side by side."""
-    from skyshine.tmm.preview import draw
+    from skyshine.tmm.report.preview import draw
 
     draw(file, out, image)
     click.echo(out)

@@ -1,9 +1,21 @@
 """``tmm score``: a texture database against a label image."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.tmm.quality.counts import Quality
+
+
+RADIANCE_UNITS = "W m^-2 sr^-1"
+SHOWN_PAIRS = 10
+SHOWN_HOURS = 12
 
 
 @click.command(epilog="Example: tmm score build/yellowstone_road.tmm.h5 truth.yaml --image yellowstone_road.png")
@@ -29,7 +41,18 @@ from skyshine.schemas.quantity import quantity
 @click.option("--azimuth", type=float, default=0.0, help="Of the surface, degrees from north eastward.")
 @click.option("--slope", type=float, default=0.0, help="Of the surface, degrees; 0 is level.")
 @json_option
-def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_json) -> None:
+def command(
+    file: str,
+    labels: str,
+    image: str | None,
+    htt: str | None,
+    bands: tuple[str, ...],
+    airs: tuple[str, ...],
+    altitude: float | None,
+    azimuth: float,
+    slope: float,
+    as_json: bool,
+) -> None:
     """Compare FILE with the label image that the YAML file LABELS names.
 
     LABELS has the keys `image` and `palette`, as `labels` has in a job. Shadow is where a texel is far darker than
@@ -38,14 +61,14 @@ def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_
     day.
     """
     from skyshine.materials.library import load_library
-    from skyshine.tmm import radiance_cost
-    from skyshine.tmm.score import score
+    from skyshine.tmm.report import radiance_cost
+    from skyshine.tmm.report.score import score
 
     surface = {"altitude": altitude, "azimuth": azimuth, "slope": slope}
     tables = radiance_cost.open_tables(htt, bands, airs)
     result = score(file, labels, load_library(), image)
     parts = {"whole": result.whole, "inside_shadow": result.inside, "outside_shadow": result.outside}
-    report = {
+    report: dict[str, Any] = {
         "file": file,
         **{name: None if part is None else _report(part) for name, part in parts.items()},
         "materials": [
@@ -62,10 +85,10 @@ def command(file, labels, image, htt, bands, airs, altitude, azimuth, slope, as_
         return
     _print(report)
     for cost in report.get("radiance_cost", []):
-        radiance_cost.show(cost)
+        _show_cost(cost)
 
 
-def _report(part) -> dict:
+def _report(part: Quality) -> dict[str, Any]:
     return {
         "texels": part.tested,
         "overall_accuracy": quantity(part.overall_accuracy, "1"),
@@ -74,7 +97,7 @@ def _report(part) -> dict:
     }
 
 
-def _print(report: dict) -> None:
+def _print(report: dict[str, Any]) -> None:
     rows = []
     for name in ("whole", "inside_shadow", "outside_shadow"):
         if report[name] is not None:
@@ -91,3 +114,39 @@ def _print(report: dict) -> None:
     ]
     names = [entry["name"] for entry in report["materials"]]
     echo_table(("labelled", "IoU", "unknown", *names), rows)
+
+
+def _show_cost(cost: dict[str, Any]) -> None:
+    """Print a report as tables."""
+    sky = "with" if cost["reflected_sky"] else "without"
+    click.echo(f"cost of wrong texels in {cost['band']}, {sky} reflected light of the sky ({cost['texels']} texels)")
+    rows = []
+    for label, where in [("day", None), *_hours(cost)]:
+        row = [label]
+        for key in ("radiance", "equivalent_temperature"):
+            errors = cost[key]["day"] if where is None else cost[key]["by_time"]
+            row += [
+                f"{errors[name]['value'] if where is None else errors[name]['values'][where]:.3g}"
+                for name in ("rms", "p95", "maximum")
+            ]
+        rows.append(row)
+    units = f"{RADIANCE_UNITS}: rms", "p95", "max", "K: rms", "p95", "max"
+    echo_table(("time", *units), rows)
+    rows = [
+        [
+            pair["true"],
+            pair["found"],
+            str(pair["texels"]),
+            f"{pair['temperature_rms']['value']:.2f}",
+            f"{pair['temperature_maximum']['value']:+.2f}",
+            f"{pair['time_of_maximum']['value']:.1f}",
+            f"{100 * pair['contribution']['value']:.1f}",
+        ]
+        for pair in cost["pairs"][:SHOWN_PAIRS]
+    ]
+    echo_table(("true", "found", "texels", "K rms", "K worst", "at h", "% of squared error"), rows)
+
+
+def _hours(cost: dict[str, Any]) -> list[tuple[str, int]]:
+    times = cost["time"]["values"]
+    return [(f"{times[k]:g} h", k) for k in range(0, len(times), max(len(times) // SHOWN_HOURS, 1))]

@@ -19,21 +19,21 @@ def command(job: str, out: str, as_json: bool) -> None:
     import yaml
 
     from skyshine.materials.library import load_library
-    from skyshine.tmm.model import write_model
-    from skyshine.tmm.run import load_job
-    from skyshine.tmm.train import train_library
+    from skyshine.tmm.classify.model_file import write_model
+    from skyshine.tmm.job.load import load_job
+    from skyshine.tmm.training.library import train_library
 
     library = load_library()
     loaded, folder = load_job(job, library)
-    model, held = train_library(loaded, folder, library)
+    model, measured = train_library(loaded, folder, library)
     quality = {
         "textures": len(loaded.textures),
-        "tested_texels": held.whole.tested,
-        "overall_accuracy": held.whole.overall_accuracy,
-        "mean_iou": held.whole.mean_iou,
-        "calibration_error": held.whole.calibration_error,
-        "overall_accuracy_inside_shadow": held.inside.overall_accuracy,
-        "overall_accuracy_outside_shadow": held.outside.overall_accuracy,
+        "tested_texels": measured.whole.tested,
+        "overall_accuracy": measured.whole.overall_accuracy,
+        "mean_iou": measured.whole.mean_iou,
+        "calibration_error": measured.whole.calibration_error,
+        "overall_accuracy_inside_shadow": measured.inside.overall_accuracy,
+        "overall_accuracy_outside_shadow": measured.outside.overall_accuracy,
     }
     first = loaded.textures[0]
     settings = {
@@ -48,10 +48,11 @@ def command(job: str, out: str, as_json: bool) -> None:
         emit_json({"file": out, "materials": list(model.names), **counts, **shares})
         return
     click.echo(f"{out}: {len(model.names)} materials from {len(loaded.textures)} textures")
-    if held.whole.tested:
+    if measured.whole.tested:
         click.echo(
-            f"  textures held out: accuracy {held.whole.overall_accuracy:.3f}, mean IoU {held.whole.mean_iou:.3f}, "
-            f"calibration error {held.whole.calibration_error:.3f} ({held.whole.tested} texels)"
+            f"  textures held out: accuracy {measured.whole.overall_accuracy:.3f}, mean IoU "
+            f"{measured.whole.mean_iou:.3f}, calibration error {measured.whole.calibration_error:.3f} "
+            f"({measured.whole.tested} texels)"
         )
     else:
         click.echo("  no texture held out: the job has a single one")

@@ -12,7 +12,7 @@ from skyshine.schemas.quantity import quantity
 @json_option
 def command(files: tuple[str, ...], chunks: bool, as_json: bool) -> None:
     """Share of each material in the texels of FILES: of each file, and of all together."""
-    from skyshine.tmm.usage import library_usage, read_usage
+    from skyshine.tmm.database.usage import library_usage, read_usage
 
     if chunks:
         _by_chunk(files, as_json)
@@ -36,12 +36,12 @@ def command(files: tuple[str, ...], chunks: bool, as_json: bool) -> None:
 
 
 def _by_chunk(files: tuple[str, ...], as_json: bool) -> None:
-    from skyshine.tmm.usage import CHUNK, chunk_usage
+    from skyshine.tmm.database.usage import CHUNK, chunk_usage
 
     each = {file: chunk_usage(file) for file in files}
     if as_json:
-        found = {file: {"materials": names, "share": quantity(share, "1")} for file, (names, share) in each.items()}
-        emit_json({"chunk_texels": CHUNK, "files": found})
+        chunks = {file: {"materials": names, "share": quantity(share, "1")} for file, (names, share) in each.items()}
+        emit_json({"chunk_texels": CHUNK, "files": chunks})
         return
     for file, (names, share) in each.items():
         click.echo(f"{file}: percent of the texels of each chunk")

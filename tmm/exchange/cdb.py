@@ -12,15 +12,17 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import COMPONENTS, WEIGHT_TOTAL, Level, integer_weights
 from skyshine.tmm.exchange.cdb_materials import CdbMaterials
 from skyshine.tmm.exchange.cdb_table import Composite, read_table, write_table
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.rasters import read_plane, write_tiff
-from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Level, integer_weights
 
 INDEX, MIXTURE = 1, 2  # component selector 1
 TILE_SIDE = 1024  # of levels of detail from 0; each coarser one has half the texels a side
@@ -105,10 +107,10 @@ def parse_tile(text: str) -> Tile:
     InputError
         It is no tile's name, or no such tile exists at its level of detail.
     """
-    found = _TILE.fullmatch(text)
-    if not found:
+    match = _TILE.fullmatch(text)
+    if not match:
         raise InputError(f"found the tile '{text}'; allowed: such as N12E044_L00_U0_R0 or S33E151_LC03_U0_R0")
-    tile = Tile(found["cell"], _lod(found["lod"]), int(found["up"]), int(found["right"]))
+    tile = Tile(match["cell"], _lod(match["lod"]), int(match["up"]), int(match["right"]))
     count = 1 << max(tile.lod, 0)
     if not (MIN_LOD <= tile.lod <= MAX_LOD and tile.up < count and tile.right < count):
         raise InputError(
@@ -147,12 +149,12 @@ class CdbRaster:
     """
 
     place: Tile | ModelTexture
-    index: np.ndarray
-    share: np.ndarray
+    index: npt.NDArray[Any]
+    share: npt.NDArray[Any]
     table: dict[int, Composite]
 
 
-def read_cdb(path: str | os.PathLike) -> CdbRaster:
+def read_cdb(path: str | os.PathLike[str]) -> CdbRaster:
     """Read a raster of dataset 005 or 504 with its other layers, its shares and its table.
 
     Parameters
@@ -188,7 +190,7 @@ def read_cdb(path: str | os.PathLike) -> CdbRaster:
     return CdbRaster(place, index, np.stack(shares), table)
 
 
-def _share(path: Path, layer: np.ndarray, layers: int) -> np.ndarray:
+def _share(path: Path, layer: npt.NDArray[Any], layers: int) -> npt.NDArray[Any]:
     if not path.is_file():  # without shares the layers count alike
         return np.full(layer.shape, 1 / layers, np.float32)
     share = read_plane(path)
@@ -254,7 +256,7 @@ def to_image(raster: CdbRaster, materials: CdbMaterials) -> MaterialImage:
     return MaterialImage(name, names, ranked_level(np.array(codes, np.uint16), shares))
 
 
-def ranked_level(codes: np.ndarray, shares: np.ndarray) -> Level:
+def ranked_level(codes: npt.NDArray[np.uint16], shares: npt.NDArray[Any]) -> Level:
     """A level of the largest shares (K, H, W) of materials whose codes (K,) ascend."""
     size = shares.shape[1:]
     counts = np.zeros((COMPONENTS, int(np.prod(size))), np.int64)
@@ -314,7 +316,7 @@ def _check_size(image: MaterialImage, place: Tile | ModelTexture) -> None:
         raise InputError(f"'{image.name}' is {size}; allowed for a model texture: powers of two; resample the texture")
 
 
-def write_cdb(root: str | os.PathLike, raster: CdbRaster) -> list[Path]:
+def write_cdb(root: str | os.PathLike[str], raster: CdbRaster) -> list[Path]:
     """Write indices, shares where there are several layers, and the table into a CDB.
 
     Returns

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 import pydantic
 
 from skyshine import materials
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.tmm.database.levels import COMPONENTS
 from skyshine.tmm.exchange.cdb_table import BASE_NAME, PERCENT, Composite, Substrate
-from skyshine.tmm.levels import COMPONENTS
 
 Weights = dict[str, int]
 
@@ -27,8 +28,8 @@ class CompositeRecipe(StrictModel):
 
     @pydantic.field_validator("primary", "surface")
     @classmethod
-    def _whole(cls, value):
-        parts = {value: PERCENT} if isinstance(value, str) else value
+    def _whole(cls, value: str | Weights | None) -> str | Weights | None:
+        parts: Weights | None = {value: PERCENT} if isinstance(value, str) else value
         for name, weight in (parts or {}).items():
             if not BASE_NAME.fullmatch(name) or not 1 <= weight <= PERCENT:
                 raise ValueError(f"found '{name}: {weight}'; allowed: BM_NAME with a weight of 1 to 100")
@@ -50,7 +51,7 @@ class CdbMaterials:
 
     document: Document
     recipes: CdbMap
-    library: object
+    library: MaterialLibrary
 
     def composite(self, name: str, index: int) -> Composite:
         """Our material as a composite material.
@@ -120,11 +121,11 @@ def _substrate(parts: str | Weights) -> Substrate:
     return Substrate(tuple(sorted(weights.items(), key=lambda item: -item[1])))
 
 
-def _structure(composite: Composite) -> tuple:
+def _structure(composite: Composite) -> tuple[object, object]:
     return (composite.surface and composite.surface.materials, composite.primary.materials)
 
 
-def load_map(library, path: str | os.PathLike | None = None) -> CdbMaterials:
+def load_map(library: MaterialLibrary, path: str | os.PathLike[str] | None = None) -> CdbMaterials:
     """Read a map; by default the packaged one.
 
     Raises

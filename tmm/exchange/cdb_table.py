@@ -11,6 +11,7 @@ import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.exchange.files import write_bytes
@@ -50,7 +51,7 @@ class Composite:
     secondary: tuple[Substrate, ...] = field(default=())
 
 
-def read_table(path: str | os.PathLike) -> dict[int, Composite]:
+def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
     """Read a table leniently: any namespace or none, weights left out, indices in any order.
 
     Returns
@@ -79,9 +80,9 @@ def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
 
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True)
     try:
-        root = etree.fromstring(text, parser)
+        root: Any = etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
-        line, column = error.position
+        line, column = (int(number) for number in error.position)
         raise InputError(f"is not XML: {error.msg}; mend it here", file=path, line=line, column=column) from None
     table: dict[int, Composite] = {}
     for element in root.iter("{*}Composite_Material"):
@@ -96,14 +97,16 @@ def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
     return dict(sorted(table.items()))
 
 
-def _composite(element, path: Path) -> Composite:
+def _composite(element: Any, path: Path) -> Composite:
     given = element.get("index", "")
     if not re.fullmatch(r"\s*\d{1,9}\s*", given):
         raise InputError(
             f"index: found '{given[:40]}'; allowed: a whole number, 0 or more", file=path, line=element.sourceline
         )
     index = int(given)
-    substrates = {kind: [] for kind in ("Surface_Substrate", "Primary_Substrate", "Secondary_Substrate")}
+    substrates: dict[str, list[Substrate]] = {
+        kind: [] for kind in ("Surface_Substrate", "Primary_Substrate", "Secondary_Substrate")
+    }
     for child in element:
         kind = child.tag.rpartition("}")[2] if isinstance(child.tag, str) else ""
         if kind in substrates:
@@ -117,8 +120,9 @@ def _composite(element, path: Path) -> Composite:
     return Composite(index, name or f"CM_{index}", primary[0], surface[0] if surface else None, tuple(secondary))
 
 
-def _substrate(element, path: Path) -> Substrate:
-    names, weights = [], []
+def _substrate(element: Any, path: Path) -> Substrate:
+    names: list[str] = []
+    stated: list[float | None] = []
     for material in element.iterfind("{*}Material"):
         names.append("".join((material.findtext("{*}Name") or "").split()))
         text = (material.findtext("{*}Weight") or "").strip()
@@ -126,12 +130,15 @@ def _substrate(element, path: Path) -> Substrate:
             raise InputError(
                 f"Weight: found '{text[:40]}'; allowed: 1 to 100 percent", file=path, line=material.sourceline
             )
-        weights.append(float(text) if text else None)
+        stated.append(float(text) if text else None)
     if not names or "" in names:
         raise InputError(
             "a substrate names no base material; add Material with a Name", file=path, line=element.sourceline
         )
-    if None in weights:  # the schema's default of 100 for one material; equal parts where several leave it out
+    weights = [weight for weight in stated if weight is not None]
+    if len(weights) < len(
+        names
+    ):  # the schema's default of 100 for one material; equal parts where several leave it out
         weights = [PERCENT / len(names)] * len(names)
     if not sum(weights):
         raise InputError("the weights of a substrate are all 0; give one", file=path, line=element.sourceline)
@@ -151,7 +158,7 @@ def largest_remainders(weights: list[float]) -> list[int]:
     return whole
 
 
-def write_table(path: str | os.PathLike, composites: list[Composite], version: str = "1.0") -> None:
+def write_table(path: str | os.PathLike[str], composites: list[Composite], version: str = "1.0") -> None:
     """Write a table that the schema accepts: indices ascending, weights descending and summing to 100.
 
     Raises
@@ -162,11 +169,11 @@ def write_table(path: str | os.PathLike, composites: list[Composite], version: s
     write_bytes(path, table_text(composites, path, version))
 
 
-def table_text(composites: list[Composite], path: str | os.PathLike, version: str = "1.0") -> bytes:
+def table_text(composites: list[Composite], path: str | os.PathLike[str], version: str = "1.0") -> bytes:
     """The text of a table that the schema accepts; `path` stands in the messages of what is raised."""
     from lxml import etree
 
-    root = etree.Element(f"{{{NAMESPACE}}}Composite_Material_Table", nsmap={None: NAMESPACE})
+    root = etree.Element(f"{{{NAMESPACE}}}Composite_Material_Table", nsmap={None: NAMESPACE})  # type: ignore[dict-item]  # lxml names the default namespace None
     root.set("version", version)
     root.set("{http://www.w3.org/2001/XMLSchema-instance}schemaLocation", f"{NAMESPACE} {SCHEMA}")
     for composite in sorted(composites, key=lambda item: item.index):
@@ -182,7 +189,7 @@ def table_text(composites: list[Composite], path: str | os.PathLike, version: st
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
 
 
-def _check(composite: Composite, path) -> None:
+def _check(composite: Composite, path: str | os.PathLike[str]) -> None:
     if not 0 <= composite.index <= MAX_INDEX:
         raise InputError(f"found index {composite.index}; allowed: 0 to {MAX_INDEX}", file=path)
     for substrate in (composite.surface, composite.primary, *composite.secondary):
@@ -199,7 +206,7 @@ def _positive(text: str) -> bool:
     return re.fullmatch(r"\+?\d*\.?\d*", text) is not None and any(digit in text for digit in "123456789")
 
 
-def _write_substrate(parent, tag: str, substrate: Substrate) -> None:
+def _write_substrate(parent: Any, tag: str, substrate: Substrate) -> None:
     element = _child(parent, tag)
     for name, weight in substrate.materials:
         material = _child(element, "Material")
@@ -209,7 +216,7 @@ def _write_substrate(parent, tag: str, substrate: Substrate) -> None:
         _child(element, "Thickness", substrate.thickness)
 
 
-def _child(parent, tag: str, text: str | None = None):
+def _child(parent: Any, tag: str, text: str | None = None) -> Any:
     from lxml import etree
 
     element = etree.SubElement(parent, f"{{{NAMESPACE}}}{tag}")

@@ -10,19 +10,21 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import COMPONENTS, WEIGHT_TOTAL
 from skyshine.tmm.exchange.files import write_bytes, write_json
 from skyshine.tmm.exchange.image import MaterialImage
 from skyshine.tmm.exchange.legend import legend
-from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL
 
 MAX_COUNT = 255  # of the 8 bit image of digital counts; 0 is no material
 
 
-def write_dirsig(folder: str | os.PathLike, image: MaterialImage) -> list[Path]:
+def write_dirsig(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:
     """Write ``NAME.material.pgm`` with ``NAME.material.lut``, ``NAME.mixture.img`` with ``.hdr``, and the legend
     ``NAME.material.json``.
 
@@ -49,7 +51,7 @@ def write_dirsig(folder: str | os.PathLike, image: MaterialImage) -> list[Path]:
     return paths
 
 
-def mixture_bands(image: MaterialImage) -> np.ndarray:
+def mixture_bands(image: MaterialImage) -> npt.NDArray[Any]:
     """Shares (K, H, W) float32 of the materials in the order of their codes; all 0 where there is none."""
     bands = np.zeros((len(image.materials), image.height, image.width), np.float32)
     weight = image.level.mix_weight / np.float32(WEIGHT_TOTAL)

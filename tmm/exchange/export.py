@@ -6,11 +6,16 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import level_sizes
+from skyshine.tmm.database.reader import open_tmm
+from skyshine.tmm.exchange.cdb_materials import CdbMaterials, load_map
 from skyshine.tmm.exchange.image import MaterialImage, read_levels
-from skyshine.tmm.levels import level_sizes
-from skyshine.tmm.reader import open_tmm
+
+Form = Literal["png", "gltf", "dirsig", "cdb"]
 
 
 @dataclass(frozen=True)
@@ -27,10 +32,10 @@ class CdbTarget:
 
 
 def export(
-    path: str | os.PathLike,
-    form: str,
-    out: str | os.PathLike,
-    library,
+    path: str | os.PathLike[str],
+    form: Form,
+    out: str | os.PathLike[str],
+    library: MaterialLibrary,
     level: int | None = None,
     target: CdbTarget = CdbTarget(),
     binary: bool = True,
@@ -41,8 +46,7 @@ def export(
     ----------
     path : path
         A ``.tmm.h5``.
-    form : str
-        ``png``, ``gltf``, ``dirsig`` or ``cdb``.
+    form : {"png", "gltf", "dirsig", "cdb"}
     out : path
         Folder; of a CDB, its root.
     library : MaterialLibrary
@@ -71,7 +75,7 @@ def export(
     image = read_levels(path, [level or 0])[0]
     if level:
         image = replace(image, name=f"{image.name}.{level}")
-    writers: dict[str, Callable[[Path, MaterialImage], list[Path]]] = {
+    writers: dict[Form, Callable[[Path, MaterialImage], list[Path]]] = {
         "png": write_png,
         "dirsig": write_dirsig,
         "gltf": lambda folder, texture: write_gltf(folder, texture, binary),
@@ -79,18 +83,19 @@ def export(
     return writers[form](Path(out), image)
 
 
-def _export_cdb(path, root: Path, library, level: int | None, target: CdbTarget) -> list[Path]:
+def _export_cdb(
+    path: str | os.PathLike[str], root: Path, library: MaterialLibrary, level: int | None, target: CdbTarget
+) -> list[Path]:
     from skyshine.tmm.exchange.cdb import from_image, parse_tile, write_cdb
-    from skyshine.tmm.exchange.cdb_materials import load_map
     from skyshine.tmm.exchange.imported import kept_raster
 
     if target == CdbTarget() and level is None and (kept := kept_raster(path)) is not None:
         return write_cdb(root, kept)
-    if (target.tile is None) == (target.model is None):
-        raise InputError("a CDB needs --tile, such as N12E044_L00_U0_R0, or --model with --lod; give one of them")
     materials = load_map(library, target.map_file)
-    if target.model is not None:
-        return _export_model(path, root, materials, level, target)
+    if target.model is not None and target.tile is None:
+        return _export_model(path, root, materials, level, target.model, target.lod)
+    if target.tile is None or target.model is not None:
+        raise InputError("a CDB needs --tile, such as N12E044_L00_U0_R0, or --model with --lod; give one of them")
     tile = parse_tile(target.tile)
     if level is None:
         sizes = _level_sizes(path)
@@ -98,23 +103,22 @@ def _export_cdb(path, root: Path, library, level: int | None, target: CdbTarget)
     return write_cdb(root, from_image(read_levels(path, [level])[0], tile, materials))
 
 
-def _export_model(path, root: Path, materials, level: int | None, target: CdbTarget) -> list[Path]:
+def _export_model(
+    path: str | os.PathLike[str], root: Path, materials: CdbMaterials, level: int | None, name: str, lod: int | None
+) -> list[Path]:
     from skyshine.tmm.exchange.cdb import MIN_LOD, from_image, model_texture, used_codes, write_cdb
 
-    if target.lod is None:
+    if lod is None:
         raise InputError("--model needs --lod, the level of detail of its finest texture; give it")
     if level is not None:
         raise InputError("--level does not go with --model, whose levels of detail are all mip levels; leave it out")
-    model_texture(target.model, target.lod)
-    images = read_levels(path, range(min(len(_level_sizes(path)), target.lod - MIN_LOD + 1)))
+    model_texture(name, lod)
+    images = read_levels(path, range(min(len(_level_sizes(path)), lod - MIN_LOD + 1)))
     codes = used_codes(images[0])  # one table serves all levels, and the coarser ones have no other materials
-    rasters = [
-        from_image(image, model_texture(target.model, target.lod - k), materials, codes)
-        for k, image in enumerate(images)
-    ]
+    rasters = [from_image(image, model_texture(name, lod - k), materials, codes) for k, image in enumerate(images)]
     return list(dict.fromkeys(file for raster in rasters for file in write_cdb(root, raster)))
 
 
-def _level_sizes(path) -> list[tuple[int, int]]:
+def _level_sizes(path: str | os.PathLike[str]) -> list[tuple[int, int]]:
     with open_tmm(path) as file:
         return level_sizes(file.height, file.width)

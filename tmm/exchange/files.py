@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 from skyshine.schemas.errors import InputError
 
 
-def write_bytes(path: str | os.PathLike, content: bytes) -> None:
+def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file whole, its folder with it: a part file first, renamed when it is complete.
 
     Raises
@@ -30,6 +31,6 @@ def write_bytes(path: str | os.PathLike, content: bytes) -> None:
             part.unlink()
 
 
-def write_json(path: str | os.PathLike, content: dict) -> None:
+def write_json(path: str | os.PathLike[str], content: dict[str, Any]) -> None:
     """Write JSON, indented, keys in the order given; raises as `write_bytes`."""
     write_bytes(path, (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode())

@@ -13,6 +13,7 @@ import json
 import os
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,10 +31,11 @@ _ALIGNMENT = 8  # of property table buffers, by the metadata specification
 class _Buffer:
     """Collects buffer views of one binary buffer."""
 
-    def __init__(self):
-        self.content, self.views = bytearray(), []
+    def __init__(self) -> None:
+        self.content = bytearray()
+        self.views: list[dict[str, Any]] = []
 
-    def add(self, data: bytes, **settings) -> int:
+    def add(self, data: bytes, **settings: int) -> int:
         """Append a view and return its number."""
         self.content += b"\0" * (-len(self.content) % _ALIGNMENT)
         self.views.append({"buffer": 0, "byteOffset": len(self.content), "byteLength": len(data), **settings})
@@ -41,7 +43,7 @@ class _Buffer:
         return len(self.views) - 1
 
 
-def write_gltf(folder: str | os.PathLike, image: MaterialImage, binary: bool = True) -> list[Path]:
+def write_gltf(folder: str | os.PathLike[str], image: MaterialImage, binary: bool = True) -> list[Path]:
     """Write ``NAME.glb``, or ``NAME.gltf`` with ``NAME.bin`` and ``NAME.ids.png``.
 
     Raises
@@ -83,7 +85,7 @@ def _feature_ids(image: MaterialImage) -> tuple[bytes, list[int]]:
     return content.getvalue(), [0] if len(image.materials) < 256 else [0, 1]
 
 
-def _document(image: MaterialImage, buffer: _Buffer, channels: list[int]) -> dict:
+def _document(image: MaterialImage, buffer: _Buffer, channels: list[int]) -> dict[str, Any]:
     aspect = image.width / image.height
     positions = np.array([[0, 0, 0], [aspect, 0, 0], [aspect, 1, 0], [0, 1, 0]], "<f4")
     corners = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], "<f4")  # texture coordinates run down from the top left
@@ -126,7 +128,7 @@ def _document(image: MaterialImage, buffer: _Buffer, channels: list[int]) -> dic
     }
 
 
-def _metadata(image: MaterialImage, buffer: _Buffer) -> dict:
+def _metadata(image: MaterialImage, buffer: _Buffer) -> dict[str, Any]:
     names = [name.encode() for name in image.materials.values()]
     offsets = np.cumsum([0, *map(len, names)]).astype("<u4")
     counts = np.bincount(image.level.code.ravel(), minlength=max(image.materials) + 1)[list(image.materials)]
@@ -150,11 +152,11 @@ def _metadata(image: MaterialImage, buffer: _Buffer) -> dict:
     return {"schema": {"id": "skyshine_materials", "classes": classes}, "propertyTables": [table]}
 
 
-def _complete(document: dict, buffer: _Buffer, **uri: str) -> dict:
+def _complete(document: dict[str, Any], buffer: _Buffer, **uri: str) -> dict[str, Any]:
     return {**document, "buffers": [{**uri, "byteLength": len(buffer.content)}], "bufferViews": buffer.views}
 
 
-def _glb(document: dict, content: bytes) -> bytes:
+def _glb(document: dict[str, Any], content: bytes) -> bytes:
     text = json.dumps(document, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
     content += b"\0" * (-len(content) % 4)

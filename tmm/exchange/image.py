@@ -5,19 +5,21 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.tmm.levels import Level
-from skyshine.tmm.reader import open_tmm
+from skyshine.tmm.database.levels import Level
+from skyshine.tmm.database.reader import open_tmm
 
 MAX_TEXELS = (
     1 << 27
 )  # of a level that is exchanged: it is held in memory whole, with up to 24 bytes a texel while it is written
 
 
-def check_size(height: int, width: int, path: str | os.PathLike) -> None:
+def check_size(height: int, width: int, path: str | os.PathLike[str]) -> None:
     """Refuse a level too large to be exchanged, with an InputError."""
     if height * width > MAX_TEXELS:
         raise InputError(
@@ -46,11 +48,11 @@ class MaterialImage:
 
     @property
     def height(self) -> int:
-        return self.level.code.shape[0]
+        return int(self.level.code.shape[0])
 
     @property
     def width(self) -> int:
-        return self.level.code.shape[1]
+        return int(self.level.code.shape[1])
 
     @property
     def layers(self) -> int:
@@ -58,7 +60,7 @@ class MaterialImage:
         used = (self.level.mix_weight > 0).any(axis=(0, 1))
         return max(int(used.sum()), 1)
 
-    def index(self, rank: int = 0, first: int = 0) -> np.ndarray:
+    def index(self, rank: int = 0, first: int = 0) -> npt.NDArray[Any]:
         """Materials (H, W) int64 counted in the order of their codes.
 
         Parameters
@@ -73,7 +75,7 @@ class MaterialImage:
         return np.where(wanted > 0, np.searchsorted(codes, wanted) + first, first - 1)
 
 
-def read_levels(path: str | os.PathLike, levels: range | list[int] | None = None) -> list[MaterialImage]:
+def read_levels(path: str | os.PathLike[str], levels: range | list[int] | None = None) -> list[MaterialImage]:
     """Levels of a texture database.
 
     Parameters

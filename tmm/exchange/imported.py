@@ -5,27 +5,30 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
+from skyshine.tmm.database.layout import CHUNK, composite_layout, level_layout, texture_header
+from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, level_sizes
+from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb import INDEX, CdbRaster, place_of, ranked_level
 from skyshine.tmm.exchange.cdb_table import parse_table, table_text
 from skyshine.tmm.exchange.image import MaterialImage
-from skyshine.tmm.job import Palette, TextureJob
-from skyshine.tmm.layout import CHUNK, composite_layout, level_layout, texture_header
-from skyshine.tmm.levels import COMPONENTS, WEIGHT_TOTAL, Composites, Level, level_sizes
-from skyshine.tmm.raster import file_sha256
-from skyshine.tmm.reader import open_tmm
+from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.job.model import Palette, TextureJob
 
 
 def write_imported(
     image: MaterialImage,
-    source: str | os.PathLike,
+    source: str | os.PathLike[str],
     colours: dict[str, str],
-    path: str | os.PathLike,
+    path: str | os.PathLike[str],
     library_version: str,
     raster: CdbRaster | None = None,
 ) -> str:
@@ -73,15 +76,12 @@ def coarser_levels(image: MaterialImage) -> list[Level]:
     level = image.level
     codes = np.array(list(image.materials), np.uint16)
     weight = np.where(level.mix_code > 0, level.mix_weight, 0)
-    shares = [
-        sum(np.where(level.mix_code[..., k] == code, weight[..., k], 0) for k in range(COMPONENTS)) / WEIGHT_TOTAL
-        for code in codes
-    ]
-    found = []
+    shares = [np.where(level.mix_code == code, weight, 0).sum(axis=-1, dtype=np.int64) / WEIGHT_TOTAL for code in codes]
+    levels = []
     for height, width in level_sizes(image.height, image.width)[1:]:
         down, across = _parts(image.height, height), _parts(image.width, width)
-        found.append(ranked_level(codes, np.stack([down @ share @ across.T for share in shares])))
-    return found
+        levels.append(ranked_level(codes, np.stack([down @ share @ across.T for share in shares])))
+    return levels
 
 
 def _parts(length: int, parts: int) -> sparse.csr_matrix:
@@ -113,7 +113,7 @@ def _usage(image: MaterialImage) -> Group:
     )
 
 
-def _filled(k: int, level: Level, image: MaterialImage, known: np.ndarray) -> Group:
+def _filled(k: int, level: Level, image: MaterialImage, known: npt.NDArray[Any]) -> Group:
     layout = level_layout(k, level.code.shape, image.height, image.width)
     data = {
         "code": level.code,
@@ -126,7 +126,7 @@ def _filled(k: int, level: Level, image: MaterialImage, known: np.ndarray) -> Gr
     return Group(layout.axes, variables)
 
 
-def _provenance(image: MaterialImage, source: Path) -> dict:
+def _provenance(image: MaterialImage, source: Path) -> dict[str, Any]:
     return {
         "texture": source.name,
         "texture_sha256": file_sha256(source),
@@ -161,7 +161,7 @@ def _cdb(raster: CdbRaster, path: Path) -> Group:
     )
 
 
-def kept_raster(path: str | os.PathLike) -> CdbRaster | None:
+def kept_raster(path: str | os.PathLike[str]) -> CdbRaster | None:
     """The raster materials that a database was imported with; None where it came from elsewhere.
 
     Raises
@@ -178,11 +178,11 @@ def kept_raster(path: str | os.PathLike) -> CdbRaster | None:
 
 
 def import_texture(
-    path: str | os.PathLike,
-    out: str | os.PathLike,
-    library,
-    legend: str | os.PathLike | None = None,
-    map_file: str | os.PathLike | None = None,
+    path: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    library: MaterialLibrary,
+    legend: str | os.PathLike[str] | None = None,
+    map_file: str | os.PathLike[str] | None = None,
 ) -> Path:
     """Read raster materials of a CDB (``.tif``) or an indexed PNG and write a database into a folder.
 

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.levels import pure_level
 from skyshine.tmm.exchange.files import write_bytes, write_json
 from skyshine.tmm.exchange.image import MaterialImage, check_size
 from skyshine.tmm.exchange.legend import legend, read_legend
-from skyshine.tmm.levels import pure_level
 
 MAX_MATERIALS = 255  # a palette has 256 entries, the first stands for no material
 _GOLDEN = 0.618033988749895  # 1 / golden ratio: hues a golden angle apart stay distinct however many there are
 
 
-def palette(count: int) -> np.ndarray:
+def palette(count: int) -> npt.NDArray[Any]:
     """Distinct colours (count + 1, 3) uint8; the first is black."""
     from matplotlib.colors import hsv_to_rgb
 
@@ -27,7 +30,7 @@ def palette(count: int) -> np.ndarray:
     return np.concatenate([np.zeros((1, 3), np.uint8), colours])
 
 
-def write_png(folder: str | os.PathLike, image: MaterialImage) -> list[Path]:
+def write_png(folder: str | os.PathLike[str], image: MaterialImage) -> list[Path]:
     """Write ``NAME.png`` and ``NAME.legend.json``.
 
     Raises
@@ -58,7 +61,9 @@ def write_png(folder: str | os.PathLike, image: MaterialImage) -> list[Path]:
     return paths
 
 
-def read_png(path: str | os.PathLike, legend_path: str | os.PathLike, library) -> MaterialImage:
+def read_png(
+    path: str | os.PathLike[str], legend_path: str | os.PathLike[str], library: MaterialLibrary
+) -> MaterialImage:
     """Read an indexed or grey PNG (8 or 16 bit) with its legend; numbers that the legend has not are no material.
 
     Raises
@@ -80,7 +85,7 @@ def read_png(path: str | os.PathLike, legend_path: str | os.PathLike, library) -
     return MaterialImage(Path(path).stem, used, pure_level(code))
 
 
-def palette_keys(path: str | os.PathLike, numbers: list[int]) -> dict[int, str]:
+def palette_keys(path: str | os.PathLike[str], numbers: list[int]) -> dict[int, str]:
     """How a job names the numbers of an image: by colour ("#RRGGBB") where it has a palette, else as they are."""
     from PIL import Image
 
@@ -93,7 +98,7 @@ def palette_keys(path: str | os.PathLike, numbers: list[int]) -> dict[int, str]:
     return {number: "#{:02X}{:02X}{:02X}".format(*table[number]) for number in numbers}
 
 
-def read_indices(path: str | os.PathLike) -> np.ndarray:
+def read_indices(path: str | os.PathLike[str]) -> npt.NDArray[Any]:
     """Palette indices or grey values (H, W) of an image.
 
     Raises

@@ -5,19 +5,21 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
+from typing import Any
 
+from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.exchange.image import MaterialImage
 
 BYTE_LIMIT = 10_000_000  # far beyond 65,536 entries
 
 
-def legend(image: MaterialImage, first: int = 1) -> dict[int, dict]:
+def legend(image: MaterialImage, first: int = 1) -> dict[int, dict[str, Any]]:
     """Code and name of each material by its number, counted from `first` in the order of the codes."""
     return {k: {"code": code, "name": name} for k, (code, name) in enumerate(image.materials.items(), first)}
 
 
-def read_legend(path: str | os.PathLike, library) -> dict[int, str]:
+def read_legend(path: str | os.PathLike[str], library: MaterialLibrary) -> dict[int, str]:
     """Material names by number, from a legend that `tmm export` or a user wrote.
 
     Names count: a code that another library gave is not looked at.
@@ -53,7 +55,7 @@ def _number(key: str, path: Path) -> int:
     return int(key)
 
 
-def _name(key: str, entry, path: Path, library) -> str:
+def _name(key: str, entry: object, path: Path, library: MaterialLibrary) -> str:
     name = entry.get("name") if isinstance(entry, dict) else entry
     if not isinstance(name, str) or name not in library:
         raise InputError(

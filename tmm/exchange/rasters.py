@@ -5,15 +5,16 @@ from __future__ import annotations
 import io
 import os
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.exchange.files import write_bytes
-from skyshine.tmm.raster import read_channels
+from skyshine.tmm.images.raster import read_channels
 
 
-def read_plane(path: str | os.PathLike) -> np.ndarray:
+def read_plane(path: str | os.PathLike[str]) -> npt.NDArray[Any]:
     """The only channel (H, W) of an image; see `read_channels` for types and errors.
 
     Raises
@@ -29,7 +30,7 @@ def read_plane(path: str | os.PathLike) -> np.ndarray:
     return channels[..., 0]
 
 
-def write_tiff(path: str | os.PathLike, values: np.ndarray) -> None:
+def write_tiff(path: str | os.PathLike[str], values: npt.NDArray[Any]) -> None:
     """Write a plane (H, W) as TIFF without a date: uint8 and uint16 compressed by LZW, float32 as it is.
 
     Raises

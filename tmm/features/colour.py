@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from skyshine.tmm.texture import Windowed
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.tmm.images.texture import Windowed
 
 PIECE_TEXELS = 1 << 21  # looked at at a time
 TABLED = 1 << 21  # distinct colours of one table: beyond, its posteriors would not fit the memory aimed at
 
 
-def to_lab(colours: np.ndarray, encoding: str) -> np.ndarray:
+def to_lab(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
     """L*a*b* under D65 of colours as a file holds them.
 
     Parameters
@@ -27,18 +30,22 @@ def to_lab(colours: np.ndarray, encoding: str) -> np.ndarray:
     """
     from skimage.color import xyz2lab
 
-    return xyz2lab(to_xyz(colours, encoding)) if len(colours) else np.empty((0, 3))
+    if not len(colours):
+        return np.empty((0, 3))
+    lab: npt.NDArray[np.float64] = xyz2lab(to_xyz(colours, encoding))
+    return lab
 
 
-def to_xyz(colours: np.ndarray, encoding: str) -> np.ndarray:
+def to_xyz(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
     """CIE XYZ (N, 3) float64, with Y of white 1, of colours (N, 3); parameters as for `to_lab`."""
     from skimage.color import colorconv
 
     # skimage's rgb2xyz is the same, but for its sRGB curve, which linear values do not have.
-    return to_linear(colours, encoding) @ colorconv.xyz_from_rgb.T
+    xyz: npt.NDArray[np.float64] = to_linear(colours, encoding) @ colorconv.xyz_from_rgb.T
+    return xyz
 
 
-def to_linear(colours: np.ndarray, encoding: str) -> np.ndarray:
+def to_linear(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
     """Linear light of Rec. 709 primaries (N, 3) float64, with 1 as white, of colours (N, 3); parameters as for
     `to_lab`.
     """
@@ -52,19 +59,20 @@ def to_linear(colours: np.ndarray, encoding: str) -> np.ndarray:
         with np.errstate(invalid="ignore"):
             return np.where(values > 0.04045, ((values + 0.055) / 1.055) ** 2.4, values / 12.92)
     image = oiio.ImageBuf(values[np.newaxis].astype(np.float32))
-    linear = oiio.ImageBufAlgo.colorconvert(image, encoding, "lin_rec709_scene")
-    if linear.has_error:
-        raise ValueError(linear.geterror())
-    return linear.get_pixels(oiio.FLOAT)[0].astype(np.float64)
+    converted = oiio.ImageBufAlgo.colorconvert(image, encoding, "lin_rec709_scene")
+    if converted.has_error:
+        raise ValueError(converted.geterror())
+    linear: npt.NDArray[np.float64] = np.asarray(converted.get_pixels(oiio.FLOAT), np.float64)[0]
+    return linear
 
 
-def to_coordinates(colours: np.ndarray, encoding: str) -> np.ndarray:
+def to_coordinates(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[np.float64]:
     """L*a*b* of colours (N, 3), or with near infrared (N, 4) also 100 times their normalised difference, NDVI."""
     lab = to_lab(colours[:, :3], encoding)
     return lab if colours.shape[1] == 3 else np.column_stack([lab, 100 * ndvi(colours)])
 
 
-def ndvi(colours: np.ndarray) -> np.ndarray:
+def ndvi(colours: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     """(near infrared - red) / (near infrared + red) of colours (N, 4) as stored (Rouse et al. 1974); 0 where both
     are.
     """
@@ -90,9 +98,10 @@ class DistinctColours:
         Those of the shared table.
     """
 
-    def __init__(self, texture: Windowed):
+    def __init__(self, texture: Windowed) -> None:
         """Reads the whole texture once."""
-        self._texture, self._table, self.colours = texture, None, None
+        self._table: npt.NDArray[np.int32] | None = None
+        self.colours: npt.NDArray[np.uint8] | None = None
         self.valid_texels, self.number = 0, 0
         count = texture.dtype == np.uint8 and texture.channels == 3
         present = np.zeros(1 << 24 if count else 0, bool)
@@ -111,7 +120,9 @@ class DistinctColours:
                 self._table[packed] = np.arange(len(packed), dtype=np.int32)
                 self.colours = _unpacked(packed, np.dtype(np.uint8), 3)
 
-    def of(self, pixels: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
+    def of(
+        self, pixels: npt.NDArray[Any], valid: npt.NDArray[np.bool_]
+    ) -> tuple[npt.NDArray[Any] | None, npt.NDArray[Any]]:
         """Colours of a window of the texture and, for each of its texels, which of them it has.
 
         Parameters
@@ -133,20 +144,28 @@ class DistinctColours:
         colours = np.where(valid[..., np.newaxis], pixels, 0)
         return colours.reshape(-1, pixels.shape[2]), np.arange(valid.size).reshape(valid.shape)
 
+    def in_use(self, index: npt.NDArray[Any]) -> tuple[npt.NDArray[np.uint8], npt.NDArray[Any]]:
+        """Colours of the shared table that a window has, (U, 3), and for each of its texels which of them, (h, w)."""
+        if self.colours is None:
+            raise ValueError("this texture has no shared table of colours")
+        used, number = np.unique(index, return_inverse=True)
+        return self.colours[used], number.reshape(index.shape)
 
-def _packed(pixels: np.ndarray) -> np.ndarray:
+
+def _packed(pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """One integer for each colour: uint32 of up to four 8 bit channels, uint64 of 16 bit channels."""
     bits = 8 * pixels.dtype.itemsize
     kind = np.uint32 if bits == 8 else np.uint64
-    packed = pixels[..., 0].astype(kind)
+    packed: npt.NDArray[Any] = pixels[..., 0].astype(kind)
     for i in range(1, pixels.shape[2]):
-        packed <<= kind(bits)
-        packed |= pixels[..., i]
+        np.left_shift(packed, kind(bits), out=packed)
+        np.bitwise_or(packed, pixels[..., i], out=packed)
     return packed
 
 
-def _unpacked(packed: np.ndarray, dtype: np.dtype, channels: int) -> np.ndarray:
+def _unpacked(packed: npt.NDArray[Any], dtype: np.dtype[Any], channels: int) -> npt.NDArray[Any]:
     """Colours (U, C) of the integers of `_packed`."""
     bits = 8 * dtype.itemsize
     shifts = np.arange(channels - 1, -1, -1, dtype=packed.dtype) * packed.dtype.type(bits)
-    return ((packed[:, np.newaxis] >> shifts) & packed.dtype.type(2**bits - 1)).astype(dtype)
+    colours: npt.NDArray[Any] = ((packed[:, np.newaxis] >> shifts) & packed.dtype.type(2**bits - 1)).astype(dtype)
+    return colours

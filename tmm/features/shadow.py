@@ -7,21 +7,24 @@ brightness alone takes dark materials for shadows, and finds shadows where there
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 SHADOW_RATIO = (
     0.4  # of the material's median luminance: above the skylight's share of clear-sky irradiance, 0.2 to 0.35
 )
 
 
-def luminance(colours: np.ndarray, encoding: str) -> np.ndarray:
+def luminance(colours: npt.NDArray[Any], encoding: str) -> npt.NDArray[Any]:
     """Relative luminance (N,) of colours (N, 3 or more) as a file holds them."""
     from skyshine.tmm.features.colour import to_xyz
 
     return to_xyz(colours[..., :3], encoding)[..., 1]
 
 
-def shadow_limits(lightness: np.ndarray, material: np.ndarray, count: int) -> np.ndarray:
+def shadow_limits(lightness: npt.NDArray[Any], material: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
     """Luminance below which a texel of each material is in shadow.
 
     Parameters
@@ -36,5 +39,5 @@ def shadow_limits(lightness: np.ndarray, material: np.ndarray, count: int) -> np
     (count,) float64
         0 for a material without texels.
     """
-    found = [lightness[material == k] for k in range(count)]
-    return np.array([SHADOW_RATIO * np.median(values) if values.size else 0.0 for values in found])
+    by_material = [lightness[material == k] for k in range(count)]
+    return np.array([SHADOW_RATIO * np.median(values) if values.size else 0.0 for values in by_material])

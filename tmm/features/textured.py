@@ -6,7 +6,10 @@ neighbours are kept; see Finlayson et al. 2006, "On the removal of shadows from 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.tmm.features.colour import to_lab, to_linear
 
@@ -34,17 +37,18 @@ def names() -> tuple[str, ...]:
     return (*lab, *chroma, *spread, *gradient)
 
 
-def light_planes(colours: np.ndarray, encoding: str) -> tuple[np.ndarray, np.ndarray]:
+def light_planes(colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """L*a*b* and linear light, both (3, N) float32, of colours (N, C) as a texture holds them."""
     flat = colours[:, :3]
     if flat.dtype.kind == "f":
         flat = np.clip(flat, -BRIGHT, BRIGHT)
-    return tuple(
-        np.ascontiguousarray(part.T, np.float32) for part in (to_lab(flat, encoding), to_linear(flat, encoding))
-    )
+    lab, linear = to_lab(flat, encoding), to_linear(flat, encoding)
+    return np.ascontiguousarray(lab.T, np.float32), np.ascontiguousarray(linear.T, np.float32)
 
 
-def features(lab: np.ndarray, linear: np.ndarray, valid: np.ndarray) -> np.ndarray:
+def features(
+    lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32], valid: npt.NDArray[np.bool_]
+) -> npt.NDArray[Any]:
     """Features of every texel of a window.
 
     Parameters
@@ -65,10 +69,10 @@ def features(lab: np.ndarray, linear: np.ndarray, valid: np.ndarray) -> np.ndarr
     return _stack(lab, np.maximum(linear, 0))
 
 
-def _stack(lab: np.ndarray, linear: np.ndarray) -> np.ndarray:
+def _stack(lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32]) -> npt.NDArray[Any]:
     from scipy.ndimage import uniform_filter
 
-    def mean(plane: np.ndarray, radius: int) -> np.ndarray:
+    def mean(plane: npt.NDArray[Any], radius: int) -> npt.NDArray[Any]:
         return uniform_filter(plane, 2 * radius + 1, mode="reflect")
 
     stack = np.empty((len(names()), *lab.shape[1:]), np.float32)
@@ -100,13 +104,15 @@ def _stack(lab: np.ndarray, linear: np.ndarray) -> np.ndarray:
     return stack
 
 
-def in_other_light(linear: np.ndarray, random: np.random.Generator) -> np.ndarray:
+def in_other_light(linear: npt.NDArray[np.float32], random: np.random.Generator) -> npt.NDArray[Any]:
     """Linear light (h, w, 3) as another photograph of a library might have it."""
     gain = np.exp(LIGHT_SPREAD * random.standard_normal() + np.array(TINT_SPREAD) * random.standard_normal(3))
     return (linear * gain).astype(np.float32)
 
 
-def in_shadow(colours: np.ndarray, encoding: str, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def in_shadow(
+    colours: npt.NDArray[Any], encoding: str, random: np.random.Generator
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """A window with smooth random shadows on it.
 
     Parameters

@@ -1,0 +1,122 @@
+"""Mip levels against counting by brute force in exact fractions."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from skyshine.tmm.database.levels import (
+    WEIGHT_TOTAL,
+    Composites,
+    Level,
+    LevelStream,
+    integer_weights,
+    level_sizes,
+    pure_level,
+)
+
+
+def mip_levels(code: np.ndarray, step: int | None = None) -> list[Level]:
+    """All levels of an image that comes `step` rows at a time."""
+    step, stream = step or len(code), LevelStream(*code.shape, np.unique(np.append(code[code > 0], 9)))
+    parts = [[pure_level(code)], *([] for _ in level_sizes(*code.shape)[1:])]
+    for top in range(0, len(code), step):
+        for level, row, part in stream.add(code[top : top + step]):
+            assert row == sum(len(earlier.code) for earlier in parts[level])
+            parts[level].append(part)
+    names = ("code", "mix_code", "mix_weight")
+    return [Level(*(np.concatenate([getattr(part, name) for part in level]) for name in names)) for level in parts]
+
+
+def _overlaps(cell: int, parts: int, length: int):
+    """Texels that a cell covers along one axis, each with the covered part of it."""
+    start, end = Fraction(cell * length, parts), Fraction((cell + 1) * length, parts)
+    for texel in range(int(start), length):
+        covered = min(end, texel + 1) - max(start, texel)
+        if covered <= 0:
+            break
+        yield texel, covered
+
+
+def _shares(code, row, column, size):
+    total = {}
+    for y, part_y in _overlaps(row, size[0], code.shape[0]):
+        for x, part_x in _overlaps(column, size[1], code.shape[1]):
+            if code[y, x]:
+                total[int(code[y, x])] = total.get(int(code[y, x]), 0) + part_y * part_x
+    return sorted(total.items(), key=lambda item: (-item[1], item[0]))
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (8, 8), (5, 7), (1, 13), (12, 20), (17, 3), (24, 6)])
+@pytest.mark.parametrize("materials, step", [(2, None), (6, None), (6, 1), (6, 3)])
+def test_shares_are_exact(shape, materials, step):
+    code = np.random.default_rng(materials).integers(0, materials, shape).astype(np.uint16)
+    levels = mip_levels(code, step)
+    assert [level.code.shape for level in levels] == level_sizes(*shape)
+    np.testing.assert_array_equal(levels[0].code, code)
+    for level in levels:
+        for row, column in np.ndindex(level.code.shape):
+            shares = _shares(code, row, column, level.code.shape)
+            top = shares[:3]
+            expected = [name for name, _ in top] + [0] * (3 - len(top))
+            assert level.mix_code[row, column].tolist() == expected
+            assert level.code[row, column] == expected[0]
+            whole = sum(share for _, share in top)
+            for rank, (_, share) in enumerate(top):
+                assert abs(level.mix_weight[row, column, rank] - share / whole * WEIGHT_TOTAL) < 1
+
+
+def test_level_sizes_end_with_one_texel():
+    assert level_sizes(540, 960)[:3] == [(540, 960), (270, 480), (135, 240)]
+    assert level_sizes(540, 960)[-1] == (1, 1) and level_sizes(1, 1) == [(1, 1)]
+
+
+@given(hnp.arrays(np.uint16, hnp.array_shapes(min_dims=2, max_dims=2, max_side=12), elements=st.integers(0, 4)))
+@settings(deadline=None, max_examples=60)
+def test_no_level_invents_a_material(code):
+    present = set(np.unique(code))
+    for level in mip_levels(code):
+        assert set(np.unique(level.mix_code)) <= present | {0}
+        assert (level.mix_weight.sum(axis=-1, dtype=int) == WEIGHT_TOTAL).all()
+        assert (np.diff(level.mix_weight.astype(int), axis=-1) <= 0).all()
+        assert ((level.mix_weight > 0) | (level.mix_code == 0)).all()
+
+
+@given(st.lists(st.integers(0, 1 << 30), min_size=3, max_size=3), st.sampled_from([100, 255, WEIGHT_TOTAL]))
+def test_integer_weights_sum_exactly(counts, total):
+    counts = np.sort(np.array(counts, np.int64))[::-1][:, np.newaxis].copy()
+    weights = integer_weights(counts, total)
+    assert weights.sum() == total and (weights >= 0).all()
+    if counts.sum():
+        assert np.abs(weights / total - counts / counts.sum()).max() < 1 / total
+
+
+def test_composites_list_every_mixture_once():
+    code = np.array([[1, 1, 2, 2], [1, 3, 2, 2]], np.uint16)
+    composites = Composites()
+    for level in mip_levels(code):
+        composites.add(level)
+    components, weights = composites.mixtures()
+    found = {(*map(int, c), *map(int, w)) for c, w in zip(components, weights, strict=True)}
+    pure = {(k, 0, 0, 100, 0, 0) for k in (1, 2, 3)}
+    assert found == pure | {(1, 3, 0, 75, 25, 0), (2, 1, 3, 50, 38, 12)} and len(components) == len(found)
+
+
+def test_radiance_of_mixtures():
+    """Band radiance from the fractions against the mean over the texels below, with three materials in the scene."""
+    code = np.kron(np.random.default_rng(7).integers(1, 4, (9, 11)), np.ones((7, 5), int)).astype(np.uint16)
+    # Spectral radiance of blackbodies at 10 um, W m-2 sr-1 um-1, of 260, 300 and 340 K, by Planck's law.
+    temperature = np.array([np.inf, 260.0, 300.0, 340.0])
+    radiance = 1.191042972e8 / 10.0**5 / np.expm1(14387.76877 / (10.0 * temperature[1:]))
+    radiance = np.concatenate([[0.0], radiance])
+    for level in mip_levels(code, 16):
+        mixed = (radiance[level.mix_code] * level.mix_weight).sum(axis=-1) / WEIGHT_TOTAL
+        for row, column in np.ndindex(level.code.shape):
+            shares = _shares(code, row, column, level.code.shape)
+            exact = float(
+                sum(radiance[number] * float(share) for number, share in shares) / float(sum(s for _, s in shares))
+            )
+            assert mixed[row, column] == pytest.approx(exact, rel=1e-4)

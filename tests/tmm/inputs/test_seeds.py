@@ -1,0 +1,125 @@
+"""Seeds: polygons, GeoJSON, label images, and what is wrong with them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.inputs.load import job_materials, load_texture
+from skyshine.tmm.mapping.texture_map import map_texture
+
+GREEN, GREY = "grass_green", "asphalt_road"
+
+
+def _texels(job, folder, library, name):
+    *_, seeds = load_texture(job, folder, library)
+    mine = seeds.material == seeds.names.index(name)
+    return set(zip(seeds.columns[mine].tolist(), seeds.rows[mine].tolist(), strict=True))
+
+
+def test_a_rectangle_holds_the_texels_whose_centres_it_holds(job, two_halves, tmp_path, library):
+    square = [[2.2, 3.2], [5.8, 3.2], [5.8, 4.9], [2.2, 4.9]]
+    found = _texels(job(two_halves, {GREEN: [square], GREY: [[[30, 5]]]}), tmp_path, library, GREEN)
+    assert found == {(x, y) for x in range(2, 6) for y in (3, 4)}
+
+
+def test_a_vertex_alone_and_one_on_the_far_edge(job, two_halves, tmp_path, library):
+    seeds = job(two_halves, {GREEN: [[[0, 0]], [[3.9, 7.1]]], GREY: [[[40, 20]]]})
+    assert _texels(seeds, tmp_path, library, GREEN) == {(0, 0), (3, 7)}
+    assert _texels(seeds, tmp_path, library, GREY) == {(39, 19)}
+
+
+def _feature(kind, coordinates, name):
+    return {"type": "Feature", "properties": {"material": name}, "geometry": {"type": kind, "coordinates": coordinates}}
+
+
+def test_geojson_with_a_hole(job, two_halves, tmp_path, library):
+    outer = [[2, 2], [10, 2], [10, 10], [2, 10], [2, 2]]
+    hole = [[4, 4], [8, 4], [8, 8], [4, 8], [4, 4]]
+    features = [_feature("Polygon", [outer, hole], GREEN), _feature("Point", [30, 5], GREY)]
+    features.append(_feature("MultiPolygon", [[[[31, 2], [34, 2], [34, 4], [31, 4]]]], GREY))
+    (tmp_path / "seeds.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    mapped = job(two_halves, seeds={"file": "seeds.geojson"})
+    green = _texels(mapped, tmp_path, library, GREEN)
+    assert (5, 5) not in green and (3, 3) in green and len(green - {(10, 2), (10, 10), (2, 10)}) == 64 - 16
+    assert job_materials(mapped, tmp_path) == (GREY, GREEN)
+    assert len(_texels(mapped, tmp_path, library, GREY)) >= 7
+
+
+@pytest.mark.parametrize(
+    "content, message",
+    [
+        ("{", "not valid YAML"),
+        ('{"type": "FeatureCollection"}', "'features' is missing"),
+        (json.dumps({"type": "FeatureCollection", "features": [_feature("LineString", [[0, 0]], GREEN)]}), "Polygon"),
+    ],
+)
+def test_bad_geojson(job, two_halves, tmp_path, library, content, message):
+    (tmp_path / "seeds.geojson").write_text(content)
+    with pytest.raises(InputError, match=message):
+        map_texture(job(two_halves, seeds={"file": "seeds.geojson"}), tmp_path, library)
+
+
+def _labels(image, palette):
+    return {"labels": {"image": image, "palette": palette}}
+
+
+def test_colour_labels(job, two_halves, write_image, tmp_path, library):
+    values = np.zeros((20, 40, 3), np.uint8)
+    values[:, :10], values[:, 30:] = (0x32, 0xFF, 0xA7), (0x6D, 0x32, 0xFF)
+    image = write_image("labels.png", values)
+    mapped = job(two_halves, seeds=_labels(image, {"#32FFA7": GREEN, "#6d32ff": GREY}))
+    result = map_texture(mapped, tmp_path, library)
+    assert (result.seeds.material == result.names.index(GREEN)).sum() == 200
+    assert result.quality.whole.tested == 400 and result.quality.whole.overall_accuracy == 1
+    assert result.files.keys() == {"labels.png"}
+
+
+def test_grey_labels(job, two_halves, write_image, tmp_path, library):
+    values = np.zeros((20, 40, 1), np.uint8)
+    values[:, :10], values[:, 30:] = 40, 80
+    mapped = job(two_halves, seeds=_labels(write_image("labels.png", values), {40: GREEN, "80": GREY}))
+    assert len(_texels(mapped, tmp_path, library, GREY)) == 200
+
+
+def test_labels_of_another_size(job, two_halves, write_image, tmp_path, library):
+    image = write_image("labels.png", np.zeros((20, 41, 3), np.uint8))
+    with pytest.raises(InputError, match="label image is 41 x 20; allowed: the texture's 40 x 20"):
+        map_texture(job(two_halves, seeds=_labels(image, {"#000000": GREEN})), tmp_path, library)
+
+
+def test_a_material_without_texels(job, two_halves, write_image, tmp_path, library):
+    image = write_image("labels.png", np.zeros((20, 40, 3), np.uint8))
+    mapped = job(two_halves, seeds=_labels(image, {"#000000": GREEN, "#FFFFFF": GREY}))
+    with pytest.raises(InputError, match="'asphalt_road' of 'halves' has no seed texel left"):
+        map_texture(mapped, tmp_path, library)
+
+
+def test_overlap_is_left_out_and_counted(job, two_halves, tmp_path, library):
+    left, right = [[2, 2], [12, 2], [12, 8], [2, 8]], [[9, 2], [30, 2], [30, 8], [9, 8]]
+    *_, seeds = load_texture(job(two_halves, {GREEN: [left], GREY: [right]}), tmp_path, library)
+    assert seeds.conflicting >= 18
+    both = np.isin(seeds.columns, (9, 10, 11)) & (seeds.rows >= 2) & (seeds.rows < 8)
+    assert not both.any()
+
+
+def test_complete_overlap(job, two_halves, tmp_path, library):
+    square = [[2, 2], [12, 2], [12, 8], [2, 8]]
+    with pytest.raises(InputError, match="no seed texel left"):
+        map_texture(job(two_halves, {GREEN: [square], GREY: [square]}), tmp_path, library)
+
+
+def test_beyond_the_image(job, two_halves, tmp_path, library):
+    with pytest.raises(InputError, match=r"vertex \[41, 3\]; allowed: pixel coordinates within the image of 40 x 20"):
+        map_texture(job(two_halves, {GREEN: [[[1, 1], [41, 3], [5, 5]]]}), tmp_path, library)
+
+
+def test_unknown_material(job, two_halves, tmp_path, library):
+    with pytest.raises(InputError, match="unknown material 'gras_green' .* did you mean 'grass_green'"):
+        map_texture(job(two_halves, {"gras_green": [[[1, 1]]]}), tmp_path, library)
+
+
+def test_prior_of_a_material_without_seeds(job, two_halves, tmp_path, library):
+    with pytest.raises(InputError, match="prior for 'concrete', which has no seeds"):
+        map_texture(job(two_halves, classifier={"prior": {"concrete": 2}}), tmp_path, library)

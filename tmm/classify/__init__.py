@@ -1,0 +1,1 @@
+"""Classifiers of texels: colour, texture, the average over a box, calibrated confidence."""

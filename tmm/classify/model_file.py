@@ -1,0 +1,113 @@
+"""Files of trained classifiers.
+
+Layout of a ``.tmm-model.h5``: ``/materials`` (names), ``/colour`` (means, covariances, priors) and, for a textured one,
+``/network`` (scaling of the features, weights).
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, read_file, write_file
+from skyshine.tmm.classify.calibration import Calibration
+from skyshine.tmm.classify.gaussian import GaussianModel
+from skyshine.tmm.classify.trained import Network, TrainedModel
+from skyshine.tmm.features.textured import names
+
+FILETYPE = "tmm-model"
+FORMAT_VERSION = "1.0.0"
+
+
+def write_model(
+    model: TrainedModel, path: str | os.PathLike[str], job: str, data_version: str, quality: dict[str, Any]
+) -> str:
+    """Write a trained classifier; returns the hash of its content.
+
+    Parameters
+    ----------
+    job : str
+        What it was trained on, for the attribute `job`.
+    quality : dict
+        Attributes of the group ``/quality``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    count, size = model.colour.means.shape
+    # The material axis repeats in each group, as netCDF readers want it.
+    materials = {"material": Axis(np.arange(count, dtype=np.int32), "1", "number of the material")}
+    text = Variable(("material",), np.array(model.names, dtype=object), "1", "material name")
+    groups = {"materials": Group(materials, {"name": text}), "colour": _colour_group(model.colour, materials, size)}
+    if model.network is not None:
+        groups["network"] = _network_group(model.network, materials)
+    attributes = {"slope": model.calibration.slope, "offset": model.calibration.offset}
+    groups |= {"calibration": Group(attributes=attributes), "quality": Group(attributes=quality)}
+    header = Header(FILETYPE, FORMAT_VERSION, data_version, job, "Classifier of textures")
+    return write_file(path, Group(groups=groups), header)
+
+
+def _colour_group(colour: GaussianModel, materials: dict[str, Axis], size: int) -> Group:
+    axes = {
+        name: Axis(np.arange(size, dtype=np.int32), "1", "coordinate: L*, a*, b*, 100 NDVI")
+        for name in ("row", "column")
+    }
+    return Group(
+        materials | axes,
+        {
+            "mean": Variable(("material", "row"), colour.means, "1", "mean colour"),
+            "covariance": Variable(("material", "row", "column"), colour.covariances, "1", "covariance of the colour"),
+            "log_prior": Variable(("material",), colour.log_prior, "1", "logarithm of the prior probability"),
+        },
+    )
+
+
+def _network_group(network: Network, materials: dict[str, Axis]) -> Group:
+    inputs = Axis(np.array(names(), dtype=object), "1", "feature")
+    units = Axis(np.arange(len(network.inner_offset), dtype=np.int32), "1", "hidden unit")
+    return Group(
+        {"feature": inputs, "unit": units} | materials,
+        {
+            "mean": Variable(("feature",), network.mean, "1", "mean of the feature"),
+            "scale": Variable(("feature",), network.scale, "1", "standard deviation of the feature"),
+            "inner_weight": Variable(("feature", "unit"), network.inner_weight, "1", "weights of the hidden units"),
+            "inner_offset": Variable(("unit",), network.inner_offset, "1", "offsets of the hidden units"),
+            "outer_weight": Variable(("unit", "material"), network.outer_weight, "1", "weights of the materials"),
+            "outer_offset": Variable(("material",), network.outer_offset, "1", "offsets of the materials"),
+        },
+    )
+
+
+def read_model(path: str | os.PathLike[str]) -> TrainedModel:
+    """Read a trained classifier.
+
+    Raises
+    ------
+    InputError
+        The file is missing or damaged, is no classifier, or was trained on other features than this version computes.
+    """
+    root, _ = read_file(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]))
+    try:
+        materials = tuple(root.groups["materials"].variables["name"].data.tolist())
+        values = {name: variable.data for name, variable in root.groups["colour"].variables.items()}
+        colour = GaussianModel(
+            materials, *(values[name].astype(np.float64) for name in ("mean", "covariance", "log_prior"))
+        )
+        calibration = Calibration(*(float(root.groups["calibration"].attributes[name]) for name in ("slope", "offset")))
+        network = None
+        if "network" in root.groups:
+            group = root.groups["network"]
+            if tuple(group.axes["feature"].values.tolist()) != names():
+                raise InputError(
+                    "was trained on features of another version; train it again with 'tmm train'", file=path
+                )
+            network = Network(**{name: variable.data for name, variable in group.variables.items()})
+    except (KeyError, TypeError):
+        raise InputError("lacks a part of a classifier; train it again with 'tmm train'", file=path) from None
+    return TrainedModel(materials, colour, network, calibration)

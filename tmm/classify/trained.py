@@ -1,0 +1,149 @@
+"""Trained classifiers: what they are, and how they are applied to a texture. Applying one needs numpy alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.classify.box import POSTERIOR_ONE, pairs_of, strongest
+from skyshine.tmm.classify.calibration import IDENTITY, Calibration
+from skyshine.tmm.classify.gaussian import GaussianModel
+from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper, with_margin, without_data
+from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.features.textured import MARGIN, features, light_planes
+from skyshine.tmm.images.texture import Windowed
+
+TYPICAL = slice(3, 6)  # the features that typicality is measured in: L*a*b* averaged over the smallest box
+
+
+@dataclass(frozen=True)
+class Network:
+    """A perceptron with one hidden layer of rectified linear units.
+
+    Attributes
+    ----------
+    mean, scale : (F,) float32
+        The features are centred and divided by these.
+    inner_weight, inner_offset : (F, H), (H,) float32
+    outer_weight, outer_offset : (H, K), (K,) float32
+        The offsets include the logarithm of the prior.
+    """
+
+    mean: npt.NDArray[np.float32]
+    scale: npt.NDArray[np.float32]
+    inner_weight: npt.NDArray[np.float32]
+    inner_offset: npt.NDArray[np.float32]
+    outer_weight: npt.NDArray[np.float32]
+    outer_offset: npt.NDArray[np.float32]
+
+    def posterior(self, stack: npt.NDArray[np.float32]) -> npt.NDArray[Any]:
+        """Posterior (K, N) float32 of features (F, N) float32."""
+        # The scaling is put into the first layer, so that no scaled copy of the features is made.
+        weight = self.inner_weight / self.scale[:, np.newaxis]
+        hidden = weight.T @ stack
+        hidden += (self.inner_offset - self.mean @ weight)[:, np.newaxis]
+        np.maximum(hidden, 0, out=hidden)
+        odds = self.outer_weight.T @ hidden + self.outer_offset[:, np.newaxis]
+        odds -= odds.max(axis=0)
+        np.exp(odds, out=odds)
+        odds /= odds.sum(axis=0)
+        return odds
+
+
+@dataclass(frozen=True)
+class TrainedModel:
+    """A classifier for any texture.
+
+    Attributes
+    ----------
+    names : tuple of str
+        K materials.
+    colour : GaussianModel
+        Classifies by itself where there is no network; beside one, it gives the typicality.
+    network : Network or None
+    calibration : Calibration
+    """
+
+    names: tuple[str, ...]
+    colour: GaussianModel
+    network: Network | None
+    calibration: Calibration = IDENTITY
+
+    def mapper(self, texture: Windowed, colours: DistinctColours, radius: int, tabulate: bool = True) -> Mapper:
+        """The classifier applied to a texture, with posteriors averaged over a box of `radius`.
+
+        Raises
+        ------
+        InputError
+            The model was trained with near infrared and the texture has none, or the reverse.
+        """
+        if self.network is not None:
+            return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius)
+        if self.colour.means.shape[1] != texture.channels:
+            raise InputError(
+                f"the model was trained on {self.colour.means.shape[1]} channels and the texture has"
+                f" {texture.channels}; name 'near_infrared' for both or for neither"
+            )
+        return ColourMapper(texture, colours, self.colour, radius, tabulate)
+
+
+class TexturedMapper:
+    """A network on colour and texture, applied to a texture window by window."""
+
+    def __init__(
+        self,
+        texture: Windowed,
+        colours: DistinctColours,
+        names: tuple[str, ...],
+        colour: GaussianModel,
+        network: Network,
+        radius: int,
+    ) -> None:
+        self.names, self._texture, self._radius = names, texture, radius
+        self._colour, self._network, self._colours = colour, network, colours
+        self._shared: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] | None = None
+        if colours.colours is not None:
+            self._shared = light_planes(colours.colours, texture.encoding)
+
+    def window(self, top: int, bottom: int, left: int, right: int) -> Classified:
+        """Classify a window; see `Mapper`."""
+        margin = self._radius + MARGIN
+        rows, columns, inner = with_margin(self._texture, top, bottom, left, right, margin)
+        stack, valid = self.features(rows, columns)
+        posterior = self._network.posterior(stack.reshape(len(stack), -1))
+        planes = np.rint(posterior * np.float32(POSTERIOR_ONE)).astype(np.uint16).reshape(-1, *valid.shape)
+        if self._radius:
+            pairs = pairs_of(planes)
+            material, confidence = strongest(pairs, len(pairs), valid, self._radius, inner)
+        else:
+            material = planes[(slice(None), *inner)].argmax(axis=0).astype(np.int16)
+            confidence = planes[(slice(None), *inner)].max(axis=0) / np.float32(POSTERIOR_ONE)
+        typical = self._typicality(stack[(TYPICAL, *inner)], material)
+        return without_data(Classified(material, confidence, typical), valid[inner])
+
+    def features(self, rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+        """Features (F, h, w) float32 and validity (h, w) of a window, its margin included in the window."""
+        pixels, valid = self._texture.window(rows, columns)
+        colours, index = self._colours.of(pixels, valid)
+        if colours is None and self._shared is not None:
+            planes = self._shared
+        else:
+            if colours is None:
+                colours, index = self._colours.in_use(index)
+            planes = light_planes(colours, self._texture.encoding)
+        lab, linear = (np.take(part, index.ravel(), axis=1).reshape(3, *valid.shape) for part in planes)
+        return features(lab, linear, valid), valid
+
+    def _typicality(self, coordinates: npt.NDArray[Any], material: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        from scipy.special import chdtrc
+
+        typicality = np.empty(material.shape, np.float32)
+        for k in range(len(self.names)):
+            mine = material == k
+            distance = self._colour.only(k).squared_distance(coordinates[:, mine].T.astype(np.float64))
+            typicality[mine] = chdtrc(len(coordinates), distance[0])
+        return typicality

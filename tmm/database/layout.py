@@ -1,0 +1,76 @@
+"""What a ``.tmm.h5`` database holds.
+
+``/materials`` (codes, names), ``/usage``, ``/quality``, ``/composites``, ``/provenance`` and, for each mip level,
+``/levels/k`` with ``code``, ``mix_code`` and ``mix_weight``; level 0 also has ``confidence`` and ``typicality``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import yaml
+
+from skyshine.schemas.hdf5 import Axis, Group, Header, Streamed, Variable
+from skyshine.tmm.database.levels import PERCENT, WEIGHT_TOTAL
+from skyshine.tmm.job.model import TextureJob
+
+FILETYPE = "tmm"
+FORMAT_VERSION = "1.0.0"
+CHUNK = 256
+
+
+def texture_header(job: TextureJob, library_version: str) -> Header:
+    """Root attributes of the database of a texture."""
+    text = yaml.safe_dump(job.model_dump(mode="json"), sort_keys=False, allow_unicode=True, default_flow_style=None)
+    return Header(
+        FILETYPE, FORMAT_VERSION, f"materials {library_version}", text, f"Materials of the texture {job.name}"
+    )
+
+
+def _component_axis() -> Axis:
+    return Axis(np.arange(3, dtype=np.uint8), "1", "rank of the component, largest share first")
+
+
+def composite_layout(components: npt.NDArray[Any], weights: npt.NDArray[Any]) -> Group:
+    """The layout of distinct mixtures: codes (N, 3) and weights (N, 3) in percent."""
+    number = Axis(np.arange(len(components), dtype=np.int32), "1", "number of the mixture")
+    dims = ("composite", "component")
+    return Group(
+        {"composite": number, "component": _component_axis()},
+        {
+            "code": Variable(dims, components, "1", "material code, 0 where unused"),
+            "weight": Variable(dims, weights, "percent", "share of the material", {"total": PERCENT}),
+        },
+    )
+
+
+def level_layout(k: int, size: tuple[int, int], height: int, width: int) -> Group:
+    """The layout of a level; its arrays are written as they come."""
+    axes = {
+        "y": Axis(_centres(height, size[0]), "1", "row of the texel's centre, in texels of level 0"),
+        "x": Axis(_centres(width, size[1]), "1", "column of the texel's centre, in texels of level 0"),
+        "component": _component_axis(),
+    }
+    plane, mixed, chunk = ("y", "x"), ("y", "x", "component"), (CHUNK, CHUNK)
+    whole, parts = Streamed(size, np.uint16), Streamed((*size, 3), np.uint16)
+    weights = {"total": WEIGHT_TOTAL}
+    variables = {
+        "code": Variable(plane, whole, "1", "material code of the largest share, 0 for none", chunks=chunk),
+        "mix_code": Variable(mixed, parts, "1", "material codes of the mixture", chunks=(*chunk, 3)),
+        "mix_weight": Variable(
+            mixed, parts, "1", "shares of the mixture; they sum to `total`", weights, chunks=(*chunk, 3)
+        ),
+    }
+    if k == 0:
+        values = Streamed(size, np.float32)
+        name = "probability that the material is right: its posterior, averaged over the box and calibrated"
+        variables["confidence"] = Variable(plane, values, "1", name, chunks=chunk)
+        name = "share of the material's own texels that lie farther from its mean"
+        variables["typicality"] = Variable(plane, values, "1", name, chunks=chunk)
+    return Group(axes, variables)
+
+
+def _centres(length: int, parts: int) -> npt.NDArray[Any]:
+    return (np.arange(parts) + 0.5) * (length / parts)

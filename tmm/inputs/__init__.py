@@ -1,0 +1,1 @@
+"""What a job names, read: images, seed polygons and seed texels."""

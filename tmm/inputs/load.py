@@ -1,0 +1,82 @@
+"""What a texture job names: its image, its materials, its seeds and the files they come from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import InputError, nearest
+from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.inputs.polygons import seed_polygons
+from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
+from skyshine.tmm.job.model import Seeds, TextureJob
+
+
+def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
+    """The image of a job, read as the job says; see `TextureFile` for what it raises."""
+    return TextureFile(Path(base_folder) / job.image, job.colour_space, job.alpha, job.near_infrared)
+
+
+def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
+    """Names of all materials that a job names, those of its GeoJSON and model files included.
+
+    Raises
+    ------
+    InputError
+        Such a file cannot be read.
+    """
+    names = set(job.materials)
+    for seeds in (job.seeds, job.overrides):
+        if seeds is not None:
+            names |= {name for name, _ in seed_polygons(seeds, Path(base_folder))}
+    if job.model is not None:
+        names |= set(read_model(Path(base_folder) / job.model).names)
+    return tuple(sorted(names))
+
+
+def job_files(job: TextureJob) -> tuple[str, ...]:
+    """Files besides the image that a map depends on, relative to the job's folder."""
+    layers = tuple(job.rules.layers.values()) if job.rules else ()
+    model = (job.model,) if job.model else ()
+    return tuple(dict.fromkeys((*seed_files(job.seeds), *layers, *model, *seed_files(job.overrides))))
+
+
+def load_texture(
+    job: TextureJob, base_folder: Path, library: MaterialLibrary
+) -> tuple[TextureFile, DistinctColours, tuple[str, ...], SeedTexels | None]:
+    """Read a job's image once, and find its materials, in the order of their codes, and its seeds.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or does not fit the image or the library.
+    """
+    base_folder = Path(base_folder)
+    texture = open_texture(job, base_folder)
+    colours = DistinctColours(texture)
+    if not colours.valid_texels:
+        raise InputError(
+            "has no texel with data (all are transparent or not finite); name another image, or say 'alpha: ignore'",
+            file=texture.path,
+        )
+    names = job_materials(job, base_folder)
+    for name in names:
+        if name not in library:
+            raise InputError(f"unknown material '{name}' in '{job.name}'; {nearest(name, library.names)}")
+    names = tuple(sorted(names, key=lambda name: library[name].code))
+    return texture, colours, names, None if job.seeds is None else _seeds(job, job.seeds, names, texture, base_folder)
+
+
+def _seeds(
+    job: TextureJob, seeds: Seeds, names: tuple[str, ...], texture: TextureFile, base_folder: Path
+) -> SeedTexels:
+    labelled = seeds.labels.palette.values() if seeds.labels else ()
+    seeded = {*labelled, *(name for name, _ in seed_polygons(seeds, base_folder))}
+    for name in job.classifier.prior if isinstance(job.classifier.prior, dict) else ():
+        if name not in seeded:
+            raise InputError(
+                f"'{job.name}' has a prior for '{name}', which has no seeds; {nearest(name, sorted(seeded))}"
+            )
+    return seed_texels(job, seeds, tuple(name for name in names if name in seeded), texture, texture.path, base_folder)

@@ -1,0 +1,22 @@
+"""Reading a job file of `tmm`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.documents import load_model
+from skyshine.tmm.job.model import TmmJob
+
+
+def load_job(path: str | os.PathLike[str], library: MaterialLibrary) -> tuple[TmmJob, Path]:
+    """A job and the folder to which its paths are relative.
+
+    Raises
+    ------
+    InputError
+        At the line and column of what is wrong, unknown material names and paths out of the folder included.
+    """
+    path = Path(path)
+    return load_model(path, TmmJob, context={"materials": library.names, "folder": path.parent}), path.parent

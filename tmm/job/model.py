@@ -1,0 +1,309 @@
+"""Texture jobs: which image, how it is read, which texels are known, how the rest is assigned.
+
+Paths in a job are relative to the folder of its YAML file. Pixel coordinates are (x, y) from the top left corner of the
+image as it is stored: x to the right, y down, the texel of column c and row r spanning [c, c + 1) x [r, r + 1).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import PurePath
+from typing import Annotated, Any, Literal
+
+import pydantic
+import yaml
+from pydantic import Field
+
+from skyshine.schemas.documents import StrictModel
+from skyshine.schemas.errors import nearest
+from skyshine.schemas.paths import job_path
+
+MAX_RADIUS = 127
+
+
+def _known_material(name: str, info: pydantic.ValidationInfo) -> str:
+    names = (info.context or {}).get("materials")
+    if names is not None and name not in names:
+        raise ValueError(f"unknown material '{name}'; {nearest(name, names)}")
+    return name
+
+
+def _palette_key(key: object) -> str:
+    text = str(key)
+    digits = text.removeprefix("#")
+    if text.startswith("#") and len(digits) == 6 and all(c in "0123456789abcdefABCDEF" for c in digits):
+        return text.upper()
+    if text.isdecimal() and int(text) <= 65535:
+        return text
+    raise ValueError(
+        f"found the palette colour '{text}'; allowed: \"#RRGGBB\" (in quotes) for a colour, 0 to 65535 for a grey level"
+    )
+
+
+def _some_polygons(polygons: tuple[Polygon, ...]) -> tuple[Polygon, ...]:
+    if not polygons:
+        raise ValueError("found no polygon; draw at least one, a single [x, y] vertex names one texel")
+    return polygons
+
+
+def _within_folder(name: str, info: pydantic.ValidationInfo) -> str:
+    """Refuse a path that leads out of the folder of the job that is read; a job from a database has none."""
+    folder = (info.context or {}).get("folder")
+    if folder is not None:
+        job_path(folder, name)
+    return name
+
+
+JobPath = Annotated[str, Field(min_length=1), pydantic.AfterValidator(_within_folder)]
+MaterialName = Annotated[str, pydantic.AfterValidator(_known_material)]
+PaletteKey = Annotated[str, pydantic.BeforeValidator(_palette_key)]
+Polygon = Annotated[tuple[tuple[float, float], ...], Field(min_length=1)]
+Polygons = Annotated[tuple[Polygon, ...], pydantic.AfterValidator(_some_polygons)]
+Probability = Annotated[float, Field(ge=0, le=1)]
+
+
+class LabelImage(StrictModel):
+    """An image of the texture's size whose colours name materials; colours outside the palette label nothing."""
+
+    image: JobPath = Field(description="Label image, of the same width and height as the texture.")
+    palette: dict[PaletteKey, MaterialName] = Field(
+        min_length=1, description='Material of each label colour ("#RRGGBB") or grey level (0 to 65535).'
+    )
+
+
+class Seeds(StrictModel):
+    """Texels whose material is known, from any of three places."""
+
+    polygons: dict[MaterialName, Polygons] = Field(
+        default={}, description="Polygons of [x, y] pixel coordinates by material; one vertex alone names one texel."
+    )
+    file: JobPath | None = Field(
+        default=None,
+        description="GeoJSON in pixel coordinates; `properties.material` names the material.",
+    )
+    labels: LabelImage | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _not_empty(self) -> Seeds:
+        if not self.polygons and self.file is None and self.labels is None:
+            raise ValueError("found no seeds; allowed: polygons, file, labels; give at least one of them")
+        return self
+
+
+class Classifier(StrictModel):
+    """Settings of the classifiers that give a posterior probability of each material."""
+
+    method: Literal["colour", "textured"] = Field(
+        default="colour",
+        description="colour: Gaussian maximum likelihood in CIELAB; textured: a small perceptron on colour and texture "
+        "at several scales, trained with shadows (needs the extra 'train' where it is trained on seeds).",
+    )
+    radius: int = Field(
+        default=8, ge=0, le=MAX_RADIUS, description="Radius of the box over which posteriors are averaged, in texels."
+    )
+    prior: Literal["equal", "seeds"] | dict[MaterialName, Annotated[float, Field(gt=0)]] = Field(
+        default="equal",
+        description="Prior of the materials: equal, as the seeds' texels, or a number for each material.",
+    )
+    confidence_threshold: Probability = Field(
+        default=0.0, description="Texels of lower confidence become unknown (code 0)."
+    )
+    typicality_threshold: Probability = Field(
+        default=0.0, description="Texels less typical of their material than this become unknown (code 0)."
+    )
+
+
+class Palette(StrictModel):
+    """Materials by the colours of the texture itself."""
+
+    colours: dict[PaletteKey, MaterialName] = Field(
+        min_length=1, description='Material of each colour ("#RRGGBB") or grey level (0 to 65535) of the texture.'
+    )
+    match: Literal["exact", "nearest"] = Field(
+        default="exact", description="exact: other colours are unknown; nearest: the nearest colour in CIELAB."
+    )
+    spread: float = Field(
+        default=6.0, gt=0, description="nearest: standard deviation of a material's colours, in units of CIELAB."
+    )
+
+
+QUANTITIES = {
+    "lightness": "CIE L*, 0 to 100",
+    "a": "CIE a*, red against green",
+    "b": "CIE b*, yellow against blue",
+    "chroma": "CIE C*, sqrt(a^2 + b^2)",
+    "hue": "CIE h, degree, 0 to 360: red about 40, yellow 100, green 140, blue 300",
+    "red": "0 to 1 as stored",
+    "green": "0 to 1 as stored",
+    "blue": "0 to 1 as stored",
+    "near_infrared": "0 to 1 as stored",
+    "excess_green": "2 g - r - b of the chromaticities r, g, b (Woebbecke et al. 1995)",
+    "ndvi": "(near_infrared - red) / (near_infrared + red)",
+}
+
+
+class Range(StrictModel):
+    """An interval; a missing end is open."""
+
+    at_least: float | None = None
+    below: float | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _not_empty(self) -> Range:
+        if self.at_least is None and self.below is None:
+            raise ValueError("found neither at_least nor below; give at least one of them")
+        if self.at_least is not None and self.below is not None and self.at_least >= self.below:
+            raise ValueError(f"found at_least {self.at_least:g} and below {self.below:g}; allowed: at_least < below")
+        return self
+
+
+class Rule(StrictModel):
+    """A material for the texels whose quantities all lie in the ranges; without ranges, for all texels."""
+
+    material: MaterialName
+    when: dict[str, Range] = Field(default={}, description=f"Ranges of: {', '.join(QUANTITIES)}, or names of layers.")
+
+
+class Rules(StrictModel):
+    """Rules, of which the first that holds gives the material; where none holds it is unknown."""
+
+    rules: tuple[Rule, ...] = Field(min_length=1)
+    layers: dict[str, JobPath] = Field(
+        default={}, description="Further images of the texture's size, such as height, whose first channel rules name."
+    )
+
+    @pydantic.model_validator(mode="after")
+    def _known_quantities(self) -> Rules:
+        allowed = [*QUANTITIES, *self.layers]
+        for name in self.layers:
+            if name in QUANTITIES:
+                raise ValueError(f"found a layer named '{name}', which is a quantity already; name it otherwise")
+        for rule in self.rules:
+            for name in rule.when:
+                if name not in allowed:
+                    raise ValueError(f"unknown quantity '{name}'; {nearest(name, allowed)}")
+        return self
+
+
+class Clusters(StrictModel):
+    """Clusters of colours, found without seeds; those that are named become materials, the others stay unknown."""
+
+    count: int = Field(ge=1, le=64, description="Number of clusters; they are numbered from 1, the darkest.")
+    names: dict[int, MaterialName] = Field(default={}, description="Material of a cluster by its number.")
+    random_seed: int = Field(default=0, ge=0, description="Seed of the sample of texels and of the first centres.")
+
+    @pydantic.model_validator(mode="after")
+    def _known_numbers(self) -> Clusters:
+        for number in self.names:
+            if not 1 <= number <= self.count:
+                raise ValueError(f"found a name for cluster {number}; allowed: 1 to {self.count}")
+        return self
+
+
+class HeldOut(StrictModel):
+    """How the quality is measured: each seed region is classified by a model trained without it."""
+
+    folds: int = Field(default=4, ge=2, le=20, description="Number of parts into which the seed regions are divided.")
+    random_seed: int = Field(default=0, ge=0, description="Seed of the division into parts.")
+
+
+class TextureJob(StrictModel):
+    """One texture and what is known of it."""
+
+    image: JobPath = Field(description="Image file, relative to the job file.")
+    name: str = Field(
+        default="",
+        pattern=r"^([A-Za-z0-9_][A-Za-z0-9_.-]*)?$",
+        description="Name of the database (NAME.tmm.h5); by default the image's name without its ending.",
+    )
+    alpha: Literal["no-data", "ignore"] = Field(
+        default="no-data", description="Whether texels with alpha below one half are left without a material."
+    )
+    colour_space: Literal["auto", "srgb", "linear"] = Field(
+        default="auto",
+        description="Encoding of the colours; auto: by the file, else sRGB for integers, linear for floats.",
+    )
+    near_infrared: str | None = Field(
+        default=None,
+        min_length=1,
+        description="Name or number, from 1, of the channel of near infrared, if there is one.",
+    )
+    classifier: Classifier = Classifier()
+    held_out: HeldOut = HeldOut()
+    material: MaterialName | None = Field(default=None, description="One material for the whole texture.")
+    palette: Palette | None = None
+    rules: Rules | None = None
+    seeds: Seeds | None = None
+    model: JobPath | None = Field(
+        default=None, description="File of a classifier trained by 'tmm train', relative to the job file."
+    )
+    clusters: Clusters | None = None
+    overrides: Seeds | None = Field(
+        default=None, description="Polygons and label images whose texels have their material whatever is found there."
+    )
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _name_by_image(cls, data: Any) -> Any:
+        if isinstance(data, dict) and not data.get("name") and isinstance(data.get("image"), str):
+            return {**data, "name": re.sub(r"[^A-Za-z0-9_.-]", "_", PurePath(data["image"]).stem).lstrip(".-")}
+        return data
+
+    @pydantic.model_validator(mode="after")
+    def _one_way(self) -> TextureJob:
+        given = [way for way in WAYS if getattr(self, way) is not None]
+        if len(given) != 1:
+            ways = " and ".join(given) if given else "none"
+            raise ValueError(f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}")
+        return self
+
+    @property
+    def way(self) -> str:
+        """Which of `WAYS` assigns the materials."""
+        return next(way for way in WAYS if getattr(self, way) is not None)
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Names of the materials that the job itself names; those of a GeoJSON or model file are in that file."""
+        names = {self.material} if self.material else set()
+        names |= set(self.palette.colours.values()) if self.palette else set()
+        names |= {rule.material for rule in self.rules.rules} if self.rules else set()
+        names |= set(self.clusters.names.values()) if self.clusters else set()
+        for seeds in (self.seeds, self.overrides):
+            if seeds is not None:
+                names |= {*seeds.polygons, *(seeds.labels.palette.values() if seeds.labels else ())}
+        return tuple(sorted(names))
+
+
+WAYS = ("material", "palette", "rules", "seeds", "model", "clusters")
+
+
+def stored_job(text: str) -> TextureJob:
+    """The job that a database was made from, out of its attribute `job`."""
+    return TextureJob.model_validate(yaml.safe_load(text))
+
+
+class TmmJob(StrictModel):
+    """A job of the command `tmm`."""
+
+    textures: tuple[TextureJob, ...] = Field(min_length=1)
+    output: str = Field(default="build", min_length=1, description="Folder of the databases, relative to the job file.")
+
+    @pydantic.model_validator(mode="after")
+    def _distinct_names(self) -> TmmJob:
+        check_distinct_names(self.textures)
+        return self
+
+
+def check_distinct_names(textures: Sequence[TextureJob]) -> None:
+    """Refuse two textures that would be written to one file.
+
+    Raises
+    ------
+    ValueError
+    """
+    names = [texture.name for texture in textures]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"found two textures named '{name}'; allowed: each name once; give one another 'name'")

@@ -1,0 +1,1 @@
+"""From a job to the written databases of its textures."""

@@ -1,0 +1,101 @@
+"""Running a job file of `tmm`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.paths import job_path
+from skyshine.schemas.quantity import quantity
+from skyshine.tmm.classify.gaussian import GaussianModel
+from skyshine.tmm.inputs.load import load_texture
+from skyshine.tmm.job.model import Clusters, TextureJob, TmmJob
+from skyshine.tmm.mapping.texture_map import TextureMap, map_texture
+from skyshine.tmm.mapping.ways import find_clusters
+from skyshine.tmm.mapping.write import Written, write_texture
+
+
+def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, Any]:
+    """What `tmm check` says of a texture: it is read and its seeds or clusters are found, nothing is classified.
+
+    Raises
+    ------
+    InputError
+        An image or its seeds are wrong.
+    """
+    texture, colours, _, seeds = load_texture(job, folder, library)
+    counts = {name: int((seeds.material == k).sum()) for k, name in enumerate(seeds.names)} if seeds else {}
+    return {
+        "name": job.name,
+        "image": job.image,
+        "way": job.way,
+        "width": texture.width,
+        "height": texture.height,
+        "pixel_type": texture.dtype.name,
+        "encoding": texture.encoding,
+        "texels_with_data": colours.valid_texels,
+        "distinct_colours": colours.number,
+        "seed_texels": counts,
+        "conflicting_seed_texels": seeds.conflicting if seeds else 0,
+        "clusters": [] if job.clusters is None else _clusters(job.clusters, find_clusters(texture, job.clusters)),
+    }
+
+
+def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict[str, Any]]:
+    """Number, mean colour, share and name of each cluster."""
+    from skimage.color import lab2rgb
+
+    colours = np.rint(255 * lab2rgb(model.means[:, :3])).astype(int)
+    return [
+        {
+            "number": number,
+            "colour": "#{:02X}{:02X}{:02X}".format(*colour),
+            "share": quantity(float(np.exp(share)), "1"),
+            "name": clusters.names.get(number),
+        }
+        for number, colour, share in zip(range(1, len(colours) + 1), colours, model.log_prior, strict=True)
+    ]
+
+
+def classify(
+    job: TmmJob, folder: Path, out: str | os.PathLike[str] | None, library: MaterialLibrary
+) -> Iterator[tuple[TextureMap, Written, Path]]:
+    """Build and write the databases of a job one by one.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the job file.
+    out : path, optional
+        Output folder; by default the job's.
+
+    Yields
+    ------
+    mapped : TextureMap
+    written : Written
+    path : Path
+        Of its database.
+
+    Raises
+    ------
+    InputError
+        An image or its seeds are wrong, or a file cannot be written.
+    """
+    target = _inside(folder, job.output) if out is None else Path(out)
+    for texture in job.textures:
+        path = target / f"{texture.name}.tmm.h5"
+        mapped = map_texture(texture, folder, library)
+        yield mapped, write_texture(mapped, path), path
+
+
+def _inside(folder: Path, name: str) -> Path:
+    try:
+        return job_path(folder, name, written=True)
+    except ValueError as error:
+        raise InputError(f"output: {error}") from None

@@ -1,0 +1,169 @@
+"""From a texture job to a map of the texture: who finds the material of its texels, and how good the answer is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.materials.library import MaterialLibrary
+from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
+from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.images.georeference import GeoReference, read_georeference
+from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.inputs.load import job_files, load_texture
+from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.mapping.ways import (
+    ExactPalette,
+    Overrides,
+    Renamed,
+    RuleMapper,
+    WholeTexture,
+    find_clusters,
+    nearest_palette,
+)
+from skyshine.tmm.quality.held_out import HeldOut, measure, untested, with_unknown
+from skyshine.tmm.training.examples import examples
+from skyshine.tmm.training.train import train_on_seeds
+
+BAND, STRIP = 256, 512  # texels of a window: the rows of a chunk of the file; what stays in a processor's cache
+
+
+@dataclass(frozen=True)
+class TextureMap:
+    """A texture and what finds the material of its texels.
+
+    Attributes
+    ----------
+    job : TextureJob
+    library_version : str
+        Version of the material library that gave the codes.
+    texture : TextureFile
+    colours : DistinctColours
+    names : tuple of str
+        K materials in the order of their codes.
+    codes : (K,) uint16
+        Ascending.
+    seeds : SeedTexels or None
+    quality : HeldOut
+    place : GeoReference or None
+    files : dict of str to str
+        SHA-256 of the files besides the image that the map depends on, by their path in the job.
+    """
+
+    job: TextureJob
+    library_version: str
+    texture: TextureFile
+    colours: DistinctColours
+    names: tuple[str, ...]
+    codes: npt.NDArray[np.uint16]
+    seeds: SeedTexels | None
+    quality: HeldOut
+    place: GeoReference | None
+    files: dict[str, str]
+    mapper: Mapper
+
+    def windows(self) -> Iterator[tuple[slice, slice, npt.NDArray[Any], Classified]]:
+        """Classify the texture from the top to the bottom.
+
+        Yields
+        ------
+        rows, columns : slice
+        code : (h, w) uint16
+            Material codes; 0 for unknown and no data.
+        classified : Classified
+            With calibrated confidence.
+        """
+        code_of = np.append([self.codes[self.names.index(name)] for name in self.mapper.names], 0).astype(np.uint16)
+        for top in range(0, self.texture.height, BAND):
+            for left in range(0, self.texture.width, STRIP):
+                bottom, right = min(top + BAND, self.texture.height), min(left + STRIP, self.texture.width)
+                raw = self.mapper.window(top, bottom, left, right)
+                classified = Classified(raw.material, self.quality.calibration(raw.confidence), raw.typicality)
+                code = code_of[with_unknown(classified, self.job.classifier)]
+                yield slice(top, bottom), slice(left, right), code, classified
+
+
+def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) -> TextureMap:
+    """Open a texture, find its seeds, train what is to be trained and measure how good it is.
+
+    Parameters
+    ----------
+    job : TextureJob
+    base_folder : path
+        Folder of the job file, to which its paths are relative.
+    library : MaterialLibrary
+        Gives the code of each material name.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or does not fit the image or the library.
+    """
+    base_folder = Path(base_folder)
+    texture, colours, names, seeds = load_texture(job, base_folder, library)
+    if seeds is not None:
+        mapper, quality = _trained(job, texture, colours, seeds)
+    else:
+        mapper, quality = _untrained(job, texture, colours, names, base_folder)
+    if job.overrides is not None:
+        mapper = Overrides(mapper, texture, job.overrides, base_folder, texture.path)
+    return TextureMap(
+        job=job,
+        library_version=library.version,
+        texture=texture,
+        colours=colours,
+        names=names,
+        codes=np.array([library[name].code for name in names], np.uint16),
+        seeds=seeds,
+        quality=quality,
+        place=read_georeference(texture.path),
+        files={name: file_sha256(base_folder / name) for name in job_files(job)},
+        mapper=mapper,
+    )
+
+
+def _trained(
+    job: TextureJob, texture: TextureFile, colours: DistinctColours, seeds: SeedTexels
+) -> tuple[Mapper, HeldOut]:
+    """What is trained on all seeds, and its quality on seeds held out."""
+    settings, random_seed = job.classifier, job.held_out.random_seed
+    known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
+
+    def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
+        model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
+        return model.mapper(texture, colours, settings.radius, tabulate=chosen is None)
+
+    quality = measure(job, texture.encoding, seeds, mapper_of)
+    return mapper_of(None), quality
+
+
+def _untrained(
+    job: TextureJob, texture: TextureFile, colours: DistinctColours, names: tuple[str, ...], base_folder: Path
+) -> tuple[Mapper, HeldOut]:
+    quality = untested(len(names))
+    if job.material is not None:
+        return WholeTexture(texture, job.material), quality
+    if job.rules is not None:
+        return RuleMapper(texture, job.rules, names, base_folder, texture.path), quality
+    if job.palette is not None and job.palette.match == "exact":
+        return ColourMapper(texture, colours, ExactPalette(job.palette, names, texture.dtype, texture.path), 0), quality
+    if job.palette is not None:
+        model, material = nearest_palette(job.palette, names, texture, texture.path)
+        return Renamed(ColourMapper(texture, colours, model, 0), names, material), quality
+    if job.clusters is not None:
+        model = find_clusters(texture, job.clusters)
+        named = [job.clusters.names.get(int(number)) for number in model.names]
+        material = np.array([-1 if name is None else names.index(name) for name in named])
+        return Renamed(ColourMapper(texture, colours, model, job.classifier.radius), names, material), quality
+    if job.model is None:
+        raise ValueError(f"'{job.name}' assigns no materials")
+    trained = read_model(base_folder / job.model)
+    return trained.mapper(texture, colours, job.classifier.radius), replace(quality, calibration=trained.calibration)

@@ -1,0 +1,259 @@
+"""Writing the ``.tmm.h5`` database."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from dataclasses import dataclass, replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Axis, Group, Variable, content_hash, open_database, write_file
+from skyshine.tmm.database.layout import CHUNK, FILETYPE, composite_layout, level_layout, texture_header
+from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
+from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.mapping.texture_map import STRIP, TextureMap
+
+LEVEL_TEXELS = 1 << 20  # texels whose mip levels are counted at a time
+
+
+@dataclass(frozen=True)
+class Written:
+    """What the writing of a database counted.
+
+    Attributes
+    ----------
+    texels : (K,) int64
+        Number of texels of each material.
+    with_data : int
+        Texels with data; those beyond the sum of `texels` are unknown.
+    confidence : float
+        Mean over the texels with data.
+    digest : str
+        Hash of the content.
+    """
+
+    texels: npt.NDArray[np.int64]
+    with_data: int
+    confidence: float
+    digest: str = ""
+
+    @property
+    def usage(self) -> npt.NDArray[Any]:
+        """Share (K,) of the texels with data that have each material."""
+        return self.texels / max(self.with_data, 1)
+
+
+def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
+    """Classify a texture and write its database, band by band.
+
+    Raises
+    ------
+    InputError
+        The image is damaged, or the file cannot be written.
+    """
+    counted: list[Written] = []
+
+    def fill(file: h5py.File) -> Group:
+        written, mixtures = _fill_levels(mapped, file)
+        counted.append(written)
+        return Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
+
+    height, width = mapped.texture.height, mapped.texture.width
+    levels = {str(k): level_layout(k, size, height, width) for k, size in enumerate(level_sizes(height, width))}
+    root = Group(
+        groups={
+            "materials": _materials(mapped),
+            "quality": _quality(mapped),
+            "provenance": _provenance(mapped),
+            "levels": Group(groups=levels),
+        }
+    )
+    digest = write_file(path, root, texture_header(mapped.job, mapped.library_version), fill)
+    return replace(counted[0], digest=digest)
+
+
+def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[npt.NDArray[Any], npt.NDArray[Any]]]:
+    """Write all levels; returns the counts, and the components and weights of the distinct mixtures."""
+    stream = LevelStream(mapped.texture.height, mapped.texture.width, mapped.codes)
+    mixtures = Composites()
+    writers = [_RowWriter(file[f"levels/{k}"], mapped.codes) for k in range(1, len(file["levels"]))]
+    level0 = {name: file[f"levels/0/{name}"] for name in file["levels/0"]}
+    texels, total = np.zeros(1 << 16, np.int64), 0.0
+    for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
+        rows = np.empty((band.stop - band.start, mapped.texture.width), np.uint16)
+        for _, columns, code, classified in windows:
+            rows[:, columns] = code
+            texels += np.bincount(code.ravel(), minlength=1 << 16)
+            total += float(classified.confidence.sum(dtype=np.float64))
+            for name, values in (vars(pure_level(code)) | vars(classified)).items():
+                if name in level0:
+                    level0[name][band, columns] = values
+        step = max(LEVEL_TEXELS // rows.shape[1], 1)
+        for top in range(0, len(rows), step):
+            for level, _, part in stream.add(rows[top : top + step]):
+                writers[level - 1].add(part)
+                mixtures.add(part)
+    mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
+    with_data = mapped.colours.valid_texels
+    return Written(texels[mapped.codes], with_data, total / with_data), mixtures.mixtures()
+
+
+class _RowWriter:
+    """Writes the rows of a level as whole chunks, so that each chunk is compressed once."""
+
+    def __init__(self, group: h5py.Group, materials: npt.NDArray[Any]) -> None:
+        """`materials` (K,) are the codes that occur, in ascending order."""
+        self._arrays = [group[name] for name in ("code", "mix_code", "mix_weight")]
+        self._height, width = self._arrays[0].shape
+        # Of the wide levels of a large texture these rows are the most that is held: materials are kept as their
+        # number, in one byte where that does, and the third weight follows from the others.
+        self._materials, kind = (
+            np.append(0, materials).astype(np.uint16),
+            np.uint8 if len(materials) < 256 else np.uint16,
+        )
+        rows = min(CHUNK, self._height)
+        self._numbers, self._weights = np.empty((rows, width, 3), kind), np.empty((rows, width, 2), np.uint16)
+        self._kept, self._done = 0, 0
+
+    def add(self, part: Level) -> None:
+        """Take the next rows, which may be more than a chunk's."""
+        start = 0
+        while start < len(part.code):
+            number = min(len(self._numbers) - self._kept, len(part.code) - start)
+            to, of = slice(self._kept, self._kept + number), slice(start, start + number)
+            self._numbers[to] = np.searchsorted(self._materials, part.mix_code[of])
+            self._weights[to] = part.mix_weight[of, :, :2]
+            start, self._kept = start + number, self._kept + number
+            if self._kept == len(self._numbers) or self._done + self._kept == self._height:
+                self._write()
+
+    def _write(self) -> None:
+        rows, width = slice(self._done, self._done + self._kept), self._arrays[0].shape[1]
+        for left in range(0, width, STRIP):
+            columns = slice(left, min(left + STRIP, width))
+            codes = self._materials[self._numbers[: self._kept, columns]]
+            two = self._weights[: self._kept, columns]
+            third = WEIGHT_TOTAL - two.sum(axis=-1, keepdims=True, dtype=np.int32)
+            weights = np.concatenate([two, third.astype(np.uint16)], axis=-1)
+            for array, values in zip(self._arrays, (codes[..., 0], codes, weights), strict=True):
+                array[rows, columns] = values
+        self._done, self._kept = rows.stop, 0
+
+
+def is_current(
+    path: str | os.PathLike[str], job: TextureJob, base_folder: str | os.PathLike[str], library_version: str
+) -> bool:
+    """Whether a database is there, undamaged, from this job, this image and seeds, and this library.
+
+    Parameters
+    ----------
+    base_folder : path
+        Folder to which the paths of the job are relative.
+    """
+    header = texture_header(job, library_version)
+    expected = {
+        "job": header.job,
+        "format_version": header.format_version,
+        "data_version": header.data_version,
+        "generator": f"skyshine {metadata.version('skyshine')}",
+    }
+    try:
+        with open_database(path, FILETYPE) as file:
+            made = file["provenance"].attrs
+            digests = {name.partition(":")[2]: made[name] for name in made if name.startswith("sha256:")}
+            digests[job.image] = made["texture_sha256"]
+            return (
+                all(file.attrs.get(name) == value for name, value in expected.items())
+                and all(file_sha256(Path(base_folder) / name) == digest for name, digest in digests.items())
+                and content_hash(file) == file.attrs.get("content_sha256")
+            )
+    except (InputError, OSError, KeyError):
+        return False
+
+
+def _code_axis(mapped: TextureMap) -> Axis:
+    return Axis(mapped.codes, "1", "material code")
+
+
+def _materials(mapped: TextureMap) -> Group:
+    names = Variable(("material",), np.array(mapped.names, dtype=object), "1", "material name")
+    return Group({"material": _code_axis(mapped)}, {"name": names})
+
+
+def _usage(mapped: TextureMap, written: Written) -> Group:
+    share = Variable(("material",), written.usage, "1", "share of the texels with data that have the material")
+    counts = {
+        "texels": mapped.texture.height * mapped.texture.width,
+        "texels_with_data": written.with_data,
+        "texels_with_material": int(written.texels.sum()),
+    }
+    return Group({"material": _code_axis(mapped)}, {"share": share}, attributes=counts)
+
+
+def _quality(mapped: TextureMap) -> Group:
+    """Held-out quality of the materials that have seeds; empty where nothing is trained on this texture."""
+    if mapped.seeds is None:
+        return Group(attributes={"tested_texels": 0, "seed_texels": 0})
+    measured, seeds = mapped.quality, mapped.seeds
+    codes = mapped.codes[[mapped.names.index(name) for name in seeds.names]]
+    assigned = Axis(np.concatenate([[0], codes]).astype(np.uint16), "1", "material code found, 0 for unknown")
+    what = {"whole": "held-out seed texels", "inside": "those in shadow", "outside": "those in sunlight"}
+    attributes: dict[str, float] = {}
+    for part, suffix in (("whole", ""), ("inside", "_inside_shadow"), ("outside", "_outside_shadow")):
+        quality = getattr(measured, part)
+        attributes |= {
+            f"overall_accuracy{suffix}": quality.overall_accuracy,
+            f"mean_iou{suffix}": quality.mean_iou,
+            f"calibration_error{suffix}": quality.calibration_error,
+            f"tested_texels{suffix}": quality.tested,
+        }
+    return Group(
+        {"material": Axis(codes, "1", "material code"), "found": assigned},
+        {
+            "confusion": Variable(
+                ("material", "found"), measured.whole.confusion, "1", f"{what['whole']} by true and found material"
+            ),
+            "intersection_over_union": Variable(
+                ("material",),
+                measured.whole.intersection_over_union,
+                "1",
+                "intersection over union on held-out seeds",
+            ),
+        },
+        attributes=attributes
+        | {
+            "calibration_slope": measured.calibration.slope,
+            "calibration_offset": measured.calibration.offset,
+            "seed_texels": len(seeds.rows),
+            "conflicting_seed_texels": seeds.conflicting,
+            "folds": mapped.job.held_out.folds,
+            "random_seed": mapped.job.held_out.random_seed,
+        },
+    )
+
+
+def _provenance(mapped: TextureMap) -> Group:
+    texture = mapped.texture
+    attributes = {
+        "texture": mapped.job.image,
+        "texture_sha256": texture.sha256,
+        "width": texture.width,
+        "height": texture.height,
+        "pixel_type": texture.dtype.name,
+        "encoding": texture.encoding,
+        "distinct_colours": mapped.colours.number,
+    }
+    if mapped.place is not None:
+        # X = a x + b y + c, Y = d x + e y + f, with x and y in texels of level 0 from the top left corner.
+        attributes |= {"geo_affine": np.array(mapped.place.affine), "geo_crs": mapped.place.crs}
+    for name, digest in mapped.files.items():
+        attributes[f"sha256:{name}"] = digest
+    return Group(attributes=attributes)

@@ -1,0 +1,1 @@
+"""How good a classification is: confusion, calibration, texels held out."""

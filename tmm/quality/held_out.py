@@ -1,0 +1,195 @@
+"""Quality measured on seeds that the classifier has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibration
+from skyshine.tmm.classify.mapper import Classified, Mapper
+from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import Classifier, TextureJob
+from skyshine.tmm.quality.counts import Quality, Tally
+
+MAX_REGIONS = 200  # tested of one material: enough for two digits, and a label image stays affordable
+TILE = 1024  # texels; a larger region is tested in pieces of this size
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Quality on seeds that the model has not seen: of all, and of those in shadow and in sunlight.
+
+    `calibration` turns a classifier's own confidence into one that is as often right as it says.
+    """
+
+    whole: Quality
+    inside: Quality
+    outside: Quality
+    calibration: Calibration
+
+
+def untested(count: int) -> HeldOut:
+    """The answer for a way of assigning `count` materials that has no seeds to hold out."""
+    nothing = Tally(count).quality()
+    return HeldOut(nothing, nothing, nothing, IDENTITY)
+
+
+def measure(
+    job: TextureJob, encoding: str, seeds: SeedTexels, mapper_of: Callable[[npt.NDArray[Any]], Mapper]
+) -> HeldOut:
+    """Classify each seed region by a model of the other parts' seeds.
+
+    The regions of a material are dealt out over the parts in a random order of recorded seed. A material with one
+    region cannot be left out and is not tested.
+
+    Parameters
+    ----------
+    mapper_of : callable
+        Gives the classifier that is trained on the seeds where a mask (N,) bool is true.
+    """
+    fold = folds(job, seeds)
+    parts = np.unique(fold[fold >= 0])
+    assigned, confidence, typicality = at_seeds({part: mapper_of(fold != part) for part in parts}, seeds, fold)
+    light = luminance(seeds.colours, encoding)
+    dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
+    tested = fold >= 0
+    columns = HeldOutTexels(seeds.material, assigned, confidence, dark, seeds.region, fold, typicality)
+    return held_out(len(seeds.names), columns.only(tested), settings=job.classifier)
+
+
+@dataclass(frozen=True)
+class HeldOutTexels:
+    """What was found at texels that the classifier has not seen.
+
+    Attributes
+    ----------
+    material, assigned : (N,) int
+        Index of the true material and of the one assigned, -1 for none.
+    confidence, typicality : (N,) float32
+    dark : (N,) bool
+        In shadow.
+    region, fold : (N,) int
+        Texels of one region are alike; those of one part were classified by one classifier.
+    """
+
+    material: npt.NDArray[Any]
+    assigned: npt.NDArray[Any]
+    confidence: npt.NDArray[np.float32]
+    dark: npt.NDArray[np.bool_]
+    region: npt.NDArray[Any]
+    fold: npt.NDArray[Any]
+    typicality: npt.NDArray[np.float32]
+
+    def only(self, chosen: npt.NDArray[np.bool_]) -> HeldOutTexels:
+        """The texels that `chosen` (N,) bool keeps."""
+        return HeldOutTexels(**{name: values[chosen] for name, values in vars(self).items()})
+
+    @classmethod
+    def joined(cls, parts: Sequence[HeldOutTexels]) -> HeldOutTexels:
+        """The texels of all parts, in their order."""
+        return cls(**{name: np.concatenate([vars(part)[name] for part in parts]) for name in vars(parts[0])})
+
+
+def held_out(count: int, texels: HeldOutTexels, settings: Classifier | None = None) -> HeldOut:
+    """Quality of what was found at held-out texels (N,).
+
+    The calibration is fitted to all parts; where it is tested, to the other parts. Thresholds of `settings` apply to
+    the calibrated confidence.
+
+    Parameters
+    ----------
+    count : int
+        Number of materials.
+    texels : HeldOutTexels
+    settings : Classifier, optional
+    """
+    true, fold, region, confidence = texels.material, texels.fold, texels.region, texels.confidence
+    right = texels.assigned == true
+    calibration = fit_calibration(confidence, right, region)
+    calibrated = confidence.copy()
+    for part in np.unique(fold):
+        mine = fold == part
+        calibrated[mine] = fit_calibration(confidence[~mine], right[~mine], region[~mine])(confidence[mine])
+    assigned = with_unknown(Classified(texels.assigned, calibrated, texels.typicality), settings or Classifier())
+
+    def quality(part: npt.NDArray[np.bool_]) -> Quality:
+        tally = Tally(count)
+        tally.add(true[part], assigned[part], calibrated[part])
+        return tally.quality()
+
+    everywhere = np.ones(len(true), bool)
+    return HeldOut(quality(everywhere), quality(texels.dark), quality(~texels.dark), calibration)
+
+
+def folds(job: TextureJob, seeds: SeedTexels, smallest: int = 2) -> npt.NDArray[Any]:
+    """The part (N,) in which each seed texel is held out; -1 where it never is.
+
+    Materials with fewer than `smallest` regions are not held out, and of others `MAX_REGIONS` regions at most.
+    """
+    random = np.random.default_rng(job.held_out.random_seed)
+    fold = np.full(len(seeds.rows), -1)
+    for k in range(len(seeds.names)):
+        mine = seeds.material == k
+        regions, region = np.unique(seeds.region[mine], return_inverse=True)
+        if len(regions) < smallest:
+            continue
+        part = np.full(len(regions), -1)
+        part[random.permutation(len(regions))[:MAX_REGIONS]] = (
+            np.arange(min(len(regions), MAX_REGIONS)) % job.held_out.folds
+        )
+        fold[mine] = part[region]
+    return fold
+
+
+def at_seeds(
+    mappers: dict[int, Mapper], seeds: SeedTexels, fold: npt.NDArray[Any]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
+    """What classifiers find at seeds, each by the classifier of its part.
+
+    Returns
+    -------
+    assigned : (N,) int16
+        Index into the names of the seeds; -1 where `fold` is negative or nothing is found.
+    confidence, typicality : (N,) float32
+    """
+    assigned, confidence = np.full(len(fold), -1, np.int16), np.zeros(len(fold), np.float32)
+    typicality = np.zeros(len(fold), np.float32)
+    for mine in _groups(np.flatnonzero(fold >= 0), seeds):
+        mapper, rows, columns = mappers[fold[mine[0]]], seeds.rows[mine], seeds.columns[mine]
+        top, left = rows.min(), columns.min()
+        result = mapper.window(top, rows.max() + 1, left, columns.max() + 1)
+        at = rows - top, columns - left
+        number = {name: k for k, name in enumerate(seeds.names)}
+        index = np.array([*(number.get(name, -1) for name in mapper.names), -1], np.int16)
+        assigned[mine], confidence[mine], typicality[mine] = (
+            index[result.material[at]],
+            result.confidence[at],
+            result.typicality[at],
+        )
+    return assigned, confidence, typicality
+
+
+def _groups(texels: npt.NDArray[np.int64], seeds: SeedTexels) -> list[npt.NDArray[Any]]:
+    """Divide texel numbers by region and tile, in the order of their first rows: an image is read from the top."""
+    if not len(texels):
+        return []
+    keys = np.stack([seeds.region[texels], seeds.rows[texels] // TILE, seeds.columns[texels] // TILE])
+    # Texels of one region may be of several parts where materials share it, as blocks of a label image do.
+    number = np.unique(np.concatenate([keys, seeds.material[texels][np.newaxis]]), axis=1, return_inverse=True)[
+        1
+    ].ravel()
+    order = np.argsort(number, kind="stable")
+    groups = np.split(texels[order], np.flatnonzero(np.diff(number[order])) + 1)
+    return sorted(groups, key=lambda group: (seeds.rows[group[0]], seeds.columns[group[0]]))
+
+
+def with_unknown(result: Classified, settings: Classifier) -> npt.NDArray[Any]:
+    """Material index of a classification, -1 where it is below the job's thresholds or has no data."""
+    unsure = result.confidence < settings.confidence_threshold
+    unsure |= result.typicality < settings.typicality_threshold
+    return np.where(unsure, result.material.dtype.type(-1), result.material)

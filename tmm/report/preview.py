@@ -1,0 +1,116 @@
+"""Pictures of a mapped texture: photograph, materials with a legend, confidence and shadows, side by side."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
+from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.job.model import stored_job
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
+
+MAX_SIDE = 1600  # texels drawn a side; larger textures are thinned
+UNKNOWN = (0.0, 0.0, 0.0)
+
+
+def draw(
+    path: str | os.PathLike[str], out: str | os.PathLike[str], image: str | os.PathLike[str] | None = None
+) -> None:
+    """Draw a texture database into a PNG file.
+
+    Parameters
+    ----------
+    path : path
+        The database.
+    out : path
+    image : path, optional
+        The texture; by default it is looked for by its name (see `find_image`).
+
+    Raises
+    ------
+    InputError
+        The database or the image cannot be read, or the picture cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with open_tmm(path) as file:
+        step = -(-max(file.height, file.width) // MAX_SIDE)
+        job = stored_job(file.attributes["job"])
+        place = find_image(file, Path(path), image)
+        photograph, light = _photograph(TextureFile(place, job.colour_space, "ignore", job.near_infrared), step)
+        wide = file.width > 2 * file.height
+        rows, columns = (4, 1) if wide else (2, 2)
+        figure = Figure(figsize=(14, 12 * rows / columns * file.height / file.width + 0.9), layout="constrained")
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        axes[0].imshow(photograph)
+        axes[0].set_title(f"{file.attributes['texture']}, {file.width} x {file.height}")
+        code = file.thinned("code", step)
+        legend = _draw_codes(file, axes[1], code)
+        shown = axes[2].imshow(file.thinned("confidence", step), vmin=0, vmax=1, cmap="viridis")
+        axes[2].set_title("confidence")
+        figure.colorbar(shown, ax=axes[2], shrink=0.8)
+        _draw_shadows(file, axes[3], code, light)
+        for axis in axes:
+            axis.set_axis_off()
+        figure.legend(handles=legend, loc="outside right upper", frameon=False)
+    try:
+        FigureCanvasAgg(figure).print_png(str(out), metadata={"Software": "skyshine"})  # type: ignore[no-untyped-call]
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; check the folder", file=out) from None
+
+
+def _photograph(texture: TextureFile, step: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Every `step`-th row and column: colours (h, w, 3) float32 for the screen, and relative luminance (h, w).
+
+    High dynamic range is cut at its 99th percentile.
+    """
+    rows = [texture.window(slice(top, top + 1), slice(0, texture.width)) for top in range(0, texture.height, step)]
+    pixels, valid = (np.concatenate([row[part][:, ::step] for row in rows]) for part in (0, 1))
+    light = np.full(valid.shape, np.nan)
+    light[valid] = luminance(pixels[valid], texture.encoding)
+    pixels = pixels[..., :3]
+    if pixels.dtype.kind == "u":
+        return pixels / np.float32(np.iinfo(pixels.dtype).max), light
+    finite = np.where(valid[..., np.newaxis], pixels, 0)
+    white = np.percentile(finite[valid], 99) if valid.any() else 1.0
+    return np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2), light
+
+
+def _draw_shadows(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16], light: npt.NDArray[Any]) -> None:
+    """Draw in black the texels far darker than the material found there is elsewhere."""
+    codes = np.array(list(file.materials))
+    index = np.where(np.isin(code, codes) & np.isfinite(light), np.searchsorted(codes, code), len(codes))
+    limits = np.append(shadow_limits(light, index, len(codes)), 0.0)
+    axis.imshow(np.where(light < limits[index], 0.0, 1.0), vmin=0, vmax=1, cmap="gray", interpolation="nearest")
+    axis.set_title("shadow")
+
+
+def _draw_codes(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16]) -> list[Patch]:
+    """Draw level 0 and return the legend's handles, each with the material's share."""
+    from matplotlib import colormaps
+    from matplotlib.patches import Patch
+
+    palette = np.asarray(colormaps["tab20"](np.arange(20)))[:, :3]
+    canvas = np.empty((*code.shape, 3), np.float32)
+    canvas[:] = UNKNOWN
+    handles = []
+    for number, (material, (name, share)) in enumerate(zip(file.materials, file.usage.items(), strict=True)):
+        colour = palette[(2 * number) % 20 + number // 10 % 2]
+        canvas[code == material] = colour
+        handles.append(Patch(facecolor=colour, label=f"{name} ({material}), {100 * share:.1f} %"))
+    unknown = max(1 - sum(file.usage.values()), 0.0)
+    handles.append(Patch(facecolor=UNKNOWN, label=f"unknown or no data (0), {100 * unknown:.1f} %"))
+    axis.imshow(canvas, interpolation="nearest")
+    axis.set_title("material codes")
+    return handles

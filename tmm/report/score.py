@@ -1,0 +1,130 @@
+"""A texture database against a label image: accuracy, calibration, and both inside and outside shadow."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.documents import load_model
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
+from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.images.labels import Labels
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.job.model import LabelImage, TextureJob, stored_job
+from skyshine.tmm.quality.counts import Quality, Tally
+
+BAND_TEXELS = 1 << 22  # texels compared at a time
+SAMPLE_TEXELS = 1 << 20  # texels from which the median luminance of the materials is taken
+
+
+@dataclass(frozen=True)
+class Score:
+    """What was found against what is labelled; texels without a label do not count.
+
+    Attributes
+    ----------
+    names : tuple of str
+        K materials, labelled or found, in the order of their codes.
+    whole : Quality
+    inside, outside : Quality or None
+        In shadow and in sunlight; None where the texture's image is not at hand.
+    """
+
+    names: tuple[str, ...]
+    whole: Quality
+    inside: Quality | None
+    outside: Quality | None
+
+
+def score(
+    path: str | os.PathLike[str],
+    labels: str | os.PathLike[str],
+    library: MaterialLibrary,
+    image: str | os.PathLike[str] | None = None,
+) -> Score:
+    """Compare a database with a label image.
+
+    Parameters
+    ----------
+    path : path
+        The database.
+    labels : path
+        YAML file with the keys `image` (label image, relative to this file) and `palette` (colour: material).
+    library : MaterialLibrary
+    image : path, optional
+        The texture, to tell shadow from sunlight; by default it is looked for by its name (see `find_image`).
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, the sizes differ, a material is unknown, or no texel has a label.
+    """
+    labels = Path(labels)
+    wanted = load_model(labels, LabelImage, context={"materials": library.names})
+    with open_tmm(path) as file:
+        materials = {*wanted.palette.values(), *file.materials.values()}
+        names = tuple(sorted(materials, key=lambda name: library[name].code if name in library else -1))
+        truth = Labels(wanted, labels.parent, names).fits(file.height, file.width)
+        texture = _texture(file, Path(path), image)
+        limits = np.empty(0) if texture is None else _limits(texture, truth, len(names))
+        whole, inside, outside = (Tally(len(names)) for _ in range(3))
+        for rows in _bands(file.height, file.width):
+            known = truth.rows(rows.start, rows.stop)
+            texels = np.nonzero(known != -1)
+            true, (assigned, confidence) = known[texels], (part[texels] for part in _assigned(file, rows, names))
+            whole.add(true, assigned, confidence)
+            if texture is not None:
+                colours, valid = (part[texels] for part in texture.window(rows, slice(0, texture.width)))
+                dark = luminance(colours, texture.encoding) < limits[true]
+                for tally, part in ((inside, dark & valid), (outside, ~dark & valid)):
+                    tally.add(true[part], assigned[part], confidence[part])
+    if not whole.texels:
+        raise InputError("labels no texel: none of the palette's colours occurs in it", file=truth.path)
+    if texture is None:
+        return Score(names, whole.quality(), None, None)
+    return Score(names, whole.quality(), inside.quality(), outside.quality())
+
+
+def _bands(height: int, width: int) -> list[slice]:
+    step = max(BAND_TEXELS // width, 1)
+    return [slice(top, min(top + step, height)) for top in range(0, height, step)]
+
+
+def _assigned(file: TmmFile, rows: slice, names: tuple[str, ...]) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Index of the material assigned, -1 for unknown, and its confidence."""
+    number = np.full(int(np.iinfo(np.uint16).max) + 1, -1, np.int16)
+    for code, name in file.materials.items():
+        number[code] = names.index(name)
+    return number[file.rows("code", rows)], file.rows("confidence", rows)
+
+
+def _texture(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) -> TextureFile | None:
+    """The texture, read as it was when it was classified; None where it is not at hand."""
+    try:
+        place = find_image(file, path, image)
+    except InputError:
+        if image is not None:
+            raise
+        return None
+    job: TextureJob = stored_job(file.attributes["job"])
+    return TextureFile(place, job.colour_space, job.alpha)
+
+
+def _limits(texture: TextureFile, truth: Labels, count: int) -> npt.NDArray[Any]:
+    """Luminance limit of shadow for each material, from a part of the rows."""
+    step = max(texture.height * texture.width // SAMPLE_TEXELS, 1)
+    light, material = [], []
+    for top in range(0, texture.height, step):
+        known = truth.rows(top, top + 1)[0]
+        colours, valid = (part[0] for part in texture.window(slice(top, top + 1), slice(0, texture.width)))
+        keep = valid & (known != -1)
+        light.append(luminance(colours[keep], texture.encoding))
+        material.append(known[keep])
+    return shadow_limits(np.concatenate(light), np.concatenate(material), count)

@@ -1,0 +1,129 @@
+"""Training of one classifier on a library of textures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.classify.gaussian import fit
+from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.features.colour import DistinctColours, to_coordinates
+from skyshine.tmm.features.shadow import luminance, shadow_limits
+from skyshine.tmm.images.texture import Windowed
+from skyshine.tmm.inputs.load import load_texture, open_texture
+from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import TextureJob, TmmJob
+from skyshine.tmm.quality.held_out import HeldOut, HeldOutTexels, at_seeds, folds, held_out, untested
+from skyshine.tmm.training.examples import SAMPLE, Examples, examples
+from skyshine.tmm.training.train import train_textured
+
+LIBRARY_SAMPLE = 500_000  # of all materials in all textures of a library, 200 bytes each
+LEAST_SAMPLE = 200  # of a material in one texture of many
+
+
+def library_examples(texture: Windowed, seeds: SeedTexels, count: int, random_seed: int) -> Examples:
+    """Examples of one of `count` textures of a library, no more than that those of all fit memory."""
+    sample = int(np.clip(LIBRARY_SAMPLE // count // len(seeds.names), LEAST_SAMPLE, SAMPLE))
+    return examples(texture, seeds, random_seed, sample, other_light=count > 1)
+
+
+def train_library(job: TmmJob, folder: Path, library: MaterialLibrary) -> tuple[TrainedModel, HeldOut]:
+    """Train one classifier on the seeds of all textures of a job, with the classifier settings of its first texture.
+
+    The calibration and the quality come from textures held out: dealt out over the parts of the first texture's
+    `held_out`, each is classified by a classifier of the other parts' textures.
+
+    Raises
+    ------
+    InputError
+        A texture has no seeds, or a file cannot be read.
+    """
+    first = job.textures[0]
+    settings, random_seed = first.classifier, first.held_out.random_seed
+    _require_seeds(job)
+    count, textured = len(job.textures), settings.method == "textured"
+    # Images are read one by one and again for the test: those of a large library together would not fit memory.
+    seeds_of: list[SeedTexels] = []
+    encodings: list[str] = []
+    known: list[Examples] = []
+    for texture_job in job.textures:
+        texture, _, _, seeds = load_texture(texture_job, folder, library)
+        if seeds is None:
+            raise _without_seeds(texture_job)
+        seeds_of.append(seeds)
+        encodings.append(texture.encoding)
+        if textured:
+            known.append(library_examples(texture, seeds, count, random_seed))
+    order = np.random.default_rng(random_seed).permutation(count)
+    part = np.empty(count, int)
+    part[order] = np.arange(count) % first.held_out.folds
+
+    def train(chosen: npt.NDArray[np.bool_]) -> TrainedModel:
+        used = np.flatnonzero(chosen)
+        library_seeds = [seeds_of[i] for i in used]
+        if textured:
+            return train_textured(
+                [known[i] for i in used], [seeds.names for seeds in library_seeds], settings, random_seed
+            )
+        names = tuple(dict.fromkeys(name for seeds in library_seeds for name in seeds.names))
+        lab = [to_coordinates(seeds_of[i].colours, encodings[i]) for i in used]
+        material = [np.array([names.index(name) for name in seeds.names])[seeds.material] for seeds in library_seeds]
+        colour = fit(np.concatenate(lab), np.concatenate(material), names, settings.prior)
+        return TrainedModel(names, colour, None)
+
+    model = train(np.ones(count, bool))
+    if count == 1:
+        return model, untested(len(model.names))
+    quality = _held_out_textures(job, folder, seeds_of, part, train, model.names)
+    return replace(model, calibration=quality.calibration), quality
+
+
+def _require_seeds(job: TmmJob) -> None:
+    for texture_job in job.textures:
+        if texture_job.seeds is None:
+            raise _without_seeds(texture_job)
+
+
+def _without_seeds(job: TextureJob) -> InputError:
+    return InputError(f"'{job.name}' has no seeds; allowed for training: textures with seeds")
+
+
+def _held_out_textures(
+    job: TmmJob,
+    folder: Path,
+    seeds_of: list[SeedTexels],
+    part: npt.NDArray[Any],
+    train: Callable[[npt.NDArray[np.bool_]], TrainedModel],
+    names: tuple[str, ...],
+) -> HeldOut:
+    """Quality at the seeds of textures that the classifier was not trained on."""
+    tested = []
+    for number in np.unique(part):
+        model = train(part != number)
+        for i in np.flatnonzero(part == number):
+            texture, seeds = open_texture(job.textures[i], folder), seeds_of[i]
+            fold = np.where(folds(job.textures[i], seeds, smallest=1) >= 0, 0, -1)
+            mapper = model.mapper(texture, DistinctColours(texture), job.textures[0].classifier.radius, tabulate=False)
+            assigned, confidence, _ = at_seeds({0: mapper}, seeds, fold)
+            light = luminance(seeds.colours, texture.encoding)
+            dark = light < shadow_limits(light, seeds.material, len(seeds.names))[seeds.material]
+            index = np.array([*(names.index(name) for name in seeds.names), -1])
+            # A texture counts once in the calibration, as a region does within one.
+            texels = HeldOutTexels(
+                index[seeds.material],
+                index[assigned],
+                confidence,
+                dark,
+                region=np.full(len(fold), i),
+                fold=np.full(len(fold), number),
+                typicality=np.ones_like(confidence),
+            )
+            tested.append(texels.only(fold == 0))
+    return held_out(len(names), HeldOutTexels.joined(tested))

@@ -14,7 +14,7 @@ from skyshine.tmm.job import TextureJob
 from skyshine.tmm.levels import PERCENT, WEIGHT_TOTAL
 
 FILETYPE = "tmm"
-FORMAT_VERSION = "1.0.0"
+FORMAT_VERSION = "1.1.0"
 CHUNK = 256
 
 

@@ -31,7 +31,7 @@ from skyshine.tmm.features.textured import MARGIN, features, light_planes, names
 from skyshine.tmm.texture import Windowed
 
 FILETYPE = "tmm-model"
-FORMAT_VERSION = "1.0.0"
+FORMAT_VERSION = "1.1.0"
 TYPICAL = slice(3, 6)  # the features that typicality is measured in: L*a*b* averaged over the smallest box
 
 
@@ -220,7 +220,7 @@ def read_model(path: str | os.PathLike) -> TrainedModel:
     InputError
         The file is missing or damaged, is no classifier, or was trained on other features than this version computes.
     """
-    root, _ = read_file(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]))
+    root, _ = read_file(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]), verify=True)
     try:
         materials = tuple(root.groups["materials"].variables["name"].data.tolist())
         values = {name: variable.data for name, variable in root.groups["colour"].variables.items()}

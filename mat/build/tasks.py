@@ -12,7 +12,7 @@ from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Task
 from skyshine.mat.products.product import TaskReport
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import part_file
+from skyshine.schemas.whole_files import part_file
 
 
 def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, ...], fresh: bool) -> TaskReport:

@@ -12,7 +12,7 @@ from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.bands import response_of
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.tables.band import band_group, with_fine_normalisation
-from skyshine.mat.tables.files import BAND, BAND_WITH_EXTRAS
+from skyshine.mat.tables.files import BAND
 from skyshine.materials.library import load_library
 
 
@@ -30,9 +30,7 @@ def run(
     fine = NORMALISATION_BY_ANGLE in loaded.job.extra_tables
     if fine:
         resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": loaded.job.accuracy.seed}
-    product = Product(
-        folder / task.files[0], BAND_WITH_EXTRAS if fine else BAND, f"materials {library.version}", resolved
-    )
+    product = Product(folder / task.files[0], BAND, f"materials {library.version}", resolved)
     if not fresh and product.is_there():
         report.kept = True
         return

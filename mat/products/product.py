@@ -6,13 +6,11 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from importlib import metadata
 from pathlib import Path
 
 from skyshine.mat.job.model import resolved_text
 from skyshine.mat.tables.files import FileType
-from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Group, Header, content_hash, open_database, write_file
+from skyshine.schemas.hdf5 import Group, Header, is_current, write_file
 
 
 @dataclass
@@ -68,18 +66,7 @@ class Product:
 
     def is_there(self) -> bool:
         """Whether the file exists, undamaged, from the same content and versions."""
-        expected = {
-            "job": self.header.job,
-            "format_version": self.kind.format_version,
-            "data_version": self.data_version,
-            "generator": f"skyshine {metadata.version('skyshine')}",
-        }
-        try:
-            with open_database(self.path, self.kind.name) as file:
-                same = all(file.attrs.get(name) == value for name, value in expected.items())
-                return same and content_hash(file) == file.attrs.get("content_sha256")
-        except (InputError, OSError):
-            return False
+        return is_current(self.path, self.header)
 
     def write(self, root: Group) -> None:
         write_file(self.path, root, self.header)

@@ -10,6 +10,7 @@ COMMANDS = {
     "build": "Build the databases of a job.",
     "info": "Show what a database holds.",
     "verify": "Check layout, units, values and hash of databases.",
+    "convert": "Write databases of an older format in the present one.",
     "query": "Interpolate one value, with its stated error.",
     "plot": "Draw a database.",
     "export": "Write databases for engines without HDF5.",

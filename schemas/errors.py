@@ -1,10 +1,12 @@
-"""The errors that a user can mend, and the lines that report them."""
+"""The errors that a user can fix, and the lines that report them."""
 
 from __future__ import annotations
 
 import difflib
-import os
 from collections.abc import Iterable
+from typing import Any
+
+from skyshine.schemas.paths import StrPath
 
 
 class InputError(Exception):
@@ -22,20 +24,20 @@ class InputError(Exception):
         self,
         message: str,
         *,
-        file: str | os.PathLike | None = None,
+        file: StrPath | None = None,
         line: int | None = None,
         column: int | None = None,
-    ):
+    ) -> None:
         place = [str(part) for part in (file, line, column) if part is not None]
         self.message = " ".join(str(message).split())
         self.file, self.line, self.column = file, line, column
         super().__init__(": ".join([":".join(place), self.message] if place else [self.message]))
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, (self.message, self.file, self.line, self.column)
 
 
-def _rebuild(message, file, line, column):
+def _rebuild(message: str, file: StrPath | None, line: int | None, column: int | None) -> InputError:
     return InputError(message, file=file, line=line, column=column)
 
 

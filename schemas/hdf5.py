@@ -6,38 +6,39 @@ gzip with shuffle and Fletcher checksums, variable-length UTF-8 text, creation o
 
 from __future__ import annotations
 
-import hashlib
+import io
 import os
-import platform
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import h5py
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5_heaps import refuse_endless_heaps
+from skyshine.schemas.hdf5_digest import (
+    DIGEST,
+    DIGEST_VERSION,
+    as_text,
+    attributes_of,
+    content_hash,
+    digest_holds,
+    dims_of,
+    is_text,
+    values_of,
+)
+from skyshine.schemas.hdf5_gate import JOB_LIMIT, Gate, refuse_special_file
+from skyshine.schemas.hdf5_heaps import largest_text
+from skyshine.schemas.paths import StrPath
+from skyshine.schemas.whole_files import part_file
 
 CONVENTIONS = "CF-1.11"
-JOB_LIMIT = 60_000  # an HDF5 attribute of the default library version holds less than 64 KiB
-PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
-DEPTH_LIMIT = 16  # of groups in groups
-# Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more holds a forged shape.
-PACKING_LIMIT, SMALL = 1100, 1 << 20
-_SCALE_ATTRIBUTES = {
-    "CLASS",
-    "NAME",
-    "REFERENCE_LIST",
-    "DIMENSION_LIST",
-    "_Netcdf4Dimid",
-    "_Netcdf4Coordinates",
-    "_FillValue",
-}
 
 
 @dataclass(frozen=True)
@@ -74,10 +75,15 @@ class Variable:
         """Kind of number in `data`, as numpy names it; O for text."""
         return np.asarray(self.data).dtype.kind
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of `data`."""
+        return np.shape(self.data)
+
 
 @dataclass(frozen=True)
 class StoredVariable:
-    """A `Variable` of floats whose array is read from its file when it is first asked for, and kept.
+    """A `Variable` of numbers whose array is read from its file when it is first asked for, and kept.
 
     Raises
     ------
@@ -92,14 +98,15 @@ class StoredVariable:
     units: str
     long_name: str
     attributes: dict[str, Any]
-    kind = "f"
+    shape: tuple[int, ...]
+    kind: str
 
     @cached_property
-    def data(self) -> np.ndarray:
+    def data(self) -> npt.NDArray[Any]:
         with open_database(self.path) as file, sound(self.path):
-            if _text(file.attrs.get("content_sha256", "")) != self.digest:
+            if as_text(file.attrs.get(DIGEST, "")) != self.digest:
                 raise InputError("has been built again since it was opened; open it again", file=self.path)
-            return _bounded(file, file[self.name])
+            return values_of(file[self.name])
 
 
 @dataclass(frozen=True)
@@ -123,9 +130,7 @@ class Header:
     title: str = ""
 
 
-def write_file(
-    path: str | os.PathLike, root: Group, header: Header, fill: Callable[[h5py.File], Group] | None = None
-) -> str:
+def write_file(path: StrPath, root: Group, header: Header, fill: Callable[[h5py.File], Group] | None = None) -> str:
     """Write a database whole: a part file first, renamed when it is complete.
 
     Parameters
@@ -137,12 +142,12 @@ def write_file(
     Returns
     -------
     str
-        The SHA-256 over the decoded arrays, as written to ``content_sha256``.
+        The digest of the content, as written to ``content_sha256``; see `hdf5_digest`.
 
     Raises
     ------
     InputError
-        The file cannot be written, or the job text is too long for an attribute.
+        The file cannot be written, or the job text is too long.
     """
     path = Path(path)
     if len(header.job.encode()) > JOB_LIMIT:
@@ -150,55 +155,32 @@ def write_file(
     part = part_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Made in memory, packed, unless it is streamed: HDF5 cannot close a file on a full disk without writing to
-        # standard error. What is streamed comes in whole chunks, so that a cache of chunks for each array would only
-        # hold memory.
-        how = {"driver": "core", "backing_store": False} if fill is None else {"rdcc_nbytes": 0}
+        # Made in memory unless it is streamed: HDF5 cannot close a file on a full disk without writing to standard
+        # error. Not by its core driver, whose image has a wrong checksum before HDF5 2.0. What is streamed comes in
+        # whole chunks, so that a cache of chunks for each array would only hold memory.
+        image = io.BytesIO()
+        target, cache = (image, {}) if fill is None else (part, {"rdcc_nbytes": 0})
         # Everything that HDF5 1.10 keeps of arrays and groups has a checksum; the indexes of chunks before it have
         # none.
-        with h5py.File(part, "w", libver=("v110", "v110"), track_order=True, **how) as file:
+        with h5py.File(target, "w", libver=("v110", "v110"), track_order=True, **cache) as file:
             _write_group(file, root)
             if fill is not None:
                 _write_group(file, fill(file))
+            file.attrs.update(_root_attributes(header))
             digest = content_hash(file)
-            file.attrs.update(_root_attributes(header, digest))
-            file.flush()
-            image = file.id.get_file_image() if fill is None else None
-        if image is not None:
-            part.write_bytes(image)
+            file.attrs[DIGEST] = digest
+        if fill is None:
+            part.write_bytes(image.getbuffer())
         os.replace(part, path)
     except (OSError, RuntimeError) as error:
         words = getattr(error, "strerror", None) or " ".join(str(error).split())[:160]
-        raise InputError(f"cannot be written: {words}; check space and rights", file=path) from None
+        raise InputError(f"cannot be written: {words}; check free space and permissions", file=path) from None
     finally:
         part.unlink(missing_ok=True)
     return digest
 
 
-def part_file(path: Path) -> Path:
-    """Name under which this process writes a file until it is complete; unlike that of any other process or machine."""
-    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.part")
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file whole or not at all.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
-    part = part_file(path)
-    try:
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=path) from None
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def _root_attributes(header: Header, digest: str) -> dict[str, str]:
+def _root_attributes(header: Header) -> dict[str, str]:
     return {
         "Conventions": CONVENTIONS,
         "title": header.title,
@@ -207,7 +189,7 @@ def _root_attributes(header: Header, digest: str) -> dict[str, str]:
         "data_version": header.data_version,
         "generator": f"skyshine {metadata.version('skyshine')}",
         "job": header.job,
-        "content_sha256": digest,
+        "digest_version": DIGEST_VERSION,
     }
 
 
@@ -232,9 +214,16 @@ def _write_group(target: h5py.Group, group: Group) -> None:
 _REFERENCE, _COMPACT_LIMIT = 16, 60_000  # bytes of one to a text; that fit into a header, which holds 64 KB
 
 
-def _write_array(target, name, data, described, float_type, chunks) -> h5py.Dataset:
-    kind = np.dtype(data.dtype)
-    if kind.kind in "UO":
+def _write_array(
+    target: h5py.Group,
+    name: str,
+    data: npt.NDArray[Any] | Streamed,
+    described: Axis | Variable,
+    float_type: type[np.floating[Any]],
+    chunks: tuple[int, ...] | None,
+) -> h5py.Dataset:
+    kind: np.dtype[Any] = np.dtype(data.dtype)
+    if isinstance(data, np.ndarray) and kind.kind in "UO":
         # The library follows damaged references to text out of the file; within the header of the array they are under
         # its checksum.
         place = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
@@ -245,8 +234,10 @@ def _write_array(target, name, data, described, float_type, chunks) -> h5py.Data
         )
     else:
         kind = np.dtype(float_type if kind.kind == "f" else kind).newbyteorder("<")
-        content = {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
-        filters = {}
+        content: dict[str, Any] = (
+            {"shape": data.shape} if isinstance(data, Streamed) else {"data": data.astype(kind, copy=False)}
+        )
+        filters: dict[str, Any] = {}
         if np.prod(data.shape) > 1:
             shape = tuple(min(c, n) for c, n in zip(chunks, data.shape, strict=True)) if chunks else True
             filters = {
@@ -264,110 +255,110 @@ def _write_array(target, name, data, described, float_type, chunks) -> h5py.Data
     return dataset
 
 
-def content_hash(file: h5py.File) -> str:
-    """SHA-256 over names, types, shapes and decoded values of all arrays, in the order of their names."""
-    names: list[str] = []
-    file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
-    digest = hashlib.sha256()
-    for name in sorted(names):
-        dataset = file[name]
-        _refuse_forged(file, dataset)
-        text = h5py.check_string_dtype(dataset.dtype) is not None
-        kind = "text" if text else dataset.dtype.newbyteorder("<").str
-        digest.update(f"{name}\0{kind}\0{dataset.shape}\0{dataset.attrs.get('units', '')}\0".encode())
-        if text:
-            digest.update("\0".join(_decoded(dataset).ravel().tolist()).encode())
-        else:
-            for part in _parts(dataset):
-                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
-            del part  # before the next array's buffer
-    return digest.hexdigest()
-
-
-def _parts(dataset: h5py.Dataset) -> Iterator[np.ndarray]:
-    """The values of a dataset in their order, whole rows of chunks at a time; each is valid until the next."""
-    if not dataset.chunks:
-        yield np.asarray(dataset[()])
-        return
-    row = dataset.dtype.itemsize * int(np.prod(dataset.shape[1:]))
-    step = max(dataset.chunks[0], PART_BYTES // max(row, 1) // dataset.chunks[0] * dataset.chunks[0])
-    # One buffer for all parts: a row of chunks of a wide array is large itself.
-    kept = np.empty((min(step, dataset.shape[0]), *dataset.shape[1:]), dataset.dtype)
-    for start in range(0, dataset.shape[0], step):
-        part = kept[: min(step, dataset.shape[0] - start)]
-        if part.size:
-            dataset.read_direct(part, np.s_[start : start + len(part)])
-        yield part
-
-
-def _decoded(dataset: h5py.Dataset) -> np.ndarray:
-    if h5py.check_string_dtype(dataset.dtype) is not None:
-        return np.asarray(dataset.asstr()[()], dtype=object)
-    return dataset[()]
-
-
-def open_database(path: str | os.PathLike, filetype: str | None = None, major: int | None = None) -> h5py.File:
-    """Open a database for reading and check what it is.
+def open_database(path: StrPath, filetype: str | None = None, major: int | None = None) -> h5py.File:
+    """Open a database for reading, behind the gate of `hdf5_gate`, and check what it is.
 
     Raises
     ------
     InputError
-        The file is missing or damaged, is of another type, or has a layout of another major version.
+        The file is missing, damaged or hostile, is of another type, or has a layout of another major version.
     """
+    refuse_special_file(path)
     try:
-        refuse_endless_heaps(path)
+        text_bytes = largest_text(path)
         file = h5py.File(path, "r")
-    except FileNotFoundError:
-        raise InputError("does not exist; check the path, or build it with 'mat build'", file=path) from None
-    except IsADirectoryError:
-        raise InputError("is a folder; name one of the files in it", file=path) from None
     except OSError:
         raise InputError(
             "is not a readable HDF5 file (damaged or of another kind); build it again", file=path
         ) from None
     try:
         with sound(path):
+            if not _has_passed(path):
+                Gate(path, file, text_bytes).check()
+                _note_passed(path)
             _check_kind(file, path, filetype, major)
-    except InputError:
+    except BaseException:
         file.close()
         raise
     return file
 
 
-def _check_kind(file: h5py.File, path: str | os.PathLike, filetype: str | None, major: int | None) -> None:
-    found, version = (_text(file.attrs.get(name)) for name in ("filetype", "format_version"))
-    if found is None or (filetype is not None and found != filetype):
+_passed: dict[str, tuple[int, ...]] = {}  # files that the gate let through, with what changes when they do
+_SETTLED = 2.0  # s; a file changed less long ago may change again without a change of its times
+
+
+def _has_passed(path: StrPath) -> bool:
+    return _passed.get(os.path.abspath(path)) == _stamp(path)
+
+
+def _note_passed(path: StrPath) -> None:
+    if time.time() - os.stat(path).st_mtime > _SETTLED:
+        while len(_passed) >= 256:
+            _passed.pop(next(iter(_passed)), None)
+        _passed[os.path.abspath(path)] = _stamp(path)
+
+
+def _stamp(path: StrPath) -> tuple[int, ...]:
+    status = os.stat(path)
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
+
+
+def _check_kind(file: h5py.File, path: StrPath, filetype: str | None, major: int | None) -> None:
+    name, version = (as_text(file.attrs.get(key)) for key in ("filetype", "format_version"))
+    if name is None or (filetype is not None and name != filetype):
         wanted = f"'{filetype}'" if filetype else "a database of skyshine"
-        raise InputError(f"holds {found!r}; allowed: {wanted}; name another file", file=path)
+        raise InputError(f"holds {name!r}; allowed: {wanted}; name another file", file=path)
     if major is not None:
-        check_version(path, str(found), str(version), major)
+        check_version(path, str(name), str(version), major)
 
 
-def check_version(path: str | os.PathLike, filetype: str, version: str, major: int) -> None:
+def check_version(path: StrPath, filetype: str, version: str, major: int) -> None:
     """Refuse a layout of another major version, and say how to convert it.
 
     Raises
     ------
     InputError
     """
-    held = version.split(".")[0]
-    if held == str(major):
+    number = version.split(".")[0]
+    if number == str(major):
         return
     remedy = f"build it again from its job with 'mat build --fresh' to convert it to {major}.x"
-    if held.isdecimal() and int(held) > major:
-        remedy = f"upgrade skyshine to one whose {filetype} format is {held}.x, or {remedy}"
+    if number.isdecimal() and int(number) > major:
+        remedy = f"upgrade skyshine to one whose {filetype} format is {number}.x, or {remedy}"
     raise InputError(f"has format_version {version!r}; this reader reads {major}.x; {remedy}", file=path)
 
 
+def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] | None = None) -> bool:
+    """Whether a file is there, undamaged, of this program and with the type, versions and job of a header.
+
+    Parameters
+    ----------
+    also : callable, optional
+        A further condition, which may raise InputError, OSError or KeyError where it does not hold.
+    """
+    expected = _root_attributes(header)
+    try:
+        with open_database(path, header.filetype) as file, sound(path):
+            return (
+                all(file.attrs.get(name) == value for name, value in expected.items() if name != "title")
+                and (also is None or also(file))
+                and digest_holds(file)
+            )
+    except (InputError, OSError, KeyError):
+        return False
+
+
 def read_file(
-    path: str | os.PathLike, filetype: str | None = None, major: int | None = None, *, lazy: bool = False
-) -> tuple[Group, dict]:
+    path: StrPath, filetype: str | None = None, major: int | None = None, *, lazy: bool = False, verify: bool = False
+) -> tuple[Group, dict[str, Any]]:
     """Read a database; see `open_database` for what it raises.
 
     Parameters
     ----------
     lazy : bool
-        Leave the arrays in the file until they are first asked for; the axes and the text are read.
+        Leave the numbers in the file until they are first asked for; the axes and the text are read.
+    verify : bool
+        Check the digest of the content too.
 
     Returns
     -------
@@ -378,72 +369,59 @@ def read_file(
     Raises
     ------
     InputError
-        A part of the file is damaged, or claims a size that its bytes cannot hold.
+        A part of the file is damaged, or the content is not that of the digest.
     """
     with open_database(path, filetype, major) as file, sound(path):
-        attributes = {key: _text(value) for key, value in file.attrs.items()}
-        digest = str(attributes.get("content_sha256", ""))
+        attributes = {key: as_text(value) for key, value in file.attrs.items()}
+        digest = str(attributes.get(DIGEST, ""))
+        if verify and not digest_holds(file):
+            raise InputError(f"{DIGEST} does not match: the file was changed or damaged; build it again", file=path)
 
-        def variable(item: h5py.Dataset, units: str, long_name: str, extra: dict) -> Variable | StoredVariable:
-            if lazy and item.dtype.kind == "f":
-                return StoredVariable(Path(path), item.name, digest, dims_of(item), units, long_name, extra)
-            return Variable(dims_of(item), _bounded(file, item), units, long_name, extra)
+        def array(item: h5py.Dataset, units: str, long_name: str, extra: dict[str, Any]) -> Variable:
+            dims = dims_of(item)
+            if lazy and not is_text(item):
+                stored = StoredVariable(
+                    Path(path), item.name, digest, dims, units, long_name, extra, item.shape, item.dtype.kind
+                )
+                return cast(Variable, stored)  # which it reads as
+            return Variable(dims, values_of(item), units, long_name, extra)
 
-        return _read_group(file, variable), attributes
+        return _read_group(file, array), attributes
 
 
 @contextmanager
-def sound(path: str | os.PathLike):
+def sound(path: StrPath) -> Iterator[None]:
     """Report what a damaged file makes the HDF5 library say as one clear line."""
     try:
         yield
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError, IndexError) as error:
+    except (
+        OSError,
+        KeyError,
+        RuntimeError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        IndexError,
+        MemoryError,
+        OverflowError,
+        SystemError,
+    ) as error:
         words = " ".join(str(error).split())[:120]
         raise InputError(f"is damaged ({words}); build it again", file=path) from None
 
 
-def _bounded(file: h5py.File, dataset: h5py.Dataset) -> np.ndarray:
-    """The array of a dataset, unless its shape is forged."""
-    _refuse_forged(file, dataset)
-    return _decoded(dataset)
-
-
-def _refuse_forged(file: h5py.File, dataset: h5py.Dataset) -> None:
-    """Raise InputError where a dataset claims more bytes than its file can hold."""
-    if file.mode != "r":  # about to be written: there may be no file yet
-        return
-    claimed, held = dataset.size * dataset.dtype.itemsize, os.path.getsize(file.filename)
-    if claimed > PACKING_LIMIT * held + SMALL:
-        raise InputError(
-            f"'{dataset.name}' claims {claimed} bytes, and the file has {held}; allowed: at most {PACKING_LIMIT} times"
-            " that; build it again",
-            file=file.filename,
-        )
-
-
-def _read_group(source: h5py.Group, variable: Callable, depth: int = 0) -> Group:
-    if depth > DEPTH_LIMIT:
-        raise ValueError(f"groups are nested deeper than {DEPTH_LIMIT}")
-    axes, variables, groups = {}, {}, {}
+def _read_group(source: h5py.Group, array: Callable[..., Variable]) -> Group:
+    axes: dict[str, Axis] = {}
+    variables: dict[str, Variable] = {}
+    groups: dict[str, Group] = {}
     for name, item in source.items():
         if isinstance(item, h5py.Group):
-            groups[name] = _read_group(item, variable, depth + 1)
+            groups[name] = _read_group(item, array)
             continue
-        if not isinstance(item, h5py.Dataset):
-            raise TypeError(f"'{name}' is neither a group nor an array")
-        extra = {k: _text(v) for k, v in item.attrs.items() if k not in _SCALE_ATTRIBUTES | {"units", "long_name"}}
-        units, long_name = _text(item.attrs.get("units", "")), _text(item.attrs.get("long_name", ""))
+        attributes = attributes_of(item, without=("units", "long_name", "_FillValue"))
+        units, long_name = (as_text(item.attrs.get(key, "")) for key in ("units", "long_name"))
         if item.is_scale:
-            axes[name] = Axis(_bounded(item.file, item), units, long_name, extra)
+            axes[name] = Axis(values_of(item), units, long_name, attributes)
         else:
-            variables[name] = variable(item, units, long_name, extra)
-    return Group(axes, variables, groups, {k: _text(v) for k, v in source.attrs.items()})
-
-
-def dims_of(dataset: h5py.Dataset) -> tuple[str, ...]:
-    """Names of a dataset's axes, by its dimension scales."""
-    return tuple(dim[0].name.rsplit("/", 1)[-1] if len(dim) else "" for dim in dataset.dims)
-
-
-def _text(value: Any) -> Any:
-    return value.decode() if isinstance(value, bytes) else value
+            variables[name] = array(item, units, long_name, attributes)
+    return Group(axes, variables, groups, attributes_of(source))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+StrPath = str | os.PathLike[str]
+
 ALLOW_OUTSIDE = "SKYSHINE_ALLOW_OUTSIDE"  # environment variable, so that processes of a build inherit the permission
 
 
@@ -13,7 +15,7 @@ def allow_outside() -> None:
     os.environ[ALLOW_OUTSIDE] = "1"
 
 
-def job_path(folder: str | os.PathLike, name: str, *, written: bool = False) -> Path:
+def job_path(folder: StrPath, name: str, *, written: bool = False) -> Path:
     """Path of a file or folder that a job names.
 
     Parameters

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from skyshine.mat.tables.build_record import NAME, cost_of
-from skyshine.schemas.hdf5 import write_whole
+from skyshine.schemas.whole_files import write_whole
 
 if TYPE_CHECKING:  # all of the physics behind it, which `mat info` does not wait for
     from skyshine.mat.products.product import TaskReport

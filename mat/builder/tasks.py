@@ -14,7 +14,7 @@ from skyshine.mat.products.product import Context, Identity, TaskReport
 from skyshine.mat.products.table import PRODUCTS
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import part_file
+from skyshine.schemas.whole_files import part_file
 
 PICTURES = "pictures"  # folder in the output folder
 

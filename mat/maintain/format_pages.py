@@ -45,7 +45,8 @@ ATTRIBUTES = {
     "data_version": "of the data that the file was computed from",
     "generator": "program and version",
     "job": "the part of the job that the file depends on, as YAML",
-    "content_sha256": "SHA-256 over names, types, shapes, units and values of all arrays",
+    "digest_version": "of the rule of `content_sha256`: 2, or absent in older files, whose digest covers arrays alone",
+    "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one (`schemas/hdf5_digest.py`)",
 }
 
 

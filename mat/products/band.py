@@ -11,7 +11,7 @@ from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.bands import response_of
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.tables.band import band_group, with_fine_normalisation
-from skyshine.mat.tables.files import BAND, BAND_WITH_EXTRAS
+from skyshine.mat.tables.files import BAND
 from skyshine.schemas.hdf5 import Group
 
 
@@ -26,11 +26,9 @@ class BandProduct:
             "materials": list(materials),
             "materials_sha256": materials_digest(library, materials),
         }
-        kind = BAND
         if NORMALISATION_BY_ANGLE in job.extra_tables:
-            kind = BAND_WITH_EXTRAS
             resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": job.accuracy.seed}
-        return (TableIdentity(context.task.files[0], kind, f"materials {library.version}", resolved),)
+        return (TableIdentity(context.task.files[0], BAND, f"materials {library.version}", resolved),)
 
     def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
         """The tables of the band."""

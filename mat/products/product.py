@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from importlib import metadata
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -15,8 +14,7 @@ from skyshine.mat.job.model import resolved_text
 from skyshine.mat.plan.plan import Task
 from skyshine.mat.tables.files import FileType
 from skyshine.materials.library import MaterialLibrary
-from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Group, Header, content_hash, open_database, write_file
+from skyshine.schemas.hdf5 import Group, Header, is_current, write_file
 
 Content = TypeVar("Content")
 Written = TypeVar("Written", contravariant=True)
@@ -157,18 +155,7 @@ class TableIdentity:
 
     def is_current(self, folder: Path) -> bool:
         """Whether the file is there, undamaged, from the same content and versions."""
-        expected = {
-            "job": self.header.job,
-            "format_version": self.kind.format_version,
-            "data_version": self.data_version,
-            "generator": f"skyshine {metadata.version('skyshine')}",
-        }
-        try:
-            with open_database(folder / self.file, self.kind.name) as file:
-                same = all(file.attrs.get(name) == value for name, value in expected.items())
-                return same and content_hash(file) == file.attrs.get("content_sha256")
-        except (InputError, OSError):
-            return False
+        return is_current(folder / self.file, self.header)
 
     def write(self, folder: Path, content: Group) -> None:
         """Write the file whole or not at all."""

@@ -11,6 +11,7 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 from skyshine.mat.radiometry.lobe import normalisation, normalisation_to_grazing, shininess
 from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance
 from skyshine.mat.tables.axes import EXACT, table_axis
+from skyshine.mat.tables.named_materials import with_names
 from skyshine.mat.tables.stated_error import accuracy_group, measure
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
@@ -56,7 +57,7 @@ def band_group(
         "material_name": Variable(("material",), np.array([m.name for m in materials], object), "1", "material name"),
     }
     variables |= _reflectances(response, materials, irradiance) | _lobes(materials)
-    return Group(axes, variables)
+    return Group(axes, with_names(variables))
 
 
 def with_fine_normalisation(root: Group, materials: Sequence[Material], seed: int) -> Group:
@@ -79,7 +80,9 @@ def with_fine_normalisation(root: Group, materials: Sequence[Material], seed: in
     notes = {"seed": seed, "method": method}
     measured = accuracy_group([measure("normalisation_fine", error, np.full(error.shape, np.nan))], {}, {}, notes)
     return Group(
-        root.axes | {"incidence_angle": axis}, root.variables | {"normalisation_fine": fine}, {"accuracy": measured}
+        root.axes | {"incidence_angle": axis},
+        root.variables | with_names({"normalisation_fine": fine}),
+        {"accuracy": measured},
     )
 
 

@@ -7,7 +7,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from skyshine.schemas.hdf5 import open_database, write_whole
+from skyshine.schemas.hdf5 import open_database
+from skyshine.schemas.whole_files import write_whole
 
 CATALOG_FORMAT = "1.0.0"
 _NAME = re.compile(r"^(?:s(?P<state>\d+))?(?:b(?P<band>\d+))?\.")

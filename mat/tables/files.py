@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,11 @@ class FileType:
         return int(self.format_version.split(".")[0])
 
 
-HTT = FileType("htt", "1.1.0", "Surface temperatures through the day")
-ATMQ = FileType("atmq", "2.0.0", "Atmospheric quantities with the Sun as source")
-LUNAR_ATMQ = FileType("lunar_atmq", "2.0.0", "Atmospheric quantities with the Moon as source")
-THERMAL_ATMQ = FileType("thermal_atmq", "1.0.0", "Transmittance of the light that classes of material emit")
-BAND = FileType("band", "1.0.0", "Blackbody radiance and material properties of a spectral band")
-# Of a file with optional arrays that 1.0.0 does not know; its readers read it.
-BAND_WITH_EXTRAS = replace(BAND, format_version="1.1.0")
+HTT = FileType("htt", "1.2.0", "Surface temperatures through the day")
+ATMQ = FileType("atmq", "2.1.0", "Atmospheric quantities with the Sun as source")
+LUNAR_ATMQ = FileType("lunar_atmq", "2.1.0", "Atmospheric quantities with the Moon as source")
+THERMAL_ATMQ = FileType("thermal_atmq", "1.1.0", "Transmittance of the light that classes of material emit")
+BAND = FileType("band", "1.2.0", "Blackbody radiance and material properties of a spectral band")
 FILE_TYPES = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, THERMAL_ATMQ, BAND)}
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, table_axis
+from skyshine.mat.tables.named_materials import with_names
 from skyshine.schemas.hdf5 import Group, Variable
 
 if TYPE_CHECKING:
@@ -74,4 +75,4 @@ def htt_group(
         "iterations": Variable(COLUMN, table.iterations, "1", "iterations of the solver"),
     }
     groups = {"diagnostics": Group(column_axes, diagnostics), "accuracy": accuracy}
-    return Group(all_axes, variables, groups, attributes)
+    return Group(all_axes, with_names(variables), groups, attributes)

@@ -10,6 +10,7 @@ import numpy as np
 from skyshine.mat.tables.atmq import PATH, path_axes
 from skyshine.mat.tables.axes import EXACT, table_axis
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
+from skyshine.mat.tables.named_materials import with_names
 from skyshine.schemas.hdf5 import Group, Variable
 
 if TYPE_CHECKING:
@@ -86,4 +87,4 @@ def thermal_group(
             },
         ),
     }
-    return Group(axes, variables, {"accuracy": accuracy}, attributes)
+    return Group(axes, with_names(variables), {"accuracy": accuracy}, attributes)

@@ -1,21 +1,24 @@
-"""Checking a database: layout, versions, units, finite values, hash."""
+"""Checking a database: layout, versions, units, finite values, physical laws, digest."""
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
+from typing import Any
 
 import h5py
 import numpy as np
 
 from skyshine import schemas
-from skyshine.schemas.hdf5 import content_hash, dims_of, open_database, sound
+from skyshine.mat.tables.laws import broken_laws, broken_texture_laws
+from skyshine.schemas.hdf5 import open_database, read_file, sound
+from skyshine.schemas.hdf5_digest import as_text, digest_holds, dims_of, is_text, parts
+from skyshine.schemas.paths import StrPath
 
 
-def describe(group: h5py.Group) -> dict:
+def describe(group: h5py.Group) -> dict[str, Any]:
     """Names, axes, types and units of a group's arrays, in the shape that the layout schemas describe."""
-    described: dict = {"axes": {}, "variables": {}, "groups": {}}
+    described: dict[str, Any] = {"axes": {}, "variables": {}, "groups": {}}
     for name, item in group.items():
         if isinstance(item, h5py.Group):
             described["groups"][name] = describe(item)
@@ -27,20 +30,20 @@ def describe(group: h5py.Group) -> dict:
 
 
 def _kind(dataset: h5py.Dataset) -> str:
-    return "text" if h5py.check_string_dtype(dataset.dtype) is not None else dataset.dtype.str.lstrip("<>|=")
+    return "text" if is_text(dataset) else str(dataset.dtype.str).lstrip("<>|=")
 
 
 def _units(dataset: h5py.Dataset) -> str:
     return str(dataset.attrs.get("units", ""))
 
 
-def _reading(dataset: h5py.Dataset) -> dict:
+def _reading(dataset: h5py.Dataset) -> dict[str, Any]:
     """How a runtime reads an axis, where the file says so."""
-    found = {key: dataset.attrs[key] for key in ("interpolation", "period") if key in dataset.attrs}
-    return {key: value if isinstance(value, str) else float(value) for key, value in found.items()}
+    said = {key: as_text(dataset.attrs[key]) for key in ("interpolation", "period") if key in dataset.attrs}
+    return {key: value if isinstance(value, str) else float(value) for key, value in said.items()}
 
 
-def problems(path: str | os.PathLike) -> list[str]:
+def problems(path: StrPath) -> list[str]:
     """All that is wrong with a database; an empty list where nothing is.
 
     Raises
@@ -49,11 +52,14 @@ def problems(path: str | os.PathLike) -> list[str]:
         The file is missing or is not a database at all.
     """
     with open_database(path) as file, sound(path):
-        found = list(_layout_problems(file))
-        found += _value_problems(file)
-        if content_hash(file) != file.attrs.get("content_sha256"):
-            found.append("content_sha256 does not match the arrays: the file was changed or damaged")
-    return found
+        lines = [*_layout_problems(file), *_value_problems(file)]
+        if file.attrs["filetype"] == "tmm":
+            lines += broken_texture_laws(file)
+        else:
+            lines += broken_laws(str(file.attrs["filetype"]), read_file(path, lazy=True)[0])
+        if not digest_holds(file):
+            lines.append("content_sha256 does not match the content: the file was changed or damaged")
+    return lines
 
 
 def _layout_problems(file: h5py.File) -> Iterator[str]:
@@ -72,16 +78,17 @@ def _layout_problems(file: h5py.File) -> Iterator[str]:
 
 
 def _value_problems(file: h5py.File) -> list[str]:
-    found: list[str] = []
+    lines: list[str] = []
 
-    def visit(name: str, item) -> None:
-        if not isinstance(item, h5py.Dataset) or item.dtype.kind != "f":
+    def visit(name: str, item: h5py.Group | h5py.Dataset) -> None:
+        if not isinstance(item, h5py.Dataset) or is_text(item):
             return
-        values = item[()]
-        if not name.startswith("accuracy/") and not np.all(np.isfinite(values)):
-            found.append(f"{name}: {np.count_nonzero(~np.isfinite(values))} values are not finite")
-        if item.is_scale and values.ndim == 1 and np.any(np.diff(values) <= 0):
-            found.append(f"{name}: the axis is not strictly ascending")
+        if item.dtype.kind == "f" and not name.startswith("accuracy/"):
+            wrong = sum(np.count_nonzero(~np.isfinite(part)) for part in parts(item))
+            if wrong:
+                lines.append(f"{name}: {wrong} values are not finite")
+        if item.is_scale and np.any(np.diff(item[()].astype(float)) <= 0):
+            lines.append(f"{name}: the axis is not strictly ascending")
 
     file.visititems(visit)
-    return found
+    return lines

@@ -20,7 +20,7 @@ from skyshine.tmm.classify.trained import Network, TrainedModel
 from skyshine.tmm.features.textured import names
 
 FILETYPE = "tmm-model"
-FORMAT_VERSION = "1.0.0"
+FORMAT_VERSION = "1.1.0"
 
 
 def write_model(
@@ -92,7 +92,7 @@ def read_model(path: str | os.PathLike[str]) -> TrainedModel:
     InputError
         The file is missing or damaged, is no classifier, or was trained on other features than this version computes.
     """
-    root, _ = read_file(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]))
+    root, _ = read_file(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]), verify=True)
     try:
         materials = tuple(root.groups["materials"].variables["name"].data.tolist())
         values = {name: variable.data for name, variable in root.groups["colour"].variables.items()}

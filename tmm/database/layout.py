@@ -17,7 +17,7 @@ from skyshine.tmm.database.levels import PERCENT, WEIGHT_TOTAL
 from skyshine.tmm.job.model import TextureJob
 
 FILETYPE = "tmm"
-FORMAT_VERSION = "1.0.0"
+FORMAT_VERSION = "1.1.0"
 CHUNK = 256
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import os
 from dataclasses import dataclass, replace
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +12,9 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Axis, Group, Variable, content_hash, open_database, write_file
-from skyshine.tmm.database.layout import CHUNK, FILETYPE, composite_layout, level_layout, texture_header
+from skyshine.schemas import hdf5
+from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
+from skyshine.tmm.database.layout import CHUNK, composite_layout, level_layout, texture_header
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.job.model import TextureJob
@@ -158,25 +157,14 @@ def is_current(
     base_folder : path
         Folder to which the paths of the job are relative.
     """
-    header = texture_header(job, library_version)
-    expected = {
-        "job": header.job,
-        "format_version": header.format_version,
-        "data_version": header.data_version,
-        "generator": f"skyshine {metadata.version('skyshine')}",
-    }
-    try:
-        with open_database(path, FILETYPE) as file:
-            made = file["provenance"].attrs
-            digests = {name.partition(":")[2]: made[name] for name in made if name.startswith("sha256:")}
-            digests[job.image] = made["texture_sha256"]
-            return (
-                all(file.attrs.get(name) == value for name, value in expected.items())
-                and all(file_sha256(Path(base_folder) / name) == digest for name, digest in digests.items())
-                and content_hash(file) == file.attrs.get("content_sha256")
-            )
-    except (InputError, OSError, KeyError):
-        return False
+
+    def same_sources(file: h5py.File) -> bool:
+        made = file["provenance"].attrs
+        digests = {name.partition(":")[2]: made[name] for name in made if name.startswith("sha256:")}
+        digests[job.image] = made["texture_sha256"]
+        return all(file_sha256(Path(base_folder) / name) == digest for name, digest in digests.items())
+
+    return hdf5.is_current(path, texture_header(job, library_version), same_sources)
 
 
 def _code_axis(mapped: TextureMap) -> Axis:

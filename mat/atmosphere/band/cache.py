@@ -5,36 +5,45 @@ its errors, which are measured for each state, and not the points. It is the sam
 has built before.
 
 The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the
-absorption table and the source code that compiles. What is kept is what compiling gave, to the last bit; a file that
-cannot be read is as good as absent. The folder may be deleted at any time. `SKYSHINE_CACHE` names another folder, or
-none at all if it is empty.
+absorption table and the source code that compiles. What is kept is what compiling gave, to the last bit. A file is
+believed if it is a regular file of this user, its digest holds over the key and the content, and the content fits the
+band; any other counts as absent and is replaced. The folder may be deleted at any time. `SKYSHINE_CACHE` names another
+folder; leave it empty to disable caching.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
+import io
 import json
+import math
 import os
+import stat
 import tempfile
 import threading
-import zipfile
 from collections import OrderedDict
 from collections.abc import Callable
 from enum import Enum
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat import atmosphere, radiometry
 from skyshine.mat.atmosphere.band.compile import CompiledBand, FittedBand, fit_band, over_air
 from skyshine.mat.atmosphere.band.points import BandPoints
+from skyshine.mat.atmosphere.band.targets import KINDS
+from skyshine.schemas.digest import digest_of
 
 CACHE_VARIABLE = "SKYSHINE_CACHE"
-FORMAT = 1  # raised when the layout of the kept files changes
-_MOST_FITS = 8  # of some 10 MB each
+FORMAT = 2  # raised when the layout of the kept files changes
+HEAD = b"skyshine compiled band 2\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
+FILE_LIMIT = 1 << 24  # bytes; a band of a thousand points takes 30 kB
+STATISTICS = ("max", "p95", "rms")
+_MAX_FITS = 8  # of some 10 MB each
 _fits: OrderedDict[str, FittedBand] = OrderedDict()  # the latest last
 _lock = threading.Lock()
 
@@ -78,35 +87,34 @@ def cached_compile_band(table, state, band, grid, source_irradiance, usual_irrad
     settings = {"tolerance": float(tolerance), "max_points": int(max_points), "seed": int(seed)}
     usual = np.asarray(usual_irradiance)
     air = (table.content, over_air(state), band.weight, band.points.wavenumber, band.gases, grid, usual, settings)
-    own = (state.surface_temperature, np.asarray(source_irradiance))
-    path = None if folder is None else folder / f"{content_key(*air, *own)}.npz"
-    compiled = None if path is None else _read(path, band)
+    ground_and_light = (state.surface_temperature, np.asarray(source_irradiance))
+    key = content_key(*air, *ground_and_light)
+    path = None if folder is None else folder / f"{key}.npz"
+    compiled = None if path is None else _read(path, key, band)
     if compiled is not None:
         return compiled, Origin.CACHE
-    key = content_key(*air)
-    origin = Origin.SHARED if key in _fits else Origin.FITTED
-    fit = _kept_fit(key, lambda: fit_band(over_air(state), band, grid, usual, **settings))
-    compiled = fit.measured(*own)
+    air_key = content_key(*air)
+    origin = Origin.SHARED if air_key in _fits else Origin.FITTED
+    fit = _kept_fit(air_key, lambda: fit_band(over_air(state), band, grid, usual, **settings))
+    compiled = fit.measured(*ground_and_light)
     if path is not None:
-        _write(path, compiled)
+        _write(path, key, compiled)
     return compiled, origin
 
 
 def _kept_fit(key: str, fit: Callable[[], FittedBand]) -> FittedBand:
     """A fit of this process, or a new one."""
-    found = _fits.pop(key, None) or fit()
+    fitted = _fits.pop(key, None) or fit()
     with _lock:
-        _fits[key] = found
-        while len(_fits) > _MOST_FITS:
+        _fits[key] = fitted
+        while len(_fits) > _MAX_FITS:
             _fits.popitem(last=False)
-    return found
+    return fitted
 
 
-def content_key(*parts) -> str:
+def content_key(*parts: Any) -> str:
     """SHA-256 over values of any depth, with the code and the libraries that turn them into a compiled band."""
-    digest = hashlib.sha256()
-    _feed(digest, (FORMAT, _code_digest(), metadata.version("numpy"), metadata.version("scipy"), *parts))
-    return digest.hexdigest()
+    return digest_of(FORMAT, _code_digest(), metadata.version("numpy"), metadata.version("scipy"), *parts)
 
 
 @lru_cache(maxsize=1)
@@ -120,30 +128,7 @@ def _code_digest() -> str:
     return digest.hexdigest()
 
 
-def _feed(digest, value) -> None:
-    """Add a value to a hash: its type, its size, what it holds."""
-    if isinstance(value, np.ndarray | np.generic):
-        array = np.ascontiguousarray(value)
-        digest.update(f"array {array.dtype.str} {array.shape} ".encode() + array.tobytes())
-    elif value is None or isinstance(value, bool | int | float | str):
-        digest.update(f"{type(value).__name__} {value!r} ".encode())
-    elif isinstance(value, dict):
-        digest.update(f"dict {len(value)} ".encode())
-        for key in sorted(value):
-            _feed(digest, key)
-            _feed(digest, value[key])
-    elif isinstance(value, list | tuple):
-        digest.update(f"sequence {len(value)} ".encode())
-        for item in value:
-            _feed(digest, item)
-    elif dataclasses.is_dataclass(value):
-        digest.update(f"{type(value).__name__} ".encode())
-        _feed(digest, {field.name: getattr(value, field.name) for field in dataclasses.fields(value)})
-    else:
-        raise TypeError(f"no content key for a {type(value).__name__}")
-
-
-def _write(path: Path, compiled: CompiledBand) -> None:
+def _write(path: Path, key: str, compiled: CompiledBand) -> None:
     """Keep a band: a part file, renamed when it is whole. Where the folder cannot be written nothing is kept."""
     about = {
         "gases": compiled.band.gases,
@@ -155,27 +140,81 @@ def _write(path: Path, compiled: CompiledBand) -> None:
         "index": compiled.index,
         "weight": compiled.band.weight,
         "ladder": compiled.ladder,
-        "about": json.dumps(about),
+        "about": np.array(json.dumps(about)),
     }
+    content = io.BytesIO()
+    np.savez(content, **arrays)
     part = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
             part = Path(file.name)
-            np.savez(file, **arrays)
+            file.write(_with_digest(key, content.getvalue()))
         os.replace(part, path)
     except OSError:
         if part is not None:
             part.unlink(missing_ok=True)
 
 
-def _read(path: Path, band: BandPoints) -> CompiledBand | None:
-    """A kept band, or None where there is none that is whole."""
+def _read(path: Path, key: str, band: BandPoints) -> CompiledBand | None:
+    """A kept band, or None where there is none that can be believed."""
     try:
-        with np.load(path, allow_pickle=False) as kept:
+        stored = _own_bytes(path)
+        content = stored[len(HEAD) + 65 :]
+        if stored != _with_digest(key, content):
+            return None
+        with np.load(io.BytesIO(content), allow_pickle=False) as kept:
             index, weight, ladder = kept["index"], kept["weight"], kept["ladder"]
             about = json.loads(str(kept["about"]))
+        if not _fits_band(index, weight, ladder, about, band):
+            return None
         few = BandPoints(band.points.subset(index), weight, tuple(about["gases"]))
         return CompiledBand(few, index, about["total_points"], about["errors"], about["dropped"], ladder)
-    except (OSError, EOFError, KeyError, IndexError, ValueError, TypeError, zipfile.BadZipFile):
+    except Exception:  # whatever a damaged file leads to, the band is compiled again
         return None
+
+
+def _with_digest(key: str, content: bytes) -> bytes:
+    """A kept file: what it is, the digest over key and content, the content."""
+    return HEAD + digest_of(key, content).encode() + b"\n" + content
+
+
+def _own_bytes(path: Path) -> bytes:
+    """Content of a file of this user; of none where it is another's, or no regular file, or too large."""
+    # Without waiting: a pipe may stand in place of the file.
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(path, flags)
+    with open(descriptor, "rb") as file:
+        status = os.fstat(descriptor)
+        foreign = hasattr(os, "geteuid") and status.st_uid != os.geteuid()
+        if foreign or not stat.S_ISREG(status.st_mode) or status.st_size > FILE_LIMIT:
+            return b""
+        return file.read(FILE_LIMIT)
+
+
+def _fits_band(
+    index: npt.NDArray[Any],
+    weight: npt.NDArray[Any],
+    ladder: npt.NDArray[Any],
+    about: dict[str, Any],
+    band: BandPoints,
+) -> bool:
+    """Whether a kept choice of points is one of this band: some of its points with its whole weight, and of its gases
+    those that were not left out.
+    """
+    size = band.weight.size
+    kinds = (index.dtype.kind, weight.dtype, ladder.dtype) == ("i", np.float64, np.float64)
+    if not kinds or not index.shape == weight.shape == (index.size,) or ladder.ndim != 1 or not index.size:
+        return False
+    numbers = [error[name] for error in about["errors"].values() for name in STATISTICS]
+    return bool(
+        np.all((index >= 0) & (index < size))
+        and np.unique(index).size == index.size
+        and np.all(np.isfinite(weight) & (weight > 0))
+        and math.isclose(weight.sum(), band.weight.sum(), rel_tol=1e-9)
+        and np.all(np.isfinite(ladder) & (ladder >= 0))
+        and about["total_points"] == size
+        and set(about["errors"]) <= set(KINDS)
+        and all(isinstance(number, float) and 0 <= number < math.inf for number in numbers)
+        and sorted([*about["gases"], *about["dropped"]]) == sorted(band.gases or ())
+    )

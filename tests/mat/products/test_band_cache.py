@@ -1,6 +1,9 @@
 """Compiled bands kept by content: same bytes with and without, nothing taken from a broken or foreign file."""
 
+import io
 import json
+import os
+import random
 from collections import OrderedDict
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -19,6 +22,7 @@ from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.schemas.digest import digest_of
 
 GRID = PathGrid([0.0, 1.0, 10.0], [0.01, 2.0], [-30.0, 0.0, 60.0], [10.0, 50.0], [0.0, 180.0])
 TABLE = AbsorptionTable.open()
@@ -101,6 +105,128 @@ def test_another_state_tolerance_or_seed_is_compiled_anew(folder, state, band):
         origin is Origin.CACHE
         for _, origin in (compiled(warmer, band), compiled(state, band, tolerance=2e-3), compiled(state, band, seed=1))
     )
+
+
+def believed(path, band):
+    """What the cache reads from a file, with a good answer for a digest where none holds."""
+    return band_cache._read(path, path.stem, band)
+
+
+def forged(path, **changed):
+    """A kept file with other content and a digest to fit it, as a faulty or a hostile program would write it."""
+    content = path.read_bytes()[len(band_cache.HEAD) + 65 :]
+    with np.load(io.BytesIO(content)) as kept:
+        arrays = dict(kept)
+    about = json.loads(str(arrays["about"]))
+    for name, change in changed.items():
+        place = arrays if name in arrays else about
+        place[name] = change(place[name])
+    arrays["about"] = np.array(json.dumps(about))
+    written = io.BytesIO()
+    np.savez(written, **arrays)
+    digest = digest_of(path.stem, written.getvalue()).encode()
+    path.write_bytes(band_cache.HEAD + digest + b"\n" + written.getvalue())
+
+
+FORGERIES = {
+    "weights doubled": {"weight": lambda values: 2 * values},
+    "a weight below 0": {"weight": lambda values: values * np.where(np.arange(values.size), 1, -1)},
+    "a weight without a number": {"weight": lambda values: np.full_like(values, np.nan)},
+    "a weight too few": {"weight": lambda values: values[:-1]},
+    "weights of single precision": {"weight": lambda values: values.astype("f4")},
+    "a point beyond the band": {"index": lambda values: values + 10**6},
+    "a point counted from the end": {"index": lambda values: values - values.max() - 1},
+    "a point twice": {"index": lambda values: np.full_like(values, values[0])},
+    "points by rows": {"index": lambda values: values[None]},
+    "points as fractions": {"index": lambda values: values.astype(float)},
+    "another gas": {"gases": lambda names: ["Xe", *names[1:]]},
+    "a gas too few": {"gases": lambda names: names[1:]},
+    "a gas left out and kept": {"dropped": lambda gases: {**gases, "H2O": 0.0}},
+    "another number of points": {"total_points": lambda count: count + 1},
+    "another quantity": {"errors": lambda errors: {"heat": next(iter(errors.values()))}},
+    "errors as text": {"errors": lambda errors: dict.fromkeys(errors, "small")},
+    "an error below 0": {"errors": lambda errors: {name: dict.fromkeys(e, -1.0) for name, e in errors.items()}},
+    "a ladder without numbers": {"ladder": lambda values: values * np.nan},
+}
+
+
+@pytest.mark.parametrize("forgery", FORGERIES)
+def test_content_that_does_not_fit_the_band_is_not_believed(folder, state, band, forgery):
+    first, _ = compiled(state, band)
+    (file,) = folder.iterdir()
+    forged(file)
+    assert believed(file, band) is not None  # the forger's hand is right, and what it changes is what is refused
+    forged(file, **FORGERIES[forgery])
+    assert believed(file, band) is None
+    second, origin = compiled(state, band)
+    assert origin is not Origin.CACHE and same(first, second) and compiled(state, band)[1] is Origin.CACHE
+
+
+def test_a_file_of_another_key_is_not_believed(folder, state, band):
+    compiled(state, band)
+    (file,) = folder.iterdir()
+    other = file.with_name(f"{'0' * 64}.npz")
+    other.write_bytes(file.read_bytes())
+    assert believed(file, band) is not None and believed(other, band) is None
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_only_a_regular_file_of_this_user_is_read(folder, state, band, monkeypatch):
+    compiled(state, band)
+    (file,) = folder.iterdir()
+    whole = file.read_bytes()
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    assert believed(file, band) is None
+    monkeypatch.undo()
+    assert believed(file, band) is not None
+    file.rename(folder / "elsewhere")
+    file.symlink_to(folder / "elsewhere")
+    assert believed(file, band) is None
+    file.unlink()
+    file.write_bytes(whole + bytes(band_cache.FILE_LIMIT))
+    assert believed(file, band) is None
+    file.unlink()
+    os.mkfifo(file)
+    assert believed(file, band) is None
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes here")
+def test_a_pipe_in_place_of_a_file_is_replaced(folder, state, band):
+    compiled(state, band)
+    (file,) = folder.iterdir()
+    file.unlink()
+    os.mkfifo(file)
+    assert compiled(state, band)[1] is not Origin.CACHE
+    assert file.is_file() and compiled(state, band)[1] is Origin.CACHE
+
+
+def damaged(content: bytes, draw: random.Random) -> bytes:
+    """A file with bits flipped, bytes zeroed, an end lost or two pieces swapped."""
+    data, at, length = bytearray(content), draw.randrange(len(content)), draw.choice([1, 4, 16, 200])
+    kind = draw.choice(["flip", "zero", "truncate", "swap"])
+    if kind == "flip":
+        data[at] ^= 1 << draw.randrange(8)
+    elif kind == "zero":
+        data[at : at + length] = bytes(len(data[at : at + length]))
+    elif kind == "truncate":
+        del data[at:]
+    else:
+        other = draw.randrange(len(content))
+        data[at : at + length], data[other : other + length] = data[other : other + length], data[at : at + length]
+    return bytes(data)
+
+
+def test_of_3000_damaged_files_none_is_believed_and_none_raises(folder, state, band):
+    first, _ = compiled(state, band)
+    (file,) = folder.iterdir()
+    whole, draw, changed = file.read_bytes(), random.Random(3), 0
+    for _ in range(3000):
+        content = damaged(whole, draw)
+        file.write_bytes(content)
+        found = believed(file, band)
+        assert found is None if content != whole else same(found, first)
+        changed += content != whole
+    assert changed > 2500
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_the_classic_files_keep_their_bytes(small_build, extra_build):
         assert (small_build / name).read_bytes() == (extra_build / name).read_bytes(), name
     assert not (small_build / THERMAL).exists()
     plain, extra = (skyshine.mat.open(folder / "b01.band.h5") for folder in (small_build, extra_build))
-    assert plain.attributes["format_version"] == "1.0.0" and extra.attributes["format_version"] == "1.1.0"
+    assert plain.attributes["format_version"] == extra.attributes["format_version"] == "1.2.0"
     for name in plain.root.variables:
         np.testing.assert_array_equal(plain.root.variables[name].data, extra.root.variables[name].data)
 

@@ -15,7 +15,8 @@ from filelock import FileLock
 from skyshine.mat.builder.build import LOCK, build
 from skyshine.mat.job.load import load_job
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file, write_whole
+from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
+from skyshine.schemas.whole_files import write_whole
 
 FOLLOWER = """
 import os, sys, time

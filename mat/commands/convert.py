@@ -1,0 +1,27 @@
+"""``mat convert``: databases of older formats in the present one."""
+
+import click
+
+from skyshine.schemas.commands import emit_json, json_option
+
+
+@click.command(epilog="Example: mat convert old/*.h5 --out built")
+@click.argument("files", nargs=-1, required=True, type=click.Path())
+@click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder to write into.")
+@json_option
+def command(files: tuple[str, ...], out: str, as_json: bool) -> None:
+    """Write FILES, databases of an older format, in the present format into a folder; their arrays stay the same."""
+    from skyshine.mat.tables.convert import convert
+    from skyshine.mat.tables.files import FILE_TYPES
+    from skyshine.tmm import layout, model
+
+    versions = {name: kind.format_version for name, kind in FILE_TYPES.items()}
+    versions |= {part.FILETYPE: part.FORMAT_VERSION for part in (layout, model)}
+    converted = []
+    for name in files:
+        target, old, new = convert(name, out, versions)
+        converted.append({"file": str(target), "from": old, "to": new})
+        if not as_json:
+            click.echo(f"{target}: {f'{old} to {new}' if old != new else f'is in the present format, {new}'}")
+    if as_json:
+        emit_json({"files": converted})

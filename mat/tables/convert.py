@@ -1,0 +1,92 @@
+"""Lifting of databases of older formats to the present one: the arrays stay as they are, byte for byte."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+import h5py
+
+from skyshine.mat.tables.named_materials import COORDINATES, NAMES, needs_names
+from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.hdf5 import check_version, open_database, sound
+from skyshine.schemas.hdf5_digest import DIGEST, DIGEST_VERSION, content_hash, digest_holds, dims_of
+from skyshine.schemas.paths import StrPath
+from skyshine.schemas.whole_files import part_file
+
+
+def convert(path: StrPath, folder: StrPath, versions: Mapping[str, str]) -> tuple[Path, str, str]:
+    """Write a database in the present format of its type under its own name into a folder.
+
+    Parameters
+    ----------
+    path : path
+        Of the same major version; a file of the present format is copied.
+    folder : path
+    versions : mapping of str to str
+        The present format version of each file type.
+
+    Returns
+    -------
+    target : Path
+    old, new : str
+        Format versions.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is not what its digest says, is of another type or major version, lies in that folder,
+        or the folder cannot be written.
+    """
+    source, target = Path(path), Path(folder) / Path(path).name
+    old, new = _versions(source, versions)
+    part = part_file(target)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if target.exists() and target.samefile(source):
+            raise InputError("would be written over itself; name another folder with --out", file=path)
+        shutil.copyfile(source, part)
+        if old != new:
+            with h5py.File(part, "r+", libver=("v110", "v110")) as file, sound(path):
+                _lift(file, new)
+        os.replace(part, target)
+    except OSError as error:
+        words = error.strerror or " ".join(str(error).split())[:160]
+        raise InputError(f"cannot be written: {words}; check free space and permissions", file=target) from None
+    finally:
+        part.unlink(missing_ok=True)
+    return target, old, new
+
+
+def _versions(path: Path, versions: Mapping[str, str]) -> tuple[str, str]:
+    """The format version of a sound file and the present one of its type."""
+    with open_database(path) as file, sound(path):
+        filetype, old = str(file.attrs["filetype"]), str(file.attrs["format_version"])
+        if filetype not in versions:
+            raise InputError(f"holds '{filetype}'; {nearest(filetype, versions)}; name another file", file=path)
+        new = versions[filetype]
+        check_version(path, filetype, old, int(new.split(".")[0]))
+        if _numbers(old) > _numbers(new):
+            raise InputError(f"has format_version {old}; this version writes {new}; upgrade skyshine", file=path)
+        if not digest_holds(file):
+            raise InputError(
+                f"{DIGEST} does not match: the file was changed or damaged; build it again from its job", file=path
+            )
+    return old, new
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in version.split("."))
+
+
+def _lift(file: h5py.File, version: str) -> None:
+    """Bring a file of digest version 1 to the present format."""
+    if NAMES in file:
+        for name, item in file.items():
+            if isinstance(item, h5py.Dataset) and not item.is_scale and needs_names(name, dims_of(item)):
+                item.attrs[COORDINATES] = NAMES
+    file.attrs["format_version"] = version
+    file.attrs["digest_version"] = DIGEST_VERSION
+    file.attrs[DIGEST] = content_hash(file)

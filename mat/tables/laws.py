@@ -1,0 +1,272 @@
+"""The physical laws that the values of a database obey, whatever job it is from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.quantities.formulas import BETA_CAP_KM
+from skyshine.mat.tables.axes import FOLDED, PERIODIC, AxisRule
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Group
+from skyshine.schemas.hdf5_digest import parts
+
+Array = npt.NDArray[np.float64]
+Law = Callable[[Group], Iterator[str]]
+
+ROUNDING = 1e-5  # relative, of what was computed in double and is stored in single precision
+COLDEST_K, HOTTEST_K = 50.0, 2000.0  # of what a material may rest on, `materials.files.Kelvin`
+PATH = ("range", "altitude", "elevation")
+FRACTIONS = (
+    "reflectance",
+    "reflectance_planck",
+    "reflectance_solar",
+    "emissivity",
+    "emissivity_planck",
+    "specular_fraction",
+)
+
+
+def broken_laws(filetype: str, root: Group) -> Iterator[str]:
+    """One line for each law that a file breaks; parts that are missing are the layout's matter.
+
+    Parameters
+    ----------
+    filetype : str
+    root : Group
+    """
+    for law in (_rules_of_axes, *LAWS.get(filetype, ()), _accuracy):
+        yield from law(root)
+
+
+def broken_texture_laws(file: h5py.File) -> Iterator[str]:
+    """As `broken_laws`, of a texture, whose arrays may be larger than memory."""
+    if "materials/material" in file:
+        codes = np.append(0, file["materials/material"][()])
+        for name, level in file["levels"].items():
+            yield from _level(f"levels/{name}", level, codes)
+    if "composites/weight" in file:
+        weight = file["composites/weight"]
+        sums = weight[()].astype(np.int64).sum(axis=-1)
+        total = int(weight.attrs.get("total", 0))
+        yield from _where("composites/weight", sums, sums != total, f"sum to {total}")
+    if "usage/share" in file:
+        share = file["usage/share"][()].astype(float)
+        yield from _where("usage/share", share, ~((share >= 0) & (share <= 1 + ROUNDING)), "lie in 0 to 1")
+        yield from _where("usage/share", share.sum(), share.sum() > 1 + ROUNDING, "sum to at most 1")
+
+
+def _level(place: str, level: h5py.Group, codes: npt.NDArray[np.integer]) -> Iterator[str]:
+    if "mix_weight" in level and "mix_code" in level and "code" in level:
+        total = int(level["mix_weight"].attrs.get("total", 0))
+        pieces = zip(parts(level["code"]), parts(level["mix_code"]), parts(level["mix_weight"]), strict=False)
+        for code, mix_code, mix_weight in pieces:
+            sums = mix_weight.astype(np.int64).sum(axis=-1)
+            known = np.isin(mix_code, codes)
+            problems = [
+                *_where(f"{place}/mix_weight", sums, (sums != total) & (sums != 0), f"sum to {total}"),
+                *_where(f"{place}/mix_code", mix_code, ~known, "name codes of the file's materials"),
+                *_where(f"{place}/code", code, code != mix_code[..., 0], "equal the first code of the mixture"),
+            ]
+            if problems:
+                yield from problems
+                break
+    for name in ("confidence", "typicality"):
+        for values in parts(level[name]) if name in level else ():
+            if bad := [*_where(f"{place}/{name}", values, ~((values >= 0) & (values <= 1)), "lie in 0 to 1")]:
+                yield from bad
+                break
+
+
+def _where(name: str, values: npt.ArrayLike, wrong: npt.ArrayLike, law: str) -> Iterator[str]:
+    """The line of a law that some values break."""
+    values, wrong = np.asarray(values), np.asarray(wrong)
+    if wrong.any():
+        place = tuple(int(i) for i in np.argwhere(wrong)[0])
+        yield (
+            f"{name}: {np.count_nonzero(wrong)} of {wrong.size} values do not {law}; the first is {values[place]:g} at"
+            f" {list(place)}"
+        )
+
+
+def _values(root: Group, name: str) -> Array | None:
+    variable = root.variables.get(name)
+    return None if variable is None or variable.kind not in "iuf" else np.asarray(variable.data, float)
+
+
+def _rules_of_axes(root: Group) -> Iterator[str]:
+    for name, axis in root.axes.items():
+        if "interpolation" not in axis.attributes:
+            continue
+        try:
+            rule = AxisRule.of(name, axis)
+        except InputError as error:
+            yield error.message
+            continue
+        first, last = float(rule.nodes[0]), float(rule.nodes[-1])
+        if rule.interpolation == PERIODIC and last - first >= rule.period:
+            yield f"{name}: the nodes span {last - first:g}; allowed: less than the period {rule.period:g}"
+        if rule.interpolation == FOLDED and not 0 <= first <= last <= rule.period / 2:
+            yield f"{name}: the nodes span {first:g} to {last:g}; allowed: 0 to half the period {rule.period:g}"
+
+
+def _accuracy(root: Group) -> Iterator[str]:
+    group = root.groups.get("accuracy", Group())
+    for name, variable in group.variables.items():
+        values = _values(group, name)
+        if values is not None:
+            yield from _where(f"accuracy/{name}", values, values < 0, "lie at 0 or above")
+        for smaller in ("p95", "rms"):
+            if values is not None and name.startswith("maximum"):
+                other = _values(group, name.replace("maximum", smaller))
+                if other is not None and group.variables[name.replace("maximum", smaller)].dims == variable.dims:
+                    wrong = other > values * (1 + ROUNDING)
+                    yield from _where(f"accuracy/{name}", values, wrong, f"reach the {smaller} of the same errors")
+
+
+def _transmittance(name: str) -> Law:
+    """0 < transmittance <= 1, falling with range, from the beta* of that name."""
+
+    def law(root: Group) -> Iterator[str]:
+        beta = _values(root, name)
+        if beta is None:
+            return
+        dims = [dim.removeprefix(f"{name}_") for dim in root.variables[name].dims]
+        wrong = ~((beta > 0) & (beta <= BETA_CAP_KM * (1 + ROUNDING)))
+        yield from _where(
+            name, beta, wrong, f"give a transmittance above 0 and up to 1 (beta* in 0 to {BETA_CAP_KM:g} km)"
+        )
+        if wrong.any() or "range" not in dims:
+            return
+        axis = dims.index("range")
+        span = np.asarray(root.axes[root.variables[name].dims[axis]].values, float)
+        yield from _where(f"{name} over range", span, span < 0, "lie at 0 or above")
+        depth = np.moveaxis(span / np.moveaxis(beta, axis, -1), -1, 0)  # -ln(transmittance), but for a factor
+        # beta* at its cap says that the path holds no air: its depth is a bound, not a value.
+        thin = np.moveaxis(beta, axis, 0)[1:] >= BETA_CAP_KM * (1 - ROUNDING)
+        grows = (depth[1:] >= depth[:-1] * (1 - ROUNDING)) | thin
+        air = _air(root, root.variables[name].dims, axis, grows.shape)
+        yield from _where(f"{name} over range", depth[1:], ~grows & air, "give a transmittance that falls with range")
+
+    return law
+
+
+def _air(root: Group, dims: tuple[str, ...], axis: int, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+    """Where both ends of each step of range lie in air, of an array whose range axis comes first; True where the file
+    does not say.
+    """
+    valid = _values(root, "valid")
+    if valid is None or tuple(dims[-len(PATH) :]) != PATH or root.variables["valid"].dims != PATH:
+        return np.ones(shape, bool)
+    both = (valid[1:] == 1) & (valid[:-1] == 1)
+    return np.broadcast_to(both.reshape(both.shape[:1] + (1,) * (len(shape) - both.ndim) + both.shape[1:]), shape)
+
+
+def _mask(root: Group) -> Iterator[str]:
+    valid = _values(root, "valid")
+    if valid is None:
+        return
+    yield from _where("valid", valid, (valid != 0) & (valid != 1), "equal 0 or 1")
+    if root.variables["valid"].dims == PATH:
+        yield from _where("valid", valid[1:], valid[1:] > valid[:-1], "stay 0 beyond the ground")
+
+
+def _radiances(root: Group) -> Iterator[str]:
+    for name in ("path_radiance_ratio", "ambient_radiance", "direct_radiance"):
+        values = _values(root, name)
+        if values is not None:
+            yield from _where(name, values, values < 0, "lie at 0 or above")
+
+
+def _temperatures(root: Group) -> Iterator[str]:
+    values = _values(root, "temperature")
+    if values is not None:
+        wrong = ~((values >= COLDEST_K) & (values <= HOTTEST_K))
+        yield from _where("temperature", values, wrong, f"lie in {COLDEST_K:g} to {HOTTEST_K:g} K")
+    group = root.groups.get("diagnostics", Group())
+    for name in ("residual", "bound_excess", "iterations"):
+        values = _values(group, name)
+        if values is not None:
+            yield from _where(f"diagnostics/{name}", values, values < 0, "lie at 0 or above")
+
+
+def _materials(root: Group) -> Iterator[str]:
+    axis, names = root.axes.get("material"), root.variables.get("material_name")
+    if axis is not None and np.asarray(axis.values).dtype.kind in "iuf":
+        codes = np.asarray(axis.values)
+        yield from _where("material", codes, (codes < 1) | (codes > 65535), "lie in 1 to 65535")
+    if names is not None and names.kind == "O":
+        texts = [str(text) for text in np.ravel(names.data)]
+        if len(set(texts)) < len(texts) or "" in texts:
+            yield "material_name: a name is empty or stands twice"
+
+
+def _band(root: Group) -> Iterator[str]:
+    for name in FRACTIONS:
+        values = _values(root, name)
+        if values is not None:
+            yield from _where(name, values, ~((values >= 0) & (values <= 1)), "lie in 0 to 1")
+    response = _values(root, "response")
+    if response is not None:
+        yield from _where("response", response, ~((response >= 0) & (response <= 1)), "lie in 0 to 1")
+        if response.size and abs(response.max() - 1) > ROUNDING:
+            yield f"response: the peak is {response.max():g}; allowed: 1"
+    radiance = _values(root, "blackbody_radiance")
+    if radiance is not None:
+        yield from _where("blackbody_radiance", radiance, radiance < 0, "lie at 0 or above")
+        falls = np.diff(radiance) < -ROUNDING * radiance[:-1]
+        yield from _where("blackbody_radiance", radiance[1:], falls, "rise with temperature")
+    flat, emitted = _values(root, "reflectance"), _values(root, "emissivity")
+    if flat is not None and emitted is not None:
+        yield from _where("emissivity", emitted, np.abs(emitted + flat - 1) > ROUNDING, "equal 1 - reflectance")
+    warm, emitted = _values(root, "reflectance_planck"), _values(root, "emissivity_planck")
+    if warm is not None and emitted is not None:
+        yield from _where("emissivity_planck", emitted, emitted + warm > 1 + ROUNDING, "stay below 1 - reflectance")
+    for name in ("shininess", "lobe_fwhm", "normalisation"):
+        values = _values(root, name)
+        if values is not None:
+            yield from _where(name, values, values <= 0, "lie above 0")
+    for name in ("normalisation_by_angle", "normalisation_fine"):
+        values = _values(root, name)
+        if values is not None:
+            yield from _where(name, values, values < 0, "lie at 0 or above")
+
+
+def _classes(root: Group) -> Iterator[str]:
+    number, axis = _values(root, "class_of_material"), root.axes.get("material_class")
+    if number is not None and axis is not None:
+        wrong = ~np.isin(number, np.asarray(axis.values))
+        yield from _where("class_of_material", number, wrong, "name nodes of material_class")
+    difference = _values(root, "class_difference")
+    if difference is not None:
+        yield from _where("class_difference", difference, difference < 0, "lie at 0 or above")
+
+
+def _classifier(root: Group) -> Iterator[str]:
+    colour = root.groups.get("colour", Group())
+    covariance, prior = _values(colour, "covariance"), _values(colour, "log_prior")
+    if covariance is not None and covariance.ndim == 3 and np.all(np.isfinite(covariance)):
+        skew = np.abs(covariance - covariance.swapaxes(1, 2)).max(axis=(1, 2))
+        size = np.abs(covariance).max(axis=(1, 2))
+        yield from _where("colour/covariance", skew, skew > ROUNDING * size, "form a symmetric matrix")
+        least = np.linalg.eigvalsh(covariance).min(axis=-1)
+        yield from _where("colour/covariance", least, ~(least > 0), "form a positive definite matrix")
+    if prior is not None and not abs(np.exp(prior).sum() - 1) <= 1e-3:
+        yield f"colour/log_prior: the probabilities sum to {np.exp(prior).sum():g}; allowed: 1"
+    scale = _values(root.groups.get("network", Group()), "scale")
+    if scale is not None:
+        yield from _where("network/scale", scale, ~(scale > 0), "lie above 0")
+
+
+_ATMOSPHERE: tuple[Law, ...] = (_transmittance("beta_star"), _mask, _radiances)
+LAWS: dict[str, tuple[Law, ...]] = {
+    "htt": (_temperatures, _materials),
+    "atmq": _ATMOSPHERE,
+    "lunar_atmq": _ATMOSPHERE,
+    "thermal_atmq": (_transmittance("beta_star_thermal"), _mask, _classes, _materials),
+    "band": (_band, _materials),
+    "tmm-model": (_classifier,),
+}

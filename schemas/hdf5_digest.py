@@ -1,0 +1,171 @@
+"""The digest of a database: SHA-256 over its whole tree, whatever the way in which HDF5 stores it.
+
+Digest version 2 covers groups, axes, arrays and all attributes but the digest itself. Files from before it have no
+attribute ``digest_version``; theirs covers names, types, shapes, units and values of arrays, and is checked so.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.digest import feed
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5_gate import SCALE_ATTRIBUTES, refuse_large
+
+if TYPE_CHECKING:
+    from hashlib import _Hash
+
+DIGEST, DIGEST_VERSION = "content_sha256", "2"
+PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
+TEXT_LIMIT = 1024  # characters of one text of an array
+
+
+def content_hash(file: h5py.File) -> str:
+    """SHA-256 over the content of a file by the rule that it names, as 64 hexadecimal digits.
+
+    Raises
+    ------
+    InputError
+        The file names a rule that this version does not know.
+    """
+    version = as_text(file.attrs.get("digest_version"))
+    if version is None:
+        return _arrays_hash(file)
+    if version != DIGEST_VERSION:
+        raise InputError(
+            f"has digest_version {version!r}; allowed: '{DIGEST_VERSION}', or none in older files; upgrade skyshine",
+            file=file.filename,
+        )
+    digest = hashlib.sha256()
+    _feed_group(digest, file, "")
+    return digest.hexdigest()
+
+
+def digest_holds(file: h5py.File) -> bool:
+    """Whether the content of a file is that of its digest."""
+    return content_hash(file) == as_text(file.attrs.get(DIGEST))
+
+
+def _feed_group(digest: _Hash, group: h5py.Group, place: str) -> None:
+    feed(digest, ("group", place, attributes_of(group, without=() if place else (DIGEST,))))
+    for name in sorted(group):
+        item, inner = group[name], f"{place}/{name}"
+        if isinstance(item, h5py.Group):
+            _feed_group(digest, item, inner)
+            continue
+        axes = ["axis"] if item.is_scale else ["array", *dims_of(item)]
+        text = is_text(item)
+        kind = "text" if text else item.dtype.newbyteorder("<").str
+        feed(digest, (axes, inner, attributes_of(item), kind, list(item.shape)))
+        if text:
+            feed(digest, texts_of(item))
+            continue
+        for part in parts(item):
+            digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
+
+
+def _arrays_hash(file: h5py.File) -> str:
+    """Digest version 1: names, types, shapes, units and decoded values of all arrays, in the order of their names."""
+    names: list[str] = []
+    file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+    digest = hashlib.sha256()
+    for name in sorted(names):
+        dataset = file[name]
+        text = is_text(dataset)
+        kind = "text" if text else dataset.dtype.newbyteorder("<").str
+        digest.update(f"{name}\0{kind}\0{dataset.shape}\0{dataset.attrs.get('units', '')}\0".encode())
+        if text:
+            digest.update("\0".join(texts_of(dataset).ravel().tolist()).encode())
+        else:
+            for part in parts(dataset):
+                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
+    return digest.hexdigest()
+
+
+def attributes_of(item: h5py.Group | h5py.Dataset, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Attributes of a group or an array, text decoded, without those by which HDF5 links axes."""
+    left_out = {*SCALE_ATTRIBUTES, *without}
+    return {name: as_text(value) for name, value in item.attrs.items() if name not in left_out}
+
+
+def as_text(value: Any) -> Any:
+    """A value of an attribute; text of fixed length as that of variable length is."""
+    return value.decode() if isinstance(value, bytes) else value
+
+
+def dims_of(dataset: h5py.Dataset) -> tuple[str, ...]:
+    """Names of a dataset's axes, by its dimension scales."""
+    return tuple(dim[0].name.rsplit("/", 1)[-1] if len(dim) else "" for dim in dataset.dims)
+
+
+def is_text(dataset: h5py.Dataset) -> bool:
+    """Whether an array holds text."""
+    return h5py.check_string_dtype(dataset.dtype) is not None
+
+
+def values_of(dataset: h5py.Dataset) -> npt.NDArray[Any]:
+    """The whole array of a dataset: numbers, or text as str objects.
+
+    Raises
+    ------
+    InputError
+        It is larger than memory should be given for.
+    """
+    if is_text(dataset):
+        return texts_of(dataset)
+    refuse_large(dataset.file.filename, dataset.name, dataset.dtype.itemsize * prod(dataset.shape))
+    values: npt.NDArray[Any] = np.asarray(dataset[()])
+    return values
+
+
+def texts_of(dataset: h5py.Dataset) -> npt.NDArray[np.object_]:
+    """The texts of a dataset, of its shape.
+
+    Raises
+    ------
+    InputError
+        One is longer than `TEXT_LIMIT`.
+    """
+    texts: npt.NDArray[np.object_] = np.empty(dataset.shape, dtype=object)
+    # A few at a time: damaged references may all lead to one long text.
+    for start in range(0, dataset.shape[0] if dataset.shape else 1, 64):
+        place = np.s_[start : start + 64] if dataset.shape else ()
+        texts[place] = dataset.asstr()[place]
+        longest = max(map(len, np.ravel(texts[place])), default=0)
+        if longest > TEXT_LIMIT:
+            raise InputError(
+                f"'{dataset.name}' holds a text of {longest} characters; allowed: up to {TEXT_LIMIT}; shorten it",
+                file=dataset.file.filename,
+            )
+    return texts
+
+
+def parts(dataset: h5py.Dataset) -> Iterator[npt.NDArray[Any]]:
+    """The values of a dataset in their order, whole rows of chunks at a time; each is valid until the next.
+
+    Raises
+    ------
+    InputError
+        A row of chunks is larger than memory should be given for.
+    """
+    if not dataset.chunks:
+        yield np.asarray(values_of(dataset))
+        return
+    row = dataset.dtype.itemsize * prod(dataset.shape[1:])
+    step = max(dataset.chunks[0], PART_BYTES // max(row, 1) // dataset.chunks[0] * dataset.chunks[0])
+    rows = min(step, dataset.shape[0])
+    refuse_large(dataset.file.filename, dataset.name, rows * row)
+    # One buffer for all parts: a row of chunks of a wide array is large itself.
+    buffer = np.empty((rows, *dataset.shape[1:]), dataset.dtype)
+    for start in range(0, dataset.shape[0], step):
+        part = buffer[: min(step, dataset.shape[0] - start)]
+        if part.size:
+            dataset.read_direct(part, np.s_[start : start + len(part)])
+        yield part

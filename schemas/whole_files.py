@@ -1,0 +1,33 @@
+"""Files that are written whole or not at all: a part file first, renamed when it is complete."""
+
+from __future__ import annotations
+
+import os
+import platform
+from pathlib import Path
+
+from skyshine.schemas.errors import InputError
+
+
+def part_file(path: Path) -> Path:
+    """Name under which this process writes a file until it is complete; unlike that of any other process or machine."""
+    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.part")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    part = part_file(path)
+    try:
+        part.write_text(text, encoding="utf-8")
+        os.replace(part, path)
+    except OSError as error:
+        words = error.strerror or error
+        raise InputError(f"cannot be written: {words}; check free space and permissions", file=path) from None
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,265 @@
+"""Physical laws of databases: a file that obeys them has no line, and each planted violation has one of its own."""
+
+from collections.abc import Callable
+
+import h5py
+import numpy as np
+import pytest
+
+from skyshine.mat.tables.axes import EXACT, FOLDED, PERIODIC, table_axis
+from skyshine.mat.tables.laws import broken_laws, broken_texture_laws
+from skyshine.mat.tables.verify import problems
+from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
+
+RANGE = np.array([0.0, 1.0, 5.0, 20.0])
+PATH = ("range", "altitude", "elevation")
+CODES = table_axis(np.array([3, 5], np.int32), "1", "code", interpolation=EXACT)
+NAMES = Variable(("material",), np.array(["soil", "rock"], object), "1", "name")
+
+
+def variable(dims, values, units="1"):
+    return Variable(dims, np.asarray(values), units, "what")
+
+
+def path_axes():
+    return {
+        "range": table_axis(RANGE, "km", "range"),
+        "altitude": table_axis([0.1, 1.0], "km", "altitude"),
+        "elevation": table_axis([-90.0, 0.0, 90.0], "degree", "elevation"),
+    }
+
+
+def atmosphere() -> Group:
+    """A grey air of 5 % a kilometre, with ground under the lines that look down."""
+    valid = np.ones((4, 2, 3), np.int8)
+    valid[1:, :, 0] = 0
+    axes = path_axes() | {"source_azimuth": table_axis([0, 90, 180], "degree", "a", interpolation=FOLDED, period=360.0)}
+    light = variable(("range", "source_azimuth"), np.ones((4, 3), "f4"), "W m^-2 sr^-1")
+    accuracy = Group(
+        {"quantity": Axis(["a"], "1", "names")},
+        {name: variable(("quantity",), [value]) for name, value in (("maximum", 2.0), ("p95", 1.0), ("rms", 0.5))},
+    )
+    return Group(
+        axes,
+        {
+            "beta_star": variable(PATH, np.full((4, 2, 3), 110.0, "f4"), "km"),
+            "valid": variable(PATH, valid),
+            **dict.fromkeys(("path_radiance_ratio", "ambient_radiance", "direct_radiance"), light),
+        },
+        {"accuracy": accuracy},
+    )
+
+
+def emission() -> Group:
+    root = atmosphere()
+    classes = table_axis(np.array([1, 2], np.int32), "1", "class", interpolation=EXACT)
+    return Group(
+        path_axes() | {"material_class": classes, "material": CODES},
+        {
+            "beta_star_thermal": variable(("material_class", *PATH), np.full((2, 4, 2, 3), 90.0, "f4"), "km"),
+            "class_of_material": variable(("material",), np.array([1, 2], np.int32)),
+            "class_difference": variable(("material",), [0.0, 1e-3]),
+            "material_name": NAMES,
+            "valid": root.variables["valid"],
+        },
+    )
+
+
+def temperatures() -> Group:
+    time = table_axis([0.0, 12.0], "h", "clock", interpolation=PERIODIC, period=24.0)
+    diagnostics = {name: variable(("material",), [0.0, 1e-3]) for name in ("residual", "bound_excess")}
+    return Group(
+        {"material": CODES, "time": time},
+        {"temperature": variable(("material", "time"), [[280.0, 310.0], [275.0, 300.0]], "K"), "material_name": NAMES},
+        {"diagnostics": Group({"material": CODES}, diagnostics)},
+    )
+
+
+def band() -> Group:
+    half = variable(("material",), [0.25, 0.5])
+    return Group(
+        {
+            "material": CODES,
+            "wavelength": Axis([8.0, 9.0, 10.0], "um", "wavelength"),
+            "temperature": table_axis([200.0, 300.0], "K", "temperature"),
+        },
+        {
+            "response": variable(("wavelength",), [0.0, 1.0, 0.5]),
+            "blackbody_radiance": variable(("temperature",), [5.0, 50.0]),
+            "material_name": NAMES,
+            **dict.fromkeys(("reflectance", "reflectance_planck", "reflectance_solar", "specular_fraction"), half),
+            **{name: variable(("material",), [0.75, 0.5]) for name in ("emissivity", "emissivity_planck")},
+            **{name: variable(("material",), [9.0, 9.0]) for name in ("shininess", "lobe_fwhm", "normalisation")},
+            "normalisation_by_angle": variable(("material",), [1.0, 2.0]),
+        },
+    )
+
+
+def classifier() -> Group:
+    number = Axis(np.arange(2, dtype=np.int32), "1", "number")
+    colour = {
+        "covariance": variable(("material", "row", "column"), [np.eye(2), 2 * np.eye(2)]),
+        "log_prior": variable(("material",), np.log([0.25, 0.75])),
+    }
+    network = {"scale": variable(("row",), [1.0, 2.0])}
+    groups = {
+        "colour": Group({"material": number, "row": number, "column": number}, colour),
+        "network": Group({"row": number}, network),
+    }
+    return Group(groups=groups)
+
+
+FILES = {
+    "atmq": atmosphere,
+    "lunar_atmq": atmosphere,
+    "thermal_atmq": emission,
+    "htt": temperatures,
+    "band": band,
+    "tmm-model": classifier,
+}
+
+
+def put(place, *values, at=(0,)):
+    """A change of a file: values of one of its arrays, by its path."""
+
+    def change(root: Group) -> None:
+        *groups, name = place.split("/")
+        for group in groups:
+            root = root.groups[group]
+        old = root.variables[name]
+        data = np.array(old.data, object if old.kind == "O" else float)
+        for value in values:
+            data[at] = value
+        root.variables[name] = Variable(old.dims, data, old.units, old.long_name, old.attributes)
+
+    return change
+
+
+def axis(name, values, **rule):
+    def change(root: Group) -> None:
+        old = root.axes[name]
+        root.axes[name] = Axis(np.asarray(values), old.units, old.long_name, old.attributes | rule)
+
+    return change
+
+
+TAU, FALLS = "give a transmittance above 0 and up to 1", "give a transmittance that falls with range"
+VIOLATIONS: list[tuple[str, Callable, str]] = [
+    ("atmq", put("beta_star", -1.0, at=(1, 0, 1)), f"beta_star: 1 of 24 values do not {TAU}"),
+    ("atmq", put("beta_star", 0.0, at=(1, 0, 1)), TAU),
+    ("atmq", put("beta_star", np.nan, at=(1, 0, 1)), TAU),
+    ("atmq", put("beta_star", 3e12, at=(1, 0, 1)), TAU),
+    ("atmq", put("beta_star", 600.0, at=(2, 1, 2)), f"beta_star over range: 1 of 18 values do not {FALLS}"),
+    ("thermal_atmq", put("beta_star_thermal", 500.0, at=(0, 2, 1, 2)), FALLS),
+    ("thermal_atmq", put("beta_star_thermal", 0.0, at=(0, 2, 1, 2)), TAU),
+    ("atmq", axis("range", [-1.0, 1.0, 5.0, 20.0]), "beta_star over range: 1 of 4 values do not lie at 0 or above"),
+    ("lunar_atmq", put("path_radiance_ratio", -1e-9), "path_radiance_ratio: 3 of 12 values do not lie at 0 or above"),
+    ("atmq", put("ambient_radiance", -1e-9), "ambient_radiance"),
+    ("atmq", put("direct_radiance", -1e-9), "direct_radiance"),
+    ("atmq", put("valid", 2, at=(0, 0, 0)), "equal 0 or 1"),
+    ("atmq", put("valid", 1, at=(3, 0, 0)), "valid: 1 of 18 values do not stay 0 beyond the ground"),
+    ("atmq", axis("elevation", [-90.0, 90.0, 0.0]), "'elevation' is not a list of ascending numbers"),
+    ("atmq", axis("elevation", [-90.0, np.nan, 90.0]), "'elevation' is not a list of ascending numbers"),
+    ("atmq", axis("elevation", [-90.0, 0.0, 90.0], interpolation="cubic"), "is read by 'cubic'"),
+    ("atmq", axis("elevation", [-90.0, 0.0, 90.0], out_of_range="wrap"), "has out_of_range 'wrap'"),
+    ("atmq", axis("source_azimuth", [0.0, 90.0, 270.0]), "half the period"),
+    ("atmq", put("accuracy/rms", 3.0), "accuracy/maximum: 1 of 1 values do not reach the rms"),
+    ("atmq", put("accuracy/p95", -1.0), "accuracy/p95"),
+    ("htt", put("temperature", 20.0, at=(0, 1)), "temperature: 1 of 4 values do not lie in 50 to 2000 K"),
+    ("htt", put("temperature", 4000.0, at=(0, 1)), "lie in 50 to 2000 K"),
+    ("htt", put("diagnostics/residual", -1.0), "diagnostics/residual"),
+    ("htt", axis("time", [0.0, 24.0]), "less than the period 24"),
+    ("htt", axis("material", [0, 5]), "material: 1 of 2 values do not lie in 1 to 65535"),
+    ("htt", put("material_name", "rock"), "a name is empty or stands twice"),
+    *[
+        ("band", put(name, 1.5), f"{name}: 1 of 2 values do not lie in 0 to 1")
+        for name in ("reflectance", "emissivity")
+    ],
+    ("band", put("reflectance_planck", -0.1), "reflectance_planck"),
+    ("band", put("reflectance_solar", -0.1), "reflectance_solar"),
+    ("band", put("specular_fraction", 1.1), "specular_fraction"),
+    ("band", put("emissivity", 0.7), "emissivity: 1 of 2 values do not equal 1 - reflectance"),
+    ("band", put("emissivity_planck", 0.8), "stay below 1 - reflectance"),
+    ("band", put("response", -0.1), "response: 1 of 3 values do not lie in 0 to 1"),
+    ("band", put("response", 0.9, at=(1,)), "the peak is 0.9; allowed: 1"),
+    ("band", put("blackbody_radiance", 60.0), "blackbody_radiance: 1 of 1 values do not rise with temperature"),
+    ("band", put("shininess", 0.0), "shininess"),
+    ("band", put("normalisation_by_angle", -1.0), "normalisation_by_angle"),
+    ("thermal_atmq", put("class_of_material", 3), "class_of_material: 1 of 2 values do not name nodes"),
+    ("thermal_atmq", put("class_difference", -1.0), "class_difference"),
+    ("tmm-model", put("colour/covariance", np.diag([1.0, -1.0])), "form a positive definite matrix"),
+    ("tmm-model", put("colour/covariance", np.zeros((2, 2))), "form a positive definite matrix"),
+    ("tmm-model", put("colour/covariance", [[1.0, 0.5], [0.0, 1.0]]), "form a symmetric matrix"),
+    ("tmm-model", put("colour/log_prior", 0.0), "the probabilities sum to 1.75; allowed: 1"),
+    ("tmm-model", put("network/scale", 0.0), "network/scale"),
+]
+
+
+@pytest.mark.parametrize("filetype", FILES)
+def test_a_file_that_obeys_the_laws_has_no_line(filetype):
+    assert list(broken_laws(filetype, FILES[filetype]())) == []
+
+
+@pytest.mark.parametrize(("filetype", "change", "line"), VIOLATIONS)
+def test_a_planted_violation_has_a_line(filetype, change, line):
+    root = FILES[filetype]()
+    change(root)
+    lines = list(broken_laws(filetype, root))
+    assert any(line in text for text in lines), lines
+
+
+def test_beyond_the_ground_transmittance_need_not_fall():
+    root = atmosphere()
+    put("beta_star", 500.0, at=(2, 1, 0))(root)
+    assert list(broken_laws("atmq", root)) == []
+
+
+def texture(path) -> None:
+    axes = {name: Axis(np.arange(2.0), "1", name) for name in "yx"} | {"component": Axis(np.arange(3), "1", "rank")}
+    plane, mixed = ("y", "x"), ("y", "x", "component")
+    level = Group(
+        axes,
+        {
+            "code": variable(plane, np.full((2, 2), 3, np.uint16)),
+            "mix_code": variable(mixed, np.broadcast_to(np.array([3, 5, 0], np.uint16), (2, 2, 3))),
+            "mix_weight": Variable(
+                mixed, np.broadcast_to(np.array([60, 40, 0], np.uint16), (2, 2, 3)), "1", "w", {"total": 100}
+            ),
+            "confidence": variable(plane, np.full((2, 2), 0.5)),
+        },
+    )
+    mixtures = {
+        "composite": Axis(np.arange(1), "1", "number"),
+        "component": Axis(np.arange(3), "1", "rank"),
+    }
+    weight = Variable(("composite", "component"), np.array([[60, 40, 0]], np.uint8), "percent", "w", {"total": 100})
+    codes = {"material": Axis(np.array([3, 5], np.uint16), "1", "code")}
+    groups = {
+        "materials": Group(codes, {"name": NAMES}),
+        "usage": Group(codes, {"share": variable(("material",), [0.6, 0.4])}),
+        "composites": Group(mixtures, {"weight": weight}),
+        "levels": Group(groups={"0": level}),
+    }
+    write_file(path, Group(groups=groups), Header("tmm", "1.1.0", "d", "job"))
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value", "line"),
+    [
+        ("levels/0/mix_weight", (1, 1, 0), 61, "levels/0/mix_weight: 1 of 4 values do not sum to 100"),
+        ("levels/0/mix_code", (1, 1, 1), 4, "levels/0/mix_code: 1 of 12 values do not name codes"),
+        ("levels/0/code", (1, 1), 5, "equal the first code of the mixture"),
+        ("levels/0/confidence", (1, 1), 1.5, "levels/0/confidence: 1 of 4 values do not lie in 0 to 1"),
+        ("composites/weight", (0, 0), 61, "composites/weight: 1 of 1 values do not sum to 100"),
+        ("usage/share", (0,), 0.7, "usage/share: 1 of 1 values do not sum to at most 1"),
+        ("usage/share", (0,), -0.1, "usage/share: 1 of 2 values do not lie in 0 to 1"),
+    ],
+)
+def test_a_planted_violation_of_a_texture_has_a_line(tmp_path, name, place, value, line):
+    texture(tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        assert list(broken_texture_laws(file)) == []
+        file[name][place] = value
+        lines = list(broken_texture_laws(file))
+    assert any(line in text for text in lines), lines
+    assert any(line in text for text in problems(tmp_path / "a.h5"))

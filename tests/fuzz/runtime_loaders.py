@@ -151,12 +151,13 @@ def plain_python() -> Loader:
     spec = importlib.util.spec_from_file_location("plain_runtime", RUNTIMES / "python" / "runtime.py")
     assert spec and spec.loader
     module: ModuleType = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
     spec.loader.exec_module(module)
 
     def shown(path: Path) -> str:
         output = io.StringIO()
         with contextlib.redirect_stdout(output):
-            module.run(str(path))
+            module.main(str(path))
         return output.getvalue()
 
     return in_child(shown)
@@ -185,6 +186,9 @@ def texture_library() -> Loader:
 def by_library(scene: dict) -> dict[str, np.ndarray]:
     """Every term of equation (1) of a scene with the library, all pixels at once."""
     surface, band, air = (skyshine.mat.open(scene[name]) for name in TABLES)
+    for table, filetypes in ((surface, "htt"), (band, "band"), (air, "atmq lunar_atmq")):
+        if table.filetype not in filetypes.split():
+            raise InputError(f"holds '{table.filetype}'; allowed: {filetypes}; name another file", file=table.path)
     pixels = scene["pixels"]
     of = {name: np.array([pixel[name] for pixel in pixels]) for name in pixels[0] if name != "material"}
     codes = [pixel["material"] for pixel in pixels]

@@ -42,7 +42,9 @@ static char *encode(char *to, unsigned code)
 static char *text(const char **at)
 {
     static const char names[] = "\"\\/bfnrt", meant[] = "\"\\/\b\f\n\r\t";
-    char *start = malloc(strlen(*at) + 1), *to = start;
+    size_t length = 1; /* up to the closing quote: the rest of the file is no measure of a text */
+    while ((*at)[length] && (*at)[length] != '"') length += (*at)[length] == '\\' && (*at)[length + 1] ? 2 : 1;
+    char *start = malloc(length), *to = start;
     if (!start) return NULL;
     for (++*at; **at && **at != '"'; ++*at) {
         if (**at != '\\') {

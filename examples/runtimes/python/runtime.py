@@ -5,116 +5,263 @@ Usage: python runtime.py SCENE.json
 The scene and the result are described in ../README.md. Equation numbers are those of DSTO-TN-0193.
 """
 
+from __future__ import annotations
+
 import itertools
 import json
 import math
 import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
-VIEW = ("range", "altitude", "elevation")
-SOURCE = (*VIEW, "source_elevation")
-FORMATS = {"htt": "1", "band": "1", "atmq": "2"}
+Floats = NDArray[np.float64]
+
 FACE = ("material", "altitude", "azimuth", "slope", "time")
+PATH = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
+MATERIAL = ("material",)
+FORMATS = {"htt": "1.", "band": "1.", "atmq": "2."}
+# What a file must hold: axes, least and largest value of each array.
+ARRAYS: dict[str, dict[str, tuple[Sequence[str], float, float]]] = {
+    "htt": {"temperature": (FACE, 1.0, 1e4)},
+    "band": {
+        "blackbody_radiance": (("temperature",), 0.0, math.inf),
+        "reflectance": (MATERIAL, 0.0, 1.0),
+        "specular_fraction": (MATERIAL, 0.0, 1.0),
+        "shininess": (MATERIAL, 0.0, math.inf),
+        "normalisation": (MATERIAL, 0.0, math.inf),
+    },
+    "atmq": {
+        "beta_star": (PATH[:3], 1e-12, math.inf),
+        "path_radiance_ratio": (PATH, 0.0, math.inf),
+        "ambient_radiance": (PATH[:4], 0.0, math.inf),
+        "direct_radiance": (PATH[:4], 0.0, math.inf),
+    },
+}
+# How the format reads an axis: rules and period; others are linear and do not repeat.
+RULES = {
+    "material": (("exact",), 0.0),
+    "azimuth": (("linear_periodic",), 360.0),
+    "source_azimuth": (("linear_folded",), 360.0),
+    "time": (("linear_periodic", "linear"), 24.0),
+}
+LAST_CODE = 65535
+# Deflate packs at most 1032 bytes into one: a file that claims more does not hold it.
+PACKING, SMALL = 1100, 1 << 20
 
 
 class SceneError(Exception):
     """The scene or a file does not fit; the text says what is allowed."""
 
 
+@dataclass(frozen=True)
 class Axis:
     """One axis: its nodes and the rule by which a runtime reads between and outside them."""
 
-    def __init__(self, name, dataset, clamped):
-        self.name, self.nodes = name, dataset[()].astype(float)
-        self.interpolation = dataset.attrs.get("interpolation", "linear")
-        self.period = float(dataset.attrs.get("period", 0.0))
-        self.clamps = clamped or dataset.attrs.get("out_of_range", "error") == "clamp"
+    name: str
+    nodes: Floats
+    rule: str
+    period: float
+    clamps: bool
 
-    def locate(self, value):
+    def fault(self) -> str:
+        """What in the rule or the nodes is not as the format has it; empty where nothing is."""
+        rules, period = RULES.get(self.name, (("linear",), 0.0))
+        first, last = self.nodes[0], self.nodes[-1]
+        if self.rule not in rules:
+            return f"interpolation '{self.rule:.40}'; allowed: {' or '.join(rules)}"
+        if self.period != period:
+            return f"period {self.period:g}; allowed: {period:g}"
+        if not np.all(np.isfinite(self.nodes)) or np.any(np.diff(self.nodes) <= 0):
+            return "nodes that are not ascending numbers"
+        if (self.rule == "linear_folded" and (first < 0 or last > period / 2)) or (
+            period and (last > first + period or (self.rule == "linear_periodic" and last == first + period))
+        ):
+            return "nodes beyond its period"
+        if self.rule == "exact" and (first < 1 or last > LAST_CODE):
+            return f"codes beyond 1 to {LAST_CODE}"
+        return ""
+
+    def locate(self, value: float) -> tuple[int, int, float]:
         """Index of the lower and the upper node, and the weight of the upper one."""
         if not math.isfinite(value):
             raise SceneError(f"{self.name}: found {value}; allowed: finite numbers")
         nodes, count = self.nodes, self.nodes.size
-        if self.interpolation == "exact":
+        if self.rule == "exact":
             at = np.flatnonzero(nodes == value)
             if at.size == 0:
                 raise SceneError(f"{self.name}: found {value:g}; allowed: a code of the file")
-            return at[0], at[0], 0.0
-        if self.interpolation == "linear_periodic":
+            return int(at[0]), int(at[0]), 0.0
+        if self.rule == "linear_periodic":
             nodes = np.append(nodes, nodes[0] + self.period)
             value = nodes[0] + (value - nodes[0]) % self.period
-        elif self.interpolation == "linear" and self.period > 0:
+        elif self.rule == "linear" and self.period > 0:
             value -= self.period * math.floor((value - nodes[0]) / self.period)
-        elif self.interpolation == "linear_folded":
+        elif self.rule == "linear_folded":
             value = abs((value + self.period / 2) % self.period - self.period / 2)
         if not self.clamps and not nodes[0] <= value <= nodes[-1]:
             raise SceneError(f"{self.name}: found {value:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}")
         value = min(max(value, nodes[0]), nodes[-1])
         lower = min(max(int(np.searchsorted(nodes, value, side="right")) - 1, 0), max(nodes.size - 2, 0))
         upper = min(lower + 1, nodes.size - 1)
-        weight = (value - nodes[lower]) / (nodes[upper] - nodes[lower]) if upper > lower else 0.0
+        weight = float((value - nodes[lower]) / (nodes[upper] - nodes[lower])) if upper > lower else 0.0
         return lower, upper % count, weight
 
 
 class Database:
-    """One file: arrays are read when they are first asked for."""
+    """One file, read and checked whole: files come from anywhere, and nothing in one is believed before."""
 
-    def __init__(self, path, filetypes, clamped):
+    def __init__(self, path: Path, filetypes: Sequence[str], clamped: Sequence[str]) -> None:
+        self.path, self.clamped = path, clamped
+        self.arrays: dict[str, tuple[list[Axis], NDArray[np.float32]]] = {}
+        self.codes: dict[str, int] = {}
         try:
-            self.file = h5py.File(path, "r")
+            if not path.is_file():
+                raise OSError
+            self.bytes = PACKING * path.stat().st_size + SMALL
+            file = h5py.File(path, "r")
         except OSError:
             raise SceneError(f"{path}: is not a readable HDF5 file") from None
-        filetype, version = (str(self.file.attrs.get(name, "")) for name in ("filetype", "format_version"))
+        with file:
+            try:
+                self._read(file, filetypes)
+            except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
+                words = " ".join(str(error).split())
+                raise SceneError(f"{path}: is damaged ({words:.100})") from None
+
+    def _read(self, file: h5py.File, filetypes: Sequence[str]) -> None:
+        filetype, version = (text(file, name) for name in ("filetype", "format_version"))
         major = FORMATS[filetypes[0]]
-        if filetype not in filetypes or version.split(".")[0] != major:
-            raise SceneError(f"{path}: holds '{filetype}' {version}; allowed: {' or '.join(filetypes)} {major}.x")
-        self.clamped, self.axes, self.arrays = clamped, {}, {}
+        if filetype not in filetypes or not version.startswith(major):
+            allowed = f"{' or '.join(filetypes)} {major}x"
+            raise SceneError(f"{self.path}: holds {filetype[:40]!r} {version[:20]}; allowed: {allowed}")
+        for name, (axes, least, most) in ARRAYS[filetypes[0]].items():
+            self.arrays[name] = self._array(file, name, axes, least, most)
+        if filetype == "band":
+            self.codes = self._names(file, self.arrays["reflectance"][0][0])
 
-    def axis(self, quantity, name):
+    def _dataset(self, file: h5py.File, name: str, dtype: str, rank: int) -> h5py.Dataset:
+        """An array of this very file, of a type (in any byte order) and so many axes."""
+        if name not in file and not isinstance(file.get(name, getlink=True), h5py.SoftLink):
+            raise SceneError(f"{self.path}: lacks '{name}'")
+        if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+            raise SceneError(f"{self.path}: '{name}' is a link to somewhere else")
+        dataset = file[name]
+        if not isinstance(dataset, h5py.Dataset):
+            raise SceneError(f"{self.path}: '{name}' is not an array")
+        if dataset.is_virtual or dataset.external is not None:
+            raise SceneError(f"{self.path}: '{name}' is kept in another file")
+        if dataset.dtype.newbyteorder("=") != np.dtype(dtype):
+            raise SceneError(f"{self.path}: '{name}' has values of another type")
+        if dataset.shape is None or len(dataset.shape) != rank or dataset.size == 0:
+            raise SceneError(f"{self.path}: '{name}' has the shape {dataset.shape}; allowed: {rank} axes, none empty")
+        if dataset.size * dataset.dtype.itemsize > self.bytes:
+            raise SceneError(f"{self.path}: '{name}' claims more bytes than the file can hold")
+        return dataset
+
+    def _axis(self, file: h5py.File, quantity: str, name: str) -> tuple[Axis, h5py.Dataset]:
         """The quantity's own axis where the file has one, else the one that quantities share."""
-        own = f"{quantity}_{name}" if f"{quantity}_{name}" in self.file else name
-        if own not in self.axes:
-            self.axes[own] = Axis(name, self.file[own], name in self.clamped)
-        return self.axes[own]
+        own = f"{quantity}_{name}" if f"{quantity}_{name}" in file else name
+        dataset = self._dataset(file, own, "i4" if name == "material" else "f8", 1)
+        period = dataset.attrs.get("period", 0.0)
+        number = not isinstance(period, str | bytes) and np.size(period) == 1
+        policy = text(dataset, "out_of_range") if "out_of_range" in dataset.attrs else "error"
+        if policy not in ("error", "clamp"):
+            raise SceneError(f"{self.path}: the axis '{own}' has out_of_range {policy[:40]!r}; allowed: error, clamp")
+        axis = Axis(
+            name,
+            dataset[()].astype(float),
+            text(dataset, "interpolation"),
+            float(np.reshape(period, ())) if number else math.nan,
+            policy == "clamp" or name in self.clamped,
+        )
+        if fault := axis.fault():
+            raise SceneError(f"{self.path}: the axis '{own}' has {fault}")
+        return axis, dataset
 
-    def value(self, quantity, axes, where):
+    def _array(
+        self, file: h5py.File, quantity: str, names: Sequence[str], least: float, most: float
+    ) -> tuple[list[Axis], NDArray[np.float32]]:
+        dataset, axes = self._dataset(file, quantity, "f4", len(names)), []
+        scales = scales_of(dataset)
+        for k, name in enumerate(names):
+            by_angle = name == "source_azimuth" and "scattering_angle" in file
+            axis, nodes = self._axis(file, quantity, "scattering_angle" if by_angle else name)
+            if dataset.shape[k] != axis.nodes.size:
+                found = f"{dataset.shape[k]} values along '{axis.name}', which has {axis.nodes.size} nodes"
+                raise SceneError(f"{self.path}: '{quantity}' has {found}")
+            if len(scales) != len(names) or scales[k] != nodes:
+                raise SceneError(f"{self.path}: '{quantity}' has other dimension scales than its axes")
+            axes.append(axis)
+        values = dataset[()]
+        if not np.all((values >= least) & (values <= most) & np.isfinite(values)):
+            raise SceneError(f"{self.path}: '{quantity}' holds values beyond {least:g} to {most:g}")
+        return axes, values
+
+    def _names(self, file: h5py.File, axis: Axis) -> dict[str, int]:
+        """Codes of the materials by name."""
+        dataset = self._dataset(file, "material_name", "O", 1)
+        names = dataset.asstr()[()].tolist()
+        if len(set(names)) != axis.nodes.size or len(names) != axis.nodes.size or not all(names):
+            raise SceneError(f"{self.path}: 'material_name' does not hold a name for each code")
+        return dict(zip(names, map(int, axis.nodes), strict=True))
+
+    def value(self, quantity: str, where: Mapping[str, float]) -> float:
         """Linear interpolation in every axis: the weighted sum over the corners of one cell."""
-        if quantity not in self.arrays:
-            self.arrays[quantity] = self.file[quantity][()]
-        located = [self.axis(quantity, name).locate(where[name]) for name in axes]
+        axes, values = self.arrays[quantity]
+        located = [axis.locate(where[axis.name]) for axis in axes]
         total = 0.0
         for corner in itertools.product((0, 1), repeat=len(axes)):
             share = math.prod(
                 weight if up else 1.0 - weight for up, (_, _, weight) in zip(corner, located, strict=True)
             )
             if share:
-                total += share * float(
-                    self.arrays[quantity][tuple(place[up] for up, place in zip(corner, located, strict=True))]
-                )
+                at = tuple(place[up] for up, place in zip(corner, located, strict=True))
+                total += share * float(values[at])
         return total
 
-    def material(self, given):
+    def material(self, given: str | float) -> float:
         """Code of a material given by code or by name."""
         if not isinstance(given, str):
             return given
-        names = self.file["material_name"].asstr()[()].tolist()
-        if given not in names:
-            raise SceneError(f"material: found '{given}'; allowed: {', '.join(names)}")
-        return int(self.file["material"][names.index(given)])
+        if given not in self.codes:
+            raise SceneError(f"material: found '{given:.60}'; allowed: {', '.join(self.codes):.200}")
+        return self.codes[given]
 
 
-def unit(vector):
-    vector = np.asarray(vector, float)
-    length = np.linalg.norm(vector)
-    if vector.shape != (3,) or not math.isfinite(length) or length == 0:
+def text(item: h5py.HLObject, name: str) -> str:
+    """A text attribute; empty where there is none, or it is not one text."""
+    value = item.attrs.get(name)
+    if isinstance(value, bytes):
+        return value.decode(errors="replace")
+    return value if isinstance(value, str) else ""
+
+
+def scales_of(dataset: h5py.Dataset) -> list[h5py.Dataset]:
+    """The first dimension scale of each axis, by the references of DIMENSION_LIST; h5py's `dims` believes its type."""
+    if "DIMENSION_LIST" not in dataset.attrs:
+        return []
+    dtype = dataset.attrs.get_id("DIMENSION_LIST").dtype
+    if (base := h5py.check_vlen_dtype(dtype)) is None or h5py.check_ref_dtype(base) is not h5py.Reference:
+        return []
+    return [dataset.file[references[0]] for references in dataset.attrs["DIMENSION_LIST"] if len(references)]
+
+
+def unit(vector: Sequence[float]) -> Floats:
+    """A direction of length 1."""
+    parts = np.asarray(vector, float)
+    length = np.linalg.norm(parts)
+    if parts.shape != (3,) or not math.isfinite(length) or length == 0:
         raise SceneError("a direction must be three finite numbers that are not all 0")
-    return vector / length
+    return parts / length
 
 
-def scattering_angle(elevation, source_elevation, azimuth):
+def scattering_angle(elevation: float, source_elevation: float, azimuth: float) -> float:
     """Angle between line of sight and source, all in degree."""
     line, source = math.radians(elevation), math.radians(source_elevation)
     half = (
@@ -124,42 +271,40 @@ def scattering_angle(elevation, source_elevation, azimuth):
     return 2 * math.degrees(math.asin(math.sqrt(min(max(half, 0.0), 1.0))))
 
 
-def lobe(normal, to_source, to_observer, shininess):
+def lobe(normal: Floats, to_source: Floats, to_observer: Floats, shininess: float) -> float:
     """Equations (37) and (38): chi of the half vector to the power of the shininess."""
     between = to_source + to_observer
-    length = np.linalg.norm(between)
+    length = float(np.linalg.norm(between))
     chi = max(float(between @ normal) / length, 0.0) if length > 0 else 0.0
-    return min(chi, 1.0) ** shininess
+    return float(min(chi, 1.0) ** shininess)
 
 
-def pixel(scene, surface, band, air, given):
+def pixel(
+    scene: dict[str, Any], surface: Database, band: Database, air: Database, given: dict[str, Any]
+) -> dict[str, float]:
     """Equations (1) to (44) for one pixel."""
     code = band.material(given["material"])
     face = {name: given[f"surface_{name}"] for name in FACE[1:-1]} | {"material": code, "time": given["time"]}
-    temperature = surface.value("temperature", FACE, face)
-    blackbody = band.value("blackbody_radiance", ("temperature",), {"temperature": temperature})  # (7)
+    temperature = surface.value("temperature", face)
+    blackbody = band.value("blackbody_radiance", {"temperature": temperature})  # (7)
     rho, fraction, shininess, normalisation = (
-        band.value(name, ("material",), {"material": code})
+        band.value(name, {"material": code})
         for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
     )
     centre = {name: given[f"centre_{name}"] for name in ("range", "elevation")} | {
         name: given[name] for name in ("altitude", "source_elevation", "source_azimuth")
     }
-    beta = air.value("beta_star", VIEW, centre)
-    tau = math.exp(-5.5 * given["range"] / beta)  # (9)
-    source = "source_azimuth"
-    if "scattering_angle" in air.file:
-        source = "scattering_angle"
-        centre[source] = scattering_angle(
-            *(centre[name] for name in ("elevation", "source_elevation", "source_azimuth"))
-        )
-    path = air.value("path_radiance_ratio", (*SOURCE, source), centre) * -math.expm1(
-        -5.5 * given["range"] / beta
-    )  # (11)
-    skyshine = air.value("ambient_radiance", SOURCE, centre) * rho * tau  # (19)
+    centre["scattering_angle"] = scattering_angle(
+        *(centre[name] for name in ("elevation", "source_elevation", "source_azimuth"))
+    )
+    beta = air.value("beta_star", centre)
+    depth = 5.5 * given["range"] / beta
+    tau = math.exp(-depth)  # (9)
+    path = air.value("path_radiance_ratio", centre) * -math.expm1(-depth)  # (11)
+    skyshine = air.value("ambient_radiance", centre) * rho * tau  # (19)
     normal, to_source, to_observer = (unit(given[name]) for name in ("normal", "to_source", "to_observer"))
     incidence = max(float(normal @ to_source), 0.0)
-    direct = air.value("direct_radiance", SOURCE, centre) * rho * tau if incidence > 0 else 0.0
+    direct = air.value("direct_radiance", centre) * rho * tau if incidence > 0 else 0.0
     thermal = blackbody * (1.0 - rho) * tau  # (6)
     diffuse = direct * incidence * (1.0 - fraction)  # (34)
     specular = direct * lobe(normal, to_source, to_observer, shininess) * fraction * normalisation  # (35)
@@ -179,27 +324,33 @@ def pixel(scene, surface, band, air, given):
     }
 
 
-def pixel_value(radiance, scene):
+def pixel_value(radiance: float, scene: dict[str, Any]) -> int:
     """Equation (44)."""
-    size = 2 ** scene["bits"]
+    size = 2 ** int(scene["bits"])
     share = min(max(radiance / scene["gain"], 0.0), 1.0)
     return min(max(int(size * scene["buffer_gain"] * (share - scene["offset"]) - 0.5), 0), size - 1)
 
 
-def main(path):
-    folder = Path(path).parent
-    scene = json.loads(Path(path).read_text(encoding="utf-8"))
+def compute(path: Path) -> str:
+    """The result of a scene, as JSON."""
+    folder, scene = path.parent, json.loads(path.read_text(encoding="utf-8"))
     clamped = scene.get("clamp", [])
     surface = Database(folder / scene["surface"], ["htt"], clamped)
     band = Database(folder / scene["band"], ["band"], clamped)
     air = Database(folder / scene["atmosphere"], ["atmq", "lunar_atmq"], clamped)
-    print(json.dumps({"pixels": [pixel(scene, surface, band, air, given) for given in scene["pixels"]]}))
+    return json.dumps({"pixels": [pixel(scene, surface, band, air, given) for given in scene["pixels"]]})
+
+
+def main(path: str) -> None:
+    try:
+        print(compute(Path(path)))
+    except KeyError as error:
+        sys.exit(f"the scene lacks {error}")
+    except (SceneError, OSError, ValueError, TypeError) as error:
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":
-    try:
-        main(sys.argv[1])
-    except KeyError as error:
-        sys.exit(f"the scene or a file lacks {error}")
-    except (SceneError, OSError, ValueError, IndexError) as error:
-        sys.exit(str(error))
+    if len(sys.argv) != 2:
+        sys.exit("usage: python runtime.py SCENE.json")
+    main(sys.argv[1])

@@ -1,0 +1,52 @@
+/* A database, read and checked whole before the first pixel. */
+#ifndef DATABASE_H
+#define DATABASE_H
+
+#include "json.h"
+
+#include <stddef.h>
+
+enum { AXES = 5, ARRAYS = 5, NAME = 64 };
+
+struct axis {
+    const char *name;
+    char rule[NAME];
+    double *nodes, period; /* period 0 where it does not repeat */
+    size_t count;
+    int clamps;
+};
+
+struct array {
+    const char *name;
+    size_t rank;
+    struct axis axes[AXES];
+    float *values;
+};
+
+/* What a file must hold: the names of the axes of an array, and the range of its values. */
+struct layout {
+    const char *name;
+    const char *axes[AXES];
+    double least, most;
+};
+
+struct database {
+    const char *path;
+    struct array arrays[ARRAYS];
+    char **material_names; /* as many as the axis 'material' has nodes; of a .band only */
+};
+
+/* Write one line to standard error and end with status 1. */
+void fail(const char *format, ...);
+
+void *allocate(size_t count, size_t size);
+
+/* Read a file of a type ("htt", "band" or "atmq"), or end with a message; `clamped` names axes whose ends hold outside. */
+void open_database(struct database *database, const char *path, const char *filetype, const struct json *clamped);
+
+const struct array *array_of(const struct database *database, const char *name);
+
+/* Linear interpolation in every axis, at one value for each. */
+double value_at(const struct database *database, const char *name, const double *where);
+
+#endif

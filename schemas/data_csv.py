@@ -1,11 +1,17 @@
 """CSV data files with a commented header that says where the numbers came from."""
 
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 
-def read_csv(path):
+def read_csv(path: str | os.PathLike[str]) -> dict[str, npt.NDArray[Any]]:
     """Read a numeric CSV data file.
 
     Parameters
@@ -24,7 +30,12 @@ def read_csv(path):
     return {name: _as_numbers(column) for name, column in zip(names, columns, strict=True)}
 
 
-def write_csv(path, header, columns, rows):
+def write_csv(
+    path: str | os.PathLike[str],
+    header: Sequence[str],
+    columns: Sequence[str],
+    rows: Iterable[Iterable[float | str]],
+) -> None:
     """Write rows under commented header lines.
 
     Parameters
@@ -44,7 +55,7 @@ def write_csv(path, header, columns, rows):
     Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _as_numbers(column):
+def _as_numbers(column: npt.NDArray[Any]) -> npt.NDArray[Any]:
     try:
         return column.astype(float)
     except ValueError:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.spectral_points import water_continuum
 from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import GASES, LineLibrary

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.band.selection import select_points
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, CrossSectionNodes, water_continuum
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, CrossSectionNodes, water_continuum
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
 from skyshine.mat.spectroscopy.linebyline import C2

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import click
 import numpy as np
 
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, water_continuum
-from skyshine.mat.atmosphere.state.profiles import BOLTZMANN, PROFILES, load_profile
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, water_continuum
+from skyshine.mat.atmosphere.state.profiles import PROFILES, load_profile
+from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import GASES, LineLibrary

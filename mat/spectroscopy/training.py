@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.state.profiles import BOLTZMANN, load_profile
+from skyshine.mat.atmosphere.state.profiles import load_profile
+from skyshine.mat.radiometry.constants import BOLTZMANN
 
 TRAINING_PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter")
 HELD_OUT_PROFILE = "us_standard"

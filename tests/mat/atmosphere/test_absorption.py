@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, water_continuum
 from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 

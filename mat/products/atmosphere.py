@@ -25,7 +25,7 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
-from skyshine.mat.scene.omission import Negligible
+from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
@@ -56,7 +56,7 @@ def run(
     most = Bounds.of(
         air.air, path_grid(whole), irradiance_of_sources(whole, compiled.band), compiled.band.radiance_weight
     )
-    left_out = Negligible.of(job, whole.sources, state, response, most)
+    left_out = Omission.of(job, whole.sources, state, response, most)
     if left_out.particles:
         air = BandAtmosphere.of(left_out.without(state), compiled.band)
     for source, product in products.items():
@@ -163,7 +163,7 @@ def _placed(loaded, air: BandAtmosphere, base: PathGrid, irradiance, response) -
         base,
         scales,
         seed=loaded.job.accuracy.seed,
-        most=axes.most_nodes,
+        max_nodes=axes.most_nodes,
     )
 
 

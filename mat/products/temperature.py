@@ -70,7 +70,7 @@ def run(
                 len(chosen),
                 tolerance_parts(job.surface_grid.tolerance)[0],
                 seed=job.accuracy.seed,
-                most=job.surface_grid.most_nodes,
+                max_nodes=job.surface_grid.most_nodes,
             )
         axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
         report.notes.append(

@@ -119,9 +119,11 @@ def command(
     import numpy as np
 
     from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+    from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
     from skyshine.mat.atmosphere.particles.cloud import cloud_type
     from skyshine.mat.atmosphere.particles.rain import RainLayer
     from skyshine.mat.atmosphere.spectra.spectrum import line_spectrum
+    from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
     from skyshine.mat.atmosphere.state.state import AtmosphericState
 
     profile, ground = _profile(atmosphere, above)
@@ -138,11 +140,10 @@ def command(
     state = AtmosphericState.from_profile(
         profile,
         surface_altitude=ground,
-        co2_ppm=co2_ppm,
-        aerosol=FOG if aerosol == "fog" else aerosol,
-        visibility_km=visibility,
-        wind_speed=wind,
-        stratosphere=stratosphere,
+        gas_amounts=GasAmounts(ppm={"CO2": co2_ppm}),
+        aerosol=Aerosol(
+            FOG if aerosol == "fog" else aerosol, visibility_km=visibility, wind_speed=wind, stratosphere=stratosphere
+        ),
         clouds=[cloud_type(name) for name in clouds],
         rain=None if rain is None else RainLayer(rain, RAIN_TOP),
     )

@@ -17,8 +17,9 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
 from skyshine.mat.job.surface import HourlyWeather, Operation
 from skyshine.mat.job.surface import Weather as WeatherModel
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
-from skyshine.mat.scene.atmosphere import ZERO_CELSIUS, atmospheric_state
+from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -36,7 +37,7 @@ SUN_ELEVATIONS = np.concatenate(
 )
 
 
-def surface_inputs(job_file: str | os.PathLike, state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
+def surface_inputs(job_file: str | os.PathLike[str], state_index: int = 1) -> tuple[Job, tuple[Site, Weather, Sky]]:
     """A job, with Sun, weather and sky of one of its states, counted from 1.
 
     Raises
@@ -69,18 +70,20 @@ def scene_inputs(job: Job, state_index: int) -> tuple[Site, Weather, Sky]:
 def _weather(site: Site, given: WeatherModel) -> Weather:
     daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
     if given.hourly is None:
-        low, high = np.broadcast_to(given.air_temperature_c, 2) + ZERO_CELSIUS
+        low, high = np.broadcast_to(np.asarray(given.air_temperature_c, float), 2) + ZERO_CELSIUS
         return from_extremes(site, low, high, *daily)
     table = given.hourly
     by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
+    humidity, wind, cloud = (
+        np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)
+    )
     return from_hours(
         site.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
         np.array(table.time),
         np.array(table.air_temperature_c) + ZERO_CELSIUS,
-        *(
-            np.asarray(all_day if hours is None else hours, float)
-            for all_day, hours in zip(daily, by_hour, strict=True)
-        ),
+        humidity,
+        wind,
+        cloud,
         None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
         _radiation(table) if given.radiation == "measured" else None,
     )

@@ -11,7 +11,7 @@ from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, water_conti
 from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 
-REFERENCE = Path(__file__).parents[2] / "data" / "line_by_line_tropical_5km.csv"
+REFERENCE = Path(__file__).parents[3] / "data" / "line_by_line_tropical_5km.csv"
 BOLTZMANN = 1.380649e-23  # J/K
 
 

@@ -13,11 +13,13 @@ import numpy.typing as npt
 
 from skyshine.mat.api.dataset import Column, dataset
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -171,11 +173,10 @@ def spectrum(
     state = AtmosphericState.from_profile(
         profile,
         surface_altitude=ground,
-        co2_ppm=co2_ppm,
-        aerosol=FOG if aerosol == "fog" else aerosol,
-        visibility_km=visibility,
-        wind_speed=wind,
-        stratosphere=stratosphere,
+        gas_amounts=GasAmounts() if co2_ppm is None else GasAmounts(ppm={"CO2": co2_ppm}),
+        aerosol=Aerosol(
+            FOG if aerosol == "fog" else aerosol, visibility_km=visibility, wind_speed=wind, stratosphere=stratosphere
+        ),
         clouds=[cloud_type(name) for name in clouds],
         rain=None if rain is None else RainLayer(rain, RAIN_TOP),
     )

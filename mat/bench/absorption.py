@@ -16,6 +16,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.geometry import Shells, trace
@@ -127,7 +128,7 @@ class Scene:
 
 
 def _bench_state(gases):
-    full = AtmosphericState.from_profile(HELD_OUT_PROFILE, aerosol="none")
+    full = AtmosphericState.from_profile(HELD_OUT_PROFILE, aerosol=Aerosol("none"))
     level = np.unique([int(np.argmin(np.abs(full.altitude - altitude))) for altitude in _LEVELS])
     held = {gas: values[level] for gas, values in full.mole_fraction.items() if gas in gases}
     return replace(

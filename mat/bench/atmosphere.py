@@ -17,6 +17,7 @@ import numpy as np
 from skyshine.mat.atmosphere.band.compile import compile_band
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
@@ -116,7 +117,7 @@ def bench_band(name, limits, *, program=None, quick=False, advance=None) -> Band
     """
     advance = advance or (lambda count: None)
     grid = _SMALL if quick else default_grid()
-    state = AtmosphericState.from_profile(PROFILE, aerosol="rural", visibility_km=VISIBILITY)
+    state = AtmosphericState.from_profile(PROFILE, aerosol=Aerosol("rural", visibility_km=VISIBILITY))
     response = SpectralResponse.rectangular(*limits)
     seconds = {}
     with _Stopwatch(seconds, "compile"):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES
+from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES, Aerosol
 from skyshine.mat.atmosphere.particles.cloud import (
     LARGEST_OPTICAL_DEPTH,
     PHASES,
@@ -21,6 +21,7 @@ from skyshine.mat.atmosphere.sources.ephemeris import SOURCES, position
 from skyshine.mat.atmosphere.sources.lunar import STEFAN_BOLTZMANN
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.profiles import PROFILES, Profile, load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -129,14 +130,20 @@ def _any_state(generator) -> AtmosphericState:
     return AtmosphericState.from_profile(
         _random_sounding(generator, profile) if sounding else profile,
         surface_altitude=float(generator.choice([-500.0, 0.0, generator.uniform(0, 5900)])),
-        co2_ppm=float(generator.choice([0.0, 420.0, 5000.0])),
-        humidity_scale=float(generator.choice([0.0, 1.0, 10.0])),
-        gas_scale={"O3": float(generator.choice([0.0, 1.0, 100.0]))},
-        aerosol=aerosol,
-        visibility_km=None if aerosol == "none" else float(np.exp(generator.uniform(np.log(0.1), np.log(300.0)))),
-        wind_speed=float(generator.choice([0.0, 4.0, 60.0])),
-        air_mass=int(generator.integers(1, 11)),
-        stratosphere=str(generator.choice(list(STRATOSPHERES))),
+        gas_amounts=GasAmounts(
+            ppm={"CO2": float(generator.choice([0.0, 420.0, 5000.0]))},
+            scale={
+                "H2O": float(generator.choice([0.0, 1.0, 10.0])),
+                "O3": float(generator.choice([0.0, 1.0, 100.0])),
+            },
+        ),
+        aerosol=Aerosol(
+            aerosol,
+            visibility_km=None if aerosol == "none" else float(np.exp(generator.uniform(np.log(0.1), np.log(300.0)))),
+            wind_speed=float(generator.choice([0.0, 4.0, 60.0])),
+            air_mass=int(generator.integers(1, 11)),
+            stratosphere=str(generator.choice(list(STRATOSPHERES))),
+        ),
         clouds=[_random_cloud(generator) for _ in range(generator.choice([0, 0, 1, 3]))],
         rain=RainLayer(float(np.exp(generator.uniform(*np.log(RATES)))), generator.uniform(20.0, 15e3))
         if generator.random() < 0.3

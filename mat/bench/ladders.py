@@ -7,7 +7,8 @@ import numpy as np
 from skyshine.mat.atmosphere.band.compile import compile_band
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.band.selection import select_points
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -74,7 +75,7 @@ def merged_intervals(points, width: float, gases):
 def _paths(points, name, gases):
     """Transmittances (R, P) of vertical and level paths through a standard profile."""
     held = {gas for gas in gases if gas in load_profile(name).mole_fraction} | {"H2O_continuum"}
-    state = AtmosphericState.from_profile(name, aerosol="none")
+    state = AtmosphericState.from_profile(name, aerosol=Aerosol("none"))
     total = sum(gas_absorption(state, points, [gas for gas in gases if gas in held]).values())
     column = _trapezoid(state.altitude, state.number_density)
     rows = []

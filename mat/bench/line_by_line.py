@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.spectral_points import water_continuum
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.continua import ContinuumModel

@@ -194,7 +194,7 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
             GRID,
             dict.fromkeys(QUANTITIES, (scale, tolerance)),
             seed=1,
-            most=20_000_000,
+            max_nodes=20_000_000,
         )
         return {name: placed.table for name, placed in found.items()}
 

@@ -13,10 +13,11 @@ def command(files: tuple[str, ...], out: str, as_json: bool) -> None:
     """Write FILES, databases of an older format, in the present format into a folder; their arrays stay the same."""
     from skyshine.mat.tables.convert import convert
     from skyshine.mat.tables.files import FILE_TYPES
-    from skyshine.tmm import layout, model
+    from skyshine.tmm.classify import model_file
+    from skyshine.tmm.database import layout
 
     versions = {name: kind.format_version for name, kind in FILE_TYPES.items()}
-    versions |= {part.FILETYPE: part.FORMAT_VERSION for part in (layout, model)}
+    versions |= {part.FILETYPE: part.FORMAT_VERSION for part in (layout, model_file)}
     converted = []
     for name in files:
         target, old, new = convert(name, out, versions)

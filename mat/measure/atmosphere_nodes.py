@@ -21,13 +21,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.measure.axis_profile import Profile
+from skyshine.mat.measure.axis_profile import AxisProfile
 from skyshine.mat.measure.probes import Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import FIELDS, QUANTITIES, Gridded
+from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import CheckFailed
 
 # Scattering angles [degree], closer towards the source, in place of the job's azimuths.
@@ -44,8 +45,8 @@ _CAUTION = {"ambient_radiance": 0.6}  # of the tolerance, where so few reads do 
 _OVER = 0.003
 _MARGIN = 0.95  # of the tolerance, there: other points are a little worse
 _WORST = 1.6  # tolerances: the worst of a thousand other points may be as much as two
-# Of the reads of a quantity, those that may be worse even so: where the sun shines along the horizon, no bearable table
-# holds the last.
+# Of the reads of a quantity, those that may be worse even so: where the sun shines along the horizon, no affordable
+# table meets the tolerance for the last few.
 _FAR = {"path_radiance_ratio": 1.5e-4, "direct_radiance": 1.5e-4}
 
 
@@ -90,7 +91,7 @@ def placed_grids(
     scales: Mapping[str, tuple[Scale, float]],
     *,
     seed: int,
-    most: int,
+    max_nodes: int,
 ) -> dict[str, Placed]:
     """For each quantity the fewest nodes, between the ends of a job's axes, that hold its tolerance.
 
@@ -104,7 +105,7 @@ def placed_grids(
         The job's axes: their ends, and by their cells how the random points lie.
     scales : mapping of str to (Scale, float)
         By quantity, in what the tolerance counts, and the tolerance.
-    seed, most : int
+    seed, max_nodes : int
         Of the random points; nodes that a table may have.
 
     Raises
@@ -114,7 +115,13 @@ def placed_grids(
     """
     return {
         name: _placed(
-            name, table_of, probes_of, base, *scales[name], random_stream(seed, Stream.ATMOSPHERE_NODES, number), most
+            name,
+            table_of,
+            probes_of,
+            base,
+            *scales[name],
+            random_stream(seed, Stream.ATMOSPHERE_NODES, number),
+            max_nodes,
         )
         for number, name in enumerate(QUANTITIES)
         if name in scales
@@ -122,45 +129,62 @@ def placed_grids(
 
 
 def _placed(
-    name: str, table_of: TableOf, probes_of: ProbesOf, base, scale, tolerance: float, generator, most: int
+    name: str,
+    table_of: TableOf,
+    probes_of: ProbesOf,
+    base: PathGrid,
+    scale: Scale,
+    asked: float,
+    generator: np.random.Generator,
+    max_nodes: int,
 ) -> Placed:
-    (key, count), asked, tolerance = QUANTITIES[name], tolerance, tolerance * _CAUTION.get(name, 1.0)
+    (key, count), tolerance = QUANTITIES[name], asked * _CAUTION.get(name, 1.0)
     if name == "path_radiance_ratio" and base.source_azimuth_deg[0] == 0 and base.source_azimuth_deg[-1] == 180:
-        base = ScatteringGrid(*(getattr(base, field) for field in FIELDS[:4]), _ANGLES)
-    profiles = [Profile.of(name, axis, table_of, base, scale, generator) for axis in range(count)]
-    axes, allowed = [profile.nodes(_START * tolerance) for profile in profiles], _START * tolerance
-    while _size(axes) > most and allowed < _LOOSEST * tolerance:
-        allowed *= 1.5
-        axes = [profile.nodes(allowed) for profile in profiles]
-    found, guilty, lines = None, None, []
+        base = ScatteringGrid(base.range_km, base.altitude_km, base.elevation_deg, base.source_elevation_deg, _ANGLES)
+    profiles = [AxisProfile.of(name, axis, table_of, base, scale, generator) for axis in range(count)]
+    axes = _first_axes(profiles, tolerance, max_nodes)
+    fresh: _Measured | None = None
+    worst_axis: int | None = None
+    lines: list[Probes] = []
     for _ in range(_PASSES):
-        if _size(axes) > most:
+        if _size(axes) > max_nodes:
             break
         grid = type(base)(*axes, *(getattr(base, field)[:1] for field in FIELDS[count:]))
         quantities = table_of(grid, key)
         table = Gridded(grid, getattr(quantities, key), quantities.valid)
-        # Lines that were measured before are measured again, so that what is mended stays mended; whether it holds,
-        # fresh lines say.
+        # Earlier lines are measured again, so that cells once refined stay good; whether the tolerance holds is decided
+        # on fresh lines.
         lines += [probes_of(generator, key, _LINES[key]) for _ in range(_DRAWS)]
         errors = [_Measured.of(name, table, probes, scale, tolerance) for probes in lines]
-        found = _Measured.together(errors[-_DRAWS:])
-        if found.holds:
+        fresh = _Measured.together(errors[-_DRAWS:])
+        if fresh.holds:
             return Placed(
                 table,
-                *found.summary,
+                *fresh.summary,
                 tuple(profile.uniform(nodes) for profile, nodes in zip(profiles, axes, strict=True)),
             )
-        axes, guilty = _halved(name, table, lines, errors, [profile.logarithmic for profile in profiles])
-    error = f" after an error of {found.summary[0]:.2g} (99 %), {found.summary[1]:.2g} (worst)" if found else ""
-    axis = FIELDS[int(np.argmax([nodes.size for nodes in axes])) if guilty is None else guilty].rsplit("_", 1)[0]
+        axes, worst_axis = _halved(name, table, lines, errors, [profile.logarithmic for profile in profiles])
+    error = f" after an error of {fresh.summary[0]:.2g} (99 %), {fresh.summary[1]:.2g} (worst)" if fresh else ""
+    longest = int(np.argmax([nodes.size for nodes in axes]))
+    axis = FIELDS[longest if worst_axis is None else worst_axis].rsplit("_", 1)[0]
     raise CheckFailed(
-        f"atmosphere_grid.tolerance {asked:g} cannot be held for {name} with {most:,} nodes: it takes more than"
+        f"atmosphere_grid.tolerance {asked:g} cannot be held for {name} with {max_nodes:,} nodes: it takes more than"
         f" {' x '.join(str(nodes.size) for nodes in axes)} = {_size(axes):,}{error}, most for the"
         f" {axis.replace('_', ' ')}; raise it, shorten that axis, or allow more with atmosphere_grid.most_nodes"
     )
 
 
-def _size(axes: list[np.ndarray]) -> int:
+def _first_axes(profiles: list[AxisProfile], tolerance: float, max_nodes: int) -> list[Floats]:
+    """Nodes that hold the tolerance along each axis by itself, or a looser one where the table would be too large."""
+    allowed = _START * tolerance
+    axes = [profile.nodes(allowed) for profile in profiles]
+    while _size(axes) > max_nodes and allowed < _LOOSEST * tolerance:
+        allowed *= 1.5
+        axes = [profile.nodes(allowed) for profile in profiles]
+    return axes
+
+
+def _size(axes: list[Floats]) -> int:
     return int(np.prod([nodes.size for nodes in axes]))
 
 
@@ -171,13 +195,13 @@ class _Measured:
     """
 
     name: str
-    error: np.ndarray
-    rising: np.ndarray
+    error: Floats
+    rising: Booleans
     counts: int
     tolerance: float
 
     @classmethod
-    def of(cls, name, table, probes, scale, tolerance) -> _Measured:
+    def of(cls, name: str, table: Gridded, probes: Probes, scale: Scale, tolerance: float) -> _Measured:
         error = np.abs(probes.error(name, table, scale)) / tolerance
         above = probes.above_ground(name, error)
         lit = probes.lit(table) if name == "direct_radiance" else np.zeros(error.shape)
@@ -194,12 +218,12 @@ class _Measured:
     @property
     def too_many(self) -> bool:
         """More are worse than the tolerance than may be."""
-        return np.count_nonzero(self.error > _MARGIN) > _OVER * self.counts
+        return bool(np.count_nonzero(self.error > _MARGIN) > _OVER * self.counts)
 
     @property
     def holds(self) -> bool:
         far = np.count_nonzero((self.error > _WORST) & ~self.rising)
-        return not self.too_many and far <= _FAR.get(self.name, 0.0) * self.counts
+        return bool(not self.too_many and far <= _FAR.get(self.name, 0.0) * self.counts)
 
     @property
     def summary(self) -> tuple[float, float, float, float]:
@@ -220,17 +244,17 @@ class _Measured:
 
 def _halved(
     name: str, table: Gridded, lines: list[Probes], errors: list[_Measured], logarithmic: list[bool]
-) -> tuple[list[np.ndarray], int | None]:
+) -> tuple[list[Floats], int | None]:
     """Axes with the cells halved that are to blame for the worst reads, and the axis most to blame."""
     many, parts = _Measured.together(errors).too_many, []
-    for probes, found in zip(lines, errors, strict=True):
-        bad = (found.error > _MARGIN) & (many | ~found.rising)
+    for probes, measured in zip(lines, errors, strict=True):
+        bad = (measured.error > _MARGIN) & (many | ~measured.rising)
         located = table.located(probes.at(name))
         parts.append(
             (
                 {axis: np.broadcast_to(value, bad.shape)[bad] for axis, value in located.items()},
-                found.error[bad],
-                found.rising[bad],
+                measured.error[bad],
+                measured.rising[bad],
             )
         )
     places = {axis: np.concatenate([part[0][axis] for part in parts]) for axis in table.axes}
@@ -256,11 +280,11 @@ def _halved(
             _GROWTH if np.prod(size) > _SMALL else _FAST_GROWTH
         ):
             break
-    guilty = int(np.argmax(np.bincount(worst, error**2, len(axes)))) if worst.size else None
-    return [np.unique(nodes) for nodes in axes], guilty
+    worst_axis = int(np.argmax(np.bincount(worst, error**2, len(axes)))) if worst.size else None
+    return [np.unique(nodes) for nodes in axes], worst_axis
 
 
-def _bend(table: Gridded, places: dict, axis: int) -> np.ndarray:
+def _bend(table: Gridded, places: dict[str, Floats], axis: int) -> Floats:
     """Error (n,) that the bend of the table around places leaves along one axis."""
     label, nodes = table.axes[axis], table.nodes[axis]
     x = places[label]
@@ -273,13 +297,15 @@ def _bend(table: Gridded, places: dict, axis: int) -> np.ndarray:
     slope = np.diff(values, axis=0) / np.where(step > 0, step, np.inf)
     width = np.where((step[:-1] > 0) & (step[1:] > 0), (step[:-1] + step[1:]) / 2, np.inf)
     bend = np.abs(np.diff(slope, axis=0) / width).max(axis=0)
-    return 0.5 * (x - nodes[cell]) * (nodes[cell + 1] - x) * bend
+    error: Floats = 0.5 * (x - nodes[cell]) * (nodes[cell + 1] - x) * bend
+    return error
 
 
-def _dusk(table: Gridded, places: dict, axis: int) -> np.ndarray:
+def _dusk(table: Gridded, places: dict[str, Floats], axis: int) -> Floats:
     """How much of the horizon (n,) lies across one axis: the change of the lit share over the cell."""
     label, nodes = table.axes[axis], table.nodes[axis]
     cell = np.clip(np.searchsorted(nodes, places[label], side="right") - 1, 0, max(nodes.size - 2, 0))
     lit = (table.values > 0).astype(float)
     ends = [table.read_at(lit, places | {label: nodes[np.minimum(cell + step, nodes.size - 1)]}) for step in (0, 1)]
-    return np.abs(ends[1] - ends[0])
+    change: Floats = np.abs(ends[1] - ends[0])
+    return change

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.measure.refinement import fewest_nodes, percentile_99, subdivided, uniform_nodes
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import FIELDS, QUANTITIES
+from skyshine.schemas.arrays import Booleans, Floats
 
 PARTS = (8, 8, 12, 8, 8)  # of each cell of the job's axes: the places that may become nodes
 _TWILIGHT, _TWILIGHT_PARTS = -10.0, 40  # degree: from there to 0, where the horizon of heights up to 100 km lies
@@ -23,11 +26,11 @@ _OTHERS = {
     3: (12, 6, 24, 0, 8),
     4: (12, 6, 24, 12, 0),
 }
-_MOST_UNIFORM, _ROWS = 4096, 1000  # nodes; values of the other axes that the comparison with them takes
+_MAX_UNIFORM, _ROWS = 4096, 1000  # nodes; values of the other axes that the comparison with them takes
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class AxisProfile:
     """A quantity along an axis, (K, n): at n places, for K values of the other axes.
 
     Attributes
@@ -45,11 +48,11 @@ class Profile:
 
     quantity: str
     logarithmic: bool
-    places: np.ndarray
-    values: np.ndarray
-    transmittance: np.ndarray
-    distance: np.ndarray
-    counts: np.ndarray
+    places: Floats
+    values: Floats
+    transmittance: Floats
+    distance: Floats
+    counts: Booleans
     scale: Scale
 
     @classmethod
@@ -60,9 +63,9 @@ class Profile:
         table_of: Callable[[PathGrid, str], AtmosphericQuantities],
         base: PathGrid,
         scale: Scale,
-        generator,
-    ) -> Profile:
-        """Along one axis of a grid, by its number; arguments as `grids.placed_grids`."""
+        generator: np.random.Generator,
+    ) -> AxisProfile:
+        """Along one axis of a grid, by its number; arguments as `atmosphere_nodes.placed_grids`."""
         key, count = QUANTITIES[quantity]
         nodes = [getattr(base, field) for field in FIELDS]
         places = _candidates(axis, nodes[axis])
@@ -71,15 +74,13 @@ class Profile:
         table = table_of(grid, key)
         shape = grid.shape[:count]
 
-        def along(values):
-            whole = np.broadcast_to(values.reshape(values.shape + (1,) * (count - values.ndim)), shape)
-            return np.moveaxis(whole, axis, -1).reshape(-1, shape[axis])
+        def along(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            full = np.broadcast_to(values.reshape(values.shape + (1,) * (count - values.ndim)), shape)
+            return np.moveaxis(full, axis, -1).reshape(-1, shape[axis])
 
-        counts = (
-            along(table.valid) & along(_possible(grid))
-            if count == 5 and base.by_scattering_angle
-            else along(table.valid)
-        )
+        counts: Booleans = along(table.valid)
+        if count == 5 and base.by_scattering_angle:
+            counts = counts & along(_possible(grid))
         logarithmic = axis == 0 and places[0] > 0
         return cls(
             quantity,
@@ -92,56 +93,66 @@ class Profile:
             scale,
         )
 
-    def nodes(self, allowed: float) -> np.ndarray:
+    def nodes(self, allowed: float) -> Floats:
         """The fewest places that hold an error; at least three, so that a bend shows."""
         if self.places.size == 1:
             return self.places
         chosen = fewest_nodes(self.places, self._cell_error, allowed)
         return self.places[np.union1d(chosen, self.places.size // 2) if chosen.size == 2 else chosen]
 
-    def uniform(self, nodes: np.ndarray) -> int:
-        """How many nodes, equally spaced, are as good on this axis as those given: 99 % of the errors within the
-        same.
-        """
+    def uniform(self, nodes: Floats) -> int:
+        """How many equally spaced nodes are as good on this axis as those given: equal 99th percentile of errors."""
         if self.places.size == 1:
             return 1
-        forth, back = (np.log, np.exp) if self.logarithmic else (np.array, np.array)
-        some = slice(None, None, -(-len(self.values) // _ROWS))
-        arrays = {name: getattr(self, name)[some] for name in ("values", "transmittance", "distance", "counts")}
-        few = replace(self, **arrays)
-        allowed = percentile_99(few._error(few._read(nodes)))
-        return uniform_nodes(forth(self.places), lambda at: few._error(few._read(back(at))), allowed, _MOST_UNIFORM)
+        forward: Callable[[Floats], Floats] = np.log if self.logarithmic else np.array
+        inverse: Callable[[Floats], Floats] = np.exp if self.logarithmic else np.array
+        rows = slice(None, None, -(-len(self.values) // _ROWS))
+        arrays = {name: getattr(self, name)[rows] for name in ("values", "transmittance", "distance", "counts")}
+        sample = replace(self, **arrays)
+        allowed = percentile_99(sample._error(sample._read(nodes)))
 
-    def _cell_error(self, start: int, end: int) -> np.ndarray:
+        def error_of(nodes: Floats) -> Floats:
+            return sample._error(sample._read(inverse(nodes)))
+
+        return uniform_nodes(forward(self.places), error_of, allowed, _MAX_UNIFORM)
+
+    def _cell_error(self, start: int, end: int) -> Floats:
         """Errors (K, m) inside a cell; none where a source rises in it, which no linear cell holds."""
         inside = slice(start + 1, end)
         share = (self.places[inside] - self.places[start]) / (self.places[end] - self.places[start])
         read = self.values[:, start, None] * (1 - share) + self.values[:, end, None] * share
         lit = self.values[:, start : end + 1] > 0
-        return np.where((np.any(lit, axis=1) & ~np.all(lit, axis=1))[:, None], np.nan, self._error(read, inside))
+        rises = np.any(lit, axis=1) & ~np.all(lit, axis=1)
+        error: Floats = np.where(rises[:, None], np.nan, self._error(read, inside))
+        return error
 
-    def _error(self, read: np.ndarray, inside: slice = slice(None)) -> np.ndarray:
+    def _error(self, read: Floats, inside: slice = slice(None)) -> Floats:
         tau, distance, exact = (array[:, inside] for array in (self.transmittance, self.distance, self.values))
-        return np.where(self.counts[:, inside], self.scale.error(self.quantity, read, exact, tau, distance), np.nan)
+        error: Floats = np.where(
+            self.counts[:, inside], self.scale.error(self.quantity, read, exact, tau, distance), np.nan
+        )
+        return error
 
-    def _read(self, nodes: np.ndarray) -> np.ndarray:
+    def _read(self, nodes: Floats) -> Floats:
         """Values at all places, interpolated from nodes between the places, where these are linear."""
         nodes = np.clip(nodes, self.places[0], self.places[-1])
         at = np.clip(np.searchsorted(self.places, nodes, side="right") - 1, 0, self.places.size - 2)
         share = (nodes - self.places[at]) / (self.places[at + 1] - self.places[at])
-        held = self.values[:, at] * (1 - share) + self.values[:, at + 1] * share
-        back = np.clip(np.searchsorted(nodes, self.places, side="right") - 1, 0, nodes.size - 2)
-        weight = np.clip((self.places - nodes[back]) / (nodes[back + 1] - nodes[back]), 0.0, 1.0)
-        return held[:, back] * (1 - weight) + held[:, back + 1] * weight
+        at_nodes = self.values[:, at] * (1 - share) + self.values[:, at + 1] * share
+        cell = np.clip(np.searchsorted(nodes, self.places, side="right") - 1, 0, nodes.size - 2)
+        weight = np.clip((self.places - nodes[cell]) / (nodes[cell + 1] - nodes[cell]), 0.0, 1.0)
+        read: Floats = at_nodes[:, cell] * (1 - weight) + at_nodes[:, cell + 1] * weight
+        return read
 
 
-def _possible(grid: PathGrid) -> np.ndarray:
+def _possible(grid: PathGrid) -> Booleans:
     """Where some azimuth gives the scattering angle, (1, 1, E, SE, SA)."""
     line, source, angle = grid.elevation_deg[:, None, None], grid.source_elevation_deg[:, None], grid.source_azimuth_deg
-    return ((np.abs(line - source) <= angle) & (angle <= 180 - np.abs(line + source)))[None, None]
+    possible: Booleans = (np.abs(line - source) <= angle) & (angle <= 180 - np.abs(line + source))
+    return possible[None, None]
 
 
-def _candidates(axis: int, nodes: np.ndarray) -> np.ndarray:
+def _candidates(axis: int, nodes: Floats) -> Floats:
     """The places of an axis that may become nodes."""
     if axis != 3:
         return subdivided(nodes, PARTS[axis], logarithmic=axis == 0)
@@ -151,7 +162,7 @@ def _candidates(axis: int, nodes: np.ndarray) -> np.ndarray:
     return np.unique(np.concatenate([subdivided(piece, parts) for piece, parts in pieces if piece.size]))
 
 
-def _strata(nodes, count: int, generator) -> np.ndarray:
+def _strata(nodes: Floats, count: int, generator: np.random.Generator) -> Floats:
     """Random places on an axis, one in each of `count` equal parts of its cells."""
     if nodes.size == 1:
         return nodes

@@ -7,6 +7,7 @@ range in each cell of ranges.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,12 +17,13 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 LINES = 500
 _SOURCES = 2  # of each line
-AMBIENT = (
-    96  # lines on which sky light is computed too, which takes as long as all the rest: its errors have no such tail
-)
+# Lines on which sky light is computed too, which takes as long as all the other quantities: its errors have no such
+# tail.
+AMBIENT = 96
 _SKIES = 12  # elevations of the source for which it is
 
 
@@ -39,8 +41,8 @@ class Probes:
         As `BandAtmosphere.along_lines`.
     """
 
-    places: dict[str, np.ndarray]
-    ambient_at: np.ndarray
+    places: dict[str, Floats]
+    ambient_at: Integers
     truth: AtmosphericQuantities
 
     @classmethod
@@ -48,7 +50,7 @@ class Probes:
         cls,
         air: BandAtmosphere,
         base: PathGrid,
-        irradiance: np.ndarray,
+        irradiance: Floats,
         generator: np.random.Generator,
         *,
         sky: int = AMBIENT,
@@ -74,14 +76,14 @@ class Probes:
         )
         return cls(dict(zip(AXES, places, strict=True)), ambient_at, truth)
 
-    def errors(self, tables: dict[str, Gridded], scale: Scale | None) -> dict[str, np.ndarray]:
-        """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in its
-        own.
+    def errors(self, tables: dict[str, Gridded], scale: Scale | None) -> dict[str, Floats]:
+        """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in the
+        quantity's own.
         """
-        found = {name: self.error(name, table, scale) for name, table in tables.items()}
-        return {name: error[self.above_ground(name, error)] for name, error in found.items()}
+        errors = {name: self.error(name, table, scale) for name, table in tables.items()}
+        return {name: error[self.above_ground(name, error)] for name, error in errors.items()}
 
-    def error(self, name: str, table: Gridded, scale: Scale | None) -> np.ndarray:
+    def error(self, name: str, table: Gridded, scale: Scale | None) -> Floats:
         """Error of a quantity's interpolation at all places of `at`, behind the ground too."""
         truth, places = self.truth, self.at(name)
         exact, through = getattr(truth, QUANTITIES[name][0]), truth.transmittance[:, :, None]
@@ -92,7 +94,7 @@ class Probes:
         read = table.read(places)
         return read - exact if scale is None else scale.error(name, read, exact, through, places["range"])
 
-    def at(self, name: str) -> dict[str, np.ndarray]:
+    def at(self, name: str) -> dict[str, Floats]:
         """Places, by axis, at which a quantity is known."""
         if name != "ambient_radiance":
             return self.places if name != "beta_star" else {axis: self.places[axis] for axis in AXES[:3]}
@@ -100,21 +102,23 @@ class Probes:
         places = {axis: value[row, :, :1] for axis, value in self.places.items()}
         return places | {"range": places["range"][row, self.ambient_at][:, None]}
 
-    def above_ground(self, name: str, values: np.ndarray) -> np.ndarray:
+    def above_ground(self, name: str, values: Floats) -> Booleans:
         """Which of values at a quantity's places count."""
         valid = self.truth.valid[:, :, None]
         if name == "ambient_radiance":
             valid = valid[np.arange(self.ambient_at.size), self.ambient_at][:, :, None]
         return np.broadcast_to(valid, values.shape)
 
-    def lit(self, direct: Gridded) -> np.ndarray:
+    def lit(self, direct: Gridded) -> Floats:
         """Share of the corners around each place of direct light that it reaches, each with its weight."""
         return direct.read_at((direct.values > 0).astype(float), direct.located(self.places))
 
 
-def errors_at(tables: dict[str, Gridded], places, truth, scale: Scale | None) -> dict[str, np.ndarray]:
-    """Errors of each quantity's interpolation at points above the ground, in the scale's unit; without a scale in its
-    own.
+def errors_at(
+    tables: dict[str, Gridded], places: Sequence[Floats], truth: AtmosphericQuantities, scale: Scale | None
+) -> dict[str, Floats]:
+    """Errors of each quantity's interpolation at points above the ground, in the scale's unit; without a scale in the
+    quantity's own.
 
     Parameters
     ----------
@@ -124,17 +128,15 @@ def errors_at(tables: dict[str, Gridded], places, truth, scale: Scale | None) ->
     truth : AtmosphericQuantities
         At the points.
     """
-    at, found = dict(zip(AXES, places, strict=True)), {}
+    at, errors = dict(zip(AXES, places, strict=True)), {}
     for name, table in tables.items():
         read, exact = table.read(at), getattr(truth, QUANTITIES[name][0])
         error = read - exact if scale is None else scale.error(name, read, exact, truth.transmittance, at["range"])
-        found[name] = error[truth.valid]
-    return found
+        errors[name] = error[truth.valid]
+    return errors
 
 
-def lines_in_cells(
-    base: PathGrid, count: int, generator: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -> tuple[Floats, Floats, Floats]:
     """Altitude, elevation (n,) and ranges (n, R) of lines, as many in each cell of altitude and elevation, a range in
     each cell of ranges.
     """
@@ -148,16 +150,18 @@ def lines_in_cells(
     return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
 
 
-def _in_cell(nodes: np.ndarray, cell: np.ndarray, generator) -> np.ndarray:
+def _in_cell(nodes: Floats, cell: Integers, generator: np.random.Generator) -> Floats:
     """A random place in each of some cells of an axis; an axis of one node gives that node."""
     if nodes.size == 1:
         return np.full(np.shape(cell), nodes[0])
-    return nodes[cell] + generator.random(np.shape(cell)) * (nodes[cell + 1] - nodes[cell])
+    places: Floats = nodes[cell] + generator.random(np.shape(cell)) * (nodes[cell + 1] - nodes[cell])
+    return places
 
 
-def _spread(nodes: np.ndarray, count: int, generator) -> np.ndarray:
+def _spread(nodes: Floats, count: int, generator: np.random.Generator) -> Floats:
     """Random places (count,) on an axis, one in each of as many equal parts of its cells, in random order."""
     if nodes.size == 1:
         return np.full(count, nodes[0])
     place = (generator.permutation(count) + generator.random(count)) / count * (nodes.size - 1)
-    return np.interp(place, np.arange(nodes.size), nodes)
+    places: Floats = np.interp(place, np.arange(nodes.size), nodes)
+    return places

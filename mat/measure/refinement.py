@@ -6,11 +6,14 @@ import itertools
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.arrays import Floats, Integers
 
 ALLOWED_SHARE = 0.01  # of the places in a cell may be worse than allowed, up to twice
 
 
-def fewest_nodes(places: np.ndarray, error: Callable[[int, int], np.ndarray], allowed: float) -> np.ndarray:
+def fewest_nodes(places: Floats, error: Callable[[int, int], Floats], allowed: float) -> Integers:
     """The fewest of ordered places that serve as nodes: from each, the farthest next one whose cell holds.
 
     Parameters
@@ -48,7 +51,7 @@ def fewest_nodes(places: np.ndarray, error: Callable[[int, int], np.ndarray], al
     return np.array(nodes)
 
 
-def uniform_nodes(places: np.ndarray, error_of: Callable[[np.ndarray], np.ndarray], allowed: float, most: int) -> int:
+def uniform_nodes(places: Floats, error_of: Callable[[Floats], Floats], allowed: float, max_nodes: int) -> int:
     """Number of equally spaced nodes with 99 % of the errors within the same: the smallest of a sequence that grows by
     a quarter.
 
@@ -60,18 +63,18 @@ def uniform_nodes(places: np.ndarray, error_of: Callable[[np.ndarray], np.ndarra
         Errors at all places for the nodes given.
     allowed : float
         See `percentile_99`.
-    most : int
-        Given up there.
+    max_nodes : int
+        Result where even these are not enough.
     """
     count = 2
-    while count < most:
+    while count < max_nodes:
         if percentile_99(error_of(np.linspace(places[0], places[-1], count))) <= allowed:
             return count
         count += max(1, count // 4)
-    return most
+    return max_nodes
 
 
-def holds(error: np.ndarray, allowed: float) -> bool:
+def holds(error: Floats, allowed: float) -> bool:
     """Whether errors keep to what is allowed: all but `ALLOWED_SHARE` within it, none beyond twice."""
     size = np.abs(error[np.isfinite(error)])
     if not size.size:
@@ -79,19 +82,19 @@ def holds(error: np.ndarray, allowed: float) -> bool:
     return float(size.max()) <= 2 * allowed and float(np.mean(size > allowed)) <= ALLOWED_SHARE
 
 
-def percentile_99(error: np.ndarray) -> float:
+def percentile_99(error: Floats) -> float:
     """Of the size of errors; those that are not a number count as none."""
     size = np.abs(error[np.isfinite(error)])
     return float(np.percentile(size, 99)) if size.size else 0.0
 
 
-def subdivided(nodes: np.ndarray, parts: int, logarithmic: bool = False) -> np.ndarray:
+def subdivided(nodes: npt.ArrayLike, parts: int, logarithmic: bool = False) -> Floats:
     """Each cell of an axis cut into equal parts, in the logarithm where both ends are above 0 and it is asked for."""
     nodes = np.asarray(nodes, float)
     share = np.arange(1, parts + 1) / parts
-    found = [nodes[:1]]
+    pieces = [nodes[:1]]
     for low, high in itertools.pairwise(nodes):
         inside = low * (high / low) ** share if logarithmic and low > 0 else low + (high - low) * share
         inside[-1] = high
-        found.append(inside)
-    return np.concatenate(found)
+        pieces.append(inside)
+    return np.concatenate(pieces)

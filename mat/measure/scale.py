@@ -9,6 +9,7 @@ import numpy as np
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import kelvin_per_radiance, reference_radiance
+from skyshine.schemas.arrays import Floats
 
 # Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in
 # 8-12 um (tests/mat/test_reflectance.py).
@@ -43,7 +44,7 @@ class Scale:
         """W m^-2 sr^-1, with all light reflected."""
         return cls(reference_radiance(response), 1.0, 1.0)
 
-    def error(self, quantity: str, read, exact, transmittance, distance) -> np.ndarray:
+    def error(self, quantity: str, read: Floats, exact: Floats, transmittance: Floats, distance: Floats) -> Floats:
         """What an error in one quantity changes of the radiance that reaches the observer.
 
         Parameters
@@ -58,7 +59,9 @@ class Scale:
             km.
         """
         if quantity == "beta_star":
-            return (np.exp(-BETA_FACTOR * distance / read) - transmittance) * self.background * self.factor
-        if quantity == "path_radiance_ratio":
-            return (read - exact) * (1 - transmittance) * self.factor
-        return (read - exact) * transmittance * self.reflectance * self.factor
+            error: Floats = (np.exp(-BETA_FACTOR * distance / read) - transmittance) * self.background * self.factor
+        elif quantity == "path_radiance_ratio":
+            error = (read - exact) * (1 - transmittance) * self.factor
+        else:
+            error = (read - exact) * transmittance * self.reflectance * self.factor
+        return error

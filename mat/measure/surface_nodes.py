@@ -1,17 +1,19 @@
-"""Grids of the temperature table by tolerance, as `grids` places those of the atmospheric tables."""
+"""Grids of the temperature table by tolerance, as `atmosphere_nodes` places those of the atmospheric tables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.refinement import fewest_nodes, subdivided
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
 
 PERIODS = {"azimuth_deg": 360.0, "time_h": 24.0}
@@ -22,17 +24,26 @@ _TESTS = {"altitude_km": 4, "azimuth_deg": 8, "slope_deg": 8, "time_h": 24}
 _DECIMALS = 9  # of a node, so that clock times and angles stay plain numbers
 
 
+TemperatureOn = Callable[[dict[str, Floats]], Floats]
+
+
 @dataclass(frozen=True, eq=False)
 class RefinedAxes:
     """Axes that hold a tolerance, with the error at random points, K."""
 
-    axes: dict[str, np.ndarray]
+    axes: dict[str, Floats]
     p99: float
     maximum: float
 
 
 def refined_axes(
-    temperature: Callable[[dict], np.ndarray], base: dict, materials: int, tolerance: float, *, seed: int, most: int
+    temperature: TemperatureOn,
+    base: Mapping[str, npt.ArrayLike],
+    materials: int,
+    tolerance: float,
+    *,
+    seed: int,
+    max_nodes: int,
 ) -> RefinedAxes:
     """The fewest nodes, between the ends of a job's axes, that hold a tolerance.
 
@@ -40,13 +51,13 @@ def refined_axes(
     ----------
     temperature : callable
         (M, A, Z, S, T) temperatures [K] on axes altitude_km, azimuth_deg, slope_deg, time_h.
-    base : dict
+    base : mapping of str to (n,) array
         The job's axes.
     materials : int
         M.
     tolerance : float
         K.
-    seed, most : int
+    seed, max_nodes : int
         Of the random points; nodes that the table may have.
 
     Raises
@@ -65,7 +76,7 @@ def refined_axes(
     for _ in range(_PASSES):
         axes = {name: _nodes(name, *profiles[name], share * tolerance, base[name]) for name in base}
         size = materials * int(np.prod([nodes.size for nodes in axes.values()]))
-        if size > most:
+        if size > max_nodes:
             break
         error = np.abs(read_temperature(temperature(axes), axes, places) - truth)
         p99, maximum = float(np.percentile(error, 99)), float(error.max())
@@ -75,13 +86,13 @@ def refined_axes(
         share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, 2 / maximum), 0.25, 0.8))
     widest = max(axes, key=lambda name: axes[name].size)
     raise CheckFailed(
-        f"surface_grid.tolerance {tolerance:g} K cannot be held with {most:,} nodes: it takes {size:,}{reached}, most"
-        f" for the {widest.rsplit('_', 1)[0]}, {axes[widest].size}; raise it, shorten that axis, allow more with"
+        f"surface_grid.tolerance {tolerance:g} K cannot be held with {max_nodes:,} nodes: it takes {size:,}{reached},"
+        f" most for the {widest.rsplit('_', 1)[0]}, {axes[widest].size}; raise it, shorten that axis, allow more with"
         " surface_grid.most_nodes, or name closer axes to start from"
     )
 
 
-def read_temperature(table: np.ndarray, axes: dict, places: dict) -> np.ndarray:
+def read_temperature(table: Floats, axes: Mapping[str, npt.ArrayLike], places: dict[str, Floats]) -> Floats:
     """Interpolated temperatures (M, ...) at all combinations of places."""
     rules = [
         AxisRule(name, np.asarray(nodes, float), *((PERIODIC, PERIODS[name]) if name in PERIODS else ()))
@@ -91,12 +102,14 @@ def read_temperature(table: np.ndarray, axes: dict, places: dict) -> np.ndarray:
     return np.stack([interpolate(one.astype(float), rules, mesh) for one in table])
 
 
-def _closed(name: str, nodes) -> np.ndarray:
-    nodes = np.asarray(nodes, float)
+def _closed(name: str, axis: npt.ArrayLike) -> Floats:
+    nodes = np.asarray(axis, float)
     return np.append(nodes, nodes[0] + PERIODS[name]) if name in PERIODS and nodes.size > 1 else nodes
 
 
-def _profile(axis: str, temperature, closed: dict, generator) -> tuple[np.ndarray, np.ndarray]:
+def _profile(
+    axis: str, temperature: TemperatureOn, closed: dict[str, Floats], generator: np.random.Generator
+) -> tuple[Floats, Floats]:
     """Places (n,) along an axis and temperatures (K, n) there, at random places of the others."""
     places = np.round(subdivided(closed[axis], PARTS[axis]), _DECIMALS)
     others = {
@@ -114,13 +127,14 @@ def _profile(axis: str, temperature, closed: dict, generator) -> tuple[np.ndarra
     return places, values
 
 
-def _nodes(name: str, places: np.ndarray, values: np.ndarray, allowed: float, base) -> np.ndarray:
+def _nodes(name: str, places: Floats, values: Floats, allowed: float, base: npt.ArrayLike) -> Floats:
     if places.size == 1:
         return np.asarray(base, float)
 
-    def error(start, end):
+    def error(start: int, end: int) -> Floats:
         share = (places[start + 1 : end] - places[start]) / (places[end] - places[start])
-        return values[:, start, None] * (1 - share) + values[:, end, None] * share - values[:, start + 1 : end]
+        read: Floats = values[:, start, None] * (1 - share) + values[:, end, None] * share
+        return read - values[:, start + 1 : end]
 
-    found = places[fewest_nodes(places, error, allowed)]
-    return np.sort(np.mod(found[:-1], PERIODS[name])) if name in PERIODS else found
+    nodes = places[fewest_nodes(places, error, allowed)]
+    return np.sort(np.mod(nodes[:-1], PERIODS[name])) if name in PERIODS else nodes

@@ -12,7 +12,7 @@ import numpy as np
 from skyshine.mat.job.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Plan
-from skyshine.mat.scene.atmosphere import air_of
+from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
@@ -72,7 +72,7 @@ def distinct_airs(loaded: LoadedJob) -> int:
     job = loaded.trimmed
     return len(
         {
-            (air_of(state), (state.date or job.site.date) if "moon" in loaded.requested.sources else None)
+            (air_key(state), (state.date or job.site.date) if "moon" in loaded.requested.sources else None)
             for state in job.states
         }
     )

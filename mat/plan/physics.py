@@ -12,11 +12,11 @@ from skyshine.mat.atmosphere.transfer.bounds import Bounds, Scattering
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut
-from skyshine.mat.scene.atmosphere import air_of, atmospheric_state
+from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import MAX_POINTS
 from skyshine.mat.scene.grids import path_grid
-from skyshine.mat.scene.omission import Negligible
+from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources
 from skyshine.mat.tables.files import state_label
 
@@ -37,7 +37,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         )
         found += _points(job, bands[number][1].weight.size, number)
     for (number, state), band in itertools.product(enumerate(job.states, 1), bands):
-        key = band, air_of(state)
+        key = band, air_key(state)
         place = f"{state_label(number, len(job.states))}b{band:02d}"
         air, (response, everything) = atmospheric_state(job.site, state), bands[band]
         irradiance = irradiance_of_sources(whole.on_date_of_state(number), everything)
@@ -51,7 +51,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
             known[key] = Bounds.of(whole_air, grid, irradiance, everything.radiance_weight), Scattering.of(whole_air)
         bounds, scattering = known[key]
         bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
-        left_out = Negligible.of(job, whole.sources, air, response, bounds)
+        left_out = Omission.of(job, whole.sources, air, response, bounds)
         changes = {
             f"scattered light of the {source}": left_out.scattered[source]
             for source in job.sources

@@ -29,7 +29,7 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
-from skyshine.mat.scene.omission import Negligible
+from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
@@ -90,7 +90,7 @@ class AtmosphereProduct:
             irradiance_of_sources(requested, compiled.band),
             compiled.band.radiance_weight,
         )
-        left_out = Negligible.of(job, requested.sources, state, response, bounds)
+        left_out = Omission.of(job, requested.sources, state, response, bounds)
         if left_out.particles:
             air = BandAtmosphere.of(left_out.without(state), compiled.band)
         for source in job.sources:
@@ -176,7 +176,7 @@ class _SourceTables:
             base,
             scales,
             seed=self.loaded.trimmed.accuracy.seed,
-            most=axes.most_nodes,
+            max_nodes=axes.most_nodes,
         )
 
     def _interpolation_errors(

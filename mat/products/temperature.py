@@ -79,7 +79,7 @@ class TemperatureProduct:
                     len(materials),
                     tolerance_parts(job.surface_grid.tolerance)[0],
                     seed=seed,
-                    most=job.surface_grid.most_nodes,
+                    max_nodes=job.surface_grid.most_nodes,
                 )
             axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
             report.notes.append(

@@ -13,9 +13,11 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 import numpy as np
+import numpy.typing as npt
 import yaml
 
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable
+from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
 P95 = 0.95
@@ -40,20 +42,20 @@ class SurfaceRadiance:
     """
 
     names: tuple[str, ...]
-    times: np.ndarray
-    temperature: np.ndarray
-    radiance: np.ndarray
-    equivalent: np.ndarray
+    times: Floats
+    temperature: Floats
+    radiance: Floats
+    equivalent: Floats
 
 
 @dataclass(frozen=True)
 class ErrorByTime:
     """Error over texels: at each time (T,), and over the whole day."""
 
-    mean: np.ndarray
-    rms: np.ndarray
-    p95: np.ndarray
-    maximum: np.ndarray
+    mean: Floats
+    rms: Floats
+    p95: Floats
+    maximum: Floats
     day_rms: float
     day_p95: float
     day_maximum: float
@@ -101,7 +103,7 @@ class MisclassificationCost:
         Wrong pairs, the largest contribution first.
     """
 
-    times: np.ndarray
+    times: Floats
     texels: int
     unknown: int
     radiance: ErrorByTime
@@ -150,7 +152,7 @@ def surface_radiance(
     return SurfaceRadiance(names, times, temperature, radiance, equivalent_temperature(band, radiance))
 
 
-def _ambient(surface: TemperatureTable, air: AtmosphereTable, band: BandTable, times: np.ndarray) -> np.ndarray:
+def _ambient(surface: TemperatureTable, air: AtmosphereTable, band: BandTable, times: Floats) -> Floats:
     """L_ambient* (T,) at the ground by the Sun's elevation at each clock time, W m^-2 sr^-1."""
     if air.attributes.get("source") != "sun":
         raise InputError(f"has the source '{air.attributes.get('source')}'; allowed: sun; name an .atmq", file=air.path)
@@ -169,13 +171,12 @@ def _ambient(surface: TemperatureTable, air: AtmosphereTable, band: BandTable, t
         "elevation": axes["elevation"].values[-1],
     }
     elevation = sun_elevation(surface, times)
-    return air.value("ambient_radiance", **place, source_elevation=elevation, out_of_range="clamp")
+    ambient: Floats = air.value("ambient_radiance", **place, source_elevation=elevation, out_of_range="clamp")
+    return ambient
 
 
-def sun_elevation(surface: TemperatureTable, times: np.ndarray) -> np.ndarray:
-    """Elevation (T,) of the Sun in degree at local clock times in h, on the day and at the site of a temperature
-    table.
-    """
+def sun_elevation(surface: TemperatureTable, times: npt.ArrayLike) -> Floats:
+    """Elevation (T,) [degree] of the Sun at local clock times [h], for day and site of a temperature table."""
     from skyshine.mat.atmosphere.sources.ephemeris import position
 
     site = yaml.safe_load(surface.attributes["job"])["site"]
@@ -184,7 +185,7 @@ def sun_elevation(surface: TemperatureTable, times: np.ndarray) -> np.ndarray:
     return position("sun", moments, site["latitude_deg"], site["longitude_deg"], 1e3 * site["altitude_km"]).elevation
 
 
-def equivalent_temperature(band: BandTable, radiance: np.ndarray) -> np.ndarray:
+def equivalent_temperature(band: BandTable, radiance: npt.ArrayLike) -> Floats:
     """Temperature of a black body of a band radiance, K; 0 where there is none.
 
     ln L against 1/T is almost straight (Wien), so that it is interpolated, and continued below the table, in these.
@@ -192,12 +193,13 @@ def equivalent_temperature(band: BandTable, radiance: np.ndarray) -> np.ndarray:
     inverse = 1 / band.root.axes["temperature"].values.astype(float)
     table = np.log(band.root.variables["blackbody_radiance"].data.astype(float))
     with np.errstate(divide="ignore"):
-        wanted = np.log(np.asarray(radiance, float))
-    below = inverse[0] + (wanted - table[0]) * (inverse[1] - inverse[0]) / (table[1] - table[0])
-    return 1 / np.where(wanted < table[0], below, np.interp(wanted, table, inverse))
+        logarithm = np.log(np.asarray(radiance, float))
+    below = inverse[0] + (logarithm - table[0]) * (inverse[1] - inverse[0]) / (table[1] - table[0])
+    temperature: Floats = 1 / np.where(logarithm < table[0], below, np.interp(logarithm, table, inverse))
+    return temperature
 
 
-def misclassification_cost(confusion: np.ndarray, surface: SurfaceRadiance) -> MisclassificationCost:
+def misclassification_cost(confusion: Integers, surface: SurfaceRadiance) -> MisclassificationCost:
     """Turn a confusion into errors of radiance and temperature.
 
     Parameters
@@ -212,23 +214,23 @@ def misclassification_cost(confusion: np.ndarray, surface: SurfaceRadiance) -> M
         No texel has a material found.
     """
     unknown, counts = int(confusion[:, 0].sum()), confusion[:, 1:]
-    true, found = np.nonzero(counts)
-    weights = counts[true, found]
+    true, taken_for = np.nonzero(counts)
+    weights = counts[true, taken_for]
     if not weights.size:
         raise InputError("no labelled texel has a material found; there is no radiance to compare")
-    radiance = surface.radiance[found] - surface.radiance[true]
-    kelvin = surface.equivalent[found] - surface.equivalent[true]
+    radiance = surface.radiance[taken_for] - surface.radiance[true]
+    kelvin = surface.equivalent[taken_for] - surface.equivalent[true]
     return MisclassificationCost(
         surface.times,
         int(weights.sum()),
         unknown,
         _by_time(radiance, weights),
         _by_time(kelvin, weights),
-        _pairs(surface, true, found, weights, radiance, kelvin),
+        _pairs(surface, true, taken_for, weights, radiance, kelvin),
     )
 
 
-def _by_time(error: np.ndarray, weights: np.ndarray) -> ErrorByTime:
+def _by_time(error: Floats, weights: Integers) -> ErrorByTime:
     """Summary of errors (N, T) of pairs with numbers of texels (N,)."""
     total = weights.sum()
     rms = np.sqrt(weights @ error**2 / total)
@@ -246,25 +248,32 @@ def _by_time(error: np.ndarray, weights: np.ndarray) -> ErrorByTime:
     )
 
 
-def _quantile(values: np.ndarray, weights: np.ndarray) -> float:
+def _quantile(values: Floats, weights: Integers) -> float:
     """The least value that at least 95 % of the weight does not exceed."""
     order = np.argsort(values)
     reached = np.cumsum(weights[order])
     return float(values[order][np.searchsorted(reached, P95 * reached[-1])])
 
 
-def _pairs(surface, true, found, weights, radiance, kelvin) -> list[Pair]:
+def _pairs(
+    surface: SurfaceRadiance,
+    true: Integers,
+    taken_for: Integers,
+    weights: Integers,
+    radiance: Floats,
+    kelvin: Floats,
+) -> list[Pair]:
     squared = weights * np.mean(radiance**2, axis=1)
     total = max(squared.sum(), np.finfo(float).tiny)
     pairs = []
     for n in np.argsort(-squared, kind="stable"):
-        if true[n] == found[n]:
+        if true[n] == taken_for[n]:
             continue
         worst = int(np.argmax(np.abs(kelvin[n])))
         pairs.append(
             Pair(
                 surface.names[true[n]],
-                surface.names[found[n]],
+                surface.names[taken_for[n]],
                 int(weights[n]),
                 float(np.sqrt(np.mean(radiance[n] ** 2))),
                 float(np.sqrt(np.mean(kelvin[n] ** 2))),

@@ -1,4 +1,4 @@
-"""From a job to the objects of the physics: atmospheric states, bands, sources."""
+"""From a job's state to the state of the air, and what caches and records know it by."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import hashlib
 
 import numpy as np
 
-from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS
+from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, Aerosol
 from skyshine.mat.atmosphere.particles.rain import RainLayer
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.site import Site
+from skyshine.mat.job.surface import Weather
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.materials.library import MaterialLibrary
 
@@ -28,42 +30,51 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
     profile = load_profile(state.profile)
     if state.sounding is not None:
         profile = read_sounding(state.sounding.text, state.sounding.path, profile)
-    amounts = {
-        unit: {gas: getattr(a, unit) for gas, a in state.gases.items() if getattr(a, unit) is not None}
-        for unit in _AMOUNTS
-    }
-    winter = state.profile.endswith("winter")
     return AtmosphericState.from_profile(
         profile,
         surface_altitude=site.altitude_km * 1e3,
-        co2_ppm=None if "CO2" in state.gases else state.co2_ppm,
-        humidity_scale=state.humidity_scale,
-        gas_scale=amounts["scale"],
-        gas_ppm=amounts["ppm"],
-        water_column=amounts["column_mm"].get("H2O"),
-        ozone_column=amounts["column_du"].get("O3"),
-        aerosol=state.aerosol,
-        visibility_km=state.visibility_km,
-        wind_speed=_mean_wind(state.weather),
-        air_mass=state.air_mass,
-        stratosphere=state.stratosphere,
+        gas_amounts=_gas_amounts(state),
+        aerosol=_aerosol(state),
         clouds=[cloud.layer() for cloud in state.clouds],
         rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),
-        season=state.season or ("fall_winter" if winter else "spring_summer"),
         surface_temperature=mean,
         surface_albedo=state.surface_albedo,
     )
 
 
-def air_of(state: State) -> tuple[str, float | None]:
-    """What of a state its air follows from: the same for states that differ in day, ground temperature and weather
-    alone.
-    """
+def _gas_amounts(state: State) -> GasAmounts:
+    amounts = {
+        unit: {gas: getattr(a, unit) for gas, a in state.gases.items() if getattr(a, unit) is not None}
+        for unit in _AMOUNTS
+    }
+    ppm, scale = amounts["ppm"], amounts["scale"]
+    return GasAmounts(
+        scale={**scale, "H2O": state.humidity_scale * scale.get("H2O", 1.0)},
+        ppm=ppm if "CO2" in state.gases else {**ppm, "CO2": state.co2_ppm},
+        water_column=amounts["column_mm"].get("H2O"),
+        ozone_column=amounts["column_du"].get("O3"),
+    )
+
+
+def _aerosol(state: State) -> Aerosol:
+    winter = state.profile.endswith("winter")
+    return Aerosol(
+        state.aerosol,
+        visibility_km=state.visibility_km,
+        wind_speed=_mean_wind(state.weather),
+        air_mass=state.air_mass,
+        stratosphere=state.stratosphere,
+        season=state.season or ("fall_winter" if winter else "spring_summer"),
+    )
+
+
+def air_key(state: State) -> tuple[str, float | None]:
+    """Cache key of a state's air: the same for states that differ in day, ground temperature and weather alone."""
     wind = _mean_wind(state.weather) if BOUNDARY_MODELS.get(state.aerosol, 0.0) is None else None
     return state.model_dump_json(exclude={"date", "series", "weather"}), wind
 
 
-def _mean_wind(weather) -> float:
+def _mean_wind(weather: Weather) -> float:
     """Mean of the day, m s^-1."""
     hourly = weather.hourly
     if hourly is None or hourly.wind_speed_m_s is None:

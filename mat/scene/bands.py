@@ -5,11 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.job.atmosphere import Band
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.response_table import parse_response
 
 
-def response_of(band) -> SpectralResponse:
+def response_of(band: Band) -> SpectralResponse:
     """The sensor response of a job's band.
 
     Raises
@@ -22,6 +23,7 @@ def response_of(band) -> SpectralResponse:
     if band.wavenumber_cm is not None:
         low, high = band.wavenumber_cm
         return SpectralResponse.rectangular(1e4 / high, 1e4 / low)
+    assert band.wavelength_um is not None  # a band has one of the three
     return SpectralResponse.rectangular(*band.wavelength_um)
 
 

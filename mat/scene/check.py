@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.scene.atmosphere import (
-    atmospheric_state,
-)
+from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.schemas.errors import InputError
 

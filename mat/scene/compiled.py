@@ -17,11 +17,9 @@ MAX_POINTS = 64
 
 
 def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, Origin]:
-    """All points of a band reduced as a job asks for one of its states, on that state's day; and where they came
-    from.
-    """
+    """All points of a band reduced for a state on its day, as the job asks, and whether they come from the cache."""
     job, whole = loaded.trimmed, loaded.requested
-    own, usual = (
+    on_the_day, at_one_au = (
         np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
         for light in (source_irradiance, usual_irradiance)
     )
@@ -30,8 +28,8 @@ def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPo
         state,
         everything,
         path_grid(whole),
-        own,
-        usual,
+        on_the_day,
+        at_one_au,
         tolerance=job.accuracy.spectral_tolerance,
         max_points=MAX_POINTS,
         seed=job.accuracy.seed,

@@ -1,6 +1,4 @@
-"""What the air of a state does in a band that is not worth computing: particles, and light of Sun or Moon that is
-scattered.
-"""
+"""What is omitted from the tables of a state and a band: particles and scattered light below the job's tolerance."""
 
 from __future__ import annotations
 
@@ -14,13 +12,13 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import REFERENCE, kelvin_per_radiance
 
-# Of `accuracy.negligible_k` that particles may take together; scattered light may take what they leave.
+# Of `accuracy.negligible_k` that particles may take together; scattered light may take the remainder.
 _PARTICLES_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Negligible:
-    """What is left out of the tables of a state and a band, with the most that each thing changes in what is seen.
+class Omission:
+    """What is omitted from the tables of a state and a band, with the largest change that each omission makes.
 
     Attributes
     ----------
@@ -29,8 +27,8 @@ class Negligible:
     scattered : dict of str to float
         Sources whose light is not scattered, K.
     radiance : float
-        That is 1 K, W m^-2 sr^-1: of a black body as warm as the ground, at most 300 K; 0 below 2.5 um, where kelvin
-        mean nothing and nothing is left out that is there.
+        Equal to 1 K, W m^-2 sr^-1, at a black body as warm as the ground, at most 300 K; 0 below 2.5 um, where
+        equivalent temperature is undefined and nothing is omitted.
     """
 
     particles: dict[int, float]
@@ -40,8 +38,8 @@ class Negligible:
     @classmethod
     def of(
         cls, job: Job, sources: list[str], state: AtmosphericState, response: SpectralResponse, bounds: Bounds
-    ) -> Negligible:
-        """Decide for a job.
+    ) -> Omission:
+        """What a job's tolerance allows to omit.
 
         Parameters
         ----------
@@ -50,24 +48,24 @@ class Negligible:
         bounds : Bounds
             Of the state in the band.
         """
-        warmth = kelvin_per_radiance(response, min(state.surface_temperature, REFERENCE))
-        tolerance, particles, radiance = job.accuracy.negligible_k, {}, 0.0 if np.isnan(warmth) else 1 / warmth
+        kelvin = kelvin_per_radiance(response, min(state.surface_temperature, REFERENCE))
+        tolerance, radiance = job.accuracy.negligible_k, 0.0 if np.isnan(kelvin) else 1 / kelvin
+        particles: dict[int, float] = {}
         if tolerance == 0:
             return cls({}, {}, radiance)
-        # Bounds of particles hold at the nodes that a job names, not at those which a tolerance of its grid may place
-        # elsewhere.
+        # Bounds of particles hold at the nodes that a job names, not at those that a tolerance of its grid places.
         allowed = 0.0 if job.atmosphere_grid.tolerances else _PARTICLES_SHARE * tolerance
         for place in np.argsort(bounds.particles, kind="stable"):
-            change = float(bounds.particles[place] * warmth) if bounds.particles[place] > 0 else 0.0
+            change = float(bounds.particles[place] * kelvin) if bounds.particles[place] > 0 else 0.0
             if not sum(particles.values()) + change <= allowed:
                 break
             particles[int(place)] = change
-        left = tolerance - sum(particles.values())
-        scattered = {source: float(bound * warmth) for source, bound in zip(sources, bounds.scattered, strict=True)}
-        return cls(particles, {source: change for source, change in scattered.items() if change <= left}, radiance)
+        remaining = tolerance - sum(particles.values())
+        scattered = {source: float(bound * kelvin) for source, bound in zip(sources, bounds.scattered, strict=True)}
+        return cls(particles, {source: change for source, change in scattered.items() if change <= remaining}, radiance)
 
     def bound(self, source: str) -> float:
-        """Most that all of it changes in the tables of a source, K."""
+        """Largest change of all omissions together in the tables of a source, K."""
         return sum(self.particles.values()) + self.scattered.get(source, 0.0)
 
     def without(self, state: AtmosphericState) -> AtmosphericState:
@@ -84,15 +82,15 @@ class Negligible:
 
     def names(self, state: AtmosphericState) -> dict[str, float]:
         """Names of those particles with the change of each, K; several of a name together."""
-        found: dict[str, float] = {}
+        changes: dict[str, float] = {}
         for place, change in sorted(self.particles.items()):
             name = state.particles[place].model.name
-            found[name] = found.get(name, 0.0) + change
-        return found
+            changes[name] = changes.get(name, 0.0) + change
+        return changes
 
     def text(self, source: str, state: AtmosphericState) -> str:
         """One line for the tables of a source, empty where they hold everything."""
-        things = (
+        scattered = (
             [f"scattered light of the {source} ({self.scattered[source]:.1e} K)"] if source in self.scattered else []
         )
-        return ", ".join(things + [f"{name} ({change:.1e} K)" for name, change in self.names(state).items()])
+        return ", ".join(scattered + [f"{name} ({change:.1e} K)" for name, change in self.names(state).items()])

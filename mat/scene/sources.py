@@ -9,9 +9,10 @@ from skyshine.mat.atmosphere.sources.sun_and_moon import lunar_irradiance, posit
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
+from skyshine.schemas.arrays import Floats
 
 
-def source_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.ndarray | None = None) -> np.ndarray:
+def source_irradiance(job: Job, source: str, wavenumber: Floats, width: Floats | None = None) -> Floats:
     """Irradiance (P,) of a source outside the atmosphere on the day of the job, W m^-2 (cm^-1)^-1; mean over widths in
     cm^-1.
 
@@ -20,23 +21,24 @@ def source_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.n
     """
     site = job.site
     hour = 12.0 if source == "sun" else 24.0
-    where = position(source, local_times_utc(site, [hour]), site.latitude_deg, site.longitude_deg)
+    where = position(source, local_times_utc(site, np.array([hour])), site.latitude_deg, site.longitude_deg)
     if source == "sun":
-        return solar_irradiance(wavenumber, width) / where.sun_distance[0] ** 2
+        sunlight: Floats = solar_irradiance(wavenumber, width) / where.sun_distance[0] ** 2
+        return sunlight
     moon = lunar_irradiance(
         wavenumber, where.phase_angle[0], where.distance[0], where.sun_distance[0], bool(where.waxing[0]), width
     )
     return moon.total
 
 
-def usual_irradiance(job: Job, source: str, wavenumber: np.ndarray, width: np.ndarray | None = None) -> np.ndarray:
+def usual_irradiance(job: Job, source: str, wavenumber: Floats, width: Floats | None = None) -> Floats:
     """As `source_irradiance`, the same for all days on which its spectrum has the same shape: the Sun at 1 au."""
     if source == "sun":
         return solar_irradiance(wavenumber, width)
     return source_irradiance(job, source, wavenumber, width)
 
 
-def solar_spectrum() -> tuple[np.ndarray, np.ndarray]:
+def solar_spectrum() -> tuple[Floats, Floats]:
     """Sunlight outside the atmosphere at 1 au: wavelength (n,) um, increasing, and irradiance (n,) W m^-2 um^-1."""
     wavelength = np.geomspace(0.25, 25.0, 3000)
     wavenumber = 1e4 / wavelength
@@ -58,6 +60,6 @@ def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, st
     return spans
 
 
-def irradiance_of_sources(job: Job, band: BandPoints) -> np.ndarray:
+def irradiance_of_sources(job: Job, band: BandPoints) -> Floats:
     """Irradiance (B, P) W m^-2 (cm^-1)^-1 of each source of a job outside the atmosphere, at the points of a band."""
     return np.stack([source_irradiance(job, source, band.wavenumber, band.width) for source in job.sources])

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from skyshine.mat.job.atmosphere import Cloud, State
 from skyshine.mat.job.model import Job
+from skyshine.mat.job.site import Site
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.schemas.quantity import quantity
 
 
-def state_summaries(job: Job) -> list[dict]:
+def state_summaries(job: Job) -> list[dict[str, Any]]:
     """One dict a state: what it is made of, and its columns above the site's ground with their units."""
     return [_summary(job.site, state) for state in job.states]
 
 
-def _summary(site, state) -> dict:
+def _summary(site: Site, state: State) -> dict[str, Any]:
     air = atmospheric_state(site, state)
     ground = air.surface_altitude
     at_ground = sum(component.extinction_550[0] for component in air.particles)
-    summary = {
+    summary: dict[str, Any] = {
         "profile": state.profile,
         "sounding": None if state.sounding is None else state.sounding.name,
         "preset": state.preset,
@@ -37,7 +41,7 @@ def _summary(site, state) -> dict:
     return summary
 
 
-def _cloud(cloud) -> dict:
+def _cloud(cloud: Cloud) -> dict[str, Any]:
     layer = cloud.layer()
     return {
         "phase": layer.phase,
@@ -48,7 +52,7 @@ def _cloud(cloud) -> dict:
     }
 
 
-def summary_line(summary: dict) -> str:
+def summary_line(summary: dict[str, Any]) -> str:
     """A summary in one line of text."""
     parts = [summary["profile"] if summary["sounding"] is None else f"{summary['sounding']} below {summary['profile']}"]
     parts.append(f"water vapour {summary['water_vapour']['value']:.3g} mm, ozone {summary['ozone']['value']:.3g} DU")

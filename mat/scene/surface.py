@@ -78,18 +78,20 @@ def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, S
 def _weather(sun: SunPath, given: Weather) -> NearSurfaceAir:
     daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
     if given.hourly is None:
-        low, high = np.broadcast_to(given.air_temperature_c, 2) + ZERO_CELSIUS
+        low, high = np.broadcast_to(np.asarray(given.air_temperature_c, float), 2) + ZERO_CELSIUS
         return from_extremes(sun, low, high, *daily)
     table = given.hourly
     by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
+    humidity, wind, cloud = (
+        np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)
+    )
     return from_hours(
         sun.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
         np.array(table.time),
         np.array(table.air_temperature_c) + ZERO_CELSIUS,
-        *(
-            np.asarray(all_day if hours is None else hours, float)
-            for all_day, hours in zip(daily, by_hour, strict=True)
-        ),
+        humidity,
+        wind,
+        cloud,
         None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
         _radiation(table) if given.radiation == "measured" else None,
     )

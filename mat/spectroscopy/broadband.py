@@ -17,6 +17,7 @@ import numpy as np
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import (
     FILETYPE,
@@ -26,6 +27,7 @@ from skyshine.mat.atmosphere.spectra.fluxes import (
     sky_emission,
     sunlight_shares,
 )
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
@@ -73,11 +75,13 @@ def perturbed_state(name: str, rng: np.random.Generator) -> AtmosphericState:
     state = AtmosphericState.from_profile(
         profile,
         surface_altitude=float(rng.choice([0.0, 0.0, 500.0, 2000.0, 4000.0])),
-        co2_ppm=float(rng.uniform(280.0, 800.0)),
-        humidity_scale=float(np.exp(rng.uniform(np.log(0.1), np.log(3.0)))),
-        gas_scale=factors,
-        aerosol=str(rng.choice(_AEROSOLS)),
-        visibility_km=float(np.exp(rng.uniform(np.log(1.0), np.log(150.0)))),
+        gas_amounts=GasAmounts(
+            ppm={"CO2": float(rng.uniform(280.0, 800.0))},
+            scale={"H2O": float(np.exp(rng.uniform(np.log(0.1), np.log(3.0)))), **factors},
+        ),
+        aerosol=Aerosol(
+            str(rng.choice(_AEROSOLS)), visibility_km=float(np.exp(rng.uniform(np.log(1.0), np.log(150.0))))
+        ),
         surface_albedo=float(rng.uniform(0.0, 0.9)),
     )
     return _with_cloud(state, rng) if rng.random() < 1 / 3 else state

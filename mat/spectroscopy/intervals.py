@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.selection import select_points
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, CrossSectionNodes, water_continuum
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, CrossSectionNodes, water_continuum
 from skyshine.mat.radiometry.constants import C2
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.continua import ContinuumModel

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, water_continuum
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, water_continuum
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.mat.spectroscopy import linebyline

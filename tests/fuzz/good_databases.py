@@ -23,7 +23,7 @@ from skyshine.mat.tables.stated_error import accuracy_group, measure
 from skyshine.materials.library import load_library
 from skyshine.schemas.hdf5 import Group, Header, Variable, write_file
 from skyshine.tmm import map_texture, write_texture
-from skyshine.tmm.job import TextureJob
+from skyshine.tmm.job.model import TextureJob
 
 FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5", "texture": "road.tmm.h5"}
 READ_BY_RUNTIMES = ("surface", "band", "atmosphere")
@@ -128,7 +128,13 @@ def _atmosphere() -> Group:
     )
     tables = {}
     for number, (name, (_, count)) in enumerate(QUANTITIES.items()):
-        nodes = [grid.range_km, grid.altitude_km, grid.elevation_deg, grid.source_elevation_deg, grid.source_azimuth_deg]
+        nodes = [
+            grid.range_km,
+            grid.altitude_km,
+            grid.elevation_deg,
+            grid.source_elevation_deg,
+            grid.source_azimuth_deg,
+        ]
         tables[name] = Gridded(grid, _waves(nodes[:count], 5.0 + number, 1.0), np.ones((3, 3, 3), bool))
     accuracy = _accuracy(QUANTITIES)
     spectral = {

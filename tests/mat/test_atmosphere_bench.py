@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.bench import atmosphere as bench
 from skyshine.mat.bench import lowtran
@@ -46,7 +47,7 @@ def test_cells_per_second_are_those_of_the_stages(result):
 
 
 def test_more_and_fewer_levels_hold_the_same_air():
-    state = AtmosphericState.from_profile("us_standard", aerosol="none")
+    state = AtmosphericState.from_profile("us_standard", aerosol=Aerosol("none"))
     fine = bench.halved(state)
     np.testing.assert_array_equal(bench.thinned(fine, np.arange(0, fine.altitude.size, 2)).altitude, state.altitude)
     column = [one._column(one.number_density, 0.0) for one in (state, fine)]
@@ -54,7 +55,7 @@ def test_more_and_fewer_levels_hold_the_same_air():
 
 
 def test_the_peer_reads_the_source_of_light_from_its_cards():
-    state = bench.thinned(AtmosphericState.from_profile("us_standard", aerosol="none"), [0, 5, 10])
+    state = bench.thinned(AtmosphericState.from_profile("us_standard", aerosol=Aerosol("none")), [0, 5, 10])
     dark, lit = (lowtran.Sight(0.0, 30.0, 5e3, sun=sun) for sun in (None, (40.0, 25.0)))
     cards = [lowtran._cards(state, sight, 800.0, 900.0, 1, lowtran.Haze()).splitlines() for sight in (dark, lit)]
     assert [int(lines[0][10:15]) for lines in cards] == [1, 2] and [int(lines[0][15:20]) for lines in cards] == [0, 1]

@@ -9,6 +9,7 @@ import pytest
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.emission import EmissionClasses, beta_star_table, emission_weights, ln_transmittance
@@ -33,7 +34,9 @@ def band():
 
 @pytest.fixture(scope="module")
 def atmosphere(band):
-    return BandAtmosphere.of(AtmosphericState.from_profile("us_standard", co2_ppm=420), band)
+    return BandAtmosphere.of(
+        AtmosphericState.from_profile("us_standard", gas_amounts=GasAmounts(ppm={"CO2": 420})), band
+    )
 
 
 def two_points(wavenumber=(2000.0, 3000.0)):

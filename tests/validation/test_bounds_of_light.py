@@ -9,11 +9,12 @@ import pytest
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES
+from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES, Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.profiles import PROFILES
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.bounds import Scattering
@@ -54,12 +55,14 @@ def drawn(generator):
         )
     return AtmosphericState.from_profile(
         name,
-        aerosol=str(generator.choice([*BOUNDARY_MODELS, "none"])),
-        visibility_km=10 ** generator.uniform(-1, 2.47),
-        stratosphere=str(generator.choice(list(STRATOSPHERES))),
+        aerosol=Aerosol(
+            str(generator.choice([*BOUNDARY_MODELS, "none"])),
+            visibility_km=10 ** generator.uniform(-1, 2.47),
+            stratosphere=str(generator.choice(list(STRATOSPHERES))),
+        ),
         surface_albedo=float(generator.choice([0.0, generator.random(), 0.95])),
         surface_altitude=float(generator.choice([0.0, 2100.0])),
-        humidity_scale=float(generator.choice([0.01, 1.0])),
+        gas_amounts=GasAmounts(scale={"H2O": float(generator.choice([0.01, 1.0]))}),
         clouds=clouds,
         rain=RainLayer(10 ** generator.uniform(-1, 2), 2e3) if chance() < 0.15 and not clouds else None,
     )

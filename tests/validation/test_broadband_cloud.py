@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
@@ -19,7 +20,7 @@ STATES = {
     "stratus": {"clouds": ["stratus"]},
     "cirrus": {"clouds": ["cirrus"]},
     "rain": {"clouds": ["nimbostratus"], "rain": RainLayer(5.0, 2e3)},
-    "desert": {"aerosol": "desert", "wind_speed": 15.0},
+    "desert": {"aerosol": Aerosol("desert", wind_speed=15.0)},
 }
 
 

@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import BroadbandPoints, broadband_fluxes
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.profiles import PROFILES
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 
@@ -282,7 +284,7 @@ def shortwave(wheel, state, elevation):
 
 
 def clear(profile):
-    return AtmosphericState.from_profile(profile, co2_ppm=CO2_PPM, aerosol="none")
+    return AtmosphericState.from_profile(profile, gas_amounts=GasAmounts(ppm={"CO2": CO2_PPM}), aerosol=Aerosol("none"))
 
 
 @pytest.mark.parametrize("profile", PROFILES)

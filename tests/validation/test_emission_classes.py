@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.measure.probes import lines_in_cells
@@ -29,7 +30,10 @@ def test_temperature_and_classes_earn_their_axes(edges, worth):
     response, library = SpectralResponse.rectangular(*edges), load_library()
     band = band_points(absorption_table().points(*response.wavenumber_range), response)
     air = SpectralAir.of(
-        AtmosphericState.from_profile("midlatitude_summer", co2_ppm=420), band.points, band.gases, band.weight
+        AtmosphericState.from_profile("midlatitude_summer", gas_amounts=GasAmounts(ppm={"CO2": 420})),
+        band.points,
+        band.gases,
+        band.weight,
     )
     rho = np.array(
         [

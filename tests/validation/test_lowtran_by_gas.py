@@ -7,7 +7,9 @@ pytestmark = [pytest.mark.validation, pytest.mark.shared_data]
 
 pytest.importorskip("numba")
 
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, AbsorptionTable
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.bench import lowtran
 from skyshine.mat.spectroscopy.continua import Continua
@@ -36,7 +38,7 @@ def rows(shared_data, lowtran_program):
         AbsorptionTable.open(),
     )
     path = horizontal_path("tropical", LENGTH)
-    state = _thinned(AtmosphericState.from_profile("tropical", aerosol="none"))
+    state = _thinned(AtmosphericState.from_profile("tropical", aerosol=Aerosol("none")))
     found = []
     for region, (low, high) in REGIONS.items():
         for first, last in table.coverage:

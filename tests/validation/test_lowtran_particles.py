@@ -5,6 +5,7 @@ import pytest
 
 pytestmark = pytest.mark.validation
 
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -29,7 +30,7 @@ AEROSOLS = {
 def air():
     from dataclasses import replace
 
-    state = AtmosphericState.from_profile("us_standard", aerosol="none")
+    state = AtmosphericState.from_profile("us_standard", aerosol=Aerosol("none"))
     every = slice(None, None, 2)  # LOWTRAN7 takes 34 levels
     levels = {name: getattr(state, name)[every] for name in ("altitude", "pressure", "temperature")}
     return replace(state, **levels, mole_fraction={gas: values[every] for gas, values in state.mole_fraction.items()})
@@ -59,7 +60,9 @@ def ours(state, wavenumber):
 def test_aerosol_at_the_ground(name, air, lowtran_program):
     number, visibility = AEROSOLS[name]
     wavenumber, peer = theirs(lowtran_program, air, lowtran.Haze(number, 1, 1, visibility=visibility or 0.0, wind=10.0))
-    state = AtmosphericState.from_profile("us_standard", aerosol=name, visibility_km=visibility, wind_speed=10.0)
+    state = AtmosphericState.from_profile(
+        "us_standard", aerosol=Aerosol(name, visibility_km=visibility, wind_speed=10.0)
+    )
     off = ours(state, wavenumber) / peer - 1
     print(f"\n{name}: rms {np.sqrt(np.mean(off**2)):.4f}, largest {np.abs(off).max():.4f} of LOWTRAN7's extinction")
     assert np.sqrt(np.mean(off**2)) < 0.01 and np.abs(off).max() < 0.02
@@ -68,7 +71,7 @@ def test_aerosol_at_the_ground(name, air, lowtran_program):
 @pytest.mark.parametrize("rate", [1.0, 5.0, 25.0])
 def test_rain_at_the_ground(rate, air, lowtran_program):
     wavenumber, peer = theirs(lowtran_program, air, lowtran.Haze(rain=rate))
-    state = AtmosphericState.from_profile("us_standard", aerosol="none", rain=RainLayer(rate, 3e3))
+    state = AtmosphericState.from_profile("us_standard", aerosol=Aerosol("none"), rain=RainLayer(rate, 3e3))
     off = ours(state, wavenumber) / peer - 1
     print(f"\nrain {rate:g} mm/h: from {off.min():+.4f} to {off.max():+.4f} of LOWTRAN7's extinction")
     # LOWTRAN7 takes twice the cross section at every wavelength; drizzle is not that large.

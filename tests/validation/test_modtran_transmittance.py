@@ -26,8 +26,11 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.spectral_points import water_continuum
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer import segments as transfer
@@ -107,7 +110,9 @@ def spectra(peers):
 
 @pytest.fixture(scope="module")
 def state():
-    return AtmosphericState.from_profile("midlatitude_summer", co2_ppm=360, aerosol="rural", visibility_km=23)
+    return AtmosphericState.from_profile(
+        "midlatitude_summer", gas_amounts=GasAmounts(ppm={"CO2": 360}), aerosol=Aerosol("rural", visibility_km=23)
+    )
 
 
 def lines_of_sight(shells, paths):

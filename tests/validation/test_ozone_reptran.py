@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 
 LOW, HIGH = 965.0, 1085.0  # cm^-1
@@ -16,7 +17,7 @@ pytestmark = [pytest.mark.validation, pytest.mark.shared_data]
 
 def layers(profile):
     """Mid-layer pressure [Pa], temperature [K] and ozone column [m^-2] of fine layers."""
-    state = AtmosphericState.from_profile(profile, aerosol="none")
+    state = AtmosphericState.from_profile(profile, aerosol=Aerosol("none"))
     edge = np.concatenate([np.arange(0, 30e3, 250.0), np.arange(30e3, 60e3, 1e3)])
     middle = 0.5 * (edge[1:] + edge[:-1])
     pressure, temperature = state.pressure_at(middle), state.temperature_at(middle)

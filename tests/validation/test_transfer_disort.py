@@ -12,6 +12,8 @@ import pytest
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, AerosolOptics
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer import segments as transfer
@@ -87,7 +89,10 @@ def disort(air, point, mu0, beam, emission, surface):
 def test_sky_irradiance(band, visibility, record_property):
     pytest.importorskip("PythonicDISORT")
     state = AtmosphericState.from_profile(
-        "midlatitude_summer", co2_ppm=420, visibility_km=visibility, surface_albedo=0.0
+        "midlatitude_summer",
+        gas_amounts=GasAmounts(ppm={"CO2": 420}),
+        aerosol=Aerosol(visibility_km=visibility),
+        surface_albedo=0.0,
     )
     points = AbsorptionTable.open().points(*BANDS[band])
     air = SpectralAir.of(state, points.subset(np.arange(0, points.wavenumber.size, 6)))
@@ -141,7 +146,7 @@ class Droplets:
 
 def particles(kind, depth, albedo):
     """Air with particles of one vertical optical depth: haze to 5 km or a cloud at 1 to 1.5 km."""
-    state = AtmosphericState.from_profile("us_standard", aerosol="none", surface_albedo=albedo)
+    state = AtmosphericState.from_profile("us_standard", aerosol=Aerosol("none"), surface_albedo=albedo)
     altitude = state.altitude
     if kind == "cloud":
         model, shape = Droplets(), ((altitude >= 1000) & (altitude <= 1500)) * 1e-9

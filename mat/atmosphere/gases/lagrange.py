@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.arrays import Floats
 
 
-def lagrange_weights(nodes, x):
+def lagrange_weights(nodes: npt.ArrayLike, x: npt.ArrayLike) -> Floats:
     """Weights of the cubic through the four nodes around each x.
 
     Parameters

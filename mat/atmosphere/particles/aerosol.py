@@ -6,18 +6,21 @@ are LOWTRAN7's own tables (34 angles, 27 wavelengths from 0.2 to 40 um), not Hen
 all longer waves.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 
 import numpy as np
+import numpy.typing as npt
 
-from skyshine import atmospheres
+from skyshine.mat.atmosphere.particles import tables
 from skyshine.mat.atmosphere.particles.particles import AerosolOptics
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-MODELS = ("rural", "urban", "maritime", "tropospheric", "fog_advection", "fog_radiation")
+MODELS: tuple[str, ...] = ("rural", "urban", "maritime", "tropospheric", "fog_advection", "fog_radiation")
 MODELS += ("stratospheric_background", "volcanic_aged", "volcanic_fresh", "meteoric_dust")
 
 
@@ -44,18 +47,18 @@ class AerosolModel:
     """
 
     name: str
-    humidity: np.ndarray
-    wavelength: np.ndarray
-    extinction: np.ndarray
-    absorption: np.ndarray
-    asymmetry: np.ndarray
-    phase_angle: np.ndarray
-    phase_wavelength: np.ndarray
-    phase: np.ndarray
+    humidity: Floats
+    wavelength: Floats
+    extinction: Floats
+    absorption: Floats
+    asymmetry: Floats
+    phase_angle: Floats
+    phase_wavelength: Floats
+    phase: Floats
     fixed_humidity: float | None = None
 
     @staticmethod
-    def load(name, fixed_humidity=None):
+    def load(name: str, fixed_humidity: float | None = None) -> AerosolModel:
         """Load a packaged model.
 
         Parameters
@@ -75,7 +78,7 @@ class AerosolModel:
             raise InputError(f"no aerosol model '{name}'; did you mean '{nearest}'? Allowed: {', '.join(MODELS)}")
         return _load(name, fixed_humidity)
 
-    def optics(self, wavenumber, relative_humidity):
+    def optics(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> AerosolOptics:
         """Extinction, single-scattering albedo and asymmetry.
 
         Interpolation is LOWTRAN7's: logarithm of the property linear in log(100 - humidity), then linear in wavelength.
@@ -107,7 +110,9 @@ class AerosolModel:
         beyond = np.minimum(1.0, self.wavelength[-1] / wavelength)
         return AerosolOptics(extinction * beyond, 1.0 - absorption / extinction, asymmetry)
 
-    def phase_function(self, cos_angle, wavenumber, relative_humidity):
+    def phase_function(
+        self, cos_angle: npt.ArrayLike, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike
+    ) -> Floats:
         """Scattering phase function.
 
         Logarithm linear in angle between the tabulated angles, then linear in wavelength and humidity, so that the mean
@@ -140,16 +145,17 @@ class AerosolModel:
         at_humidity = np.einsum(
             "hl,ahv->alv", linear_weights(self.humidity, self._humidity(relative_humidity)), at_angle
         )
-        return at_humidity @ linear_weights(self.phase_wavelength, self._wavelength(wavenumber))
+        phase: Floats = at_humidity @ linear_weights(self.phase_wavelength, self._wavelength(wavenumber))
+        return phase
 
-    def _wavelength(self, wavenumber):
+    def _wavelength(self, wavenumber: npt.ArrayLike) -> Floats:
         wavenumber = np.atleast_1d(np.asarray(wavenumber, dtype=float))
         limit = 1e4 / self.wavelength[0]
         if not np.all((wavenumber > 0) & (wavenumber <= limit * (1 + 1e-9))):
             raise InputError(f"aerosol '{self.name}' is tabulated for wavenumbers above 0 and up to {limit:.0f} cm-1")
         return 1e4 / wavenumber
 
-    def _humidity(self, relative_humidity):
+    def _humidity(self, relative_humidity: npt.ArrayLike) -> Floats:
         humidity = np.atleast_1d(np.asarray(relative_humidity, dtype=float))
         if not np.all(humidity >= 0):
             raise InputError("relative humidity must be at least 0 percent and a number")
@@ -157,20 +163,19 @@ class AerosolModel:
             humidity = np.full_like(humidity, self.fixed_humidity)
         return humidity
 
-    def _log_humidity_weights(self, relative_humidity):
+    def _log_humidity_weights(self, relative_humidity: npt.ArrayLike) -> Floats:
         humidity = np.minimum(self._humidity(relative_humidity), self.humidity[-1])
         return linear_weights(-np.log(100 - self.humidity), -np.log(100 - humidity))
 
 
 @cache
-def _load(name, fixed_humidity):
-    table = read_csv(atmospheres.path(f"aerosol/{name}.csv"))
+def _load(name: str, fixed_humidity: float | None) -> AerosolModel:
+    table = tables.aerosol_table(name)
     humidity = np.unique(table["relative_humidity[percent]"])
     extinction, absorption, asymmetry = (
         table[column].reshape(len(humidity), -1) for column in ("extinction", "absorption", "asymmetry")
     )
-    functions = read_csv(atmospheres.path("aerosol/phase_functions.csv"))
-    index = read_csv(atmospheres.path("aerosol/phase_index.csv"))
+    functions, index = tables.phase_function_tables()
     rows = np.flatnonzero(index["model"] == name)
     phase_columns = list(index)[2:]
     number = np.array([index[column][rows] for column in phase_columns], dtype=int).T
@@ -189,14 +194,15 @@ def _load(name, fixed_humidity):
     )
 
 
-def interpolate_humidity(weights, table):
+def interpolate_humidity(weights: Floats, table: Floats) -> Floats:
     """Interpolate the logarithm of a (H, W) table with (H, L) weights; a model of one humidity may hold zeros."""
     if len(table) == 1:
         return np.broadcast_to(table, (weights.shape[1], table.shape[1]))
-    return np.exp(weights.T @ np.log(table))
+    interpolated: Floats = np.exp(weights.T @ np.log(table))
+    return interpolated
 
 
-def linear_weights(nodes, points):
+def linear_weights(nodes: Floats, points: Floats) -> Floats:
     """Weights (N, M) of linear interpolation from N increasing nodes to M points, the end values held outside."""
     if len(nodes) == 1:
         return np.ones((1, len(points)))

@@ -7,10 +7,14 @@ Kneizys et al. 1988, AFGL-TR-88-0177 (SUBROUTINES AERPRF and EXABIN, BLOCK DATA 
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from skyshine import atmospheres
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.atmosphere.particles import tables
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
+from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.particles.windblown import (
     DEFAULT_AIR_MASS,
     DEFAULT_WIND,
@@ -20,12 +24,12 @@ from skyshine.mat.atmosphere.particles.windblown import (
     navy_maritime_model,
     navy_maritime_with_amount,
 )
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError, nearest
 
 # Of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); those of desert and Navy follow the
 # wind.
-BOUNDARY_MODELS = {
+BOUNDARY_MODELS: dict[str, float | None] = {
     "rural": 23.0,
     "urban": 5.0,
     "maritime": 23.0,
@@ -35,6 +39,7 @@ BOUNDARY_MODELS = {
     "fog_advection": 0.2,
     "fog_radiation": 0.5,
 }
+_FIXED_VISIBILITY = {name: visibility for name, visibility in BOUNDARY_MODELS.items() if visibility is not None}
 # Loading (aerosol/stratosphere.csv) and particles of the stratosphere: LOWTRAN7's IVULCN 1, 2, 5, 4, 3, 8.
 STRATOSPHERES = {
     "background": ("background", "stratospheric_background"),
@@ -57,7 +62,40 @@ TERRAIN_ALTITUDE = 6e3
 TRANSITIONS = ((2e3, 3e3), (10e3, 11e3), (30e3, 35e3))
 
 
-def default_visibility(model, wind_speed=DEFAULT_WIND, relative_humidity=80.0, air_mass=DEFAULT_AIR_MASS):
+@dataclass(frozen=True)
+class Aerosol:
+    """The aerosol over a place, by LOWTRAN7's models.
+
+    Attributes
+    ----------
+    model : str
+        Of the lowest 2 km, one of `BOUNDARY_MODELS`, or "none" for air without particles at any height.
+    visibility_km : float, optional
+        0.1 to 300; by default that of the model (`default_visibility`).
+    wind_speed : float
+        At 10 m, m s^-1, which raises the desert and Navy maritime aerosols.
+    air_mass : int
+        1 (open ocean) to 10 (continental): of the Navy maritime aerosol.
+    stratosphere : str
+        One of `STRATOSPHERES`.
+    season : str, optional
+        One of `SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
+    """
+
+    model: str = "rural"
+    visibility_km: float | None = None
+    wind_speed: float = DEFAULT_WIND
+    air_mass: int = DEFAULT_AIR_MASS
+    stratosphere: str = "background"
+    season: str | None = None
+
+
+def default_visibility(
+    model: str,
+    wind_speed: float = DEFAULT_WIND,
+    relative_humidity: float = 80.0,
+    air_mass: int = DEFAULT_AIR_MASS,
+) -> float:
     """Visibility [km] that belongs to a boundary-layer model.
 
     Parameters
@@ -75,11 +113,17 @@ def default_visibility(model, wind_speed=DEFAULT_WIND, relative_humidity=80.0, a
     elif model == "navy_maritime":
         at_550 = float(np.interp(relative_humidity, HUMIDITY, navy_maritime_with_amount(wind_speed, air_mass)[1]))
     else:
-        return BOUNDARY_MODELS.get(model, BOUNDARY_MODELS["rural"])
+        return _FIXED_VISIBILITY.get(model, _FIXED_VISIBILITY["rural"])
     return float(np.clip(KOSCHMIEDER / (at_550 + RAYLEIGH_550 * 1e3), *VISIBILITY_RANGE))
 
 
-def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0, loading="background"):
+def aerosol_extinction_550(
+    altitude: npt.ArrayLike,
+    visibility_km: float,
+    season: str,
+    ground_altitude: float = 0.0,
+    loading: str = "background",
+) -> Floats:
     """Aerosol extinction at 0.55 um against altitude.
 
     At the ground extinction is 3.912 / visibility (Koschmieder) less that of the molecules. Above it follows LOWTRAN7
@@ -116,32 +160,31 @@ def aerosol_extinction_550(altitude, visibility_km, season, ground_altitude=0.0,
     if season not in SEASONS:
         raise InputError(f"no aerosol season '{season}'; allowed: {', '.join(SEASONS)}")
     altitude = _model_altitude(altitude, ground_altitude)
-    table = read_csv(atmospheres.path("aerosol/vertical.csv"))
+    table = tables.vertical_table()
     levels = table["altitude[km]"] * 1e3
     columns = {
         float(name.rpartition("_")[2]): values * 1e-3 for name, values in table.items() if name.startswith(season)
     }
     extinction = _interpolate_visibility(columns, visibility_km)
     if loading != "background":
-        laden = read_csv(atmospheres.path("aerosol/stratosphere.csv"))
-        extinction[-laden["altitude[km]"].size :] = laden[f"{season}_{loading}"] * 1e-3
+        stratosphere = tables.stratosphere_table()
+        extinction[-stratosphere["altitude[km]"].size :] = stratosphere[f"{season}_{loading}"] * 1e-3
     extinction[0] = KOSCHMIEDER / (visibility_km * 1e3) - RAYLEIGH_550
     profile = np.exp(np.interp(altitude, levels, np.log(extinction)))
     return np.where(altitude > levels[-1], 0.0, profile)
 
 
-def _interpolate_visibility(columns, visibility):
-    """Linear in 1 / visibility between (and beyond) the tabulated profiles; a dict of visibility [km] to (N,)
-    profiles.
-    """
+def _interpolate_visibility(columns: dict[float, Floats], visibility: float) -> Floats:
+    """Profile (N,) of a visibility [km], linear in 1 / visibility between (and beyond) the tabulated ones."""
     nodes = np.array(sorted(columns, reverse=True))
     upper = int(np.clip(np.searchsorted(1 / nodes, 1 / visibility), 1, len(nodes) - 1))
     first, second = nodes[upper - 1], nodes[upper]
     fraction = (1 / visibility - 1 / first) / (1 / second - 1 / first)
-    return columns[first] + fraction * (columns[second] - columns[first])
+    profile: Floats = columns[first] + fraction * (columns[second] - columns[first])
+    return profile
 
 
-def _model_altitude(altitude, ground_altitude):
+def _model_altitude(altitude: npt.ArrayLike, ground_altitude: float) -> Floats:
     """Altitude in a profile that begins at sea level."""
     altitude = np.atleast_1d(np.asarray(altitude, dtype=float))
     if np.any(np.isnan(altitude)):
@@ -151,38 +194,30 @@ def _model_altitude(altitude, ground_altitude):
             f"ground altitude {ground_altitude} m is not below {TERRAIN_ALTITUDE:.0f} m, where aerosol profiles end"
         )
     squeezed = TERRAIN_ALTITUDE * (altitude - ground_altitude) / (TERRAIN_ALTITUDE - ground_altitude)
-    return np.where(altitude < TERRAIN_ALTITUDE, np.maximum(squeezed, 0.0), altitude)
+    position: Floats = np.where(altitude < TERRAIN_ALTITUDE, np.maximum(squeezed, 0.0), altitude)
+    return position
 
 
 def aerosol_layers(
-    altitude,
-    visibility_km,
-    season,
-    boundary_model,
-    ground_altitude=0.0,
-    stratosphere="background",
-    wind_speed=DEFAULT_WIND,
-    air_mass=DEFAULT_AIR_MASS,
-):
+    altitude: Floats,
+    aerosol: Aerosol,
+    visibility_km: float,
+    season: str,
+    ground_altitude: float = 0.0,
+) -> list[tuple[AerosolModel | HenyeyGreensteinModel, Floats]]:
     """The aerosol models of a column and how much of each there is.
 
     Parameters
     ----------
     altitude : (N,) array
         Above sea level, m.
+    aerosol : Aerosol
+        Its models; visibility and season, which it may leave open, are those that follow.
     visibility_km : float
     season : str
         One of `SEASONS`.
-    boundary_model : str
-        Model of the lowest 2 km, one of `BOUNDARY_MODELS`; ``"none"`` for a column without any aerosol.
     ground_altitude : float
         Above sea level, m.
-    stratosphere : str
-        One of `STRATOSPHERES`.
-    wind_speed : float
-        At 10 m, m s^-1: of the desert and Navy maritime aerosols.
-    air_mass : int
-        1 (open ocean) to 10 (continental): of the Navy maritime aerosol.
 
     Returns
     -------
@@ -196,14 +231,14 @@ def aerosol_layers(
     InputError
         As `aerosol_extinction_550` and `AerosolModel.load`.
     """
-    if boundary_model == "none":
+    if aerosol.model == "none":
         return []
-    for name, allowed in ((boundary_model, (*BOUNDARY_MODELS, "none")), (stratosphere, STRATOSPHERES)):
+    for name, allowed in ((aerosol.model, (*BOUNDARY_MODELS, "none")), (aerosol.stratosphere, STRATOSPHERES)):
         if name not in allowed:
             raise InputError(f"no aerosol '{name}'; {nearest(name, allowed)}")
-    loading, particles = STRATOSPHERES[stratosphere]
+    loading, particles = STRATOSPHERES[aerosol.stratosphere]
     models = (
-        _boundary_layer(boundary_model, wind_speed, air_mass),
+        _boundary_layer(aerosol),
         AerosolModel.load("tropospheric", fixed_humidity=TROPOSPHERIC_HUMIDITY),
         AerosolModel.load(particles),
         AerosolModel.load("meteoric_dust"),
@@ -215,7 +250,9 @@ def aerosol_layers(
     return [(model, extinction * share) for model, share in zip(models, shares, strict=True)]
 
 
-def _boundary_layer(name, wind_speed, air_mass):
-    if name == "desert":
-        return desert_model(wind_speed)
-    return navy_maritime_model(wind_speed, air_mass) if name == "navy_maritime" else AerosolModel.load(name)
+def _boundary_layer(aerosol: Aerosol) -> AerosolModel | HenyeyGreensteinModel:
+    if aerosol.model == "desert":
+        return desert_model(aerosol.wind_speed)
+    if aerosol.model == "navy_maritime":
+        return navy_maritime_model(aerosol.wind_speed, aerosol.air_mass)
+    return AerosolModel.load(aerosol.model)

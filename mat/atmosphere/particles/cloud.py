@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
-from skyshine import atmospheres
+from skyshine.mat.atmosphere.particles import tables
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel, interpolated_table
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError, nearest
 
 PHASES = ("water", "ice")
@@ -54,7 +55,7 @@ class CloudLayer:
     effective_radius: float
     optical_depth: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.phase not in PHASES:
             raise InputError(f"no cloud of '{self.phase}'; {nearest(self.phase, PHASES)}")
         if not (self.base >= 0 and self.base + THINNEST <= self.top <= TOP_LIMIT):
@@ -73,54 +74,58 @@ class CloudLayer:
             )
 
     @classmethod
-    def of_water_path(cls, phase, base, top, effective_radius, water_path):
+    def of_water_path(
+        cls, phase: str, base: float, top: float, effective_radius: float, water_path: float
+    ) -> CloudLayer:
         """A layer by its path of liquid water or ice [kg m^-2]; `InputError` as the class."""
         thin = cls(phase, base, top, effective_radius, 0.0)
         return cls(phase, base, top, effective_radius, water_path * thin._model[1])
 
     @property
-    def edges(self):
+    def edges(self) -> tuple[float, ...]:
         """Heights above the ground at which levels must stand, m."""
         inner = self.base + self._fade if self.base > 0 else self.base
         return (self.base, inner, self.top - self._fade, self.top)
 
     @property
-    def model(self):
+    def model(self) -> HenyeyGreensteinModel:
         """Optical properties of the droplets or crystals."""
         return self._model[0]
 
     @property
-    def water_path(self):
+    def water_path(self) -> float:
         """Liquid water or ice, kg m^-2."""
         return self.optical_depth / self._model[1]
 
-    def extinction_550(self, height):
+    def extinction_550(self, height: npt.ArrayLike) -> Floats:
         """At 0.55 um at heights above the ground [m], m^-1."""
+        height = np.asarray(height)
         fade = self._fade
         shape = np.clip((self.top - height) / fade, 0.0, 1.0)
         if self.base > 0:
             shape = np.minimum(shape, np.clip((height - self.base) / fade, 0.0, 1.0))
         thickness = self.top - self.base - (fade if self.base > 0 else 0.5 * fade)
-        return self.optical_depth / thickness * shape
+        extinction: Floats = self.optical_depth / thickness * shape
+        return extinction
 
     @property
-    def _fade(self):
+    def _fade(self) -> float:
         return min(_EDGE, _EDGE_SHARE * (self.top - self.base))
 
     @property
-    def _model(self):
+    def _model(self) -> tuple[HenyeyGreensteinModel, float]:
         return _cloud_model(self.phase, self.effective_radius)
 
 
-def cloud_type(name):
+def cloud_type(name: str) -> CloudLayer:
     """A cloud of LOWTRAN7's types as a `CloudLayer`; `InputError` for an unknown name."""
-    types = _types()
+    types = cloud_types()
     if name not in types:
         raise InputError(f"no cloud type '{name}'; {nearest(name, types)}")
     return types[name]
 
 
-def check_phase(layer, temperature):
+def check_phase(layer: CloudLayer, temperature: Floats) -> None:
     """Refuse droplets that would freeze and crystals that would melt.
 
     Parameters
@@ -145,15 +150,15 @@ def check_phase(layer, temperature):
 
 
 @lru_cache(maxsize=32)
-def _cloud_model(phase, radius):
+def _cloud_model(phase: str, radius: float) -> tuple[HenyeyGreensteinModel, float]:
     """The model, and its extinction at 0.55 um in m^2 kg^-1."""
-    table = interpolated_table(read_csv(atmospheres.path(f"cloud/{phase}.csv")), radius)
-    return HenyeyGreensteinModel.of_table(f"{phase} cloud", *table)
+    return HenyeyGreensteinModel.of_table(f"{phase} cloud", *interpolated_table(tables.cloud_table(phase), radius))
 
 
 @lru_cache(maxsize=1)
-def _types():
-    table = read_csv(atmospheres.path("cloud/types.csv"))
+def cloud_types() -> dict[str, CloudLayer]:
+    """The clouds of LOWTRAN7 by name."""
+    table = tables.cloud_types_table()
     return {
         str(row[0]): CloudLayer(str(row[1]), float(row[2]) * 1e3, float(row[3]) * 1e3, float(row[5]), float(row[4]))
         for row in zip(*table.values(), strict=True)

@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
+from skyshine.mat.atmosphere.particles.tables import Columns
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 
@@ -20,9 +23,9 @@ class AerosolOptics:
     single_scattering_albedo, asymmetry : array
     """
 
-    extinction: np.ndarray
-    single_scattering_albedo: np.ndarray
-    asymmetry: np.ndarray
+    extinction: Floats
+    single_scattering_albedo: Floats
+    asymmetry: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,18 +43,25 @@ class HenyeyGreensteinModel:
     """
 
     name: str
-    wavelength: np.ndarray
-    extinction: np.ndarray
-    absorption: np.ndarray
-    asymmetry: np.ndarray
+    wavelength: Floats
+    extinction: Floats
+    absorption: Floats
+    asymmetry: Floats
 
     @classmethod
-    def of_table(cls, name, wavelength, extinction, absorption, asymmetry):
+    def of_table(
+        cls,
+        name: str,
+        wavelength: Floats,
+        extinction: Floats,
+        absorption: Floats,
+        asymmetry: Floats,
+    ) -> tuple[HenyeyGreensteinModel, float]:
         """The model of a table (W,) in any measure, and its extinction at 0.55 um in that measure."""
         at_550 = float(np.interp(0.55, wavelength, extinction))
         return cls(name, wavelength, extinction / at_550, absorption / at_550, asymmetry), at_550
 
-    def optics(self, wavenumber, relative_humidity):
+    def optics(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> AerosolOptics:
         """Extinction, single-scattering albedo and asymmetry; arguments, result and errors as
         `aerosol.AerosolModel.optics`.
 
@@ -68,7 +78,9 @@ class HenyeyGreensteinModel:
             *(np.broadcast_to(part, shape) for part in (extinction * beyond, 1.0 - absorption / extinction, asymmetry))
         )
 
-    def phase_function(self, cos_angle, wavenumber, relative_humidity):
+    def phase_function(
+        self, cos_angle: npt.ArrayLike, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike
+    ) -> Floats:
         """Phase function (A, L, P), mean over the sphere 1; arguments as `aerosol.AerosolModel.phase_function`.
 
         References
@@ -80,20 +92,20 @@ class HenyeyGreensteinModel:
         phase = (1 - g**2) / (1 + g**2 - 2 * g * cosine) ** 1.5
         return np.broadcast_to(phase[:, None], (cosine.shape[0], np.size(relative_humidity), g.size))
 
-    def _wavelength(self, wavenumber):
-        wavelength = 1e4 / np.atleast_1d(np.asarray(wavenumber, dtype=float))
+    def _wavelength(self, wavenumber: npt.ArrayLike) -> Floats:
+        wavelength: Floats = 1e4 / np.atleast_1d(np.asarray(wavenumber, dtype=float))
         if not np.all((wavelength >= self.wavelength[0] * (1 - 1e-9)) & np.isfinite(wavelength)):
             raise InputError(f"'{self.name}' is tabulated from {self.wavelength[0]:g} um on; ask for longer waves")
         return wavelength
 
 
-def interpolated_table(table, value):
+def interpolated_table(table: Columns, value: float) -> tuple[Floats, Floats, Floats, Floats]:
     """Rows of a table at one value of its first column.
 
     Parameters
     ----------
     table : dict of arrays
-        As `datafiles.read_csv`: a first column of nodes above 0, wavelength, extinction, absorption, asymmetry.
+        A first column of nodes above 0, wavelength, extinction, absorption, asymmetry.
     value : float
         Held at the first and last node.
 
@@ -109,7 +121,8 @@ def interpolated_table(table, value):
     lower = min(int(place), nodes.size - 2)
     share = place - lower
 
-    def between(values):
-        return (1 - share) * values[lower] + share * values[lower + 1]
+    def between(values: Floats) -> Floats:
+        mean: Floats = (1 - share) * values[lower] + share * values[lower + 1]
+        return mean
 
     return wavelength[0], np.exp(between(np.log(extinction))), np.exp(between(np.log(absorption))), between(asymmetry)

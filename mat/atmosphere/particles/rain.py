@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
-from skyshine import atmospheres
+from skyshine.mat.atmosphere.particles import tables
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel, interpolated_table
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 # N(D) = N0 exp(-L D), D the diameter, R the rain rate in mm/h.
@@ -39,7 +40,7 @@ class RainLayer:
     rate: float
     top: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not RATES[0] <= self.rate <= RATES[1]:
             raise InputError(f"rain rate {self.rate:g} mm/h is outside {RATES[0]:g} to {RATES[1]:g} mm/h")
         if not 2 * _EDGE <= self.top <= 15e3:
@@ -48,23 +49,25 @@ class RainLayer:
             )
 
     @property
-    def edges(self):
+    def edges(self) -> tuple[float, ...]:
         """Heights above the ground at which levels must stand, m."""
         return (self.top - _EDGE, self.top)
 
     @property
-    def model(self):
+    def model(self) -> HenyeyGreensteinModel:
         """Optical properties of the drops."""
         return _model(self.rate)[0]
 
-    def extinction_550(self, height):
+    def extinction_550(self, height: npt.ArrayLike) -> Floats:
         """At 0.55 um at heights above the ground [m], m^-1."""
         geometric = np.pi * NUMBER / (1e2 * SLOPE_PER_CM * self.rate**SLOPE_EXPONENT) ** 3
-        return geometric * _model(self.rate)[1] * np.clip((self.top - height) / _EDGE, 0.0, 1.0)
+        extinction: Floats = (
+            geometric * _model(self.rate)[1] * np.clip((self.top - np.asarray(height)) / _EDGE, 0.0, 1.0)
+        )
+        return extinction
 
 
 @lru_cache(maxsize=16)
-def _model(rate):
+def _model(rate: float) -> tuple[HenyeyGreensteinModel, float]:
     """The model, and its extinction at 0.55 um over twice the cross section of the drops."""
-    table = interpolated_table(read_csv(atmospheres.path("cloud/rain.csv")), rate)
-    return HenyeyGreensteinModel.of_table("rain", *table)
+    return HenyeyGreensteinModel.of_table("rain", *interpolated_table(tables.rain_table(), rate))

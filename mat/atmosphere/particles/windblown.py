@@ -13,10 +13,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from skyshine import atmospheres
+from skyshine.mat.atmosphere.particles import tables
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, interpolate_humidity, linear_weights
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 DEFAULT_WIND = 10.0  # m/s, which LOWTRAN7 takes for the desert where none is given (SUBROUTINE DESATT)
@@ -27,7 +27,7 @@ STRONGEST_WIND = 20.0  # m/s; LOWTRAN7 takes stronger wind as this
 HUMIDITY = np.append(np.arange(50.0, 95.0, 2.5), [95.0, 96.0, 97.0, 98.0])
 
 
-def desert_model(wind_speed):
+def desert_model(wind_speed: float) -> HenyeyGreensteinModel:
     """The desert aerosol at a wind speed [m/s] at 10 m.
 
     Logarithms of extinction and absorption, and asymmetry, are linear in wind speed (LOWTRAN7, SUBROUTINE DESATT).
@@ -35,14 +35,15 @@ def desert_model(wind_speed):
     Raises
     ------
     InputError
-        For a wind speed outside the tables, 0 to 30 m/s."""
+        For a wind speed outside the tables, 0 to 30 m/s.
+    """
     return desert_with_amount(float(wind_speed))[0]
 
 
 @lru_cache(maxsize=8)
-def desert_with_amount(wind_speed):
+def desert_with_amount(wind_speed: float) -> tuple[HenyeyGreensteinModel, float]:
     """The model, and its extinction at 0.55 um in km^-1."""
-    table = read_csv(atmospheres.path("aerosol/desert.csv"))
+    table = tables.desert_table()
     winds = np.unique(table["wind_speed[m/s]"])
     if not winds[0] <= wind_speed <= winds[-1]:
         raise InputError(
@@ -55,7 +56,7 @@ def desert_with_amount(wind_speed):
     return HenyeyGreensteinModel.of_table("desert", wavelength[0], extinction, absorption, weights @ asymmetry)
 
 
-def navy_maritime_model(wind_speed, air_mass=DEFAULT_AIR_MASS):
+def navy_maritime_model(wind_speed: float, air_mass: int = DEFAULT_AIR_MASS) -> AerosolModel:
     """The Navy maritime aerosol at a wind speed [m/s] and air mass (1 to 10), with asymmetry and phase functions of the
     maritime one.
 
@@ -65,7 +66,7 @@ def navy_maritime_model(wind_speed, air_mass=DEFAULT_AIR_MASS):
 
 
 @lru_cache(maxsize=8)
-def navy_maritime_with_amount(wind_speed, air_mass):
+def navy_maritime_with_amount(wind_speed: float, air_mass: int) -> tuple[AerosolModel, Floats]:
     """The model, and its extinction at 0.55 um in km^-1 at the humidities of its table."""
     wavelength, extinction, absorption = navy_maritime_extinction(wind_speed, air_mass)
     at_550 = extinction[:, np.searchsorted(wavelength, 0.55)]
@@ -86,7 +87,7 @@ def navy_maritime_with_amount(wind_speed, air_mass):
 
 
 @lru_cache(maxsize=8)
-def navy_maritime_extinction(wind_speed, air_mass):
+def navy_maritime_extinction(wind_speed: float, air_mass: int) -> tuple[Floats, Floats, Floats]:
     """Optical properties at W wavelengths and the humidities `HUMIDITY` (H,).
 
     Parameters
@@ -113,16 +114,18 @@ def navy_maritime_extinction(wind_speed, air_mass):
         raise InputError(
             f"air mass {air_mass} is not allowed; give a whole number from {low} (open ocean) to {high} (continental)"
         )
-    table = read_csv(atmospheres.path("aerosol/navy_maritime.csv"))
+    table = tables.navy_maritime_table()
     nodes = np.unique(table["relative_humidity[percent]"])
     wind = min(wind_speed, STRONGEST_WIND)
     amounts = (2000.0 * air_mass**2, max(5.866 * (wind - 2.2), 0.5), 10 ** (0.06 * wind - 2.8))
     growth = ((2 - HUMIDITY / 100) / (6 * (1 - HUMIDITY / 100))) ** (1 / 3)
-    found = []
-    for kind in ("extinction", "absorption"):
-        total = 0.0
+
+    def mixture(kind: str) -> Floats:
+        """Sum over the three parts of the aerosol (H, W), km^-1."""
+        total = np.zeros((HUMIDITY.size, table["wavelength[um]"].size // nodes.size))
         for part, amount in enumerate(amounts, start=1):
             logarithm = table[f"log_{kind}_{part}"].reshape(nodes.size, -1)
             total = total + amount * 10 ** np.array([np.interp(HUMIDITY, nodes, column) for column in logarithm.T]).T
-        found.append(1e-3 * np.pi * total / growth[:, None])
-    return (table["wavelength[um]"].reshape(nodes.size, -1)[0], *found)
+        return 1e-3 * np.pi * total / growth[:, None]
+
+    return table["wavelength[um]"].reshape(nodes.size, -1)[0], mixture("extinction"), mixture("absorption")

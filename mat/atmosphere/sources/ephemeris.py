@@ -1,10 +1,15 @@
 """Where the Sun and the Moon stand, by the package astronomy-engine (VSOP87 and NOVAS, within one arc minute)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT
+from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
 
 SOURCES = ("sun", "moon")
@@ -33,15 +38,17 @@ class SourcePosition:
         observer's.
     """
 
-    elevation: np.ndarray
-    azimuth: np.ndarray
-    distance: np.ndarray
-    phase_angle: np.ndarray
-    waxing: np.ndarray
-    sun_distance: np.ndarray
+    elevation: Floats
+    azimuth: Floats
+    distance: Floats
+    phase_angle: Floats
+    waxing: Booleans
+    sun_distance: Floats
 
 
-def position(source, times, latitude, longitude, height=0.0):
+def position(
+    source: str, times: npt.ArrayLike, latitude: float, longitude: float, height: float = 0.0
+) -> SourcePosition:
     """Position of the Sun or the Moon for an observer on the Earth.
 
     Parameters
@@ -79,28 +86,29 @@ def position(source, times, latitude, longitude, height=0.0):
     return SourcePosition(elevation, azimuth, distance, phase_angle, waxing.astype(bool), sun_distance)
 
 
-def _row(astronomy, source, moment, observer):
+def _row(astronomy: Any, source: str, moment: Any, observer: Any) -> tuple[float, float, float, float, bool, float]:
     """The six numbers of a `SourcePosition` at one moment."""
     body = astronomy.Body.Sun if source == "sun" else astronomy.Body.Moon
     seen = astronomy.Equator(body, moment, observer, ofdate=True, aberration=True)
     horizon = astronomy.Horizon(moment, observer, seen.ra, seen.dec, astronomy.Refraction.Airless)
-    here = horizon.altitude, horizon.azimuth, seen.dist * ASTRONOMICAL_UNIT
+    place = horizon.altitude, horizon.azimuth, seen.dist * ASTRONOMICAL_UNIT
     if source == "sun":
-        return *here, 0.0, False, seen.dist
+        return *place, 0.0, False, seen.dist
     sun = astronomy.Equator(astronomy.Body.Sun, moment, observer, ofdate=True, aberration=True)
     to_observer = -_vector(seen)
     to_sun = _vector(sun) + to_observer
     # From the cross product as well: the cosine alone loses the phase near full and new Moon.
     phase = np.degrees(np.arctan2(np.linalg.norm(np.cross(to_observer, to_sun)), to_observer @ to_sun))
-    return *here, phase, astronomy.MoonPhase(moment) < 180, np.linalg.norm(to_sun)
+    return *place, float(phase), astronomy.MoonPhase(moment) < 180, float(np.linalg.norm(to_sun))
 
 
-def _vector(equatorial):
+def _vector(equatorial: Any) -> Floats:
     return np.array([equatorial.vec.x, equatorial.vec.y, equatorial.vec.z])
 
 
-def _days_since_j2000(times):
-    times = np.atleast_1d(np.asarray(times))
-    if times.dtype.kind != "M" or np.any(np.isnat(times)):
+def _days_since_j2000(times: npt.ArrayLike) -> Floats:
+    moments = np.atleast_1d(np.asarray(times))
+    if moments.dtype.kind != "M" or np.any(np.isnat(moments)):
         raise InputError("times must be numpy datetime64 values in UTC, none of them NaT")
-    return (times.astype("datetime64[us]") - J2000).astype(float) / MICROSECONDS_PER_DAY
+    days: Floats = (moments.astype("datetime64[us]") - J2000).astype(float) / MICROSECONDS_PER_DAY
+    return days

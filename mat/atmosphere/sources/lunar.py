@@ -9,15 +9,18 @@ night side of 100 K, emitting diffusely (Vasavada et al. 2012, doi:10.1029/2011J
 full Moon it would brighten, at large phase darken the disk by several percent.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
-from skyshine import atmospheres
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.sources.tables import lunar_tables
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 MOON_RADIUS = 1_737_400.0  # m, mean (IAU Working Group 2015)
@@ -52,16 +55,23 @@ class LunarIrradiance:
         The Moon's own emission.
     """
 
-    reflected: np.ndarray
-    thermal: np.ndarray
+    reflected: Floats
+    thermal: Floats
 
     @property
-    def total(self):
+    def total(self) -> Floats:
         """Sum of both."""
         return self.reflected + self.thermal
 
 
-def lunar_irradiance(wavenumber, phase_angle, moon_distance, sun_distance, waxing=None, width=None):
+def lunar_irradiance(
+    wavenumber: npt.ArrayLike,
+    phase_angle: float,
+    moon_distance: float,
+    sun_distance: float,
+    waxing: bool | None = None,
+    width: npt.ArrayLike | None = None,
+) -> LunarIrradiance:
     """Irradiance of the Moon outside the atmosphere.
 
     Parameters
@@ -105,7 +115,7 @@ def lunar_irradiance(wavenumber, phase_angle, moon_distance, sun_distance, waxin
     )
 
 
-def disk_reflectance(wavelength, phase_angle, waxing=None):
+def disk_reflectance(wavelength: npt.ArrayLike, phase_angle: float, waxing: bool | None = None) -> Floats:
     """Disk-equivalent reflectance A of the Moon at mean libration.
 
     The irradiance at the observer is A * (solid angle of the Moon / pi) * (solar irradiance at the Moon). Phase angles
@@ -125,7 +135,8 @@ def disk_reflectance(wavelength, phase_angle, waxing=None):
     -------
     (P,) array
     """
-    coefficients, shape = _reflectance_tables()
+    coefficients, shape = lunar_tables()
+    wavelength = np.asarray(wavelength, dtype=float)
     degrees = max(phase_angle, SMALLEST_PHASE)
     radians = np.radians(degrees)
     logarithm = sum(coefficients[f"a{i}"] * radians**i for i in range(4))
@@ -139,35 +150,39 @@ def disk_reflectance(wavelength, phase_angle, waxing=None):
     logarithm += coefficients["d3"] * np.cos((degrees - coefficients["p3"]) / coefficients["p4"])
     nodes = coefficients["wavelength[um]"]
     scale = np.interp(wavelength, nodes, np.exp(logarithm) / _shape(shape, nodes))
-    return scale * _shape(shape, wavelength)
+    reflectance: Floats = scale * _shape(shape, wavelength)
+    return reflectance
 
 
-def thermal_emissivity(wavelength):
+def thermal_emissivity(wavelength: npt.ArrayLike) -> Floats:
     """Emissivity of the lunar surface against wavelength [um]."""
-    return np.interp(wavelength, EMISSIVITY_WAVELENGTH, EMISSIVITY)
+    emissivity: Floats = np.interp(np.asarray(wavelength, dtype=float), EMISSIVITY_WAVELENGTH, EMISSIVITY)
+    return emissivity
 
 
-def subsolar_temperature(sun_distance):
+def subsolar_temperature(sun_distance: float) -> float:
     """Temperature of the surface under the Sun in equilibrium with it, K; the Sun's distance in au."""
     absorbed = (1 - SOLAR_ALBEDO) * SOLAR_CONSTANT / sun_distance**2
-    return (absorbed / (BROADBAND_EMISSIVITY * STEFAN_BOLTZMANN)) ** 0.25
+    return float((absorbed / (BROADBAND_EMISSIVITY * STEFAN_BOLTZMANN)) ** 0.25)
 
 
-def _shape(shape, wavelength):
+def _shape(shape: dict[str, Floats], wavelength: Floats) -> Floats:
     """Reflectance of the samples; beyond their spectra, one minus the emissivity, scaled to join."""
     beyond = (1 - thermal_emissivity(wavelength)) / (1 - EMISSIVITY[0])
-    return np.interp(wavelength, shape["wavelength[um]"], shape["reflectance"]) * beyond
+    reflectance: Floats = np.interp(wavelength, shape["wavelength[um]"], shape["reflectance"]) * beyond
+    return reflectance
 
 
-def _disk_integral(wavenumber, phase_angle, sun_distance):
+def _disk_integral(wavenumber: Floats, phase_angle: float, sun_distance: float) -> Floats:
     """Blackbody radiance times cosine over the visible hemisphere of a unit sphere, W m^-2 (cm^-1)^-1, shape (P,)."""
     cos_incidence, weight = _visible_hemisphere(float(phase_angle))
     fourth_power = subsolar_temperature(sun_distance) ** 4 * np.maximum(cos_incidence, 0) + NIGHT_TEMPERATURE**4
-    return weight @ planck_wavenumber(wavenumber, fourth_power[:, None] ** 0.25)
+    integral: Floats = weight @ planck_wavenumber(wavenumber, fourth_power[:, None] ** 0.25)
+    return integral
 
 
 @lru_cache(maxsize=64)
-def _visible_hemisphere(phase_angle):
+def _visible_hemisphere(phase_angle: float) -> tuple[Floats, Floats]:
     """Cosine of the Sun's incidence and projected area, both (N,), of points on the half sphere that the observer sees.
 
     Photometric coordinates: the observer over longitude 0 of the equator, the Sun over longitude `phase_angle` of it.
@@ -186,12 +201,7 @@ def _visible_hemisphere(phase_angle):
     return cos_incidence.ravel(), weight.ravel()
 
 
-def _gauss(low, high, count):
+def _gauss(low: float, high: float, count: int) -> tuple[Floats, Floats]:
     nodes, weights = np.polynomial.legendre.leggauss(count)
     half = 0.5 * (high - low)
     return low + half * (nodes + 1), half * weights
-
-
-@lru_cache(maxsize=1)
-def _reflectance_tables():
-    return tuple(read_csv(atmospheres.path(f"sources/lunar_{name}.csv")) for name in ("coefficients", "shape"))

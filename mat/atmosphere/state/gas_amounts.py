@@ -2,32 +2,100 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
 import numpy as np
+import numpy.typing as npt
 from scipy import constants
 from scipy.optimize import brentq
 
-from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
+from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS, saturation_pressure
+from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError, nearest
 
 DOBSON_UNIT = 2.6867e20  # molecules m^-2: 10 um of ozone at 0 C and 1 atm (Loschmidt constant, CODATA)
 _LARGEST_FACTOR = 1e6  # beyond it every level is saturated
 
 
-def gas_factors(gases, scale, ppm):
+@dataclass(frozen=True)
+class GasAmounts:
+    """How much of its gases the air holds, where that differs from its profile.
+
+    Attributes
+    ----------
+    scale : mapping of str to float
+        Gas to factor. Water vapour stops at saturation over water where its factor is above 1.
+    ppm : mapping of str to float
+        Gas to parts per million at the ground, its profile scaled.
+    water_column, ozone_column : float, optional
+        Above the ground, kg m^-2 (mm of water) and Dobson units, the profile scaled; water vapour stops at saturation.
+    """
+
+    scale: Mapping[str, float] = field(default_factory=dict)
+    ppm: Mapping[str, float] = field(default_factory=dict)
+    water_column: float | None = None
+    ozone_column: float | None = None
+
+
+def scaled_gases(
+    gases: Mapping[str, Floats],
+    amounts: GasAmounts,
+    altitude: Floats,
+    pressure: Floats,
+    temperature: Floats,
+    in_water_cloud: Booleans,
+) -> dict[str, Floats]:
+    """Mole fractions of a profile with the amounts that are asked for.
+
+    Air in water cloud is saturated, as in LOWTRAN7 (SUBROUTINE AERNSM), unless a water column asks for less.
+
+    Parameters
+    ----------
+    gases : mapping of str to (N,) array
+        Mole fractions from the ground up.
+    amounts : GasAmounts
+    altitude, pressure, temperature : (N,) arrays
+        m, Pa, K.
+    in_water_cloud : (N,) bool array
+
+    Returns
+    -------
+    dict of str to (N,) array
+
+    Raises
+    ------
+    InputError
+        As `gas_factors`, `ozone_factor` and `water_factor`.
+    """
+    factors = gas_factors(gases, amounts.scale, amounts.ppm)
+    scaled = {gas: fraction * factors.get(gas, 1.0) for gas, fraction in gases.items()}
+    density = pressure / (constants.k * temperature)
+    if amounts.ozone_column is not None:
+        scaled["O3"] = scaled["O3"] * ozone_factor(altitude, density * scaled["O3"], amounts.ozone_column)
+    saturated = saturation_pressure(temperature) / pressure
+    scaled["H2O"] = np.where(in_water_cloud, np.maximum(scaled["H2O"], saturated), scaled["H2O"])
+    factor = 1.0
+    if amounts.water_column is not None:
+        factor = water_factor(altitude, density, scaled["H2O"], saturated, amounts.water_column)
+    if amounts.water_column is not None or factors.get("H2O", 1.0) > 1:
+        scaled["H2O"] = np.minimum(scaled["H2O"] * factor, saturated)
+    return scaled
+
+
+def gas_factors(gases: Mapping[str, Floats], scale: Mapping[str, float], ppm: Mapping[str, float]) -> dict[str, float]:
     """Factor on each gas.
 
     Parameters
     ----------
-    gases : dict of (N,) arrays
+    gases : mapping of str to (N,) array
         Mole fractions from the ground up.
-    scale : dict of float
-        Gas to factor.
-    ppm : dict of float
-        Gas to parts per million at the ground.
+    scale, ppm : mappings of str to float
+        As `GasAmounts`.
 
     Returns
     -------
-    dict of float
+    dict of str to float
 
     Raises
     ------
@@ -52,23 +120,26 @@ def gas_factors(gases, scale, ppm):
     return factors
 
 
-def mean_exponential(first, second):
+def mean_exponential(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
     """Mean of a quantity that runs exponentially from `first` to `second`; linear where one of them is 0."""
+    first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     high, low = np.maximum(first, second), np.minimum(first, second)
     usable = low > 0
     ratio = np.where(usable, high / np.where(usable, low, 1.0), 2.0)
     log = np.log(ratio)
     close = log < 1e-4
     exact = (high - low) / np.where(close, 1.0, log)
-    return np.where(usable & ~close, exact, 0.5 * (first + second))
+    mean: Floats = np.where(usable & ~close, exact, 0.5 * (first + second))
+    return mean
 
 
-def layer_columns(altitude, density):
+def layer_columns(altitude: Floats, density: Floats) -> Floats:
     """Integral across each layer of a density (N,) [x m^-3], exponential between levels (N,) [m]: (N-1,) [x m^-2]."""
-    return mean_exponential(density[:-1], density[1:]) * np.diff(altitude)
+    column: Floats = mean_exponential(density[:-1], density[1:]) * np.diff(altitude)
+    return column
 
 
-def ozone_factor(altitude, density, column):
+def ozone_factor(altitude: Floats, density: Floats, column: float) -> float:
     """Factor that gives ozone of a number density (N,) [m^-3] a column [DU].
 
     Raises
@@ -76,15 +147,21 @@ def ozone_factor(altitude, density, column):
     InputError
         For a column that is negative or not finite, or where there is no ozone to scale.
     """
-    now = layer_columns(altitude, density).sum() / DOBSON_UNIT
+    present = float(layer_columns(altitude, density).sum()) / DOBSON_UNIT
     if not (np.isfinite(column) and column >= 0):
         raise InputError(f"ozone column {column} DU is not allowed; give a finite number of at least 0")
-    if now <= 0:
+    if present <= 0:
         raise InputError("the profile holds no ozone that could be scaled to a column")
-    return column / now
+    return column / present
 
 
-def water_factor(altitude, density, fraction, saturated, column):
+def water_factor(
+    altitude: Floats,
+    density: Floats,
+    fraction: Floats,
+    saturated: Floats,
+    column: float,
+) -> float:
     """Factor that gives water vapour a column, where no level holds more than saturated air does.
 
     Parameters
@@ -102,17 +179,18 @@ def water_factor(altitude, density, fraction, saturated, column):
         For a column that is negative or not finite, or that saturated air does not hold.
     """
 
-    def held(factor):
+    def column_at(factor: float) -> float:
         vapour = density * np.minimum(fraction * factor, saturated)
-        return layer_columns(altitude, vapour).sum() * WATER_MOLAR_MASS / constants.N_A
+        return float(layer_columns(altitude, vapour).sum() * WATER_MOLAR_MASS / constants.N_A)
 
     if not (np.isfinite(column) and column >= 0):
         raise InputError(f"water column {column} mm is not allowed; give a finite number of at least 0")
     if column == 0:
         return 0.0
-    most = held(_LARGEST_FACTOR)
-    if column > most:
+    saturated_column = column_at(_LARGEST_FACTOR)
+    if column > saturated_column:
         raise InputError(
-            f"water column {column:g} mm is more than saturated air of this profile holds, {most:.4g} mm; give less"
+            f"water column {column:g} mm is more than saturated air of this profile holds, {saturated_column:.4g} mm;"
+            " give less"
         )
-    return brentq(lambda factor: held(factor) - column, 0.0, _LARGEST_FACTOR, xtol=1e-12, rtol=1e-12)
+    return float(brentq(lambda factor: column_at(factor) - column, 0.0, _LARGEST_FACTOR, xtol=1e-12, rtol=1e-12))

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from scipy import constants
+
+from skyshine.schemas.arrays import Floats
 
 # Of water vapour to dry air: 18.01528 (IUPAC 2018) / 28.9647 g mol^-1 (US Standard Atmosphere 1976 with 400 ppm CO2).
 MASS_RATIO = 18.01528 / 28.9647
 WATER_MOLAR_MASS = 18.01528e-3  # kg mol^-1 (IUPAC 2018)
 
 
-def saturation_pressure(temperature):
+def saturation_pressure(temperature: npt.ArrayLike) -> Floats:
     """Saturation vapour pressure over liquid water, supercooled too [Pa], at temperatures [K].
 
     References
@@ -20,10 +23,11 @@ def saturation_pressure(temperature):
     t = np.asarray(temperature, dtype=float)
     first = 54.842763 - 6763.22 / t - 4.210 * np.log(t) + 0.000367 * t
     second = 53.878 - 1331.22 / t - 9.44523 * np.log(t) + 0.014025 * t
-    return np.exp(first + np.tanh(0.0415 * (t - 218.8)) * second)
+    pressure: Floats = np.exp(first + np.tanh(0.0415 * (t - 218.8)) * second)
+    return pressure
 
 
-def mole_fraction(kind, value, pressure, temperature):
+def mole_fraction(kind: str, value: npt.ArrayLike, pressure: Floats, temperature: Floats) -> Floats:
     """Mole fraction of water vapour in moist air.
 
     Parameters
@@ -40,10 +44,13 @@ def mole_fraction(kind, value, pressure, temperature):
     array
     """
     value = np.asarray(value, dtype=float)
+    fraction: Floats
     if kind == "mixing_ratio":
-        return value / (MASS_RATIO + value)
+        fraction = value / (MASS_RATIO + value)
+        return fraction
     if kind == "specific_humidity":
-        return value / (MASS_RATIO + (1 - MASS_RATIO) * value)
+        fraction = value / (MASS_RATIO + (1 - MASS_RATIO) * value)
+        return fraction
     if kind == "h2o":
         return value
     if kind == "vapour_pressure":
@@ -54,4 +61,5 @@ def mole_fraction(kind, value, pressure, temperature):
         partial = value / WATER_MOLAR_MASS * constants.R * temperature
     else:
         partial = value * saturation_pressure(temperature)
-    return partial / pressure
+    fraction = partial / pressure
+    return fraction

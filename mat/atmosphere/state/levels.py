@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.atmosphere.state.profiles import Profile
+from skyshine.schemas.arrays import Floats
 
 TOP = 100e3  # m
 # Spacing of levels by height above the ground: (up to, step) in m. Water vapour halves in about 1.4 km; 250 m keeps the
@@ -11,11 +17,11 @@ SPACING = ((3e3, 250.0), (12e3, 500.0), (26e3, 1e3), (50e3, 2.5e3), (TOP, 10e3))
 # A level of the regular spacing gives way to one that is asked for and this close, m.
 _CLOSE = 40.0
 # Levels of a profile are added until the air between levels follows it this closely.
-_TEMPERATURE_TOLERANCE, _WATER_TOLERANCE, _MOST_ADDED = 0.5, 0.1, 30  # K, relative
+_TEMPERATURE_TOLERANCE, _WATER_TOLERANCE, _MAX_ADDED = 0.5, 0.1, 30  # K, relative
 _STRUCTURE_TOP = 20e3  # m; above, water vapour and temperature change too little over a regular step to need more
 
 
-def level_altitudes(surface_altitude, profile, edges=()):
+def level_altitudes(surface_altitude: float, profile: Profile, edges: Sequence[float] = ()) -> Floats:
     """Altitudes of the levels, from the ground to the top.
 
     Fine near the ground, with those levels of the profile that the regular ones would miss: inversions, dry layers.
@@ -34,57 +40,60 @@ def level_altitudes(surface_altitude, profile, edges=()):
         m, increasing.
     """
     altitude = _with(_regular(surface_altitude), [z for z in edges if surface_altitude < z < TOP])
-    own = (profile.altitude > surface_altitude) & (profile.altitude < _STRUCTURE_TOP)
-    own = profile.altitude[own & np.all(np.abs(profile.altitude[:, None] - np.array([*edges, np.inf])) > 1.0, axis=1)]
-    if not own.size:
+    inside = (profile.altitude > surface_altitude) & (profile.altitude < _STRUCTURE_TOP)
+    inside &= np.all(np.abs(profile.altitude[:, None] - np.array([*edges, np.inf])) > 1.0, axis=1)
+    candidates = profile.altitude[inside]
+    if not candidates.size:
         return altitude
     water = np.maximum(profile.mole_fraction["H2O"], 1e-9)
-    kinds = ((profile.temperature, linear, _TEMPERATURE_TOLERANCE), (np.log(water), linear, _WATER_TOLERANCE))
-    for _ in range(_MOST_ADDED):
+    structure = ((profile.temperature, _TEMPERATURE_TOLERANCE), (np.log(water), _WATER_TOLERANCE))
+    for _ in range(_MAX_ADDED):
         # How far the straight lines between the levels are from the profile at its own levels, in tolerances.
-        off = np.zeros(own.size)
-        for values, interpolate, tolerance in kinds:
-            at_levels = interpolate(altitude, profile.altitude, values)
-            here = np.interp(own, altitude, at_levels) - interpolate(own, profile.altitude, values)
-            off = np.maximum(off, np.abs(here) / tolerance)
-        if off.max() <= 1.0:
+        deviation = np.zeros(candidates.size)
+        for values, tolerance in structure:
+            at_levels = linear(altitude, profile.altitude, values)
+            difference = np.interp(candidates, altitude, at_levels) - linear(candidates, profile.altitude, values)
+            deviation = np.maximum(deviation, np.abs(difference) / tolerance)
+        if deviation.max() <= 1.0:
             break
-        altitude = _with(altitude, [own[np.argmax(off)]], keep=edges)
+        altitude = _with(altitude, [candidates[np.argmax(deviation)]], keep=edges)
     return altitude
 
 
-def linear(points, nodes, values):
+def linear(points: npt.ArrayLike, nodes: Floats, values: Floats) -> Floats:
     """Linear interpolation; below the first node the lowest layer is continued."""
+    points = np.asarray(points, dtype=float)
     slope = (values[1] - values[0]) / (nodes[1] - nodes[0])
     below = values[0] + slope * (points - nodes[0])
-    return np.where(points < nodes[0], below, np.interp(points, nodes, values))
+    result: Floats = np.where(points < nodes[0], below, np.interp(points, nodes, values))
+    return result
 
 
-def exponential(points, nodes, values):
+def exponential(points: npt.ArrayLike, nodes: Floats, values: Floats) -> Floats:
     """Interpolation linear in the logarithm, in which a 0 stays 0."""
     tiny = np.finfo(float).tiny
     result = np.exp(linear(points, nodes, np.log(np.maximum(values, tiny))))
     return np.where(result <= 2 * tiny, 0.0, result)
 
 
-def _regular(surface_altitude):
+def _regular(surface_altitude: float) -> Floats:
     pieces, start = [], surface_altitude
     for end, step in SPACING:
         # Above the boundary layer the levels stand at fixed altitudes above the sea, whatever the ground.
-        end = end + surface_altitude if end <= 6e3 else end
-        count = int(np.ceil((end - start) / step - 1e-9))
+        above = end + surface_altitude if end <= 6e3 else end
+        count = int(np.ceil((above - start) / step - 1e-9))
         if count > 0:
-            pieces.append(np.linspace(start, end, count, endpoint=False))
-            start = end
+            pieces.append(np.linspace(start, above, count, endpoint=False))
+            start = above
     return np.append(np.concatenate(pieces), TOP)
 
 
-def _with(altitude, added, keep=()):
+def _with(altitude: Floats, added: Sequence[float], keep: Sequence[float] = ()) -> Floats:
     """Levels with others in the place of those that are close by; the ends and `keep` stay."""
-    added = np.unique(np.asarray(added, dtype=float))
-    if not added.size:
+    further = np.unique(np.asarray(added, dtype=float))
+    if not further.size:
         return altitude
-    near = np.min(np.abs(altitude[:, None] - added), axis=1) < _CLOSE
-    near[[0, -1]] = False
-    near &= ~np.isin(altitude, keep)
-    return np.unique(np.concatenate([altitude[~near], added]))
+    close = np.min(np.abs(altitude[:, None] - further), axis=1) < _CLOSE
+    close[[0, -1]] = False
+    close &= ~np.isin(altitude, keep)
+    return np.unique(np.concatenate([altitude[~close], further]))

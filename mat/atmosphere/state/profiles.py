@@ -5,6 +5,8 @@ tabulated: carbon dioxide is 330 ppmv, the value of that report; a state scales 
 the report does not tabulate with the profiles, have the amounts of 2020.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from difflib import get_close_matches
 
@@ -12,6 +14,7 @@ import numpy as np
 
 from skyshine import atmospheres
 from skyshine.mat.radiometry.constants import BOLTZMANN
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 
@@ -43,7 +46,6 @@ GASES = (
     "HCFC-22",
     "CCl4",
 )
-
 
 # Mole fractions in the troposphere in 2020 (WMO, Scientific Assessment of Ozone Depletion 2022, chapter 1: NOAA and
 # AGAGE means), and whose decrease above the tropopause each follows: CCl4 is destroyed as CFC-11 is, in the middle
@@ -86,18 +88,18 @@ class Profile:
     """
 
     name: str
-    altitude: np.ndarray
-    pressure: np.ndarray
-    temperature: np.ndarray
-    mole_fraction: dict
+    altitude: Floats
+    pressure: Floats
+    temperature: Floats
+    mole_fraction: dict[str, Floats]
 
     @property
-    def number_density(self):
+    def number_density(self) -> Floats:
         """Molecules of air, m^-3, shape (N,), by the ideal gas law."""
         return self.pressure / (BOLTZMANN * self.temperature)
 
 
-def load_profile(name):
+def load_profile(name: str) -> Profile:
     """Load a standard profile.
 
     Parameters
@@ -133,7 +135,7 @@ def load_profile(name):
     )
 
 
-def halocarbons(pressure, latitude):
+def halocarbons(pressure: Floats, latitude: float) -> dict[str, Floats]:
     """Mole fractions of the halocarbons of 2020: even below the tropopause, falling with a power of pressure above.
 
     Parameters

@@ -6,14 +6,20 @@ are gases in parts of the air, ``O3[ppbv]``.
 
 from __future__ import annotations
 
+import os
+from typing import TypeVar
+
 import numpy as np
 from scipy import constants
 
 from skyshine.mat.atmosphere.state.humidity import mole_fraction, saturation_pressure
 from skyshine.mat.atmosphere.state.profiles import Profile
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import CsvTable, parse_table
 from skyshine.schemas.errors import nearest
+
+_Altitude = TypeVar("_Altitude", np.float64, Floats)
 
 _KELVIN = {
     "K": (1.0, 0.0),
@@ -22,12 +28,12 @@ _KELVIN = {
     "°C": (1.0, ZERO_CELSIUS),
     "F": (5 / 9, 459.67 * 5 / 9),
 }
-_PASCAL = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "mb": 1e2, "kPa": 1e3, "bar": 1e5}
+_PASCAL: dict[str, float] = {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "mb": 1e2, "kPa": 1e3, "bar": 1e5}
 _PASCAL |= {"atm": constants.atm, "mmHg": constants.mmHg, "Torr": constants.torr, "inHg": 25.4 * constants.mmHg}
 _PARTS = {"ppmv": 1e-6, "ppm": 1e-6, "ppbv": 1e-9, "ppb": 1e-9, "pptv": 1e-12, "ppt": 1e-12, "1": 1.0}
 _MASS_PARTS = {"kg/kg": 1.0, "g/kg": 1e-3, "1": 1.0}
 # By column: its units as (factor, offset) to SI.
-UNITS = {
+UNITS: dict[str, dict[str, float] | dict[str, tuple[float, float]]] = {
     "altitude": {"m": 1.0, "km": 1e3, "ft": constants.foot, "kft": 1e3 * constants.foot},
     "pressure": _PASCAL,
     "temperature": _KELVIN,
@@ -56,7 +62,7 @@ _BELOW = 500.0  # m
 _FADE = 5e3  # m
 
 
-def read_sounding(text, file, above):
+def read_sounding(text: str, file: str | os.PathLike[str], above: Profile) -> Profile:
     """Read a sounding.
 
     Parameters
@@ -96,34 +102,35 @@ def read_sounding(text, file, above):
 
 def _columns(table: CsvTable, above: Profile) -> dict[str, int]:
     """Index of each column under its own name."""
-    found = {}
+    columns: dict[str, int] = {}
     for index, written in enumerate(table.names):
         name = _SPELLINGS.get(written, written)
         if name not in UNITS and name not in above.mole_fraction:
             raise table.error(
                 -1, index, f"found the column '{written}'; {nearest(written, [*UNITS, *above.mole_fraction])}"
             )
-        if name in found:
+        if name in columns:
             raise table.error(-1, index, f"found {name} twice; allowed: once; remove one")
-        found[name] = index
+        columns[name] = index
     for name in ("altitude", "pressure", "temperature"):
-        if name not in found:
+        if name not in columns:
             raise table.error(
                 -1, 0, f"the column '{name}' is missing; add it, with its unit: {name}[{next(iter(UNITS[name]))}]"
             )
-    humid = [name for name in HUMIDITY if name in found]
-    if len(humid) != 1:
+    humidities = [name for name in HUMIDITY if name in columns]
+    if len(humidities) != 1:
         raise table.error(
             -1,
             0,
-            f"found {' and '.join(humid) or 'no humidity'}; allowed: one of {', '.join(HUMIDITY)}; "
-            + ("remove the others" if humid else "add it"),
+            f"found {' and '.join(humidities) or 'no humidity'}; allowed: one of {', '.join(HUMIDITY)}; "
+            + ("remove the others" if humidities else "add it"),
         )
-    return found
+    return columns
 
 
-def _converted(table: CsvTable, name: str, index: int) -> np.ndarray:
-    choices, unit = UNITS.get(name, _PARTS), table.units[index]
+def _converted(table: CsvTable, name: str, index: int) -> Floats:
+    unit = table.units[index]
+    choices = UNITS.get(name, _PARTS)
     if unit not in choices:
         raise table.error(
             -1,
@@ -133,7 +140,7 @@ def _converted(table: CsvTable, name: str, index: int) -> np.ndarray:
         )
     conversion = choices[unit]
     factor, offset = conversion if isinstance(conversion, tuple) else (conversion, 0.0)
-    values = table.values[:, index] * factor + offset
+    values: Floats = table.values[:, index] * factor + offset
     if name in ("temperature", "dew_point"):
         _within(table, index, values, *TEMPERATURES, "K")
     elif name == "altitude":
@@ -145,17 +152,17 @@ def _converted(table: CsvTable, name: str, index: int) -> np.ndarray:
     return values
 
 
-def _within(table, index, values, low, high, unit):
+def _within(table: CsvTable, index: int, values: Floats, low: float, high: float, unit: str) -> None:
     for row in np.flatnonzero(~((values >= low) & (values <= high)))[:1]:
         raise table.error(
             row,
             index,
             f"found {table.values[row, index]:g}, which is {values[row]:.4g} {unit}; allowed: {low:g} to {high:g}"
-            f" {unit}; mend the value or the column's unit",
+            f" {unit}; fix the value or the column's unit",
         )
 
 
-def _check_levels(table, columns, values):
+def _check_levels(table: CsvTable, columns: dict[str, int], values: dict[str, Floats]) -> None:
     altitude, pressure = values["altitude"], values["pressure"]
     for row in np.flatnonzero(np.diff(altitude) <= 0)[:1]:
         again = "the same altitude again" if altitude[row + 1] == altitude[row] else "a lower altitude"
@@ -170,13 +177,13 @@ def _check_levels(table, columns, values):
             row + 1,
             columns["pressure"],
             f"found {pressure[row + 1]:g} Pa above {pressure[row]:g} Pa; allowed: pressure that falls "
-            "with altitude; mend the row",
+            "with altitude; fix the row",
         )
     balance = np.cumsum(
         _MOLAR_MASS * _gravity(altitude[:-1]) * np.diff(altitude) / (constants.R * _middle(values["temperature"]))
     )
-    off = np.abs(np.log(pressure[1:] / pressure[0]) + balance)
-    for row in np.flatnonzero(off > np.maximum(HYDROSTATIC_MARGIN, HYDROSTATIC_MARGIN * balance))[:1]:
+    imbalance = np.abs(np.log(pressure[1:] / pressure[0]) + balance)
+    for row in np.flatnonzero(imbalance > np.maximum(HYDROSTATIC_MARGIN, HYDROSTATIC_MARGIN * balance))[:1]:
         expected = pressure[0] * np.exp(-balance[row])
         raise table.error(
             row + 1,
@@ -187,7 +194,7 @@ def _check_levels(table, columns, values):
         )
 
 
-def _check_humidity(table, index, values, water):
+def _check_humidity(table: CsvTable, index: int, values: dict[str, Floats], water: Floats) -> None:
     ratio = water * values["pressure"] / saturation_pressure(values["temperature"])
     for row in np.flatnonzero(ratio > SATURATION_MARGIN)[:1]:
         raise table.error(
@@ -195,16 +202,17 @@ def _check_humidity(table, index, values, water):
             index,
             f"found {table.values[row, index]:g}, which is {100 * ratio[row]:.0f} % relative humidity at "
             f"{values['temperature'][row]:.1f} K; allowed: at most {100 * SATURATION_MARGIN:g} % over liquid water; "
-            "mend the value or its unit",
+            "fix the value or its unit",
         )
 
 
-def _gravity(altitude):
+def _gravity(altitude: _Altitude) -> _Altitude:
     """m s^-2 at 45 degrees (US Standard Atmosphere 1976: 9.80665 falling with the square of distance)."""
-    return constants.g * (6356766.0 / (6356766.0 + altitude)) ** 2
+    gravity: _Altitude = constants.g * (6356766.0 / (6356766.0 + altitude)) ** 2
+    return gravity
 
 
-def _middle(values):
+def _middle(values: Floats) -> Floats:
     return 0.5 * (values[1:] + values[:-1])
 
 
@@ -217,16 +225,22 @@ def _continued(sounding: Profile, above: Profile) -> Profile:
     warmer = sounding.temperature[-1] - np.interp(top, above.altitude, above.temperature)
     fade = np.clip(1 - (above.altitude - top) / _FADE, 0.0, 1.0)
     altitude = np.concatenate([[sounding.altitude[0] - _BELOW], sounding.altitude, above.altitude[higher]])
-    pressure = [[sounding.pressure[0] * np.exp(scale * _BELOW)], sounding.pressure]
-    pressure.append(above.pressure[higher] * sounding.pressure[-1] / at_top)
-    temperature = [sounding.temperature[:1], sounding.temperature, (above.temperature + warmer * fade)[higher]]
+    pressure = np.concatenate(
+        [
+            [sounding.pressure[0] * np.exp(scale * _BELOW)],
+            sounding.pressure,
+            above.pressure[higher] * sounding.pressure[-1] / at_top,
+        ]
+    )
+    temperature = np.concatenate(
+        [sounding.temperature[:1], sounding.temperature, (above.temperature + warmer * fade)[higher]]
+    )
     gases = {}
     for gas, fraction in above.mole_fraction.items():
         if gas in sounding.mole_fraction:
-            own = sounding.mole_fraction[gas]
-            gases[gas] = np.concatenate([own[:1], own, fraction[higher]])
+            measured = sounding.mole_fraction[gas]
+            gases[gas] = np.concatenate([measured[:1], measured, fraction[higher]])
         else:
             gases[gas] = np.interp(altitude, above.altitude, fraction)
-    pressure, temperature = np.concatenate(pressure), np.concatenate(temperature)
     gases["H2O"] = np.minimum(gases["H2O"], saturation_pressure(temperature) / pressure)
     return Profile(sounding.name, altitude, pressure, temperature, gases)

@@ -6,34 +6,38 @@ level (100 km) there is nothing: the air left there has a vertical optical depth
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 from scipy import constants
 
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
-from skyshine.mat.atmosphere.particles.aerosol_column import aerosol_layers, default_visibility
-from skyshine.mat.atmosphere.particles.cloud import check_phase
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol, aerosol_layers, default_visibility
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer, check_phase
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
-from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS, DEFAULT_WIND
+from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.state.gas_amounts import (
     DOBSON_UNIT,
-    gas_factors,
+    GasAmounts,
     layer_columns,
     mean_exponential,
-    ozone_factor,
-    water_factor,
+    scaled_gases,
 )
 from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS, saturation_pressure
 from skyshine.mat.atmosphere.state.levels import exponential, level_altitudes, linear
-from skyshine.mat.atmosphere.state.profiles import load_profile
+from skyshine.mat.atmosphere.state.profiles import Profile, load_profile
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 SURFACE_RANGE = (-500.0, 5900.0)  # m; below the Dead Sea, and below the 6 km where aerosol profiles meet the ground
 
 # A profile that begins higher than this above the ground says nothing of the air there, m.
 LARGEST_GAP = 500.0
+
+_AS_IN_PROFILE, _RURAL = GasAmounts(), Aerosol()
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +52,7 @@ class AerosolComponent:
     """
 
     model: AerosolModel | HenyeyGreensteinModel
-    extinction_550: np.ndarray
+    extinction_550: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,16 +77,16 @@ class AtmosphericState:
     """
 
     name: str
-    altitude: np.ndarray
-    pressure: np.ndarray
-    temperature: np.ndarray
-    mole_fraction: dict[str, np.ndarray]
+    altitude: Floats
+    pressure: Floats
+    temperature: Floats
+    mole_fraction: dict[str, Floats]
     aerosols: tuple[AerosolComponent, ...]
     surface_temperature: float
     surface_albedo: float
     hydrometeors: tuple[AerosolComponent, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for label, values in (
             ("altitude", self.altitude),
             ("pressure", self.pressure),
@@ -104,27 +108,17 @@ class AtmosphericState:
     @classmethod
     def from_profile(
         cls,
-        profile,
+        profile: str | Profile,
         *,
-        surface_altitude=0.0,
-        co2_ppm=None,
-        humidity_scale=1.0,
-        gas_scale=None,
-        gas_ppm=None,
-        water_column=None,
-        ozone_column=None,
-        aerosol="rural",
-        visibility_km=None,
-        wind_speed=DEFAULT_WIND,
-        air_mass=DEFAULT_AIR_MASS,
-        stratosphere="background",
-        clouds=(),
-        rain=None,
-        season=None,
-        surface_temperature=None,
-        surface_albedo=0.1,
-    ):
-        """The state of a standard profile.
+        surface_altitude: float = 0.0,
+        gas_amounts: GasAmounts = _AS_IN_PROFILE,
+        aerosol: Aerosol = _RURAL,
+        clouds: Sequence[CloudLayer] = (),
+        rain: RainLayer | None = None,
+        surface_temperature: float | None = None,
+        surface_albedo: float = 0.1,
+    ) -> AtmosphericState:
+        """The state of a profile over a ground.
 
         Parameters
         ----------
@@ -132,31 +126,12 @@ class AtmosphericState:
             A name of `profiles.PROFILES`, or a profile.
         surface_altitude : float
             Above sea level, m. The profile is cut there; below its lowest level it is continued.
-        co2_ppm : float, optional
-            At the ground; None keeps the profile's.
-        humidity_scale : float
-            Factor on water vapour. Where it is above 1, water vapour stops at saturation over water.
-        gas_scale, gas_ppm : dict, optional
-            Gas to factor; gas to parts per million at the ground, its profile scaled.
-        water_column, ozone_column : float, optional
-            Above the ground, kg m^-2 (mm of water) and Dobson units, the profile scaled; water vapour stops at
-            saturation.
-        aerosol : str
-            Boundary-layer model of `aerosol_column.BOUNDARY_MODELS`, or "none" for air without particles at any height.
-        visibility_km : float, optional
-            0.1 to 300; by default that of the aerosol model (`aerosol_column.default_visibility`).
-        wind_speed : float
-            At 10 m, m s^-1, which raises the desert and Navy maritime aerosols.
-        air_mass : int
-            1 (open ocean) to 10 (continental): of the Navy maritime aerosol.
-        stratosphere : str
-            One of `aerosol_column.STRATOSPHERES`.
+        gas_amounts : GasAmounts
+            By default those of the profile.
+        aerosol : Aerosol
+            By default rural, of 23 km visibility.
         clouds : sequence of CloudLayer
-            Air in water cloud is saturated, as in LOWTRAN7 (SUBROUTINE AERNSM), unless a water column asks for less.
         rain : RainLayer, optional
-        season : str, optional
-            One of `aerosol_column.SEASONS`; by default that of the profile's name, spring_summer unless it is a
-            winter's.
         surface_temperature : float, optional
             K; that of the lowest air by default.
         surface_albedo : float
@@ -168,120 +143,86 @@ class AtmosphericState:
             For anything outside its range.
         """
         profile = load_profile(profile) if isinstance(profile, str) else profile
-        low, high = SURFACE_RANGE
-        if not low <= surface_altitude <= high:
-            raise InputError(f"surface altitude {surface_altitude:g} m is outside {low:g} to {high:g} m")
-        if surface_altitude < profile.altitude[0] - LARGEST_GAP:
-            raise InputError(
-                f"surface altitude {surface_altitude:g} m lies more than {LARGEST_GAP:g} m below the lowest level of"
-                f" '{profile.name}', {profile.altitude[0]:g} m; raise the ground, or begin the profile lower"
-            )
-        if not (np.isfinite(humidity_scale) and humidity_scale >= 0):
-            raise InputError(f"humidity scale {humidity_scale} is not allowed; give a finite number of at least 0")
-        falling = [*clouds, *([] if rain is None else [rain])]
-        altitude = level_altitudes(
-            surface_altitude, profile, [surface_altitude + z for layer in falling for z in layer.edges]
-        )
+        _check_surface_altitude(surface_altitude, profile)
+        hydrometeors: list[CloudLayer | RainLayer] = [*clouds, *([] if rain is None else [rain])]
+        edges = [surface_altitude + height for layer in hydrometeors for height in layer.edges]
+        altitude = level_altitudes(surface_altitude, profile, edges)
         temperature = linear(altitude, profile.altitude, profile.temperature)
         pressure = np.exp(linear(altitude, profile.altitude, np.log(profile.pressure)))
-        gases = {gas: exponential(altitude, profile.altitude, x) for gas, x in profile.mole_fraction.items()}
-        factors = gas_factors(
-            gases,
-            {**(gas_scale or {}), "H2O": humidity_scale * (gas_scale or {}).get("H2O", 1.0)},
-            {**(gas_ppm or {}), **({} if co2_ppm is None else {"CO2": co2_ppm})},
-        )
-        gases = {gas: fraction * factors.get(gas, 1.0) for gas, fraction in gases.items()}
-        for layer in clouds:
-            inside = np.linspace(layer.base, layer.top, 20) + surface_altitude
-            check_phase(layer, np.interp(inside, altitude, temperature))
-        density = pressure / (constants.k * temperature)
-        if ozone_column is not None:
-            gases["O3"] = gases["O3"] * ozone_factor(altitude, density * gases["O3"], ozone_column)
-        saturated = saturation_pressure(temperature) / pressure
-        for layer in clouds:
-            if layer.phase == "water":
-                inside = layer.extinction_550(altitude - surface_altitude) > 0
-                gases["H2O"] = np.where(inside, np.maximum(gases["H2O"], saturated), gases["H2O"])
-        if water_column is not None or factors["H2O"] > 1:
-            scale = (
-                1.0 if water_column is None else water_factor(altitude, density, gases["H2O"], saturated, water_column)
-            )
-            gases["H2O"] = np.minimum(gases["H2O"] * scale, saturated)
-        if season is None:
-            season = "fall_winter" if profile.name.endswith("winter") else "spring_summer"
-        if visibility_km is None:
-            humidity = float(100 * gases["H2O"][0] * pressure[0] / saturation_pressure(temperature[0]))
-            visibility_km = default_visibility(aerosol, wind_speed, humidity, air_mass)
-        layers = aerosol_layers(
-            altitude,
-            visibility_km,
-            season,
-            aerosol,
-            surface_altitude,
-            stratosphere=stratosphere,
-            wind_speed=wind_speed,
-            air_mass=air_mass,
-        )
+        in_water_cloud = np.zeros(altitude.shape, dtype=bool)
+        for cloud in clouds:
+            heights = np.linspace(cloud.base, cloud.top, 20) + surface_altitude
+            check_phase(cloud, np.interp(heights, altitude, temperature))
+            if cloud.phase == "water":
+                in_water_cloud |= cloud.extinction_550(altitude - surface_altitude) > 0
+        fractions = {gas: exponential(altitude, profile.altitude, x) for gas, x in profile.mole_fraction.items()}
+        gases = scaled_gases(fractions, gas_amounts, altitude, pressure, temperature, in_water_cloud)
+        vapour_pressure = gases["H2O"][0] * pressure[0]
+        humidity = float(100 * vapour_pressure / saturation_pressure(temperature[0]))
         return cls(
             name=profile.name,
             altitude=altitude,
             pressure=pressure,
             temperature=temperature,
             mole_fraction=gases,
-            aerosols=tuple(
-                AerosolComponent(model, extinction) for model, extinction in layers if np.any(extinction > 0)
-            ),
+            aerosols=_aerosol_components(aerosol, altitude, profile.name, humidity),
             surface_temperature=float(temperature[0] if surface_temperature is None else surface_temperature),
             surface_albedo=float(surface_albedo),
             hydrometeors=tuple(
-                AerosolComponent(layer.model, layer.extinction_550(altitude - surface_altitude)) for layer in falling
+                AerosolComponent(layer.model, layer.extinction_550(altitude - surface_altitude))
+                for layer in hydrometeors
             ),
         )
 
     @property
-    def particles(self):
+    def particles(self) -> tuple[AerosolComponent, ...]:
         """All kinds of particle: aerosols and hydrometeors."""
         return self.aerosols + self.hydrometeors
 
     @property
-    def surface_altitude(self):
+    def surface_altitude(self) -> float:
         """m above sea level."""
         return float(self.altitude[0])
 
     @cached_property
-    def number_density(self):
+    def number_density(self) -> Floats:
         """Molecules of air, (N,) m^-3, by the ideal gas law."""
-        return self.pressure / (constants.k * self.temperature)
+        density: Floats = self.pressure / (constants.k * self.temperature)
+        return density
 
     @cached_property
-    def relative_humidity(self):
+    def relative_humidity(self) -> Floats:
         """Over liquid water, (N,) percent, at most 100: what particles grow with."""
         return np.minimum(
             100.0 * self.mole_fraction["H2O"] * self.pressure / saturation_pressure(self.temperature), 100.0
         )
 
-    def temperature_at(self, altitude):
+    def temperature_at(self, altitude: npt.ArrayLike) -> Floats:
         """Air temperature [K] at altitudes [m], any shape."""
-        return np.interp(altitude, self.altitude, self.temperature)
+        temperature: Floats = np.interp(np.asarray(altitude, dtype=float), self.altitude, self.temperature)
+        return temperature
 
-    def pressure_at(self, altitude):
+    def pressure_at(self, altitude: npt.ArrayLike) -> Floats:
         """Air pressure [Pa] at altitudes [m], any shape."""
-        return np.exp(np.interp(altitude, self.altitude, np.log(self.pressure)))
+        pressure: Floats = np.exp(np.interp(np.asarray(altitude, dtype=float), self.altitude, np.log(self.pressure)))
+        return pressure
 
-    def mole_fraction_at(self, gas, altitude):
+    def mole_fraction_at(self, gas: str, altitude: npt.ArrayLike) -> Floats:
         """Mole fraction of a gas at altitudes [m], any shape."""
         return exponential(np.asarray(altitude, dtype=float), self.altitude, self.mole_fraction[gas])
 
-    def precipitable_water(self, altitude):
+    def precipitable_water(self, altitude: npt.ArrayLike) -> Floats:
         """Water vapour above altitudes [m], kg m^-2."""
         density = self.number_density * self.mole_fraction["H2O"]
-        return self._column(density, altitude) * WATER_MOLAR_MASS / constants.N_A
+        column: Floats = self._column(density, altitude) * WATER_MOLAR_MASS / constants.N_A
+        return column
 
-    def ozone_column(self, altitude):
+    def ozone_column(self, altitude: npt.ArrayLike) -> Floats:
         """Ozone above altitudes [m], Dobson units."""
-        return self._column(self.number_density * self.mole_fraction["O3"], altitude) / DOBSON_UNIT
+        column: Floats = self._column(self.number_density * self.mole_fraction["O3"], altitude) / DOBSON_UNIT
+        return column
 
-    def aerosol_optical_depth(self, wavelength_nm, altitude):
+    def aerosol_optical_depth(self, wavelength_nm: float, altitude: npt.ArrayLike) -> Floats:
         """Vertical aerosol optical depth above altitudes [m] at one wavelength [nm]."""
         total = np.zeros(np.shape(altitude))
         wavenumber = np.array([1e7 / wavelength_nm])
@@ -290,12 +231,38 @@ class AtmosphericState:
             total = total + self._column(component.extinction_550 * relative, altitude)
         return total
 
-    def _column(self, density, altitude):
+    def _column(self, density: Floats, altitude: npt.ArrayLike) -> Floats:
         """Integral of a density [x m^-3], exponential between levels, from altitudes to the top: [x m^-2]."""
         layer = layer_columns(self.altitude, density)
         above = np.append(np.cumsum(layer[::-1])[::-1], 0.0)
         altitude = np.clip(altitude, self.altitude[0], self.altitude[-1])
         lower = np.clip(np.searchsorted(self.altitude, altitude, side="right") - 1, 0, self.altitude.size - 2)
         upper = self.altitude[lower + 1]
-        here = exponential(altitude, self.altitude, density)
-        return above[lower + 1] + mean_exponential(here, density[lower + 1]) * (upper - altitude)
+        at_altitude = exponential(altitude, self.altitude, density)
+        column: Floats = above[lower + 1] + mean_exponential(at_altitude, density[lower + 1]) * (upper - altitude)
+        return column
+
+
+def _check_surface_altitude(surface_altitude: float, profile: Profile) -> None:
+    low, high = SURFACE_RANGE
+    if not low <= surface_altitude <= high:
+        raise InputError(f"surface altitude {surface_altitude:g} m is outside {low:g} to {high:g} m")
+    if surface_altitude < profile.altitude[0] - LARGEST_GAP:
+        raise InputError(
+            f"surface altitude {surface_altitude:g} m lies more than {LARGEST_GAP:g} m below the lowest level of"
+            f" '{profile.name}', {profile.altitude[0]:g} m; raise the ground, or begin the profile lower"
+        )
+
+
+def _aerosol_components(
+    aerosol: Aerosol, altitude: Floats, profile_name: str, humidity: float
+) -> tuple[AerosolComponent, ...]:
+    """Those of an aerosol that are there at some level; its humidity [percent] is that at the ground."""
+    season = aerosol.season
+    if season is None:
+        season = "fall_winter" if profile_name.endswith("winter") else "spring_summer"
+    visibility_km = aerosol.visibility_km
+    if visibility_km is None:
+        visibility_km = default_visibility(aerosol.model, aerosol.wind_speed, humidity, aerosol.air_mass)
+    layers = aerosol_layers(altitude, aerosol, visibility_km, season, float(altitude[0]))
+    return tuple(AerosolComponent(model, extinction) for model, extinction in layers if np.any(extinction > 0))

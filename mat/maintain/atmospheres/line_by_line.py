@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import click
 
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM
 from skyshine.mat.atmosphere.state.profiles import PROFILES
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import LineLibrary

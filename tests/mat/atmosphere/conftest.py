@@ -37,13 +37,14 @@ def synthetic_points():
 
 @pytest.fixture(scope="session")
 def isothermal():
-    """Factory of an isothermal state without water: ``isothermal(temperature, aerosol="none")``."""
+    """Factory of an isothermal state without water: ``isothermal(temperature, aerosol=Aerosol("none"))``."""
     from dataclasses import replace
 
+    from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
     from skyshine.mat.atmosphere.state.state import AtmosphericState
 
     def make(temperature=280.0, **settings):
-        state = AtmosphericState.from_profile("us_standard", **{"aerosol": "none", **settings})
+        state = AtmosphericState.from_profile("us_standard", **{"aerosol": Aerosol("none"), **settings})
         return replace(state, temperature=np.full_like(state.temperature, temperature))
 
     return make

@@ -9,6 +9,7 @@ import pytest
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -29,14 +30,14 @@ GRID = PathGrid(
 )
 BANDS = {"3.8 um": (3.8, 3.82), "10.5 um": (10.5, 10.56)}
 STATES = {
-    "clear": {"name": "us_standard", "visibility_km": 300.0},
-    "hazy": {"name": "tropical", "visibility_km": 5.0, "aerosol": "maritime"},
-    "visibility 0.1 km": {"name": "midlatitude_summer", "visibility_km": 0.1},
+    "clear": {"name": "us_standard", "aerosol": Aerosol(visibility_km=300.0)},
+    "hazy": {"name": "tropical", "aerosol": Aerosol("maritime", visibility_km=5.0)},
+    "visibility 0.1 km": {"name": "midlatitude_summer", "aerosol": Aerosol(visibility_km=0.1)},
     "thick cloud": {"name": "midlatitude_summer", "clouds": [CloudLayer("water", 500.0, 1500.0, 8.0, 60.0)]},
     "thin cirrus": {"name": "us_standard", "clouds": [CloudLayer("ice", 9e3, 10e3, 30.0, 0.5)]},
-    "volcano": {"name": "us_standard", "stratosphere": "extreme_fresh"},
+    "volcano": {"name": "us_standard", "aerosol": Aerosol(stratosphere="extreme_fresh")},
     "polar night": {"name": "subarctic_winter", "surface_temperature": 220.0, "surface_albedo": 0.6},
-    "no particles": {"name": "us_standard", "aerosol": "none"},
+    "no particles": {"name": "us_standard", "aerosol": Aerosol("none")},
 }
 
 

@@ -10,6 +10,7 @@ from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -26,7 +27,7 @@ GRID = PathGrid(
 
 @pytest.fixture(scope="module")
 def state():
-    return AtmosphericState.from_profile("midlatitude_summer", co2_ppm=420)
+    return AtmosphericState.from_profile("midlatitude_summer", gas_amounts=GasAmounts(ppm={"CO2": 420}))
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer import thermal_source as diffuse
@@ -17,7 +18,7 @@ SECTIONS = np.array([0.0, 1e-32, 1e-28, 1e-26, 1e-25, 1e-24, 1e-22, 1e-20])
 
 @pytest.fixture(scope="module")
 def air(synthetic_points, isothermal):
-    state = replace(isothermal(280.0, aerosol="rural", visibility_km=2.0), surface_temperature=280.0)
+    state = replace(isothermal(280.0, aerosol=Aerosol("rural", visibility_km=2.0)), surface_temperature=280.0)
     return SpectralAir.of(state, synthetic_points(EDGES, {"CO2": SECTIONS}))
 
 
@@ -52,7 +53,7 @@ def test_layers_keep_their_energy(air):
 
 
 def test_thin_layers_meet_the_closed_form_without_a_seam(synthetic_points, isothermal):
-    state = isothermal(280.0, aerosol="rural")
+    state = isothermal(280.0, aerosol=Aerosol("rural"))
     state = replace(state, temperature=np.linspace(290.0, 210.0, state.altitude.size))
     air = SpectralAir.of(state, synthetic_points(EDGES, {"CO2": np.geomspace(1e-30, 1e-20, 400)}))
     for flux in diffuse._fluxes(state, air.shells, air.optics):

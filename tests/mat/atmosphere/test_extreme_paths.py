@@ -7,6 +7,7 @@ import pytest
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import segments as transfer
@@ -53,9 +54,9 @@ def saturation(state):
 
 
 STATES = {
-    "clear": {"aerosol": "none"},
-    "fog": {"visibility_km": 0.1},
-    "clean": {"visibility_km": 300.0},
+    "clear": {"aerosol": Aerosol("none")},
+    "fog": {"aerosol": Aerosol(visibility_km=0.1)},
+    "clean": {"aerosol": Aerosol(visibility_km=300.0)},
     "black ground": {"surface_albedo": 0.0},
     "white ground": {"surface_albedo": 1.0},
 }
@@ -65,7 +66,7 @@ def made(name):
     if name == "saturated":
         return saturated(AtmosphericState.from_profile("tropical"))
     if name == "optical depth 1e4":
-        state = AtmosphericState.from_profile("us_standard", visibility_km=1.0)
+        state = AtmosphericState.from_profile("us_standard", aerosol=Aerosol(visibility_km=1.0))
         thick = tuple(replace(part, extinction_550=part.extinction_550 * 3e4) for part in state.aerosols)
         return replace(state, aerosols=thick)
     return AtmosphericState.from_profile("midlatitude_summer", **STATES[name])
@@ -124,7 +125,7 @@ def test_isothermal_air_shows_its_temperature_along_every_path(band, isothermal)
 
 
 def test_transmittance_is_the_same_from_either_end(band):
-    state = AtmosphericState.from_profile("midlatitude_summer", visibility_km=23.0)
+    state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol(visibility_km=23.0))
     air = BandAtmosphere.of(state, band).air
     for altitude, elevation, distance in (
         (2e3, -1.0, 37e3),

@@ -18,6 +18,7 @@ from skyshine.mat.atmosphere.spectra.fluxes import (
     sky_emission,
     sunlight_shares,
 )
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.schemas.errors import InputError
 
@@ -27,7 +28,7 @@ ELEVATIONS = np.array([-90.0, -12.0, -3.0, 0.0, 5.0, 20.0, 60.0, 90.0])
 
 @pytest.fixture(scope="module")
 def state():
-    return AtmosphericState.from_profile("us_standard", co2_ppm=420)
+    return AtmosphericState.from_profile("us_standard", gas_amounts=GasAmounts(ppm={"CO2": 420}))
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
@@ -87,7 +88,7 @@ def test_black_particles_scatter_nothing():
 @pytest.fixture(scope="module")
 def hazy(synthetic_points, isothermal):
     def make(albedo, sections=(0.0,), **settings):
-        settings = {"aerosol": "rural", "visibility_km": 10.0, "surface_albedo": albedo, **settings}
+        settings = {"aerosol": Aerosol("rural", visibility_km=10.0), "surface_albedo": albedo, **settings}
         return SpectralAir.of(isothermal(**settings), synthetic_points(EDGES, {"CO2": list(sections)}))
 
     return make
@@ -119,7 +120,7 @@ def test_a_brighter_ground_brightens_the_sky_and_the_path(hazy):
 
 @pytest.mark.parametrize("visibility", [0.1, 300.0])
 def test_opaque_and_clear_air_are_finite(hazy, visibility):
-    air = hazy(1.0, (0.0, 1e-28, 1e-24, 1e-20), visibility_km=visibility)
+    air = hazy(1.0, (0.0, 1e-28, 1e-24, 1e-20), aerosol=Aerosol("rural", visibility_km=visibility))
     light = air.diffuse_light
     for values in (light.mean, light.tilt):
         assert np.all(np.isfinite(values))
@@ -158,7 +159,7 @@ def test_night_falls_smoothly(hazy):
 
 
 def test_without_particles_scaling_changes_nothing(hazy):
-    air = hazy(0.1, aerosol="none")
+    air = hazy(0.1, aerosol=Aerosol("none"))
     assert np.array_equal(air.scaled_extinction, air.optics.extinction)
     assert air.scaled_source_paths is air.source_paths
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import optics
 
@@ -49,7 +50,7 @@ def test_particle_phase_functions_have_mean_one(synthetic_points):
 
 
 def test_extinction_is_the_sum_of_its_parts_and_emission_the_black_bodys(synthetic_points):
-    state = AtmosphericState.from_profile("tropical", co2_ppm=400)
+    state = AtmosphericState.from_profile("tropical", gas_amounts=GasAmounts(ppm={"CO2": 400}))
     points = synthetic_points(np.array([900.0, 905.0, 910.0]), {"H2O": [1e-28, 2e-28], "CO2": [3e-27, 0.0]})
     found = optics.spectral_optics(state, points)
     parts = sum(found.absorption.values()) + found.rayleigh + found.aerosol_extinction

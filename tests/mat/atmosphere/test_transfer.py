@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer import segments as transfer
@@ -51,7 +52,7 @@ def test_isothermal_air_emits_as_much_as_it_absorbs(synthetic_points, isothermal
 
 
 def test_transparent_air_is_dark(synthetic_points):
-    state = AtmosphericState.from_profile("tropical", aerosol="none")
+    state = AtmosphericState.from_profile("tropical", aerosol=Aerosol("none"))
     air = SpectralAir.of(state, synthetic_points(EDGES, {"CO2": np.zeros(2)}))
     clear = replace(air.optics, extinction=np.zeros_like(air.optics.extinction))
     _, segments, _ = path(air, 0.0, 0.0, None)
@@ -144,7 +145,7 @@ def test_single_scattering_of_a_thick_homogeneous_atmosphere(synthetic_points, i
 
 
 def test_band_and_spectral_scattering_agree(synthetic_points):
-    state = AtmosphericState.from_profile("midlatitude_summer", visibility_km=5.0)
+    state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol(visibility_km=5.0))
     edges = np.linspace(2500.0, 3300.0, 9)
     points = synthetic_points(edges, {"CO2": np.geomspace(1e-28, 1e-24, 8)})
     air = SpectralAir.of(state, points)
@@ -224,7 +225,9 @@ def test_scattered_sky_of_thin_air(synthetic_points, isothermal):
 
 
 def test_twilight_fades_without_a_jump_upwards(synthetic_points, isothermal):
-    air = SpectralAir.of(isothermal(aerosol="rural"), synthetic_points(np.array([5000.0, 5005.0]), {"CO2": [0.0]}))
+    air = SpectralAir.of(
+        isothermal(aerosol=Aerosol("rural")), synthetic_points(np.array([5000.0, 5005.0]), {"CO2": [0.0]})
+    )
     elevation = np.radians(np.arange(-30.0, 11.0, 1.0))
     sky = sky_irradiance(air, np.array([0.0]), elevation).scattered[0, :, 0]
     assert np.all(np.isfinite(sky)) and np.all(sky >= 0)

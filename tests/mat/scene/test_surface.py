@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.scene.surface import band_model_sky, surface_inputs
@@ -14,7 +15,10 @@ from skyshine.schemas.errors import InputError
 @pytest.fixture(scope="module")
 def air():
     return AtmosphericState.from_profile(
-        "midlatitude_summer", surface_altitude=0.0, aerosol="rural", visibility_km=23.0, surface_temperature=294.0
+        "midlatitude_summer",
+        surface_altitude=0.0,
+        aerosol=Aerosol("rural", visibility_km=23.0),
+        surface_temperature=294.0,
     )
 
 

@@ -87,7 +87,7 @@ def temperature(axes):
 
 @pytest.mark.parametrize("tolerance", [1.0, 0.3])
 def test_surface_axes_hold_the_tolerance_elsewhere(tolerance):
-    found = refined_axes(temperature, BASE, 1, tolerance, seed=5, most=10**7)
+    found = refined_axes(temperature, BASE, 1, tolerance, seed=5, max_nodes=10**7)
     generator = np.random.default_rng(11)
     places = {
         "altitude_km": generator.uniform(0, 3, 5),
@@ -105,4 +105,4 @@ def test_what_cannot_be_held_is_said():
         CheckFailed,
         match="surface_grid.tolerance 0.001 K cannot be held with 500 nodes: it takes .* most for the (azimuth|time), ",
     ):
-        refined_axes(temperature, BASE, 1, 1e-3, seed=5, most=500)
+        refined_axes(temperature, BASE, 1, 1e-3, seed=5, max_nodes=500)

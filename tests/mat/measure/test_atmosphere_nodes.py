@@ -55,7 +55,7 @@ class Air:
         )
 
 
-def placed(tolerance, names=tuple(QUANTITIES), most=10**6, base=BASE):
+def placed(tolerance, names=tuple(QUANTITIES), max_nodes=10**6, base=BASE):
     air = Air()
 
     def probes(generator, key, count):
@@ -67,7 +67,7 @@ def placed(tolerance, names=tuple(QUANTITIES), most=10**6, base=BASE):
         base,
         dict.fromkeys(names, (SCALE, tolerance)),
         seed=3,
-        most=most,
+        max_nodes=max_nodes,
     )
 
 
@@ -109,7 +109,7 @@ def test_what_cannot_be_held_names_quantity_and_axis():
         r" the \w+; raise it"
     )
     with pytest.raises(CheckFailed, match=words):
-        placed(1e-3, most=500)
+        placed(1e-3, max_nodes=500)
 
 
 def test_tolerances_by_quantity():

@@ -13,7 +13,7 @@ from skyshine.mat.atmosphere.transfer.bounds import Bounds
 from skyshine.mat.job.atmosphere import AtmosphereGrid
 from skyshine.mat.job.model import Accuracy, Job
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
-from skyshine.mat.scene.omission import Negligible
+from skyshine.mat.scene.omission import Omission
 
 LONG, SHORT = SpectralResponse.rectangular(8.0, 12.0), SpectralResponse.rectangular(0.5, 0.7)
 STATE = AtmosphericState.from_profile("us_standard", clouds=[CloudLayer("ice", 9e3, 10e3, 30.0, 0.1)])
@@ -22,7 +22,7 @@ PARTICLES = np.array([np.inf, 2.0, 1e-3, 0.0, 1e-4])  # W m^-2 sr^-1; the state 
 
 def decided(tolerance, response=LONG, state=STATE, grid=None, scattered=(1.0, 2e-3)):
     job = Job.model_construct(accuracy=Accuracy(negligible_k=tolerance), atmosphere_grid=grid or AtmosphereGrid())
-    return Negligible.of(job, ["sun", "moon"], state, response, Bounds(np.array(scattered), PARTICLES))
+    return Omission.of(job, ["sun", "moon"], state, response, Bounds(np.array(scattered), PARTICLES))
 
 
 def test_a_kelvin_is_that_of_the_ground():

@@ -5,7 +5,7 @@ import pytest
 
 from skyshine.mat.atmosphere.particles import aerosol_column, windblown
 from skyshine.mat.atmosphere.particles.aerosol import MODELS, AerosolModel
-from skyshine.mat.atmosphere.particles.aerosol_column import SEASONS, aerosol_extinction_550, aerosol_layers
+from skyshine.mat.atmosphere.particles.aerosol_column import SEASONS, Aerosol, aerosol_extinction_550, aerosol_layers
 from skyshine.mat.maintain.atmospheres.aerosol import normalised, sphere_mean
 from skyshine.schemas.errors import InputError
 
@@ -136,7 +136,7 @@ def test_high_ground_squeezes_the_profile():
 
 def test_layers_share_out_the_whole_extinction():
     altitude = np.array([0.0, 1999.0, 2500.0, 5e3, 10.4e3, 20e3, 32e3, 60e3, 120e3])
-    layers = aerosol_layers(altitude, 23.0, "spring_summer", "urban")
+    layers = aerosol_layers(altitude, Aerosol("urban"), 23.0, "spring_summer")
     assert [model.name for model, _ in layers] == ["urban", "tropospheric", "stratospheric_background", "meteoric_dust"]
     total = sum(extinction for _, extinction in layers)
     np.testing.assert_allclose(total, aerosol_extinction_550(altitude, 23.0, "spring_summer"))
@@ -156,7 +156,7 @@ def test_vertical_optical_depth():
 
 
 def test_no_aerosol():
-    assert aerosol_layers([0.0, 1e3], 23.0, "spring_summer", "none") == []
+    assert aerosol_layers(np.array([0.0, 1e3]), Aerosol("none"), 23.0, "spring_summer") == []
 
 
 @pytest.mark.parametrize(
@@ -212,8 +212,8 @@ def test_desert_aerosol_follows_the_wind():
 @pytest.mark.parametrize("name", aerosol_column.STRATOSPHERES)
 def test_volcanoes_lade_the_stratosphere_alone(name):
     altitude = np.array([0.0, 5e3, 20e3, 40e3, 90e3])
-    layers = aerosol_layers(altitude, 23.0, "spring_summer", "rural", stratosphere=name)
-    background = aerosol_layers(altitude, 23.0, "spring_summer", "rural")
+    layers = aerosol_layers(altitude, Aerosol(stratosphere=name), 23.0, "spring_summer")
+    background = aerosol_layers(altitude, Aerosol(), 23.0, "spring_summer")
     ours, plain = (sum(extinction for _, extinction in part) for part in (layers, background))
     assert ours[[0, 1, 3, 4]] == pytest.approx(plain[[0, 1, 3, 4]])
     # Extinction at 20 km, spring and summer, km^-1: BASTSS, VUMOSS, HIVUSS, EXVUSS of LOWTRAN7.

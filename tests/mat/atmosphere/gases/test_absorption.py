@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, AbsorptionTable, water_continuum
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, water_continuum
 from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 
-REFERENCE = Path(__file__).parents[2] / "data" / "line_by_line_tropical_5km.csv"
+REFERENCE = Path(__file__).parents[3] / "data" / "line_by_line_tropical_5km.csv"
 BOLTZMANN = 1.380649e-23  # J/K
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.state.gas_amounts import DOBSON_UNIT
+from skyshine.mat.atmosphere.state.gas_amounts import DOBSON_UNIT, GasAmounts
 from skyshine.mat.atmosphere.state.humidity import mole_fraction, saturation_pressure
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES, load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
@@ -165,23 +165,23 @@ def test_a_sounding_needs_rows():
 def test_gas_amounts():
     from_profile = AtmosphericState.from_profile
     plain = from_profile("midlatitude_summer")
-    rich = from_profile("midlatitude_summer", gas_scale={"O3": 1.2, "H2O": 0.5}, gas_ppm={"CH4": 1.9})
+    rich = from_profile("midlatitude_summer", gas_amounts=GasAmounts(ppm={"CH4": 1.9}, scale={"O3": 1.2, "H2O": 0.5}))
     assert rich.mole_fraction["O3"] == pytest.approx(1.2 * plain.mole_fraction["O3"])
     assert rich.precipitable_water(0.0) == pytest.approx(0.5 * plain.precipitable_water(0.0))
     assert rich.mole_fraction["CH4"][0] == pytest.approx(1.9e-6)
-    exact = from_profile("midlatitude_summer", water_column=25.0, ozone_column=300.0)
+    exact = from_profile("midlatitude_summer", gas_amounts=GasAmounts(water_column=25.0, ozone_column=300.0))
     assert exact.precipitable_water(0.0) == pytest.approx(25.0, rel=1e-9)
     density = exact.number_density * exact.mole_fraction["O3"]
     assert exact._column(density, 0.0) / DOBSON_UNIT == pytest.approx(300.0, rel=1e-9)
-    for settings, message in (
-        ({"gas_scale": {"O4": 2.0}}, "no gas 'O4' in this profile; did you mean 'O3'"),
-        ({"gas_ppm": {"CFC-11": -1.0}}, "at least 0"),
-        ({"gas_ppm": {"CH4": 2.0}, "gas_scale": {"CH4": 2.0}}, "both a scale and an amount"),
-        ({"water_column": 500.0}, "more than saturated air of this profile holds"),
-        ({"ozone_column": float("nan")}, "finite"),
+    for gas_amounts, message in (
+        (GasAmounts(scale={"O4": 2.0}), "no gas 'O4' in this profile; did you mean 'O3'"),
+        (GasAmounts(ppm={"CFC-11": -1.0}), "at least 0"),
+        (GasAmounts(ppm={"CH4": 2.0}, scale={"CH4": 2.0}), "both a scale and an amount"),
+        (GasAmounts(water_column=500.0), "more than saturated air of this profile holds"),
+        (GasAmounts(ozone_column=float("nan")), "finite"),
     ):
         with pytest.raises(InputError, match=message):
-            from_profile("midlatitude_summer", **settings)
+            from_profile("midlatitude_summer", gas_amounts=gas_amounts)
 
 
 def test_saturated_hot_air():

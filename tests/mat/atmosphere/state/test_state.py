@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.particles.aerosol_column import RAYLEIGH_550
+from skyshine.mat.atmosphere.particles.aerosol_column import RAYLEIGH_550, Aerosol
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.humidity import saturation_pressure
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.schemas.errors import InputError
@@ -52,14 +53,15 @@ def test_hydrostatic_weight_of_the_air():
 
 def test_visibility_gives_the_extinction_at_the_ground():
     for visibility in (0.1, 5.0, 23.0, 300.0):
-        state = AtmosphericState.from_profile("us_standard", visibility_km=visibility)
+        state = AtmosphericState.from_profile("us_standard", aerosol=Aerosol(visibility_km=visibility))
         total = sum(component.extinction_550[0] for component in state.aerosols) + RAYLEIGH_550
         assert total * visibility * 1e3 == pytest.approx(3.912, rel=1e-6)
     hazy, clear = (
-        AtmosphericState.from_profile("us_standard", visibility_km=v).aerosol_optical_depth(500, 0.0) for v in (5, 50)
+        AtmosphericState.from_profile("us_standard", aerosol=Aerosol(visibility_km=v)).aerosol_optical_depth(500, 0.0)
+        for v in (5, 50)
     )
     assert hazy > 2 * clear > 0
-    assert AtmosphericState.from_profile("us_standard", aerosol="none").aerosol_optical_depth(500, 0.0) == 0.0
+    assert AtmosphericState.from_profile("us_standard", aerosol=Aerosol("none")).aerosol_optical_depth(500, 0.0) == 0.0
 
 
 def test_saturation_pressure_at_the_triple_point_and_at_boiling():
@@ -68,16 +70,18 @@ def test_saturation_pressure_at_the_triple_point_and_at_boiling():
 
 
 def test_scaled_humidity_stops_at_saturation():
-    state = AtmosphericState.from_profile("tropical", humidity_scale=10.0)
+    state = AtmosphericState.from_profile("tropical", gas_amounts=GasAmounts(scale={"H2O": 10.0}))
     vapour = state.mole_fraction["H2O"] * state.pressure
     assert np.all(vapour <= saturation_pressure(state.temperature) * (1 + 1e-12))
     assert np.all(state.relative_humidity <= 100.0)
-    dry = AtmosphericState.from_profile("tropical", humidity_scale=0.0)
+    dry = AtmosphericState.from_profile("tropical", gas_amounts=GasAmounts(scale={"H2O": 0.0}))
     assert dry.precipitable_water(0.0) == 0.0
 
 
 def test_carbon_dioxide_is_that_at_the_ground():
-    assert AtmosphericState.from_profile("tropical", co2_ppm=420).mole_fraction["CO2"][0] == pytest.approx(420e-6)
+    assert AtmosphericState.from_profile("tropical", gas_amounts=GasAmounts(ppm={"CO2": 420})).mole_fraction["CO2"][
+        0
+    ] == pytest.approx(420e-6)
     assert AtmosphericState.from_profile("tropical").mole_fraction["CO2"][0] == pytest.approx(330e-6)
 
 
@@ -95,13 +99,13 @@ def test_ground_altitude_begins_the_levels(ground):
     ("settings", "message"),
     [
         ({"surface_altitude": 9000.0}, "surface altitude"),
-        ({"humidity_scale": -1.0}, "humidity scale"),
-        ({"humidity_scale": float("nan")}, "humidity scale"),
-        ({"visibility_km": 0.01}, "visibility"),
-        ({"aerosol": "rurl"}, "rural"),
+        ({"gas_amounts": GasAmounts(scale={"H2O": -1.0})}, "amount -1.0 of H2O"),
+        ({"gas_amounts": GasAmounts(scale={"H2O": float("nan")})}, "amount nan of H2O"),
+        ({"aerosol": Aerosol(visibility_km=0.01)}, "visibility"),
+        ({"aerosol": Aerosol("rurl")}, "rural"),
         ({"surface_albedo": 1.5}, "albedo"),
         ({"surface_temperature": -5.0}, "surface temperature"),
-        ({"co2_ppm": float("inf")}, "finite"),
+        ({"gas_amounts": GasAmounts(ppm={"CO2": float("inf")})}, "finite"),
     ],
 )
 def test_bad_settings_are_refused(settings, message):

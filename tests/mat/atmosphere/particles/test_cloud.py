@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.particles import cloud, rain
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer, cloud_type
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.spectra.spectrum import line_spectrum
+from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.errors import InputError
@@ -78,7 +80,7 @@ def test_ice_crystals_scatter_sunlight_less_forward_than_spheres():
     "layer", [cloud_type(name) for name in cloud.TYPES] + [CloudLayer("water", 0.0, 200.0, 5.0, 1e4)]
 )
 def test_the_layer_holds_its_optical_depth(layer):
-    state = AtmosphericState.from_profile("midlatitude_summer", aerosol="none", clouds=[layer])
+    state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("none"), clouds=[layer])
     from skyshine.mat.atmosphere.transfer.geometry import Shells
     from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column
 
@@ -104,7 +106,7 @@ def test_the_layer_holds_its_optical_depth(layer):
 def test_types_of_cloud(name, extinction):
     layer = cloud_type(name)
     assert 1e3 * layer.optical_depth / (layer.top - layer.base) == pytest.approx(extinction, rel=0.01)
-    assert name in cloud.TYPES and set(cloud._types()) == set(cloud.TYPES)
+    assert name in cloud.TYPES and set(cloud.cloud_types()) == set(cloud.TYPES)
 
 
 # LOWTRAN7, FUNCTION TNRAIN: pi N0 / A^3 km^-1 with N0 = 8000, A = 41 R^-0.21; drops are large, so that Mie theory
@@ -160,7 +162,11 @@ def test_nothing_changes_inside_an_isothermal_enclosure(isothermal_cloud, synthe
 )
 def test_a_cloud_of_optical_depth_ten_thousand(thin_air, layer, albedo):
     state = AtmosphericState.from_profile(
-        "midlatitude_summer", clouds=[layer], rain=RainLayer(100.0, 600.0), visibility_km=0.1, surface_albedo=albedo
+        "midlatitude_summer",
+        clouds=[layer],
+        rain=RainLayer(100.0, 600.0),
+        aerosol=Aerosol(visibility_km=0.1),
+        surface_albedo=albedo,
     )
     inside = 0.5 * (layer.base + layer.top)
     warmest = planck_wavenumber(902.5, state.temperature.max())
@@ -227,7 +233,9 @@ def test_air_in_water_cloud_is_saturated():
     state = AtmosphericState.from_profile("midlatitude_winter", clouds=[STRATUS])
     inside = (state.altitude > STRATUS.base + 11) & (state.altitude < STRATUS.top - 11)
     assert state.relative_humidity[inside] == pytest.approx(100.0) and np.all(state.relative_humidity[~inside][:2] < 99)
-    dry = AtmosphericState.from_profile("midlatitude_winter", clouds=[STRATUS], water_column=3.0)
+    dry = AtmosphericState.from_profile(
+        "midlatitude_winter", clouds=[STRATUS], gas_amounts=GasAmounts(water_column=3.0)
+    )
     assert dry.precipitable_water(0.0) == pytest.approx(3.0, rel=1e-9)
 
 

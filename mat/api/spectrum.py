@@ -100,7 +100,7 @@ def spectrum(
     source: Literal["sun", "moon", "none"] = "sun",
     source_elevation: float = 45.0,
     source_azimuth: float = 0.0,
-    water_continuum: str = "mt_ckd_4.3",
+    water_continuum: str | None = None,
 ) -> Spectrum:
     """Transmittance and radiance along one line of sight.
 
@@ -138,7 +138,8 @@ def spectrum(
         Sun at 1 au, full Moon at its mean distance.
     source_elevation, source_azimuth : float
         Geometric elevation, and azimuth from the line of sight [degree].
-    water_continuum : str
+    water_continuum : str, optional
+        Of water vapour; by default that of the packaged band model, mt_ckd_4.3.
 
     Returns
     -------

@@ -30,7 +30,10 @@ def _ranges(_context, _parameter, texts):
     "--lines", required=True, type=click.Path(), help="Folder of HITRAN 160-column records (01_*.par[.gz|.xz] ...)."
 )
 @click.option(
-    "--continua", required=True, type=click.Path(), help="Folder of the MT_CKD netCDF files and their notice."
+    "--continua",
+    required=True,
+    type=click.Path(),
+    help="Folder of the MT_CKD netCDF files and their notice, or the word lowtran7 for the packaged ones of LOWTRAN7.",
 )
 @click.option(
     "--lookups", type=click.Path(), help="Folder of REPTRAN lookups, for O3 and N2O where there are no lines."

@@ -64,10 +64,9 @@ from skyshine.schemas.quantity import quantity
 @click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
 @click.option(
     "--water-continuum",
-    type=click.Choice(["mt_ckd_4.3", "mt_ckd_2.4"]),
-    default="mt_ckd_4.3",
-    show_default=True,
-    help="Of water vapour; the older one for comparison with codes of its time.",
+    type=click.Choice(["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]),
+    help="Of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the public domain; default:"
+    " that of the packaged band model.",
 )
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
 @click.option(

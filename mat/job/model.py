@@ -11,6 +11,7 @@ import pydantic
 import yaml
 from pydantic import Field
 
+from skyshine.mat.atmosphere.gases.absorption import check_water_continuum, packaged_water_continuum
 from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
 from skyshine.mat.job.extra_tables import ExtraTables
 from skyshine.mat.job.fields import by_hour
@@ -24,6 +25,7 @@ from skyshine.mat.job.surface import (
     SurfaceGrid,
 )
 from skyshine.schemas.documents import StrictModel
+from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.model import MaterialName, TextureJob, check_distinct_names
 
 MaterialChoice = Annotated[
@@ -31,6 +33,14 @@ MaterialChoice = Annotated[
     | Annotated[list[MaterialName], Field(min_length=1), pydantic.Tag("names")],
     pydantic.Discriminator(lambda value: "names" if isinstance(value, list) else "word"),
 ]
+
+
+def _packaged_continuum(name: str) -> str:
+    try:
+        check_water_continuum(name, packaged_water_continuum())
+    except InputError as error:
+        raise ValueError(error.message) from None
+    return name
 
 
 class Accuracy(StrictModel):
@@ -84,11 +94,14 @@ class Job(StrictModel):
     atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
-    water_continuum: Literal["mt_ckd_4.3", "mt_ckd_2.4"] = Field(
-        "mt_ckd_4.3",
+    water_continuum: Annotated[
+        Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"], pydantic.AfterValidator(_packaged_continuum)
+    ] = Field(
+        default_factory=packaged_water_continuum,
         description=(
-            "Water vapour continuum of the bands; the older one for comparison with codes of its time. Heat balance"
-            " keeps 4.3."
+            "Water vapour continuum of the bands. By default that of the packaged band model: mt_ckd_4.3, or lowtran7"
+            " in a package built without MT_CKD. mt_ckd_2.4 is for comparison with codes of its time, lowtran7 is in"
+            " the public domain. The heat balance keeps the packaged one."
         ),
     )
     extra_tables: ExtraTables = Field(

@@ -28,6 +28,6 @@ def response_of(band: Band) -> SpectralResponse:
 
 
 @lru_cache(maxsize=4)
-def absorption_table(water_continuum: str = "mt_ckd_4.3") -> AbsorptionTable:
-    """The packaged band model with one of the water vapour continua, opened once a process."""
+def absorption_table(water_continuum: str | None = None) -> AbsorptionTable:
+    """The packaged band model with its own or another water vapour continuum, opened once a process."""
     return AbsorptionTable.open(water_continuum=water_continuum)

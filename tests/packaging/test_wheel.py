@@ -8,6 +8,7 @@ import venv
 import zipfile
 from pathlib import Path
 
+import h5py
 import pytest
 
 CHECKOUT = Path(__file__).parents[2]
@@ -60,6 +61,18 @@ def test_only_the_skyshine_package_is_installed(wheel):
     tops = {name.split("/")[0] for name in names}
     assert {top for top in tops if not top.endswith(".dist-info")} == {"skyshine"}
     assert not [name for name in names if "/tests/" in name or name.endswith(".pyc")]
+
+
+def test_the_metadata_names_the_terms_of_mt_ckd_and_the_wheel_holds_its_notice(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]
+        metadata = archive.read(name).decode().split("\n\n")[0].splitlines()
+        (name,) = [name for name in archive.namelist() if name.endswith("licenses/LICENSES/LicenseRef-MT-CKD.txt")]
+        notice = " ".join(archive.read(name).decode().split())
+    assert "License-Expression: Apache-2.0 AND LicenseRef-MT-CKD" in metadata
+    with h5py.File(CHECKOUT / "atmospheres" / "absorption.h5") as table:
+        assert notice == " ".join(table.attrs["notice"].split())
+    assert "may not be incorporated" in notice
 
 
 def test_a_fresh_environment_opens_one_of_each_data_file(wheel, tmp_path):

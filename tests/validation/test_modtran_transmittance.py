@@ -180,6 +180,8 @@ def rms(values):
         ("8-12 um", "mt_ckd_4.3", 0.03, 0.03),
         ("3-5 um", "mt_ckd_2.4", 0.015, 0.02),
         ("8-12 um", "mt_ckd_2.4", 0.017, 0.03),
+        ("3-5 um", "lowtran7", 0.045, 0.035),
+        ("8-12 um", "lowtran7", 0.035, 0.032),
     ],
 )
 def test_points_against_modtran(spectra, state, name, continuum, limit_tau, limit_radiance):

@@ -23,11 +23,38 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database
 
 FILETYPE, FORMAT_MAJOR = "absorption", 1
-# Water vapour continua by name: the table's own, and an older one for comparison with codes of its time, at the
-# wavenumbers of its file.
-WATER_CONTINUA = {"mt_ckd_4.3": None, "mt_ckd_2.4": "continuum/mt_ckd_2.4.csv"}
+# Water vapour continua that may replace a table's own, at the wavenumbers of their files: one for comparison with
+# codes of its time, and one in the public domain. Packages built without MT_CKD lack the first.
+WATER_CONTINUA = {"mt_ckd_2.4": "continuum/mt_ckd_2.4.csv", "lowtran7": "continuum/lowtran7.csv"}
+FIRST_CONTINUUM = "mt_ckd_4.3"  # of tables that do not name theirs
 # Codes of a gas in an interval, as the table keeps them; larger codes name the entries of its `sources`.
 NO_DATA, NEGLIGIBLE = 0, 1
+
+
+def available_water_continua(table_continuum: str) -> tuple[str, ...]:
+    """Names of the water vapour continua that a table can be opened with, its own first."""
+    packaged = [name for name, file in WATER_CONTINUA.items() if atmospheres.path(file).is_file()]
+    return tuple(dict.fromkeys([table_continuum, *packaged]))
+
+
+def check_water_continuum(name: str, table_continuum: str) -> None:
+    """Refuse a water vapour continuum that this package does not hold.
+
+    Raises
+    ------
+    InputError
+    """
+    available = available_water_continua(table_continuum)
+    if name not in available:
+        without = "" if FIRST_CONTINUUM in available else "; this package was built without MT_CKD"
+        raise InputError(f"found water vapour continuum '{name}'; allowed: {', '.join(available)}{without}")
+
+
+@lru_cache(maxsize=1)
+def packaged_water_continuum() -> str:
+    """Name of the water vapour continuum of the packaged table, read once a process."""
+    with open_database(atmospheres.path("absorption.h5"), FILETYPE, FORMAT_MAJOR) as file:
+        return str(file.attrs.get("water_continuum", FIRST_CONTINUUM))
 
 
 @lru_cache(maxsize=2)
@@ -41,10 +68,10 @@ class AbsorptionTable:
     """The absorption table; `open` reads what describes it, `points` the intervals that are asked for.
 
     `content` is the hash of what the points hold, the name of the water vapour continuum after it where that is not the
-    table's own.
+    table's own. `water_continuum` is that other name, or None.
     """
 
-    water_continuum = "mt_ckd_4.3"
+    water_continuum: str | None = None
 
     def __init__(
         self,
@@ -66,22 +93,20 @@ class AbsorptionTable:
         self._source_codes, self._source_texts, self._terms, self.gas_error = gases, sources, terms, errors
 
     @classmethod
-    def open(cls, path: str | os.PathLike[str] | None = None, water_continuum: str = "mt_ckd_4.3") -> AbsorptionTable:
+    def open(cls, path: str | os.PathLike[str] | None = None, water_continuum: str | None = None) -> AbsorptionTable:
         """Open a table, by default the packaged one.
 
         Parameters
         ----------
         path : path, optional
-        water_continuum : str
-            One of `WATER_CONTINUA`.
+        water_continuum : str, optional
+            The table's own, which is the default, or one of `WATER_CONTINUA`.
 
         Raises
         ------
         InputError
             No continuum has that name, or the file is missing, damaged, of another type or of another format version.
         """
-        if water_continuum not in WATER_CONTINUA:
-            raise InputError(f"found water vapour continuum '{water_continuum}'; allowed: {', '.join(WATER_CONTINUA)}")
         path = atmospheres.path("absorption.h5") if path is None else path
         with open_database(path, FILETYPE, FORMAT_MAJOR) as file:
             about = file["intervals"]
@@ -95,8 +120,10 @@ class AbsorptionTable:
             error = about["error"][()].astype(float)
             version, label = str(file.attrs["data_version"]), str(file.attrs.get("data_name", ""))
             content = str(file.attrs["content_sha256"])
+            table_continuum = str(file.attrs.get("water_continuum", FIRST_CONTINUUM))
             table = cls(path, version, label, content, edges, about["count"][()], error, codes, texts, terms, errors)
-        if WATER_CONTINUA[water_continuum] is not None:
+        if water_continuum not in (None, table_continuum):
+            check_water_continuum(water_continuum, table_continuum)
             table.water_continuum = water_continuum
             table.content += f" {water_continuum}"
         return table
@@ -184,10 +211,9 @@ class AbsorptionTable:
 
     def _with_continuum(self, wavenumber: Floats, packaged: Floats) -> Floats:
         """Coefficients (3, P) of the water vapour continuum: the table's own outside the range of another one."""
-        file = WATER_CONTINUA[self.water_continuum]
-        if file is None:
+        if self.water_continuum is None:
             return packaged
-        nodes, values = _continuum_file(file)
+        nodes, values = _continuum_file(WATER_CONTINUA[self.water_continuum])
         inside = (wavenumber >= nodes[0]) & (wavenumber <= nodes[-1])
         coefficients: Floats = np.where(inside, [np.interp(wavenumber, nodes, row) for row in values], packaged)
         return coefficients

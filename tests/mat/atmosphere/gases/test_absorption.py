@@ -279,6 +279,30 @@ def test_another_water_continuum_changes_that_alone_and_only_in_its_range():
         assert np.all((ratio >= factor[0]) & (ratio <= factor[1])), (low, ratio)
 
 
+def test_the_lowtran7_continuum_is_near_the_measured_self_continuum_of_the_window():
+    """The fit of Roberts, Selby and Biberman 1976 (Appl. Opt. 15, 2085) to measurements at 296 K, g^-1 cm^2 atm^-1."""
+    points = AbsorptionTable.open(water_continuum="lowtran7").points(800.0, 1200.0)
+    humid = points.cross_sections([101325.0], [296.0], [0.02], gases=["H2O_continuum"])["H2O_continuum"][0]
+    # Without water vapour what is left is the foreign continuum.
+    dry = points.cross_sections([101325.0], [296.0], [0.0], gases=["H2O_continuum"])["H2O_continuum"][0]
+    per_atmosphere = (humid - 0.98 * dry) / 0.02 * 1e4  # cm2/molecule
+    measured = (4.18 + 5578 * np.exp(-7.87e-3 * points.wavenumber)) * 18.0153 / 6.02214e23
+    ratio = per_atmosphere / measured
+    assert np.all((ratio > 0.75) & (ratio < 1.1)), (ratio.min(), ratio.max())
+
+
+def test_the_lowtran7_continuum_reaches_over_the_whole_table():
+    own, public = AbsorptionTable.open(), AbsorptionTable.open(water_continuum="lowtran7")
+    for low, high in ((100.0, 110.0), (4000.0, 4010.0), (10000.0, 10050.0)):
+        ours, theirs = (
+            table.points(low, high).cross_sections([1e5], [296.0], [0.02], gases=["H2O_continuum"])["H2O_continuum"]
+            for table in (own, public)
+        )
+        assert np.all(ours != theirs) and np.all((theirs / ours > 0.3) & (theirs / ours < 6.0)), theirs / ours
+
+
 def test_an_unknown_water_continuum_is_named():
-    with pytest.raises(InputError, match="found water vapour continuum 'ckd_2'; allowed: mt_ckd_4.3, mt_ckd_2.4"):
+    with pytest.raises(
+        InputError, match="found water vapour continuum 'ckd_2'; allowed: mt_ckd_4.3, mt_ckd_2.4, lowtran7$"
+    ):
         AbsorptionTable.open(water_continuum="ckd_2")

@@ -1,0 +1,233 @@
+"""Plants single faults in the formulas of the project and reports which tests notice.
+
+A fault is one operator or one constant changed, by the operators of Cosmic Ray and by factors of 0.8 and 1.25. Faults
+are drawn at random, so many of each folder; each is planted in a copy of the installed package, first on the path, and the
+tests that know the module run until one fails: those of the mirrored folder, then those that import the module. A fault
+that no test notices survives; survivors are listed with their line.
+
+    python tests/mutation/mutation.py --count 50                         # of each folder
+    python tests/mutation/mutation.py --folder mat/surface --count 20 --seed 3 --out faults.json
+
+It needs the package ``cosmic-ray`` of the extra ``mutation``. Exit status 1 where fewer than
+`--least` of the faults were caught.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import concurrent.futures
+import difflib
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import tokenize
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import parso
+from cosmic_ray.ast import is_number
+from cosmic_ray.mutating import mutate_code
+from cosmic_ray.operators.operator import Operator
+from cosmic_ray.plugins import get_operator, operator_names
+
+CHECKOUT = Path(__file__).parents[2]
+FOLDERS = ("mat/atmosphere", "mat/surface", "mat/quantities", "mat/radiometry", "mat/tables", "tmm")
+# Modules without formulas: what reads, writes or draws is tested by other means.
+PASSED_OVER = (
+    "commands",
+    "exchange",
+    "__init__.py",
+    "cli.py",
+    "pictures.py",
+    "preview.py",
+    "bench.py",
+    "stress.py",
+    "oracle.py",
+)
+ARITHMETIC = {"Add", "Sub", "Mul", "Div", "Pow"}
+TURNED = {("Lt", "Gt"), ("Gt", "Lt"), ("LtE", "GtE"), ("GtE", "LtE"), ("Lt", "GtE"), ("Gt", "LtE")}
+SECONDS = 600  # for the tests of one fault; tests that no longer end notice it too
+
+
+class ScaledNumber(Operator):
+    """A constant with a decimal point times 0.8, or times 1.25; whole numbers count and index."""
+
+    factors = (0.8, 1.25)
+
+    def mutation_positions(self, node):
+        if is_number(node) and isinstance(eval(node.value), float) and eval(node.value) not in (0.0, 1.0):
+            for _ in self.factors:
+                yield node.start_pos, node.end_pos
+
+    def mutate(self, node, index):
+        return parso.python.tree.Number(f" {eval(node.value) * self.factors[index]!r}", node.start_pos)
+
+    @classmethod
+    def examples(cls):
+        return ()
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A planted fault and what became of it.
+
+    Attributes
+    ----------
+    module : str
+        File, from the checkout.
+    line : int
+    before, after : str
+        The line.
+    caught_by : str
+        The first test that failed; empty where all passed.
+    """
+
+    module: str
+    line: int
+    before: str
+    after: str
+    caught_by: str = ""
+
+
+def operators() -> list[Operator]:
+    """The operators that change a formula: arithmetic, comparison, sign and constants."""
+    names = ["core/ReplaceUnaryOperator_USub_UAdd"]
+    for name in operator_names():
+        kind, _, pair = name.removeprefix("core/").partition("_")
+        replaced = tuple(pair.split("_"))
+        arithmetic = kind == "ReplaceBinaryOperator" and set(replaced) <= ARITHMETIC
+        if arithmetic or (kind == "ReplaceComparisonOperator" and replaced in TURNED):
+            names.append(name)
+    return [ScaledNumber(), *(get_operator(name)() for name in names)]
+
+
+def formula_lines(source: str) -> set[int]:
+    """Lines that hold arithmetic or a constant: not those of annotations, defaults, imports, texts or messages."""
+    lines: set[int] = set()
+    left_out: set[int] = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.BinOp | ast.UnaryOp | ast.Compare | ast.Assign):
+            lines.update(range(node.lineno, node.end_lineno + 1))
+        if isinstance(node, ast.Raise | ast.JoinedStr | ast.Import | ast.ImportFrom | ast.Assert):
+            left_out.update(range(node.lineno, node.end_lineno + 1))
+        if isinstance(node, ast.arg | ast.AnnAssign) and node.annotation is not None:
+            left_out.update(range(node.annotation.lineno, node.annotation.end_lineno + 1))
+    return lines - left_out
+
+
+def drawn_faults(folder: str, count: int, seed: int) -> list[tuple[Fault, str]]:
+    """Faults of a folder, drawn at random, each with the whole text of its module; at most one of a line."""
+    generator = np.random.default_rng([seed, FOLDERS.index(folder) if folder in FOLDERS else len(FOLDERS)])
+    files = [
+        file
+        for file in sorted((CHECKOUT / folder).rglob("*.py"))
+        if not set(file.relative_to(CHECKOUT).parts) & set(PASSED_OVER)
+    ]
+    available = operators()
+    faults: dict[tuple[Path, int], tuple[Fault, str]] = {}
+    sizes = np.array([len(formula_lines(file.read_text(encoding="utf-8"))) for file in files], float)
+    for _ in range(200 * count):
+        if len(faults) == count or not sizes.sum():
+            break
+        file = files[generator.choice(len(files), p=sizes / sizes.sum())]
+        operator = available[0] if generator.random() < 0.3 else available[generator.integers(len(available))]
+        with tokenize.open(file) as stream:
+            source = stream.read()
+        # The occurrences of an operator are few: one more than there are gives nothing.
+        changed = mutate_code(source, operator, int(generator.integers(60)))
+        if changed is None:
+            continue
+        pairs = list(zip(source.splitlines(), changed.splitlines(), strict=False))
+        line = next((number for number, (old, new) in enumerate(pairs, 1) if old != new), None)
+        if line is None or line not in formula_lines(source) or (file, line) in faults:
+            continue
+        old, new = pairs[line - 1]
+        module = file.relative_to(CHECKOUT).as_posix()
+        faults[file, line] = Fault(module, line, old.strip(), new.strip()), changed
+    return list(faults.values())
+
+
+def tests_of(module: str) -> list[str]:
+    """Test files of a module: of the mirrored folder, then those that import it or its folder."""
+    path = Path(module)
+    mirrored = CHECKOUT / "tests" / path.parent
+    files = sorted(mirrored.glob("test_*.py"))
+    files.sort(key=lambda file: path.stem not in file.stem)
+    dotted = "skyshine." + ".".join(path.with_suffix("").parts)
+    for file in sorted((CHECKOUT / "tests").rglob("test_*.py")):
+        if "validation" not in file.parts and "packaging" not in file.parts and file not in files:
+            text = file.read_text(encoding="utf-8")
+            if dotted in text or f"from {dotted.rpartition('.')[0]} import {path.stem}" in text:
+                files.append(file)
+    for upper in path.parents[1:-1]:  # the tests of the folders above, nearest first
+        files += [file for file in sorted((CHECKOUT / "tests" / upper).rglob("test_*.py")) if file not in files]
+        if upper.parts[:1] == ("mat",) and len(upper.parts) == 1:
+            break
+    return [str(file.relative_to(CHECKOUT)) for file in files[:40]]
+
+
+def planted(fault: Fault, text: str) -> Fault:
+    """Run the tests of a fault in a copy of the package."""
+    with tempfile.TemporaryDirectory() as work:
+        package = Path(work) / "path" / "skyshine"
+        installed = Path(importlib.util.find_spec("skyshine").origin).parent
+        shutil.copytree(installed, package, copy_function=os.symlink, ignore=shutil.ignore_patterns("__pycache__"))
+        target = package / fault.module
+        target.unlink()
+        target.write_text(text, encoding="utf-8")
+        environment = os.environ | {
+            "PYTHONPATH": str(package.parent),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "SKYSHINE_CACHE": "",
+            "OMP_NUM_THREADS": "1",
+        }
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
+        command += [f"--basetemp={work}/pytest", *tests_of(fault.module)]
+        try:
+            done = subprocess.run(
+                command, cwd=CHECKOUT, env=environment, capture_output=True, text=True, timeout=SECONDS
+            )
+        except subprocess.TimeoutExpired:
+            return Fault(**asdict(fault) | {"caught_by": f"no end within {SECONDS} s"})
+        failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+        caught = failed[0].split(" - ")[0] if failed else "" if done.returncode == 0 else "the tests did not start"
+        return Fault(**asdict(fault) | {"caught_by": caught})
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--folder", action="append", help="Of the checkout; several may be given. Default: all.")
+    parser.add_argument("--count", type=int, default=40, help="Faults of each folder.")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="Faults at a time.")
+    parser.add_argument("--least", type=float, default=0.0, help="Share to be caught, for the exit status.")
+    parser.add_argument("--out", type=Path, help="JSON file of all faults.")
+    given = parser.parse_args()
+    faults = [fault for folder in given.folder or FOLDERS for fault in drawn_faults(folder, given.count, given.seed)]
+    results: list[Fault] = []
+    with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
+        for fault in pool.map(lambda pair: planted(*pair), faults):
+            results.append(fault)
+            print("caught  " if fault.caught_by else "SURVIVED", f"{fault.module}:{fault.line}", flush=True)
+            if given.out:
+                given.out.write_text(json.dumps([asdict(fault) for fault in results], indent=1), encoding="utf-8")
+    for folder in given.folder or FOLDERS:
+        of_folder = [fault for fault in results if fault.module.startswith(folder)]
+        caught = sum(bool(fault.caught_by) for fault in of_folder)
+        print(f"{folder}: {caught} of {len(of_folder)} caught")
+    for fault in results:
+        if not fault.caught_by:
+            print(f"{fault.module}:{fault.line}\n" + "\n".join(difflib.ndiff([fault.before], [fault.after])))
+    caught = sum(bool(fault.caught_by) for fault in results)
+    print(f"{caught} of {len(results)} caught")
+    return int(caught < given.least * len(results))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

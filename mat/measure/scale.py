@@ -11,7 +11,7 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.radiometry.equivalent_temperature import kelvin_per_radiance, reference_radiance
 
 # Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in
-# 8-12 um (tests/mat/test_reflectance.py).
+# 8-12 um (tests/mat/radiometry/test_reflectance.py).
 REFLECTANCE = 0.3
 
 

@@ -20,9 +20,8 @@ from skyshine.mat.quantities.emission import (
     emission_beta_star,
     emission_weights,
     lines_of_sight,
-    ln_transmittance,
 )
-from skyshine.mat.quantities.formulas import BETA_FACTOR
+from skyshine.mat.quantities.formulas import BETA_FACTOR, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -122,7 +121,7 @@ class _Emission:
             [emission_weights(self.band, self.reflectance, kelvin) for kelvin in PLANCK_TEMPERATURES]
         )
         through = [
-            np.exp(ln_transmittance(path.depth[path.valid], weights))
+            np.exp(mean_transmittance(path.depth[path.valid], weights)[0])
             for path in lines_of_sight(self.air, ranges, altitude, elevation)
             if path.valid.any()
         ]
@@ -167,7 +166,7 @@ class _Emission:
             own.append((read - exact).ravel())
             warm.append((seen - np.exp(-BETA_FACTOR * place["range"] / exact)).ravel())
             materials.append(
-                (seen[:, classes.number - 1] - np.exp(ln_transmittance(path.depth[path.valid], weights))).ravel()
+                (seen[:, classes.number - 1] - np.exp(mean_transmittance(path.depth[path.valid], weights)[0])).ravel()
             )
         own, warm, materials = (np.concatenate(errors) for errors in (own, warm, materials))
         glow = scale.background * scale.factor

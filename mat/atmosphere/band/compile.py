@@ -117,7 +117,7 @@ def compile_band(
     max_points: int = 64,
     seed: int = 0,
 ) -> CompiledBand:
-    """Reduce a band to the points that hold a tolerance on the paths of a job.
+    """Reduce a band to the points that meet a tolerance on the paths of a job.
 
     Parameters
     ----------
@@ -250,13 +250,13 @@ def _drop_gases(
     """Gases that remain, and those omitted with the largest change each makes in an in-band transmittance; the changes
     sum to at most `allowed`.
     """
-    some = replace(sample, lines=sample.lines[:_GAS_RAYS])
+    gas_sample = replace(sample, lines=sample.lines[:_GAS_RAYS])
     mean = band.weight / band.weight.sum()
-    depth = some.optical_depth(air.optics.extinction)
+    depth = gas_sample.optical_depth(air.optics.extinction)
     transmittance = np.exp(-depth) @ mean
     effect: dict[str, float] = {}
     for gas, section in air.optics.absorption.items():
-        without = np.maximum(depth - some.optical_depth(section), 0.0)
+        without = np.maximum(depth - gas_sample.optical_depth(section), 0.0)
         effect[gas] = float(np.max(np.exp(-without) @ mean - transmittance, initial=0.0))
     dropped, total = {}, 0.0
     for gas in sorted(effect, key=effect.__getitem__):

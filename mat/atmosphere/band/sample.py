@@ -64,7 +64,7 @@ class Sample:
         shells : Shells
         grid : PathAxes
         count : int
-            Lines of sight; those that meet no air are left out.
+            Lines of sight; those that meet no air are omitted.
         rng : numpy.random.Generator
         """
 

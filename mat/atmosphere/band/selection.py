@@ -56,7 +56,7 @@ def select_points(
     Returns
     -------
     index : (k,) int array
-        Chosen candidates, in the order of their choice; points whose weight became 0 are left out.
+        Chosen candidates, in the order of their choice; points whose weight became 0 are omitted.
     weight : (k,) array
         Positive, summing to `total_weight`.
     ladder : (n,) array

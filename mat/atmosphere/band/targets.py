@@ -163,11 +163,11 @@ def fitted_and_tested(
     share = weight / weight.sum()
 
     def part(start: int, end: int) -> tuple[tuple[Parts, Parts], Responses]:
-        some = air.part(slice(start, end))
+        part_air = air.part(slice(start, end))
         columns = candidates[(candidates >= start) & (candidates < end)] - start
         return (
-            _fitted(some, share[start:end], irradiance[:, start:end], brightness, fit, columns),
-            responses(some, share[start:end], test, len(irradiance)),
+            _fitted(part_air, share[start:end], irradiance[:, start:end], brightness, fit, columns),
+            responses(part_air, share[start:end], test, len(irradiance)),
         )
 
     edges = _edges(air.optics.wavenumber)

@@ -65,11 +65,11 @@ class Scattering:
                 )
             )
             albedo = _either(scattering / optics.extinction)
-            once = single / (4 * np.pi)
-            again = 1 / (1 - _brightest(albedo, share, ground))
-            field = _brightest(once, share, ground / np.pi) * again
-            light = _brightest(once + albedo * field, share)
-        return cls(light, field, _brightest(single, share) * again)
+            source = single / (4 * np.pi)
+            amplification = 1 / (1 - _brightest(albedo, share, ground))
+            field = _brightest(source, share, ground / np.pi) * amplification
+            light = _brightest(source + albedo * field, share)
+        return cls(light, field, _brightest(single, share) * amplification)
 
     def radiance(self, irradiance: Floats, weight: Floats) -> Floats:
         """Bound (...) of a band's scattered light, W m^-2 sr^-1, for irradiances (..., P) and weights (P,)
@@ -160,25 +160,25 @@ def _of_particle(
     peaks = component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity).max(axis=(0, 2))
     peak = np.max(scattered / np.where(extinction > 0, extinction, 1.0) * peaks[:, None], axis=0)
     warmest = max(state.temperature.max(), state.surface_temperature, REFERENCE)
-    bright = planck_wavenumber(optics.wavenumber, warmest) + irradiance * (scattering.field + peak / (4 * np.pi))
+    brightest = planck_wavenumber(optics.wavenumber, warmest) + irradiance * (scattering.field + peak / (4 * np.pi))
     longest = np.maximum(_longest(air, extinction), upright)
-    thin = np.where(upright > 0, upright, 1.0)
-    mean = np.minimum(upright * (1 + np.log(np.maximum(longest / thin, 1.0))), 1.0)
-    again = scattering.gain * (bright * mean - irradiance * np.expm1(-longest) / (4 * np.pi))
-    along = np.max(-np.expm1(-lines @ extinction) @ (weight * bright), initial=0.0) if len(lines) else 0.0
-    sky = np.minimum(2 * upright, 1.0) * bright @ weight
+    divisor = np.where(upright > 0, upright, 1.0)
+    mean = np.minimum(upright * (1 + np.log(np.maximum(longest / divisor, 1.0))), 1.0)
+    rescattered = scattering.gain * (brightest * mean - irradiance * np.expm1(-longest) / (4 * np.pi))
+    along = np.max(-np.expm1(-lines @ extinction) @ (weight * brightest), initial=0.0) if len(lines) else 0.0
+    sky = np.minimum(2 * upright, 1.0) * brightest @ weight
     rays = air.source_rays.air
     transmittance = np.exp(-np.maximum(rays @ (optics.extinction - extinction), 0.0))
     direct = np.max((-np.expm1(-rays @ extinction) * transmittance) @ (weight * irradiance)) / np.pi
-    return float(max(along + again @ weight, sky + again @ weight, direct))
+    return float(max(along + rescattered @ weight, sky + rescattered @ weight, direct))
 
 
 def _longest(air: SpectralAir, section: Floats) -> Floats:
     """Optical depth (P,) of the longest line through a cross section (N, P) [m^2 per molecule], level at some point."""
     levels = air.shells.altitude
     rays = trace(air.shells, levels[:-1], np.zeros(levels.size - 1))
-    through = 2 * (by_level(rays.layer, rays.lower, rays.upper, levels.size) @ section)
-    above = np.concatenate([through[1:], np.zeros((1, through.shape[1]))])
+    both_sides = 2 * (by_level(rays.layer, rays.lower, rays.upper, levels.size) @ section)
+    above = np.concatenate([both_sides[1:], np.zeros((1, both_sides.shape[1]))])
     longest: Floats = np.max(_chords(air) * _either(section) + above, axis=0)
     return longest
 

@@ -151,8 +151,8 @@ def _layers(depth: Floats, scattering: Floats, beam: Floats, sine: Floats) -> tu
     """Reflection and transmission (N-1, P, M, n, n) of the layers, and the scattered light of the beam that each
     sends up and down (N-1, P, M, n, U).
     """
-    some = depth > 0
-    albedo = scattering / np.where(some, depth, 1.0)[..., None]
+    opaque = depth > 0
+    albedo = scattering / np.where(opaque, depth, 1.0)[..., None]
     albedo = albedo * np.minimum(_LARGEST_ALBEDO / np.maximum(albedo[..., :1], _LARGEST_ALBEDO), 1.0)
     weighted = albedo[..., None, :] * _FACTOR  # (N-1, P, 1, L)
     modes = _Eigenmodes.of(depth, weighted)
@@ -179,11 +179,11 @@ def _scattered_beam(
     k, k_tau = (np.swapaxes(part, -1, -2) for part in (modes.k, modes.k_tau))
     fall = np.maximum(beam[:-1] - beam[1:], 0.0)[:, :, None, None]
     entering = np.exp(-beam[1:])[:, :, None, None] * depth[..., None, None, None]
-    both = k_tau + fall
-    at_top = -(k * first + second) * mean_attenuation(np.zeros_like(both), both) * entering
+    joint_depth = k_tau + fall
+    at_top = -(k * first + second) * mean_attenuation(np.zeros_like(joint_depth), joint_depth) * entering
     at_bottom = (
         (k * first - second)
-        * mean_attenuation(np.broadcast_to(k_tau, both.shape), np.broadcast_to(fall, both.shape))
+        * mean_attenuation(np.broadcast_to(k_tau, joint_depth.shape), np.broadcast_to(fall, joint_depth.shape))
         * entering
     )
     sums = modes.total @ (at_top / k), modes.total @ (at_bottom / k)

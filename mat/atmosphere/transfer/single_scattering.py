@@ -1,7 +1,7 @@
 """Light of Sun or Moon scattered once into a line of sight, with the true phase functions.
 
 Inside a segment the optical depth from the source through the segment to the observer is linear in distance.
-`two_stream_light` and `ordinate_light` hold light scattered more often.
+Light scattered more often is in `two_stream_light` and `ordinate_light`.
 """
 
 from __future__ import annotations

@@ -55,14 +55,14 @@ def layer_weights(segments: Segments, levels: Floats, extinction: Floats, depths
         Not negative; single precision.
     """
     near, far = depths.source_weights
-    whole = near + far
+    total = near + far
     climb = (0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]).astype(near.dtype)[:, None]
     of_upper = segments.upper[:, None] * extinction[segments.layer + 1]
     upper = (of_upper / np.maximum(depths.per_segment, np.finfo(np.float32).tiny)).astype(near.dtype)
-    above = np.clip(whole * upper + (far - near) * climb, 0, whole)
-    whole -= above
+    above = np.clip(total * upper + (far - near) * climb, 0, total)
+    below = total - above
     transmittance = depths.transmittance
     return (
-        (transmittance * whole).astype(np.float32, copy=False),
+        (transmittance * below).astype(np.float32, copy=False),
         (transmittance * above).astype(np.float32, copy=False),
     )

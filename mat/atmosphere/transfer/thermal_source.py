@@ -117,10 +117,10 @@ def _delta_scaled(shells: Shells, optics: SpectralOptics) -> tuple[Floats, Float
     Joseph, Wiscombe and Weinman 1976, equations 5 and 13.
     """
     tau, scattering = (vertical_column(shells, part) for part in (optics.extinction, optics.aerosol_scattering))
-    some = scattering > 0
+    scatters = scattering > 0
     g = np.where(
-        some,
-        vertical_column(shells, optics.aerosol_scattering * optics.asymmetry) / np.where(some, scattering, 1.0),
+        scatters,
+        vertical_column(shells, optics.aerosol_scattering * optics.asymmetry) / np.where(scatters, scattering, 1.0),
         0.0,
     )
     omega = scattering / tau

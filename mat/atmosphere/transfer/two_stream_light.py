@@ -240,8 +240,8 @@ def upward_share(phase: Floats, sine: Floats) -> Floats:
     part = np.arccos(np.clip(rim, -1.0, 1.0)) / np.pi
     edges = np.concatenate([[0.0], 0.5 * (PHASE_ANGLES[1:] + PHASE_ANGLES[:-1]), [np.pi]])
     weight = -np.diff(np.cos(edges))
-    whole = np.einsum("a,anc->nc", weight, phase)
-    share: Floats = np.einsum("ua,anc->nuc", part * weight, phase) / whole[:, None]
+    total = np.einsum("a,anc->nc", weight, phase)
+    share: Floats = np.einsum("ua,anc->nuc", part * weight, phase) / total[:, None]
     return share
 
 
@@ -278,8 +278,8 @@ def diffuse_fluxes(
     Zdunkowski, Welch and Korb 1980: gamma1 = 2 - omega (1.25 + 0.75 g), gamma2 = 0.75 omega (1 - g).
     """
     tau, scattering = depth[:, None], scattering[:, None]
-    some, scatters = tau > 0, scattering > 0
-    omega = np.minimum(np.where(some, scattering / np.where(some, tau, 1.0), 0.0), _LARGEST_ALBEDO)
+    opaque, scatters = tau > 0, scattering > 0
+    omega = np.minimum(np.where(opaque, scattering / np.where(opaque, tau, 1.0), 0.0), _LARGEST_ALBEDO)
     g = np.where(scatters, first_moment[:, None] / np.where(scatters, scattering, 1.0), 0.0)
     layers = TwoStreamLayers.of(2 - omega * (1.25 + 0.75 * g), 0.75 * omega * (1 - g), tau)
     # The upward part of the delta-scaled scattering cannot exceed the whole.

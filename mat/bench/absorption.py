@@ -18,9 +18,9 @@ from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.geometry import Shells, trace
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_scattering, spectral_optics
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
 from skyshine.mat.bench import ladders, lowtran
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE
@@ -118,8 +118,7 @@ class Scene:
         rays = trace(shells, altitude, np.radians(elevation), reach)
         segments = []
         for row, length in enumerate(distance):
-            whole = transfer.Segments.of(rays, row)
-            segments.append(whole.first(min(int(np.searchsorted(whole.distance, length)), whole.index.size)))
+            segments.append(Segments.of(rays, row).within(length))
         return shells, segments
 
     def in_band(self, transmittance, radiance):
@@ -145,7 +144,7 @@ def line_quantities(segments, extinction, emission, levels):
 
     Parameters
     ----------
-    segments : list of transfer.Segments
+    segments : list of Segments
     extinction, emission : (N, P) arrays
         m^2 per molecule of air; W m^-2 sr^-1 (cm^-1)^-1.
     levels : (N,) array
@@ -154,9 +153,9 @@ def line_quantities(segments, extinction, emission, levels):
     through, radiance = [], []
     tilt = np.zeros_like(emission)  # nothing scatters
     for part in segments:
-        depths = transfer.Depths(part.column(extinction))
-        through.append(np.exp(-depths.before[-1]))
-        radiance.append(transfer.emitted(depths, *part.source(emission, tilt, levels)).sum(axis=0))
+        depths = Depths(part.column(extinction))
+        through.append(np.exp(-depths.cumulative[-1]))
+        radiance.append(emitted(depths, *part.source_ends(emission, tilt, levels)).sum(axis=0))
     return np.array(through), np.array(radiance)
 
 

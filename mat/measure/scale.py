@@ -12,7 +12,7 @@ from skyshine.mat.radiometry.equivalent_temperature import kelvin_per_radiance, 
 from skyshine.schemas.arrays import Floats
 
 # Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in
-# 8-12 um (tests/mat/test_reflectance.py).
+# 8-12 um (tests/mat/radiometry/test_reflectance.py).
 REFLECTANCE = 0.3
 
 

@@ -21,9 +21,8 @@ from skyshine.mat.quantities.emission import (
     emission_beta_star,
     emission_weights,
     lines_of_sight,
-    ln_transmittance,
 )
-from skyshine.mat.quantities.formulas import BETA_FACTOR
+from skyshine.mat.quantities.formulas import BETA_FACTOR, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -125,7 +124,7 @@ class _Emission:
             [emission_weights(self.band, self.reflectance, kelvin) for kelvin in PLANCK_TEMPERATURES]
         )
         through = [
-            np.exp(ln_transmittance(path.depth[path.valid], weights))
+            np.exp(mean_transmittance(path.depth[path.valid], weights)[0])
             for path in lines_of_sight(self.air, ranges, altitude, elevation)
             if path.valid.any()
         ]
@@ -170,7 +169,7 @@ class _Emission:
             in_units.append((read - exact).ravel())
             in_transmittance.append((seen - np.exp(-BETA_FACTOR * place["range"] / exact)).ravel())
             of_materials.append(
-                (seen[:, classes.number - 1] - np.exp(ln_transmittance(path.depth[path.valid], weights))).ravel()
+                (seen[:, classes.number - 1] - np.exp(mean_transmittance(path.depth[path.valid], weights)[0])).ravel()
             )
         kelvin_per_transmittance = scale.background * scale.factor
         of_classes, of_each = np.concatenate(in_transmittance), np.concatenate(of_materials)

@@ -3,38 +3,61 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
+from scipy.special import logsumexp
+
+from skyshine.schemas.arrays import Floats, Reals
 
 # Exponent of equations (8) and (9).
 BETA_FACTOR = 5.5
-
-
-# Largest beta*, where the path holds no air or next to none: transmittance is right to 5.5e-12 per km.
+# Largest beta*, of paths with little or no air: transmittance is then exact to 5.5e-12 per km.
 BETA_CAP_KM = 1e12
+# Below this a mean of transmittances over the largest of them is computed from logarithms.
+_UNDERFLOW = 1e-280
 
 
-def beta_star(length, ln_tau, extinction):
+def beta_star(length: npt.ArrayLike, ln_tau: Floats, extinction: npt.ArrayLike) -> Floats:
     """beta* [km], equation (8), at most `BETA_CAP_KM`; arguments broadcast against each other.
 
     Parameters
     ----------
     length : array
-        Of the path, m; what is behind the ground counts as going on through the air above it, so that beta* of
-        neighbours in a table differ no more than their lines do.
+        Of the path, m; behind the ground it continues through the air above the ground, so that beta* of neighbours in
+        a table differs no more than their lines do.
     ln_tau : array
         Logarithm of its transmittance.
     extinction : array
-        Of the air at the observer, m^-1: where the length is 0, beta* is the limit.
+        Of the air at the observer, m^-1: at a length of 0, beta* is its limit.
     """
+    length, extinction = np.asarray(length), np.asarray(extinction)
     with np.errstate(divide="ignore", invalid="ignore"):
         beta = np.where(length > 0, BETA_FACTOR * length / np.abs(ln_tau), BETA_FACTOR / extinction) * 1e-3
-    return np.minimum(beta, BETA_CAP_KM)
+    capped: Floats = np.minimum(beta, BETA_CAP_KM)
+    return capped
 
 
-def band_transmittance(depth, weight):
-    """ln(transmittance) and 1 - transmittance of a band, both (R,), from optical depths (R, P): exact near 0 and near
-    1.
+def mean_transmittance(depth: Reals, weights: Floats, total: float = 1.0) -> tuple[Floats, Floats]:
+    """Weighted mean of transmittance: ln(transmittance) and 1 - transmittance, exact near 0 and near 1.
+
+    Parameters
+    ----------
+    depth : (R, P) array
+        Optical depths.
+    weights : (P,) or (K, P) array
+    total : float
+        Sum of each row of the weights.
+
+    Returns
+    -------
+    ln_transmittance, absorptance : (R,) or (R, K) arrays
     """
-    absorbed = -np.expm1(-depth) @ weight / weight.sum()
-    least = depth.min(axis=1)
-    thick = np.log(np.exp(least[:, None] - depth) @ weight / weight.sum()) - least
-    return np.where(absorbed < 0.5, np.log1p(-np.minimum(absorbed, 0.5)), thick), absorbed
+    absorptance: Floats = -np.expm1(-depth) @ weights.T / total
+    least = depth.min(axis=1, keepdims=True)
+    relative = np.exp(least - depth) @ weights.T / total
+    if weights.ndim == 1:
+        least = least[:, 0]
+    with np.errstate(divide="ignore"):
+        thick = np.log(relative) - least
+    for path, *kind in np.argwhere(relative < _UNDERFLOW):
+        thick[path, *kind] = logsumexp(-depth[path], b=weights[tuple(kind)]) - np.log(total)
+    return np.where(absorptance < 0.5, np.log1p(-np.minimum(absorptance, 0.5)), thick), absorptance

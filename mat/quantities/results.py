@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
+from skyshine.schemas.arrays import Booleans, Floats
 
 QUANTITIES = ("beta_star", "path_radiance_ratio", "ambient", "direct")
 
 
 @dataclass(frozen=True, eq=False)
 class AtmosphericQuantities:
-    """The four quantities on a grid, or at points.
+    """The four quantities on a grid, or at points; None in place of a quantity that was not asked for.
 
     Attributes
     ----------
@@ -27,12 +27,12 @@ class AtmosphericQuantities:
     transmittance : (R, A, E) array
     """
 
-    beta_star: np.ndarray
-    path_radiance_ratio: np.ndarray
-    ambient: np.ndarray
-    direct: np.ndarray
-    valid: np.ndarray
-    transmittance: np.ndarray
+    beta_star: Floats
+    path_radiance_ratio: Floats
+    ambient: Floats
+    direct: Floats
+    valid: Booleans
+    transmittance: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +52,8 @@ class SpectralLines:
         False where the range would pass through the ground.
     """
 
-    transmittance: np.ndarray
-    sky_irradiance: np.ndarray
-    direct_irradiance: np.ndarray
-    path_radiance: np.ndarray
-    valid: np.ndarray
+    transmittance: Floats
+    sky_irradiance: Floats
+    direct_irradiance: Floats
+    path_radiance: Floats
+    valid: Booleans

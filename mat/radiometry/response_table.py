@@ -34,7 +34,7 @@ def parse_response(text: str, file: str | Path) -> SpectralResponse:
     Returns
     -------
     SpectralResponse
-        Linear in what the table is against; rows of 0 beyond the first and the last that touch the band are left out.
+        Linear in the axis of the table; only the first and last row of 0 next to the band remain.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """Plants single faults in the formulas of the project and reports which tests notice.
 
 A fault is one operator or one constant changed, by the operators of Cosmic Ray and by factors of 0.8 and 1.25. Faults
-are drawn at random, so many of each folder; each is planted in a copy of the installed package, first on the path, and the
-tests that know the module run until one fails: those of the mirrored folder, then those that import the module. A fault
-that no test notices survives; survivors are listed with their line.
+are drawn at random, so many of each folder; each is planted in a copy of the installed package, first on the path, and
+the tests that know the module run until one fails: those of the mirrored folder, then those that import the module. A
+fault that no test notices survives; survivors are listed with their line.
 
     python tests/mutation/mutation.py --count 50                         # of each folder
     python tests/mutation/mutation.py --folder mat/surface --count 20 --seed 3 --out faults.json

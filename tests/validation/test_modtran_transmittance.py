@@ -33,8 +33,8 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import geometry
-from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 
 pytestmark = pytest.mark.validation
@@ -128,7 +128,7 @@ def traced(shells, paths):
     elevation = -np.arcsin(np.clip((length**2 + observer**2 - ground**2) / (2 * length * observer), -1, 1))
     rays = geometry.trace(shells, observer - ground, elevation)
     assert np.all(rays.ground)
-    return [(rays, transfer.Segments.of(rays, row)) for row in range(len(paths))]
+    return [(rays, Segments.of(rays, row)) for row in range(len(paths))]
 
 
 def bins(low, high):
@@ -198,9 +198,7 @@ def test_points_against_modtran(spectra, state, name, continuum, limit_tau, limi
             depth = segments.column(air.optics.extinction)
             ours[0, p, b] = np.exp(-depth.sum(axis=0)) @ band.weight / band.weight.sum()
             ours[1, p, b] = (
-                air.thermal_radiance(segments, transfer.Depths(depth)).sum(axis=0)
-                @ band.radiance_weight
-                / band.weight.sum()
+                air.thermal_radiance(segments, Depths(depth)).sum(axis=0) @ band.radiance_weight / band.weight.sum()
             )
     theirs = np.array([[bin_means(one[k], low, high) for one in spectra.values()] for k in (0, 1)])
     tau, radiance = ours[0] - theirs[0], (ours[1] - theirs[1]) / black
@@ -230,7 +228,7 @@ def test_scattered_sunlight(spectra, state):
             band.radiance_weight * solar_irradiance(band.wavenumber, band.width) / SUN_DISTANCE**2 / band.weight.sum()
         )
         for p, (rays, segments) in enumerate(traced(air.shells, paths)):
-            depths = transfer.Depths(segments.column(air.optics.extinction))
+            depths = Depths(segments.column(air.optics.extinction))
             ends = np.append(segments.index, segments.index[-1] + 1)
             angles = [f(rays, *SOURCE)[p, ends] for f in (geometry.source_cosine, geometry.scattering_cosine)]
             ours[p, b] = (air.scattered_radiance(segments, depths, *angles) @ weight)[0]

@@ -16,9 +16,9 @@ from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.atmosphere.transfer import geometry
-from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, rayleigh_phase
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
@@ -157,7 +157,7 @@ def particles(kind, depth, albedo):
         )
     for _ in range(2):  # the first time to find the optical depth
         air = SpectralAir.of(replace(state, aerosols=(AerosolComponent(model, shape),)), OnePoint(), streams=True)
-        up = transfer.Segments.of(geometry.trace(air.shells, np.zeros(1), np.array([np.pi / 2])), 0)
+        up = Segments.of(geometry.trace(air.shells, np.zeros(1), np.array([np.pi / 2])), 0)
         shape = shape * depth / up.column(air.optics.aerosol_extinction).sum()
     return air
 
@@ -197,12 +197,12 @@ def seen(air, altitude, cosine, elevation):
     path.
     """
     rays = geometry.trace(air.shells, np.array([altitude]), -np.arcsin([cosine]))
-    segments = transfer.Segments.of(rays, 0)
+    segments = Segments.of(rays, 0)
     ends = np.append(segments.index, segments.index[-1] + 1)
     sources = np.full(AZIMUTHS.size, elevation), AZIMUTHS
     angles = (f(rays, *sources)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine))
     depth = segments.column(air.optics.extinction)
-    return air.scattered_radiance(segments, transfer.Depths(depth), *angles)[:, 0], np.exp(-depth.sum())
+    return air.scattered_radiance(segments, Depths(depth), *angles)[:, 0], np.exp(-depth.sum())
 
 
 @pytest.mark.parametrize("kind", ["haze", "cloud"])

@@ -1,8 +1,8 @@
-"""Compiled bands kept by content, so that the same band of the same state is compiled once on a machine.
+"""Cache of compiled bands by content: the same band of the same state is compiled once on a machine.
 
-Within a process the choice of points is kept too, for states of the same air: another day's ground and source change
-its errors, which are measured for each state, and not the points. It is the same choice in every process, whatever that
-has built before.
+Within a process the choice of points is cached too, for states of the same air: the ground and the source of another
+day change the errors, which are measured for each state, but not the points. The choice does not depend on what a
+process has built before.
 
 The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the
 absorption table and the source code that compiles. What is kept is what compiling gave, to the last bit. A file is
@@ -36,6 +36,10 @@ from skyshine.mat import atmosphere, radiometry
 from skyshine.mat.atmosphere.band.compile import CompiledBand, FittedBand, fit_band, over_air
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.targets import KINDS
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
 
 CACHE_VARIABLE = "SKYSHINE_CACHE"
@@ -57,7 +61,7 @@ class Origin(Enum):
 
 
 def cache_folder() -> Path | None:
-    """Folder of the kept bands; None where the environment switches them off."""
+    """Folder of the cached bands; None if the environment disables caching."""
     named = os.environ.get(CACHE_VARIABLE)
     if named is not None:
         return Path(named) / "bands" if named else None
@@ -66,17 +70,28 @@ def cache_folder() -> Path | None:
     return Path(platformdirs.user_cache_dir("skyshine")) / "bands"
 
 
-def cached_compile_band(table, state, band, grid, source_irradiance, usual_irradiance, *, tolerance, max_points, seed):
+def cached_compile_band(
+    table: AbsorptionTable,
+    state: AtmosphericState,
+    band: BandPoints,
+    grid: PathAxes,
+    source_irradiance: Floats,
+    usual_irradiance: Floats,
+    *,
+    tolerance: float,
+    max_points: int,
+    seed: int,
+) -> tuple[CompiledBand, Origin]:
     """A compiled band, its points fitted to the state's air under usual sources, its errors measured in the state.
 
     Parameters
     ----------
     table : AbsorptionTable
-        That the band's points are from.
+        The table of the band's points.
     state, band, grid, source_irradiance, tolerance, max_points, seed
         As `compile.compile_band`.
     usual_irradiance : (P,) or (B, P) array
-        Of the same sources, for all states that are to share the points.
+        Typical irradiance of the same sources, equal for all states that are to share the points.
 
     Returns
     -------
@@ -84,25 +99,28 @@ def cached_compile_band(table, state, band, grid, source_irradiance, usual_irrad
     origin : Origin
     """
     folder = cache_folder()
-    settings = {"tolerance": float(tolerance), "max_points": int(max_points), "seed": int(seed)}
-    usual = np.asarray(usual_irradiance)
+    tolerance, max_points, seed = float(tolerance), int(max_points), int(seed)
+    settings = {"tolerance": tolerance, "max_points": max_points, "seed": seed}
+    usual, irradiance = np.asarray(usual_irradiance), np.asarray(source_irradiance)
     air = (table.content, over_air(state), band.weight, band.points.wavenumber, band.gases, grid, usual, settings)
-    ground_and_light = (state.surface_temperature, np.asarray(source_irradiance))
-    key = content_key(*air, *ground_and_light)
+    key = content_key(*air, state.surface_temperature, irradiance)
     path = None if folder is None else folder / f"{key}.npz"
     compiled = None if path is None else _read(path, key, band)
     if compiled is not None:
         return compiled, Origin.CACHE
     air_key = content_key(*air)
     origin = Origin.SHARED if air_key in _fits else Origin.FITTED
-    fit = _kept_fit(air_key, lambda: fit_band(over_air(state), band, grid, usual, **settings))
-    compiled = fit.measured(*ground_and_light)
+    fit = _cached_fit(
+        air_key,
+        lambda: fit_band(over_air(state), band, grid, usual, tolerance=tolerance, max_points=max_points, seed=seed),
+    )
+    compiled = fit.measured(state.surface_temperature, irradiance)
     if path is not None:
         _write(path, key, compiled)
     return compiled, origin
 
 
-def _kept_fit(key: str, fit: Callable[[], FittedBand]) -> FittedBand:
+def _cached_fit(key: str, fit: Callable[[], FittedBand]) -> FittedBand:
     """A fit of this process, or a new one."""
     fitted = _fits.pop(key, None) or fit()
     with _lock:
@@ -122,7 +140,7 @@ def _code_digest() -> str:
     """Hash of the modules that a compilation runs: the whole trees of the atmosphere and of radiometry."""
     digest = hashlib.sha256()
     for package in (atmosphere, radiometry):
-        folder = Path(package.__file__).parent
+        folder = Path(str(package.__file__)).parent
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.relative_to(folder.parent).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

@@ -1,5 +1,5 @@
-"""Compile a sensor band: the few spectral points that stand for all of them, for the air of a state and the paths of
-its job.
+"""Compile a sensor band: choose and weight the few spectral points that replace all of them, for the air of a state and
+the paths of its job.
 
 The points of the band are reduced by the method that chose them within an interval (`selection.select_points`), with
 the in-band quantities of a sample of the job's own paths as targets. What that costs is measured on other paths of the
@@ -16,20 +16,22 @@ from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.sample import Sample
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.band.targets import Responses, fitted_and_tested, responses
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import spectral_optics
+from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
+from skyshine.schemas.arrays import Floats, Integers
 
-# Candidates beyond these many are thinned, evenly in mean logarithm of optical depth: 4,000 are more than enough for a
-# band.
+# A larger number of candidates is thinned, evenly in mean logarithm of optical depth.
 _MAX_CANDIDATES = 1600
 # Lines of sight for the fit and for the test.
 _TRAINING_RAYS, _TEST_RAYS = 160, 40
-# Lines of sight on which the gases are weighed.
+# Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40
 # Errors count relative to the quantity, or to this fraction of its largest value where it is below.
 _FLOOR = 0.1
-# Gases left out may together take this fraction of the tolerance, in transmittance; the fit itself, on its own paths,
-# the other. On other paths its error is two to three times that on its own.
+# Fractions of the tolerance for the omission of gases, in transmittance, and for the fit, on the paths it is made on.
+# On other paths the error of the fit is two to three times as large.
 _GAS_SHARE = 0.5
 _FIT_SHARE = 0.3
 
@@ -42,25 +44,25 @@ class CompiledBand:
     ----------
     band : BandPoints
     index : (k,) int array
-        The points' places among all of the band.
+        The points' places among all points of the band.
     total_points : int
-        How many those are.
+        Number of all points of the band.
     errors : dict
-        By quantity (`band_targets.KINDS`): {"max", "p95", "rms"}, relative, on paths the points were not fitted to,
+        By quantity (`targets.KINDS`): {"max", "p95", "rms"}, relative, on paths the points were not fitted to,
         against all points and all gases. Below 10 % of a quantity's largest value (of 1 for transmittance) errors count
         relative to that.
     dropped : dict
-        Gases left out: largest change of an in-band transmittance by each.
+        Omitted gases: largest change of an in-band transmittance by each.
     ladder : (n,) array
         Error of the fit with 1, 2, ... points.
     """
 
     band: BandPoints
-    index: np.ndarray
+    index: Integers
     total_points: int
     errors: dict[str, dict[str, float]]
     dropped: dict[str, float]
-    ladder: np.ndarray
+    ladder: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,19 +74,19 @@ class FittedBand:
     ----------
     band, index, total_points, dropped, ladder
         As `CompiledBand`.
-    exact, found : band_targets.Responses
-        On the paths that the points were not fitted to: of all points, of the few.
+    exact, approximate : targets.Responses
+        Of all points and of the chosen ones, on the paths that the points were not fitted to.
     """
 
     band: BandPoints
-    index: np.ndarray
+    index: Integers
     total_points: int
     dropped: dict[str, float]
-    ladder: np.ndarray
+    ladder: Floats
     exact: Responses
-    found: Responses
+    approximate: Responses
 
-    def measured(self, surface_temperature, source_irradiance):
+    def measured(self, surface_temperature: float, source_irradiance: Floats) -> CompiledBand:
         """The compiled band with its errors in one state.
 
         Parameters
@@ -100,20 +102,30 @@ class FittedBand:
         """
         irradiance, brightness = _light(source_irradiance)
         exact = self.exact.mean(surface_temperature, irradiance, brightness)
-        found = self.found.mean(surface_temperature, irradiance[:, self.index], brightness)
-        return CompiledBand(self.band, self.index, self.total_points, _errors(exact, found), self.dropped, self.ladder)
+        approximate = self.approximate.mean(surface_temperature, irradiance[:, self.index], brightness)
+        errors = _errors(exact, approximate)
+        return CompiledBand(self.band, self.index, self.total_points, errors, self.dropped, self.ladder)
 
 
-def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_points=64, seed=0):
-    """Reduce a band to the points that hold a tolerance on the paths of a job.
+def compile_band(
+    state: AtmosphericState,
+    band: BandPoints,
+    grid: PathAxes,
+    source_irradiance: Floats,
+    *,
+    tolerance: float = 1e-3,
+    max_points: int = 64,
+    seed: int = 0,
+) -> CompiledBand:
+    """Reduce a band to the points that meet a tolerance on the paths of a job.
 
     Parameters
     ----------
     state : AtmosphericState
     band : BandPoints
         All points, from `band_points`.
-    grid : path_grid.PathGrid
-        The job's own axes.
+    grid : PathAxes
+        The axes of the job's table.
     source_irradiance : (P,) or (B, P) array
         At all points, W m^-2 (cm^-1)^-1, of one source or of each of several that are to share the compiled band; the
         same at all points of an interval.
@@ -127,19 +139,28 @@ def compile_band(state, band, grid, source_irradiance, *, tolerance=1e-3, max_po
     -------
     CompiledBand
     """
-    settings = {"tolerance": tolerance, "max_points": max_points, "seed": seed}
-    return fit_band(over_air(state), band, grid, source_irradiance, **settings).measured(
-        state.surface_temperature, source_irradiance
+    fit = fit_band(
+        over_air(state), band, grid, source_irradiance, tolerance=tolerance, max_points=max_points, seed=seed
     )
+    return fit.measured(state.surface_temperature, source_irradiance)
 
 
-def over_air(state):
+def over_air(state: AtmosphericState) -> AtmosphericState:
     """The state with a ground as warm as the air on it, to which the points of a band are fitted."""
     return replace(state, surface_temperature=float(state.temperature[0]))
 
 
-def fit_band(state, band, grid, source_irradiance, *, tolerance, max_points, seed):
-    """The points of a compiled band, with what its errors follow from in states that differ in ground temperature and
+def fit_band(
+    state: AtmosphericState,
+    band: BandPoints,
+    grid: PathAxes,
+    source_irradiance: Floats,
+    *,
+    tolerance: float,
+    max_points: int,
+    seed: int,
+) -> FittedBand:
+    """The points of a compiled band, with the responses that give its errors under other ground temperatures and
     sources.
 
     Parameters
@@ -155,10 +176,10 @@ def fit_band(state, band, grid, source_irradiance, *, tolerance, max_points, see
     air = SpectralAir.of(state, band.points, band.gases, band.weight)
     rng = np.random.default_rng(seed)
     training, test = (Sample.of(air.shells, grid, rays, rng) for rays in (_TRAINING_RAYS, _TEST_RAYS))
-    kept, dropped = _drop_gases(air, band, training, tolerance * _GAS_SHARE)
+    gases, dropped = _drop_gases(air, band, training, tolerance * _GAS_SHARE)
     candidates = _candidates(air, training)
     fitted, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
-    # Each quantity counts the same, however many rows it has.
+    # Each quantity has the same weight, whatever its number of rows.
     scale = {kind: 1 / (_size(kind, values) * np.sqrt(values.size)) for kind, values in fitted.mean.items()}
     chosen, weight, ladder = select_points(
         fitted.at_points.T,
@@ -173,23 +194,24 @@ def fit_band(state, band, grid, source_irradiance, *, tolerance, max_points, see
     )
     order = np.argsort(candidates[chosen])
     index, weight = candidates[chosen][order], weight[order]
-    few = BandPoints(band.points.subset(index), weight, kept)
-    found = responses(
-        replace(air, optics=spectral_optics(state, few.points, kept)), weight / weight.sum(), test, len(irradiance)
-    )
-    return FittedBand(few, index, band.weight.size, dropped, ladder, exact, found)
+    few = BandPoints(band.points.subset(index), weight, gases)
+    few_air = replace(air, optics=spectral_optics(state, few.points, gases))
+    approximate = responses(few_air, weight / weight.sum(), test, len(irradiance))
+    return FittedBand(few, index, band.weight.size, dropped, ladder, exact, approximate)
 
 
-def _light(source_irradiance):
-    """Irradiance (B, P) of the sources, and how bright each is: direct light counts against that, moonlight like
-    sunlight.
+def _light(source_irradiance: Floats) -> tuple[Floats, Floats]:
+    """Irradiance (B, P) of the sources and its mean (B,), by which errors in direct light are divided: moonlight counts
+    like sunlight.
     """
     irradiance = np.atleast_2d(np.asarray(source_irradiance, dtype=float))
     return irradiance, np.maximum(irradiance.mean(axis=1), np.finfo(float).tiny)
 
 
-def negligible_gases(air, band, grid, *, tolerance=1e-3, seed=0):
-    """Gases that `compile_band` leaves out, with the largest change each makes in an in-band transmittance.
+def negligible_gases(
+    air: SpectralAir, band: BandPoints, grid: PathAxes, *, tolerance: float = 1e-3, seed: int = 0
+) -> dict[str, float]:
+    """Gases that `compile_band` omits, with the largest change each makes in an in-band transmittance.
 
     Parameters
     ----------
@@ -206,12 +228,13 @@ def negligible_gases(air, band, grid, *, tolerance=1e-3, seed=0):
     return _drop_gases(air, band, training, tolerance * _GAS_SHARE)[1]
 
 
-def _size(kind, values):
-    """What an error in each value is measured against."""
-    return np.maximum(values, _FLOOR * (1.0 if kind == "transmittance" else values.max()))
+def _size(kind: str, values: Floats) -> Floats:
+    """The values (M,) by which errors of a quantity's values (M,) are divided."""
+    size: Floats = np.maximum(values, _FLOOR * (1.0 if kind == "transmittance" else values.max()))
+    return size
 
 
-def _candidates(air, sample):
+def _candidates(air: SpectralAir, sample: Sample) -> Integers:
     """Indices of candidate points, spread evenly over the mean logarithm of optical depth."""
     count = air.optics.wavenumber.size
     if count <= _MAX_CANDIDATES:
@@ -221,18 +244,22 @@ def _candidates(air, sample):
     return np.sort(order[np.linspace(0, count - 1, _MAX_CANDIDATES).astype(int)])
 
 
-def _drop_gases(air, band, sample, allowed):
-    """Gases kept, and those left out with the largest change each makes in an in-band transmittance."""
-    some = replace(sample, sights=sample.sights[:_GAS_RAYS])
+def _drop_gases(
+    air: SpectralAir, band: BandPoints, sample: Sample, allowed: float
+) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Gases that remain, and those omitted with the largest change each makes in an in-band transmittance; the changes
+    sum to at most `allowed`.
+    """
+    gas_sample = replace(sample, lines=sample.lines[:_GAS_RAYS])
     mean = band.weight / band.weight.sum()
-    depth = some.optical_depth(air.optics.extinction)
-    through = np.exp(-depth) @ mean
-    effect = {}
+    depth = gas_sample.optical_depth(air.optics.extinction)
+    transmittance = np.exp(-depth) @ mean
+    effect: dict[str, float] = {}
     for gas, section in air.optics.absorption.items():
-        without = np.maximum(depth - some.optical_depth(section), 0.0)
-        effect[gas] = float(np.max(np.exp(-without) @ mean - through, initial=0.0))
+        without = np.maximum(depth - gas_sample.optical_depth(section), 0.0)
+        effect[gas] = float(np.max(np.exp(-without) @ mean - transmittance, initial=0.0))
     dropped, total = {}, 0.0
-    for gas in sorted(effect, key=effect.get):
+    for gas in sorted(effect, key=effect.__getitem__):
         total += effect[gas]
         if total > allowed:
             break
@@ -240,13 +267,12 @@ def _drop_gases(air, band, sample, allowed):
     return tuple(gas for gas in effect if gas not in dropped), dropped
 
 
-def _errors(exact, approximate):
-    """Errors by quantity, from in-band values."""
+def _errors(exact: dict[str, Floats], approximate: dict[str, Floats]) -> dict[str, dict[str, float]]:
+    """Relative errors by quantity, from in-band values (M,)."""
     result = {}
     for kind, values in exact.items():
-        error = (approximate.get(kind, 0.0) - values) / _size(
-            kind, values
-        )  # a quantity that is 0 everywhere has no entry
+        # A quantity that is 0 everywhere has no entry.
+        error = (approximate.get(kind, np.zeros(1)) - values) / _size(kind, values)
         result[kind] = {
             "max": float(np.abs(error).max()),
             "p95": float(np.percentile(np.abs(error), 95)),

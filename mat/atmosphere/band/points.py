@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.atmosphere.gases.absorption import SpectralPoints
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 # Samples of the response inside an interval.
@@ -20,32 +23,34 @@ class BandPoints:
     ----------
     points : SpectralPoints
     weight : (P,) array
-        um; the sum is the integral of phi dlambda, and sum(weight * f) that of phi f dlambda.
+        um; sum(weight) is the integral of phi dlambda, and sum(weight * f) that of phi f dlambda.
     gases : tuple of str or None
-        Those that absorb and count; None for all.
+        Absorbing gases that are taken into account; None for all.
     """
 
-    points: object
-    weight: np.ndarray
+    points: SpectralPoints
+    weight: Floats
     gases: tuple[str, ...] | None = None
 
     @property
-    def wavenumber(self):
+    def wavenumber(self) -> Floats:
         """Middle of each point's interval, (P,) cm^-1."""
-        return self.points.interval_edges.mean(axis=1)[self.points.interval]
+        wavenumber: Floats = self.points.interval_edges.mean(axis=1)[self.points.interval]
+        return wavenumber
 
     @property
-    def width(self):
+    def width(self) -> Floats:
         """Width of each point's interval, (P,) cm^-1."""
-        return np.diff(self.points.interval_edges, axis=1)[self.points.interval, 0]
+        width: Floats = np.diff(self.points.interval_edges, axis=1)[self.points.interval, 0]
+        return width
 
     @property
-    def radiance_weight(self):
+    def radiance_weight(self) -> Floats:
         """(P,) cm^-1; sum(radiance_weight * radiance per cm^-1) is the band's radiance."""
         return self.weight * self.wavenumber**2 * 1e-4
 
 
-def band_points(points, response):
+def band_points(points: SpectralPoints, response: SpectralResponse) -> BandPoints:
     """All points of a band.
 
     Parameters
@@ -66,8 +71,8 @@ def band_points(points, response):
     """
     low, high = points.interval_edges.T
     sample = low[:, None] + (high - low)[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
-    # Points of an interval stand for its distribution of absorption, not for their own place: each sees the interval's
-    # mean.
+    # The points of an interval represent its distribution of absorption, not wavenumbers in it: each takes the
+    # interval's mean response.
     micron = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1)
     weight = points.weight * micron[points.interval]
     inside = np.flatnonzero(weight > 0)

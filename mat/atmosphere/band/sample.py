@@ -1,4 +1,4 @@
-"""A sample of a job's paths: random lines of sight, and places from which sky and source are seen."""
+"""A sample of a job's paths: random lines of sight, and surfaces under sky and source."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer import segments as transfer
-from skyshine.mat.atmosphere.transfer.geometry import scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.transfer.geometry import Shells, scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
+from skyshine.mat.atmosphere.transfer.segments import Segments
+from skyshine.schemas.arrays import Floats, Integers
 
 # Ranges on each line of sight; surfaces and elevations of the source for skylight, and for direct light, which costs
 # little and varies much.
@@ -16,22 +18,22 @@ _SURFACE_HEIGHTS = (0.0, 1e3, 3e3, 10e3)  # m above the ground
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class SampledLine:
     """A line of sight of a sample.
 
     Attributes
     ----------
-    segments : transfer.Segments
+    segments : Segments
     node : (R,) int array
         Segment ends at its ranges, without the observer's place.
     to_source, deflection : (K+1, 1) arrays
         Cosines of the source's zenith angle and of the scattering angle at the segment ends.
     """
 
-    segments: transfer.Segments
-    node: np.ndarray
-    to_source: np.ndarray
-    deflection: np.ndarray
+    segments: Segments
+    node: Integers
+    to_source: Floats
+    deflection: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,73 +42,78 @@ class Sample:
 
     Attributes
     ----------
-    sights : tuple of Sight
+    lines : tuple of SampledLine
     surface_altitude, direct_altitude : (Z,), (Y,) arrays
         m.
     sky_elevation, direct_elevation : (S,), (D,) arrays
         Of the source, rad.
     """
 
-    sights: tuple[Sight, ...]
-    surface_altitude: np.ndarray
-    direct_altitude: np.ndarray
-    sky_elevation: np.ndarray
-    direct_elevation: np.ndarray
+    lines: tuple[SampledLine, ...]
+    surface_altitude: Floats
+    direct_altitude: Floats
+    sky_elevation: Floats
+    direct_elevation: Floats
 
     @classmethod
-    def of(cls, shells, grid, count, rng):
-        """A Latin hypercube over the axes, even in their nodes.
+    def of(cls, shells: Shells, grid: PathAxes, count: int, rng: np.random.Generator) -> Sample:
+        """A Latin hypercube over the axes, uniform in the index of their nodes.
 
         Parameters
         ----------
         shells : Shells
-        grid : path_grid.PathGrid
+        grid : PathAxes
         count : int
-            Lines of sight; those that meet no air are left out.
+            Lines of sight; those that meet no air are omitted.
         rng : numpy.random.Generator
         """
 
-        def draw(axis, count):
+        def draw(axis: Floats, count: int) -> Floats:
             place = rng.permutation((np.arange(count) + rng.random(count)) / count) * (len(axis) - 1)
-            return np.interp(place, np.arange(len(axis)), axis)
+            values: Floats = np.interp(place, np.arange(len(axis)), axis)
+            return values
 
         ground = shells.altitude[0]
         ranges = grid.range_km[grid.range_km > 0] if np.any(grid.range_km > 0) else np.array([1.0])
         altitude = np.maximum(draw(grid.altitude_km, count) * 1e3, ground)
-        # A source below the horizon has nothing to say about the choice of points.
+        # Light from a source below the horizon is too faint to matter for the choice of points.
         source = np.maximum(grid.source_elevation_deg, 0.0)
         elevation = np.radians(draw(grid.elevation_deg, count))
         ranges = draw(ranges, count * _RANGES).reshape(count, _RANGES) * 1e3
         angles = np.radians(draw(source, count)), np.radians(draw(grid.source_azimuth_deg, count))
         return cls(
-            _sights(shells, altitude, elevation, ranges, angles),
+            _lines(shells, altitude, elevation, ranges, angles),
             ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _SURFACES - 1)),
             ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _DIRECT_SURFACES - 1)),
             np.radians(draw(source, _SKY_SOURCES)),
             np.radians(draw(source, _DIRECT_SOURCES)),
         )
 
-    def optical_depth(self, per_molecule):
-        """Of each line of sight to its farthest range and on, (M, P), through a property (N, P) [m^2 per molecule] of
-        the air.
+    def optical_depth(self, per_molecule: Floats) -> Floats:
+        """Integral (M, P) of a property (N, P) [m^2 per molecule] along each line of sight until it leaves the air or
+        meets the ground.
         """
-        air = np.zeros((len(self.sights), len(per_molecule)))
-        for row, sight in zip(air, self.sights, strict=True):
-            np.add.at(row, sight.segments.layer, sight.segments.lower)
-            np.add.at(row, sight.segments.layer + 1, sight.segments.upper)
+        air = np.zeros((len(self.lines), len(per_molecule)))
+        for row, line in zip(air, self.lines, strict=True):
+            np.add.at(row, line.segments.layer, line.segments.lower)
+            np.add.at(row, line.segments.layer + 1, line.segments.upper)
         return air @ per_molecule
 
 
-def _sights(shells, altitude, elevation, ranges, angles):
-    """Lines of sight that meet air; `angles` of the source: elevations and azimuths, rad."""
+def _lines(
+    shells: Shells, altitude: Floats, elevation: Floats, ranges: Floats, angles: tuple[Floats, Floats]
+) -> tuple[SampledLine, ...]:
+    """Lines of sight that meet air, from observers (M,) [m] at elevations (M,) [rad] to ranges (M, R) [m]; `angles` are
+    the source's elevations and azimuths (M,) [rad].
+    """
     rays = trace(shells, altitude, elevation, ranges)
-    found = []
+    lines = []
     for row in range(altitude.size):
-        segments = transfer.Segments.of(rays, row)
+        segments = Segments.of(rays, row)
         node = np.minimum(np.searchsorted(segments.distance, ranges[row]), segments.index.size)
         if np.any(node > 0):
-            ray, source = rays.at(row), [angle[row : row + 1] for angle in angles]
-            ends = np.append(segments.index, segments.index[-1] + 1)
-            cosines = (cosine(ray, *source)[0, ends] for cosine in (source_cosine, scattering_cosine))
-            found.append(Sight(segments, np.unique(node[node > 0]), *cosines))
-    return tuple(found)
+            ray, (source_elevation, source_azimuth) = rays.at(row), (angle[row : row + 1] for angle in angles)
+            to_source = source_cosine(ray, source_elevation, source_azimuth)[0, segments.ends]
+            deflection = scattering_cosine(ray, source_elevation, source_azimuth)[0, segments.ends]
+            lines.append(SampledLine(segments, np.unique(node[node > 0]), to_source, deflection))
+    return tuple(lines)

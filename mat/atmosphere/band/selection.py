@@ -1,26 +1,28 @@
-"""Choice of a few spectral points whose weighted sum stands for a mean over many."""
+"""Choice of a few spectral points whose weighted sum approximates a mean over many."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from skyshine.schemas.arrays import Floats, Integers
+
 SHORT_LIST = 12  # candidates whose non-negative fit is tried in full at each step
 
 
 def select_points(
-    candidates,
-    reference,
+    candidates: Floats,
+    reference: Floats,
     *,
-    tolerance,
-    max_points,
-    total_weight,
-    row_scale=None,
-    sum_weight=30.0,
-    exchanges=0,
-    more_exchanges=0,
-    seed=0,
-):
+    tolerance: float,
+    max_points: int,
+    total_weight: float,
+    row_scale: Floats | None = None,
+    sum_weight: float = 30.0,
+    exchanges: int = 0,
+    more_exchanges: int = 0,
+    seed: int = 0,
+) -> tuple[Integers, Floats, Floats]:
     """Greedy forward selection with non-negative least squares.
 
     At each step the candidates are ranked by how much an unconstrained fit would gain with them (orthogonal least
@@ -54,7 +56,7 @@ def select_points(
     Returns
     -------
     index : (k,) int array
-        Chosen candidates, in the order of their choice; points whose weight became 0 are left out.
+        Chosen candidates, in the order of their choice; points whose weight became 0 are omitted.
     weight : (k,) array
         Positive, summing to `total_weight`.
     ladder : (n,) array
@@ -67,19 +69,21 @@ def select_points(
         raise ValueError("candidates and reference must be finite")
     scale = np.ones(reference.size) if row_scale is None else np.asarray(row_scale, float)
     rows = reference.size
-    # Weights that sum to 1 make the error their sum over the candidates' own distances from the reference.
-    apart = (candidates - reference) * (scale / np.sqrt(rows))
+    # For weights that sum to 1 the error is the weighted sum of the candidates' distances from the reference.
+    distance = (candidates - reference) * (scale / np.sqrt(rows))
     y = reference * scale / np.sqrt(rows)
-    products = apart @ apart.T
-    along, level = apart @ y, y @ y + sum_weight**2 * max(y @ y, 1e-24)
+    products = distance @ distance.T
+    along, level = distance @ y, y @ y + sum_weight**2 * max(y @ y, 1e-24)
     gram = products + along[:, None] + along + level
     moment = along + level
     rng = np.random.default_rng(seed)
 
-    chosen, weight, ladder = [], np.zeros(0), []
+    chosen: list[int] = []
+    weight: Floats = np.zeros(0)
+    ladder: list[float] = []
     for _ in range(min(max_points, len(candidates))):
         chosen, weight, error = _with_one_more(products, gram, moment, chosen, rng)
-        ladder.append(np.sqrt(error))
+        ladder.append(float(np.sqrt(error)))
         if ladder[-1] <= tolerance:
             break
     for number in range(exchanges + more_exchanges if len(chosen) > 1 else 0):
@@ -90,7 +94,7 @@ def select_points(
             others = [j for j in chosen if j != old]
             trial, fit, error = _with_one_more(products, gram, moment, others, rng)
             if np.sqrt(error) < ladder[-1]:
-                chosen, weight, ladder[-1] = trial, fit, np.sqrt(error)
+                chosen, weight, ladder[-1] = trial, fit, float(np.sqrt(error))
         if ladder[-1] > 0.99 * before:
             break
     positive = weight > 0
@@ -98,8 +102,20 @@ def select_points(
     return index, weight * (total_weight / weight.sum()), np.array(ladder)
 
 
-def _with_one_more(products, gram, moment, chosen, rng):
-    """The chosen candidates and the best further one, the weights of all, the squared scaled rms error."""
+def _with_one_more(
+    products: Floats, gram: Floats, moment: Floats, chosen: list[int], rng: np.random.Generator
+) -> tuple[list[int], Floats, float]:
+    """The chosen candidates with the best further one, the weights of all, the squared scaled rms error.
+
+    Parameters
+    ----------
+    products, gram : (P, P) arrays
+        Scalar products of the candidates' distances from the reference, and of the rows of the fit.
+    moment : (P,) array
+        Scalar products of the rows of the fit with the reference.
+    chosen : list of int
+    rng : numpy.random.Generator
+    """
     # Cholesky factor of the chosen, and the rows below it that each further candidate and the reference would have.
     factor = _factor(gram[np.ix_(chosen, chosen)])
     rows = np.column_stack([gram[chosen], moment[chosen]])
@@ -119,19 +135,19 @@ def _with_one_more(products, gram, moment, chosen, rng):
     return [*chosen, int(trials[best])], fits[best], errors[best]
 
 
-def _short_list(gain, rng):
-    """The candidates that promise most, and a few at random; not those whose gain is negative."""
+def _short_list(gain: Floats, rng: np.random.Generator) -> Integers:
+    """The candidates with the largest gains (P,), and a few at random; none with a negative gain."""
     ranked = np.argsort(-gain, kind="stable")
     free = ranked[gain[ranked] >= 0]
-    best, rest = free[:SHORT_LIST], free[SHORT_LIST:]
-    return np.concatenate([best, rng.choice(rest, min(4, rest.size), replace=False)])
+    best, others = free[:SHORT_LIST], free[SHORT_LIST:]
+    return np.concatenate([best, rng.choice(others, min(4, others.size), replace=False)])
 
 
-def _fits(factor, rows, root, goal, last):
+def _fits(factor: Floats, rows: Floats, root: Floats, goal: Floats, last: Floats) -> Floats:
     """Non-negative weights (T, k+1) of k chosen candidates and each of T further ones.
 
-    factor (k, k), lower; rows (k, T), root (T,): what each adds below it; goal (k,), last (T,): the right-hand side in
-    these terms.
+    factor (k, k), lower; rows (k, T), root (T,): the row that each further candidate adds below it; goal (k,),
+    last (T,): the right-hand side in these terms.
     """
     from scipy.optimize import nnls
 
@@ -149,8 +165,10 @@ def _fits(factor, rows, root, goal, last):
     return weights
 
 
-def _factor(block):
-    """Cholesky factor, of nearly equal points too."""
+def _factor(block: Floats) -> Floats:
+    """Cholesky factor (k, k) of a block of the Gram matrix; small diagonal terms keep it positive definite for nearly
+    equal points.
+    """
     unit = np.trace(block) * np.eye(len(block))
     try:
         return np.linalg.cholesky(block + 1e-13 * unit)
@@ -158,6 +176,7 @@ def _factor(block):
         return np.linalg.cholesky(block + 1e-10 * unit)
 
 
-def _square_error(products, chosen, weight):
+def _square_error(products: Floats, chosen: list[int], weight: Floats) -> float:
+    """Squared scaled rms error of weights (k,) on the chosen candidates."""
     share = weight / weight.sum()
-    return max(share @ products[np.ix_(chosen, chosen)] @ share, 0.0)
+    return max(float(share @ products[np.ix_(chosen, chosen)] @ share), 0.0)

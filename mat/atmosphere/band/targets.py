@@ -1,35 +1,41 @@
-"""What the points of a band give on a sample of a job's paths: the targets a band is fitted to, and what it is tested
-on.
+"""In-band quantities on a sample of a job's paths: the targets a band is fitted to, and the responses that test it.
 
-The test holds for all states of one air: radiation is linear in what the ground emits and in the light of the sources,
-so that their parts are kept by interval, in which both are the same.
+The test holds for all states of one air: radiation is linear in the emission of the ground and in the light of the
+sources, so that both parts are stored by interval, in which both are constant.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer import segments as transfer
+from skyshine.mat.atmosphere.band.sample import Sample
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.threads import parallel_map
+from skyshine.schemas.arrays import Floats, Integers
 
 KINDS = ("transmittance", "path_thermal", "path_radiance", "sky_irradiance", "direct_irradiance")
 DIRECT = KINDS[-1]
-# Directions of the sky. The cells of their quadrature take the mean of the phase function, and nothing else changes
-# with azimuth but through the curvature of the Earth.
+# Directions of the sky. The cells of their quadrature take the mean of the phase function; all else depends on azimuth
+# only through the curvature of the Earth.
 _ZENITHS, _AZIMUTHS = 4, 1
 # K; of the ground whose radiance is the unit of `Responses.ground`.
 GROUND = 300.0
-# Points whose targets are computed together: the arrays of a path then stay in a processor's cache.
+# Points whose targets are computed together: the arrays of a path then fit into a processor's cache.
 _CHUNK = 1024
+
+
+Parts = dict[str, list[Floats]]  # arrays by quantity, to be concatenated
 
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Of a sample that a band is fitted to, by quantity (`KINDS`).
+    """Targets of a sample to which a band is fitted, by quantity (`KINDS`).
 
     Attributes
     ----------
@@ -39,8 +45,8 @@ class Targets:
         At the candidates, one quantity after another, in the measure of `BandPoints.weight` (per um).
     """
 
-    mean: dict[str, np.ndarray]
-    at_points: np.ndarray
+    mean: dict[str, Floats]
+    at_points: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,31 +57,31 @@ class Responses:
     Attributes
     ----------
     wavenumber : (I,) array
-        Of each interval with points, cm^-1: what ground and sources send is the same at all its points.
+        Of each interval with points, cm^-1: ground emission and source irradiance are the same at all its points.
     first : (I,) int array
-        The first of these.
+        The first point of each interval.
     surface_temperature : float
-        K, of the ground in `still`.
-    still : dict of (M,) arrays
+        K, of the ground in `unlit`.
+    unlit : dict of (M,) arrays
         By quantity (`KINDS`), without light of a source.
     ground : dict of (M, I) arrays
-        What a ground at `GROUND` adds to one at 0 K.
+        Difference that a ground at `GROUND` makes to one at 0 K.
     light : dict of (M, I) arrays
         Per unit of the source's irradiance.
     source : dict of (M,) int arrays
         Number of the source.
     """
 
-    wavenumber: np.ndarray
-    first: np.ndarray
+    wavenumber: Floats
+    first: Integers
     surface_temperature: float
-    still: dict[str, np.ndarray]
-    ground: dict[str, np.ndarray]
-    light: dict[str, np.ndarray]
-    source: dict[str, np.ndarray]
+    unlit: dict[str, Floats]
+    ground: dict[str, Floats]
+    light: dict[str, Floats]
+    source: dict[str, Integers]
 
-    def mean(self, surface_temperature, irradiance, brightness):
-        """As `Targets.mean`.
+    def mean(self, surface_temperature: float, irradiance: Floats, brightness: Floats) -> dict[str, Floats]:
+        """In-band values (M,) by quantity, without quantities that are 0 everywhere.
 
         Parameters
         ----------
@@ -96,35 +102,44 @@ class Responses:
             np.repeat(sources, np.diff(self.first, append=irradiance.shape[1]), axis=1), irradiance, rtol=1e-9, atol=0.0
         ):
             raise ValueError("irradiance must be the same at all points of an interval")
-        own, still, unit = (
+        emission, reference, unit = (
             planck_wavenumber(self.wavenumber, t) for t in (surface_temperature, self.surface_temperature, GROUND)
         )
-        found = {}
+        means = {}
         for kind in KINDS:
-            sent = sources / brightness[:, None] if kind == DIRECT else sources
-            lit = np.sum(self.light[kind] * sent[self.source[kind]], axis=1)
-            found[kind] = self.still[kind] + self.ground[kind] @ ((own - still) / unit) + lit
-        return _without_dark(found)
+            light = sources / brightness[:, None] if kind == DIRECT else sources
+            lit = np.sum(self.light[kind] * light[self.source[kind]], axis=1)
+            means[kind] = self.unlit[kind] + self.ground[kind] @ ((emission - reference) / unit) + lit
+        return _without_dark(means)
 
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """Some targets (m, P) of a quantity; without ground or light where these are 0."""
+    """Some targets (m, P) of a quantity, as the fields of `Responses`; ground or light is None where it is 0."""
 
     kind: str
-    still: np.ndarray
-    ground: np.ndarray | None = None
-    light: np.ndarray | None = None
-    source: np.ndarray | None = None
+    unlit: Floats
+    ground: Floats | None = None
+    light: Floats | None = None
+    source: Integers | None = None
 
-    def through(self, transmittance, place):
-        """Some of the rows, counted round, each through a path of its own."""
-        rows = place % len(self.still)
-        seen = (None if part is None else part[rows] * transmittance for part in (self.still, self.ground, self.light))
-        return _Rows(self.kind, *seen, self.source[rows])
+    def through(self, transmittance: Floats, place: Integers) -> _Rows:
+        """The rows at places (n,), counted cyclically, each times the transmittance (n, P) of a path."""
+        rows = place % len(self.unlit)
+        ground, light = (None if part is None else part[rows] * transmittance for part in (self.ground, self.light))
+        source = None if self.source is None else self.source[rows]
+        return _Rows(self.kind, self.unlit[rows] * transmittance, ground, light, source)
 
 
-def fitted_and_tested(air, weight, irradiance, brightness, fit, candidates, test):
+def fitted_and_tested(
+    air: SpectralAir,
+    weight: Floats,
+    irradiance: Floats,
+    brightness: Floats,
+    fit: Sample,
+    candidates: Integers,
+    test: Sample,
+) -> tuple[Targets, Responses]:
     """Targets of one sample and responses of another.
 
     Parameters
@@ -139,7 +154,7 @@ def fitted_and_tested(air, weight, irradiance, brightness, fit, candidates, test
         Direct light counts relative to it.
     fit, test : Sample
     candidates : (C,) int array, increasing
-        Points whose targets of `fit` are kept.
+        Points whose targets of `fit` are returned.
 
     Returns
     -------
@@ -147,22 +162,22 @@ def fitted_and_tested(air, weight, irradiance, brightness, fit, candidates, test
     """
     share = weight / weight.sum()
 
-    def part(start, end):
-        some = air.part(slice(start, end))
+    def part(start: int, end: int) -> tuple[tuple[Parts, Parts], Responses]:
+        part_air = air.part(slice(start, end))
         columns = candidates[(candidates >= start) & (candidates < end)] - start
         return (
-            _fitted(some, share[start:end], irradiance[:, start:end], brightness, fit, columns),
-            responses(some, share[start:end], test, len(irradiance)),
+            _fitted(part_air, share[start:end], irradiance[:, start:end], brightness, fit, columns),
+            responses(part_air, share[start:end], test, len(irradiance)),
         )
 
     edges = _edges(air.optics.wavenumber)
     fitted, tested = zip(*parallel_map(part, edges[:-1], edges[1:]), strict=True)
-    mean = _without_dark({kind: sum(np.concatenate(means[kind]) for means, _ in fitted) for kind in KINDS})
-    kept = [np.concatenate([rows for kind in mean for rows in found[kind]]) for _, found in fitted]
-    return Targets(mean, np.concatenate(kept, axis=1)), _joined(tested, edges)
+    mean = _without_dark({kind: _sum(np.concatenate(means[kind]) for means, _ in fitted) for kind in KINDS})
+    at_points = [np.concatenate([rows for kind in mean for rows in values[kind]]) for _, values in fitted]
+    return Targets(mean, np.concatenate(at_points, axis=1)), _joined(tested, edges)
 
 
-def responses(air, share, sample, sources):
+def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> Responses:
     """Responses of a sample.
 
     Parameters
@@ -170,129 +185,148 @@ def responses(air, share, sample, sources):
     air : SpectralAir
         At P points.
     share : (P,) array
-        Weights of which those of the whole band add up to 1.
+        Weights of the points; those of the whole band sum to 1.
     sample : Sample
     sources : int
+        Number of sources.
 
     Returns
     -------
     Responses
     """
     first = _first_of_intervals(air.optics.wavenumber)
-    still, ground, light, source = ({kind: [] for kind in KINDS} for _ in range(4))
+    unlit, ground, light = (_empty_parts() for _ in range(3))
+    source: dict[str, list[Integers]] = {kind: [] for kind in KINDS}
     for rows in _rows(air, sample, sources, with_ground=True):
-        count = len(rows.still)
-        still[rows.kind].append(rows.still @ share)
+        count = len(rows.unlit)
+        unlit[rows.kind].append(rows.unlit @ share)
         for part, values in ((ground, rows.ground), (light, rows.light)):
             by_interval = (
                 np.zeros((count, first.size)) if values is None else np.add.reduceat(values * share, first, axis=1)
             )
             part[rows.kind].append(by_interval)
         source[rows.kind].append(np.zeros(count, int) if rows.source is None else rows.source)
-    parts = ({kind: np.concatenate(found[kind]) for kind in KINDS} for found in (still, ground, light, source))
-    return Responses(air.optics.wavenumber[first], first, air.state.surface_temperature, *parts)
+    return Responses(
+        air.optics.wavenumber[first],
+        first,
+        air.state.surface_temperature,
+        {kind: np.concatenate(unlit[kind]) for kind in KINDS},
+        {kind: np.concatenate(ground[kind]) for kind in KINDS},
+        {kind: np.concatenate(light[kind]) for kind in KINDS},
+        {kind: np.concatenate(source[kind]) for kind in KINDS},
+    )
 
 
-def _first_of_intervals(wavenumber):
+def _empty_parts() -> Parts:
+    return {kind: [] for kind in KINDS}
+
+
+def _sum(arrays: Iterable[Floats]) -> Floats:
+    """Sum of arrays of one shape."""
+    total: Floats = sum(arrays, start=np.zeros(()))
+    return total
+
+
+def _first_of_intervals(wavenumber: Floats) -> Integers:
     """First point (I,) of each interval, from the middle of each point's interval."""
     return np.flatnonzero(np.diff(wavenumber, prepend=np.nan) != 0)
 
 
-def _edges(wavenumber):
-    """Edges of the pieces whose targets are computed together: whole intervals."""
+def _edges(wavenumber: Floats) -> Integers:
+    """Edges of the groups of points whose targets are computed together, each of whole intervals."""
     count, first = wavenumber.size, _first_of_intervals(wavenumber)
-    pieces = 2 * -(-count // (2 * _CHUNK)) if count > _CHUNK // 2 else 1  # even in number, for threads in pairs
-    even = np.linspace(0, count, pieces, endpoint=False)
-    return np.append(np.unique(first[np.searchsorted(first, even, side="right") - 1]), count)
+    groups = 2 * -(-count // (2 * _CHUNK)) if count > _CHUNK // 2 else 1  # even in number, for threads in pairs
+    equal = np.linspace(0, count, groups, endpoint=False)
+    return np.append(np.unique(first[np.searchsorted(first, equal, side="right") - 1]), count)
 
 
-def _joined(parts, edges):
-    """Responses at all points from those of pieces between edges."""
-    still = {kind: sum(part.still[kind] for part in parts) for kind in KINDS}
+def _joined(parts: Sequence[Responses], edges: Integers) -> Responses:
+    """Responses at all points from those of the groups between edges."""
+    unlit = {kind: _sum(part.unlit[kind] for part in parts) for kind in KINDS}
     ground, light = (
         {kind: np.concatenate([getattr(part, name)[kind] for part in parts], axis=1) for kind in KINDS}
         for name in ("ground", "light")
     )
     first = np.concatenate([part.first + start for part, start in zip(parts, edges[:-1], strict=True)])
     wavenumber = np.concatenate([part.wavenumber for part in parts])
-    return replace(parts[0], wavenumber=wavenumber, first=first, still=still, ground=ground, light=light)
+    return replace(parts[0], wavenumber=wavenumber, first=first, unlit=unlit, ground=ground, light=light)
 
 
-def _without_dark(means):
+def _without_dark(means: Mapping[str, Floats]) -> dict[str, Floats]:
+    """The quantities that are not 0 everywhere."""
     return {kind: values for kind, values in means.items() if np.any(values > 0)}
 
 
-def _fitted(air, share, irradiance, brightness, sample, columns):
-    """In-band means and values at some of the points of `air`, each a dict of lists by quantity."""
-    means = {kind: [] for kind in KINDS}
-    kept = {kind: [] for kind in KINDS}
+def _fitted(
+    air: SpectralAir, share: Floats, irradiance: Floats, brightness: Floats, sample: Sample, columns: Integers
+) -> tuple[Parts, Parts]:
+    """In-band means, and values at some of the points of `air`, each as lists by quantity."""
+    means, at_points = _empty_parts(), _empty_parts()
     for rows in _rows(air, sample, len(irradiance)):
-        values = rows.still
+        values = rows.unlit
         if rows.light is not None:
-            sent = irradiance / brightness[:, None] if rows.kind == DIRECT else irradiance
-            values = values + rows.light * sent[rows.source]
+            light = irradiance / brightness[:, None] if rows.kind == DIRECT else irradiance
+            values = values + rows.light * light[rows.source]
         means[rows.kind].append(values @ share)
-        kept[rows.kind].append(values[:, columns])
-    return means, kept
+        at_points[rows.kind].append(values[:, columns])
+    return means, at_points
 
 
-def _rows(air, sample, sources, with_ground=False):
-    """Targets of a sample at the points of `air`, in several `_Rows`; without `with_ground` the ground's part is not
-    told apart.
+def _rows(air: SpectralAir, sample: Sample, sources: int, with_ground: bool = False) -> Iterator[_Rows]:
+    """Targets of a sample at the points of `air`, in several `_Rows`; with `with_ground` the response to the ground's
+    emission too.
     """
     optics = air.optics
     per_micron = optics.wavenumber**2 * 1e-4
-    dark = _over_bright_ground(air) if with_ground and np.any(optics.aerosol_scattering) else None
+    dark = _over_emitting_ground(air) if with_ground and np.any(optics.aerosol_scattering) else None
     sky, beam = _from_above(air, dark, sample, sources, per_micron)
     yield sky
     yield beam
-    for number, sight in enumerate(sample.sights):
-        segments, node = sight.segments, sight.node
-        depths = transfer.Depths(segments.column(optics.extinction).astype(np.float32))
-        through = np.exp(-depths.before[node].astype(float))
+    for number, line in enumerate(sample.lines):
+        segments, node = line.segments, line.node
+        depths = Depths(segments.column(optics.extinction).astype(np.float32))
+        transmittance = np.exp(-depths.cumulative[node].astype(float))
         within = (np.arange(segments.index.size) < node[:, None]).astype(np.float32)
-        thermal, ground = (
-            None if one is None else (within @ one.thermal_radiance(segments, depths)) * per_micron
-            for one in (air, dark)
-        )
-        light = air.scattered_radiance(segments, depths, sight.to_source, sight.deflection) * per_micron
-        yield _Rows("transmittance", through)
+        thermal = (within @ air.thermal_radiance(segments, depths)) * per_micron
+        ground = None if dark is None else (within @ dark.thermal_radiance(segments, depths)) * per_micron
+        light = air.scattered_radiance(segments, depths, line.to_source, line.deflection) * per_micron
+        yield _Rows("transmittance", transmittance)
         yield _Rows("path_thermal", thermal, ground)
         # Of the whole path, once for each source.
-        longest = (None if rows is None else np.tile(rows[-1], (sources, 1)) for rows in (thermal, ground, light))
+        of_ground = None if ground is None else np.tile(ground[-1], (sources, 1))
+        longest = np.tile(thermal[-1], (sources, 1)), of_ground, np.tile(light[-1], (sources, 1))
         yield _Rows("path_radiance", *longest, np.arange(sources))
         # The products of (20) and (36): sky and direct light on the ground through the path.
         place = number + np.arange(node.size)
-        yield sky.through(through, place)
-        yield beam.through(through, place)
+        yield sky.through(transmittance, place)
+        yield beam.through(transmittance, place)
 
 
-def _from_above(air, dark, sample, sources, per_micron):
-    """Rows of sky and direct irradiance at the sample's places, all of them for the first source, then for the next."""
+def _from_above(
+    air: SpectralAir, dark: SpectralAir | None, sample: Sample, sources: int, per_micron: Floats
+) -> tuple[_Rows, _Rows]:
+    """Rows of sky and direct irradiance at the sample's surfaces: all for the first source, then all for the next."""
     sky = sky_irradiance(air, sample.surface_altitude, sample.sky_elevation, zeniths=_ZENITHS, azimuths=_AZIMUTHS)
-    below = (
-        None if dark is None else sky_irradiance(dark, sample.surface_altitude, np.zeros(0), zeniths=_ZENITHS).thermal
+    elevations = sample.sky_elevation.size
+    thermal, ground = np.repeat(sky.thermal * per_micron, elevations, axis=0), None
+    if dark is not None:
+        by_ground = sky_irradiance(dark, sample.surface_altitude, np.zeros(0), zeniths=_ZENITHS).thermal
+        ground = np.repeat(by_ground * per_micron, elevations, axis=0)
+    transmittance = direct_transmittance(air.source_paths, sample.direct_altitude, sample.direct_elevation)
+    scattered, direct = ((rows * per_micron).reshape(-1, per_micron.size) for rows in (sky.scattered, transmittance))
+
+    def for_all_sources(kind: str, unlit: Floats, ground: Floats | None, light: Floats) -> _Rows:
+        unlit, light = np.tile(unlit, (sources, 1)), np.tile(light, (sources, 1))
+        ground = None if ground is None else np.tile(ground, (sources, 1))
+        return _Rows(kind, unlit, ground, light, np.repeat(np.arange(sources), len(light) // sources))
+
+    return (
+        for_all_sources("sky_irradiance", thermal, ground, scattered),
+        for_all_sources(DIRECT, np.zeros_like(direct), None, direct),
     )
-    thermal, ground = (
-        None if rows is None else np.repeat(rows * per_micron, sample.sky_elevation.size, axis=0)
-        for rows in (sky.thermal, below)
-    )
-    scattered, direct = (
-        (rows * per_micron).reshape(-1, per_micron.size)
-        for rows in (
-            sky.scattered,
-            direct_transmittance(air.source_paths, sample.direct_altitude, sample.direct_elevation),
-        )
-    )
-
-    def of_all(kind, *parts):
-        numbers = np.repeat(np.arange(sources), len(parts[-1]))
-        return _Rows(kind, *(None if rows is None else np.tile(rows, (sources, 1)) for rows in parts), numbers)
-
-    return of_all("sky_irradiance", thermal, ground, scattered), of_all(DIRECT, np.zeros_like(direct), None, direct)
 
 
-def _over_bright_ground(air):
+def _over_emitting_ground(air: SpectralAir) -> SpectralAir:
     """The same air without emission, over a ground at `GROUND`."""
     optics = replace(air.optics, emission=np.zeros_like(air.optics.emission))
     return replace(air, state=replace(air.state, surface_temperature=GROUND), optics=optics)

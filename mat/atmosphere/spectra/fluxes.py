@@ -1,9 +1,9 @@
 """Broadband fluxes on the ground: longwave of the sky, direct and diffuse sunlight, at any altitude and elevation of
 the Sun.
 
-A few spectral points stand for the whole thermal and the whole solar spectrum. They are chosen from the absorption
-table's own by `skyshine.mat.spectroscopy.broadband`, with fluxes of many states as targets; what that costs in error is
-kept in their file. At a point everything is as in a sensor's band: layers with their gases, particles and cloud,
+A few spectral points represent the whole thermal and the whole solar spectrum. They are chosen from the points of the
+absorption table by `skyshine.mat.spectroscopy.broadband`, with fluxes of many states as targets; their file states the
+errors. At a point everything is as in a sensor's band: layers with their gases, particles and cloud,
 refracted beams through spherical shells, two streams of diffuse light with the ground's reflection.
 """
 
@@ -11,20 +11,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine import atmospheres
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, SpectralPoints
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance, thrown_ahead
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, forward_scattered, sky_irradiance
 from skyshine.mat.atmosphere.transfer.two_stream_light import level_fluxes
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database
 
 FILETYPE, FORMAT_MAJOR = "broadband", 1
-# cm^-1. Thermal: of a black body of 330 K less than 0.1 % lies outside. Solar: what is left out arrives at no ground
-# (below 0.3 um) or is below 0.4 W m^-2 (beyond 12.5 um).
+# cm^-1. Thermal: less than 0.1 % of the radiance of a black body of 330 K lies outside. Solar: radiation below 0.3 um
+# does not reach the ground, and that beyond 12.5 um is below 0.4 W m^-2.
 LONGWAVE, SHORTWAVE = (10.0, 3400.0), (800.0, 33400.0)
 QUANTITIES = ("longwave_down", "direct_normal", "diffuse")
 # Zenith angles of the thermal sky: Gauss nodes in the cosine; against 24 of them, 2e-4.
@@ -49,16 +53,16 @@ class BroadbandFluxes:
         Scattered sunlight on a horizontal surface, from the sky.
     """
 
-    altitude: np.ndarray
-    source_elevation: np.ndarray
-    longwave_down: np.ndarray
-    direct_normal: np.ndarray
-    diffuse: np.ndarray
+    altitude: Floats
+    source_elevation: Floats
+    longwave_down: Floats
+    direct_normal: Floats
+    diffuse: Floats
 
 
 @dataclass(frozen=True, eq=False)
 class BroadbandPoints:
-    """The points that stand for the thermal and the solar spectrum.
+    """The points that represent the thermal and the solar spectrum.
 
     Attributes
     ----------
@@ -69,12 +73,12 @@ class BroadbandPoints:
         fitted to.
     """
 
-    longwave: object
-    shortwave: object
+    longwave: SpectralPoints
+    shortwave: SpectralPoints
     errors: dict[str, dict[str, float]]
 
     @classmethod
-    def open(cls, path=None, table=None) -> BroadbandPoints:
+    def open(cls, path: str | Path | None = None, table: AbsorptionTable | None = None) -> BroadbandPoints:
         """Read a file of broadband points, by default the packaged one for the packaged absorption table.
 
         The table may have another water vapour continuum than the one with which the points were chosen.
@@ -93,15 +97,17 @@ class BroadbandPoints:
                     " --out FILE",
                     file=path,
                 )
-            chosen = []
-            for name, (low, high) in (("longwave", LONGWAVE), ("shortwave", SHORTWAVE)):
-                points = table.points(low, high)
-                chosen.append(points.subset(file[name]["index"][()], file[name]["weight"][()].astype(float)))
+
+            def chosen(name: str, low: float, high: float) -> SpectralPoints:
+                group = file[name]
+                return table.points(low, high).subset(group["index"][()], group["weight"][()].astype(float))
+
+            longwave, shortwave = chosen("longwave", *LONGWAVE), chosen("shortwave", *SHORTWAVE)
             errors = {
                 name: {key: float(file["errors"][name].attrs[key]) for key in ("max", "p95", "rms")}
                 for name in QUANTITIES
             }
-        return cls(*chosen, errors)
+        return cls(longwave, shortwave, errors)
 
 
 @lru_cache(maxsize=1)
@@ -110,7 +116,15 @@ def packaged_points() -> BroadbandPoints:
     return BroadbandPoints.open()
 
 
-def broadband_fluxes(state, altitude, source_elevation, ground_albedo, *, sun_distance=1.0, points=None):
+def broadband_fluxes(
+    state: AtmosphericState,
+    altitude: npt.ArrayLike,
+    source_elevation: npt.ArrayLike,
+    ground_albedo: float,
+    *,
+    sun_distance: float = 1.0,
+    points: BroadbandPoints | None = None,
+) -> BroadbandFluxes:
     """Longwave and shortwave irradiance of the ground under a state.
 
     Parameters
@@ -149,7 +163,7 @@ def broadband_fluxes(state, altitude, source_elevation, ground_albedo, *, sun_di
     return BroadbandFluxes(altitude, elevation, longwave, direct, diffuse)
 
 
-def sky_emission(state, points, altitude):
+def sky_emission(state: AtmosphericState, points: SpectralPoints, altitude: Floats) -> Floats:
     """Thermal irradiance of a horizontal surface by the sky at altitudes (A,) [m], at each point: (A, P) W m^-2
     (cm^-1)^-1.
     """
@@ -157,11 +171,19 @@ def sky_emission(state, points, altitude):
     return sky_irradiance(air, altitude, np.zeros(0), zeniths=_ZENITHS).thermal
 
 
-def sunlight_shares(state, points, altitude, source_elevation, ground_albedo):
-    """What of sunlight arrives, per unit of the irradiance normal to it outside the atmosphere.
+def sunlight_shares(
+    state: AtmosphericState,
+    points: SpectralPoints,
+    altitude: Floats,
+    source_elevation: Floats,
+    ground_albedo: float,
+) -> tuple[Floats, Floats]:
+    """Direct and diffuse sunlight at a surface, per unit of the irradiance normal to it outside the atmosphere.
 
     Parameters
     ----------
+    state : AtmosphericState
+    points : SpectralPoints
     altitude : (A,) array, m
     source_elevation : (S,) array, degree
     ground_albedo : float
@@ -171,12 +193,13 @@ def sunlight_shares(state, points, altitude, source_elevation, ground_albedo):
     direct : (A, S, P) array
         On a surface normal to the beam.
     diffuse : (A, S, P) array
-        On a horizontal surface, from above. Light thrown straight ahead by particles is in it, however near to the Sun.
+        On a horizontal surface, from above; with the light that particles scatter straight forward, however near to the
+        Sun.
     """
     air = SpectralAir.of(state, points)
     elevation = np.radians(source_elevation)
     direct = direct_transmittance(air.source_paths, altitude, elevation)
-    diffuse = np.maximum(np.sin(elevation), 0.0)[:, None] * thrown_ahead(air, altitude, elevation, direct)
+    diffuse = np.maximum(np.sin(elevation), 0.0)[:, None] * forward_scattered(air, altitude, elevation, direct)
     levels = state.altitude
     place = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, levels.size - 2)
     share = ((altitude - levels[place]) / np.diff(levels)[place])[:, None, None]
@@ -189,7 +212,9 @@ def sunlight_shares(state, points, altitude, source_elevation, ground_albedo):
     return direct, diffuse
 
 
-def _check(state, altitude, elevation, ground_albedo, sun_distance):
+def _check(
+    state: AtmosphericState, altitude: Floats, elevation: Floats, ground_albedo: float, sun_distance: float
+) -> None:
     low, high = state.altitude[[0, -1]]
     if not np.all((altitude >= low) & (altitude <= high)):
         raise InputError(

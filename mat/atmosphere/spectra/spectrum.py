@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer import segments as transfer
+from skyshine.mat.atmosphere.gases.absorption import SpectralPoints
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.geometry import scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.transfer.geometry import Rays, scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
+from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import InputError
 
 # Points computed together: bounds memory to about 100 MB.
@@ -26,7 +29,7 @@ class LineSpectrum:
         Middle of each bin, cm^-1.
     transmittance : (B,) array
     transmittance_by_gas : dict of (B,) arrays
-        Of each gas alone; the water vapour continuum apart.
+        Of each gas alone; the water vapour continuum separately.
     transmittance_rayleigh, transmittance_aerosol : (B,) arrays
         Of scattering by molecules alone, and of particles.
     path_thermal, path_scattered : (B,) arrays
@@ -40,22 +43,31 @@ class LineSpectrum:
         The line of sight ends at the ground.
     """
 
-    wavenumber: np.ndarray
-    transmittance: np.ndarray
-    transmittance_by_gas: dict[str, np.ndarray]
-    transmittance_rayleigh: np.ndarray
-    transmittance_aerosol: np.ndarray
-    path_thermal: np.ndarray
-    path_scattered: np.ndarray
-    sky_irradiance: np.ndarray
-    direct_irradiance: np.ndarray
+    wavenumber: Floats
+    transmittance: Floats
+    transmittance_by_gas: dict[str, Floats]
+    transmittance_rayleigh: Floats
+    transmittance_aerosol: Floats
+    path_thermal: Floats
+    path_scattered: Floats
+    sky_irradiance: Floats
+    direct_irradiance: Floats
     range: float
     ground: bool
 
 
 def line_spectrum(
-    state, points, irradiance, *, altitude, elevation, distance, source_elevation, source_azimuth, resolution=None
-):
+    state: AtmosphericState,
+    points: SpectralPoints,
+    irradiance: Floats,
+    *,
+    altitude: float,
+    elevation: float,
+    distance: float,
+    source_elevation: float,
+    source_azimuth: float,
+    resolution: float | None = None,
+) -> LineSpectrum:
     """Spectra along one line of sight.
 
     Parameters
@@ -82,71 +94,110 @@ def line_spectrum(
         For a resolution below the width of an interval, or what `geometry.trace` refuses.
     """
     bins, centre = _bins(points, resolution)
+    source = np.array([source_elevation]), np.array([source_azimuth])
     parts = []
     for start in range(0, points.wavenumber.size, _CHUNK):
         part = slice(start, start + _CHUNK)
-        index = np.arange(points.wavenumber.size)[part]
-        air = SpectralAir.of(state, points.subset(index))
-        values, length, ground = _monochromatic(
-            air,
-            irradiance[part],
-            altitude,
-            elevation,
-            distance,
-            np.array([source_elevation]),
-            np.array([source_azimuth]),
-        )
-        parts.append(values)
+        air = SpectralAir.of(state, points.subset(np.arange(points.wavenumber.size)[part]))
+        line = _Line.of(air, altitude, elevation, distance)
+        parts.append(_along(air, line) | _from_source(air, line, irradiance[part], *source))
     width = np.bincount(bins, points.weight, centre.size)
 
-    def mean(name):
-        return np.bincount(bins, points.weight * np.concatenate([part[name] for part in parts]), centre.size) / width
+    def mean(name: str) -> Floats:
+        values = np.concatenate([part[name] for part in parts])
+        binned: Floats = np.bincount(bins, points.weight * values, centre.size) / width
+        return binned
 
-    gases = parts[0]["gases"]
-    fields = (name for name in LineSpectrum.__dataclass_fields__ if name in parts[0])
     return LineSpectrum(
         wavenumber=centre,
-        transmittance_by_gas={gas: mean(gas) for gas in gases},
-        range=length,
-        ground=ground,
-        **{name: mean(name) for name in fields},
+        transmittance=mean("transmittance"),
+        transmittance_by_gas={gas: mean(gas) for gas in air.optics.absorption},
+        transmittance_rayleigh=mean("transmittance_rayleigh"),
+        transmittance_aerosol=mean("transmittance_aerosol"),
+        path_thermal=mean("path_thermal"),
+        path_scattered=mean("path_scattered"),
+        sky_irradiance=mean("sky_irradiance"),
+        direct_irradiance=mean("direct_irradiance"),
+        range=line.length,
+        ground=line.ground,
     )
 
 
-def _monochromatic(air, irradiance, altitude, elevation, distance, source_elevation, source_azimuth):
-    """All spectra at the points of `air`, with the length of the path [m] and whether it ends at the ground."""
-    optics = air.optics
-    rays = trace(
-        air.shells, np.array([altitude]), np.array([elevation]), np.array([[min(distance, np.finfo(float).max)]])
-    )
-    ground = bool(rays.ground[0] and distance >= rays.end[0])
-    length = float(rays.end[0]) if ground else distance
-    segments = transfer.Segments.of(rays, 0)
-    segments = segments.first(min(int(np.searchsorted(segments.distance, length)), segments.index.size))
-    depths = transfer.Depths(segments.column(optics.extinction))
-    values = {
-        "transmittance": np.exp(-depths.before[-1]),
-        "path_thermal": air.thermal_radiance(segments, depths).sum(axis=0),
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """A traced line of sight to its range.
+
+    Attributes
+    ----------
+    rays : Rays
+        With M = 1.
+    segments : Segments
+        Up to the range.
+    depths : Depths
+    length : float
+        m; to the ground if the line ends there.
+    ground : bool
+        The line ends at the ground.
+    surface : (1,) array
+        Altitude of the end, m; of the observer where the line leads into space.
+    """
+
+    rays: Rays
+    segments: Segments
+    depths: Depths
+    length: float
+    ground: bool
+    surface: Floats
+
+    @classmethod
+    def of(cls, air: SpectralAir, altitude: float, elevation: float, distance: float) -> _Line:
+        """The line from an altitude [m] at an elevation [rad] over a distance [m]."""
+        reach = np.array([[min(distance, np.finfo(float).max)]])
+        rays = trace(air.shells, np.array([altitude]), np.array([elevation]), reach)
+        ground = bool(rays.ground[0] and distance >= rays.end[0])
+        length = float(rays.end[0]) if ground else distance
+        segments = Segments.of(rays, 0).within(length)
+        end = altitude if np.isinf(distance) and not ground else segments.altitude[-1]
+        depths = Depths(segments.column(air.optics.extinction))
+        return cls(rays, segments, depths, length, ground, np.array([end]))
+
+
+def _along(air: SpectralAir, line: _Line) -> dict[str, Reals]:
+    """Transmittances and thermal path radiance (P,) by name."""
+    optics, segments = air.optics, line.segments
+    sections = {
+        **optics.absorption,
+        "transmittance_rayleigh": optics.rayleigh,
+        "transmittance_aerosol": optics.aerosol_extinction,
     }
-    values["gases"] = tuple(optics.absorption)
-    apart = {"transmittance_rayleigh": optics.rayleigh, "transmittance_aerosol": optics.aerosol_extinction}
-    for name, section in {**optics.absorption, **apart}.items():
-        values[name] = np.exp(-segments.column(section).sum(axis=0))
-    values["path_scattered"] = np.zeros(irradiance.size)
-    if segments.index.size and np.any(irradiance > 0):
-        ends = np.append(segments.index, segments.index[-1] + 1)
-        to_source = source_cosine(rays, source_elevation, source_azimuth)[0, ends]
-        deflection = scattering_cosine(rays, source_elevation, source_azimuth)[0, ends]
-        values["path_scattered"] = air.scattered_radiance(segments, depths, to_source, deflection)[0] * irradiance
-    surface = np.array([altitude if np.isinf(distance) and not ground else segments.altitude[-1]])
-    sky = sky_irradiance(air, surface, source_elevation if np.any(irradiance > 0) else np.zeros(0))
-    values["sky_irradiance"] = sky.thermal[0] + sky.scattered.sum(axis=(0, 1)) * irradiance
-    values["direct_irradiance"] = direct_transmittance(air.source_paths, surface, source_elevation)[0, 0] * irradiance
-    return values, length, ground
+    return {
+        "transmittance": np.exp(-line.depths.cumulative[-1]),
+        "path_thermal": air.thermal_radiance(segments, line.depths).sum(axis=0),
+        **{name: np.exp(-segments.column(section).sum(axis=0)) for name, section in sections.items()},
+    }
 
 
-def _bins(points, resolution):
-    """The bin of each point, and the middle of each bin [cm^-1]."""
+def _from_source(
+    air: SpectralAir, line: _Line, irradiance: Floats, source_elevation: Floats, source_azimuth: Floats
+) -> dict[str, Floats]:
+    """Scattered path radiance and irradiances of the surface at the end of the line, (P,) by name."""
+    scattered, segments = np.zeros(irradiance.size), line.segments
+    dark = not np.any(irradiance > 0)
+    if segments.index.size and not dark:
+        to_source = source_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
+        deflection = scattering_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
+        scattered = air.scattered_radiance(segments, line.depths, to_source, deflection)[0] * irradiance
+    sky = sky_irradiance(air, line.surface, np.zeros(0) if dark else source_elevation)
+    direct = direct_transmittance(air.source_paths, line.surface, source_elevation)[0, 0]
+    return {
+        "path_scattered": scattered,
+        "sky_irradiance": sky.thermal[0] + sky.scattered.sum(axis=(0, 1)) * irradiance,
+        "direct_irradiance": direct * irradiance,
+    }
+
+
+def _bins(points: SpectralPoints, resolution: float | None) -> tuple[Integers, Floats]:
+    """The bin of each point (P,), and the middle of each bin (B,) [cm^-1]."""
     low, high = points.interval_edges.T
     if resolution is None:
         return points.interval, 0.5 * (low + high)

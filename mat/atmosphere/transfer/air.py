@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from skyshine.mat.atmosphere.gases.absorption import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
-from skyshine.mat.atmosphere.transfer.ordinate_light import StreamLight, straight_share
-from skyshine.mat.atmosphere.transfer.segments import (
-    Depths,
-    emitted,
-    scattered_band,
-    scattered_spectral,
-    segment_attenuation,
-)
+from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight, delta_fraction
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
+from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, scattered_spectral, segment_attenuation
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource, thermal_source
-from skyshine.mat.atmosphere.transfer.two_stream_light import DiffuseLight
+from skyshine.mat.atmosphere.transfer.two_stream_light import TwoStreamLight
+from skyshine.schemas.arrays import Floats, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +33,11 @@ class SpectralAir:
     optics : SpectralOptics
     source_rays : SourceRays
     streams : bool
-        Light scattered more than once is that of `streams.StreamLight`, not of the two streams of
-        `multiple.DiffuseLight`.
+        Light scattered more than once is computed with discrete ordinates (`OrdinateLight`) instead of two streams
+        (`TwoStreamLight`).
     scatters : bool
-        Light of the source is scattered; False leaves it out of paths and sky, and lets it fall on surfaces directly.
+        Light of the source is scattered; with False, path and sky radiance are thermal only and surfaces receive direct
+        light.
     """
 
     state: AtmosphericState
@@ -49,7 +48,15 @@ class SpectralAir:
     scatters: bool = True
 
     @classmethod
-    def of(cls, state, points, gases=None, weight=None, *, streams=False):
+    def of(
+        cls,
+        state: AtmosphericState,
+        points: SpectralPoints,
+        gases: Sequence[str] | None = None,
+        weight: Floats | None = None,
+        *,
+        streams: bool = False,
+    ) -> SpectralAir:
         """Prepare a state.
 
         Parameters
@@ -68,18 +75,17 @@ class SpectralAir:
         shells = Shells.of(state.altitude, state.number_density, mean)
         return cls(state, shells, optics, SourceRays.of(shells), streams)
 
-    def part(self, points):
+    def part(self, points: slice) -> SpectralAir:
         """The same air at a slice of the points."""
         return replace(self, optics=self.optics.at(points))
 
-    def prepare(self):
-        """Compute what is kept, before several threads ask for it."""
-        for kept in (
-            "source_paths",
-            "thermal",
-            *(("scaled_extinction", "scaled_source_paths", "diffuse_light") if self.scatters else ()),
-        ):
-            getattr(self, kept)
+    def prepare(self) -> None:
+        """Compute the cached properties once, before several threads use them."""
+        names = ["source_paths", "thermal"]
+        if self.scatters:
+            names += ["scaled_extinction", "scaled_source_paths", "diffuse_light"]
+        for name in names:
+            getattr(self, name)
 
     @cached_property
     def source_paths(self) -> SourcePaths:
@@ -91,78 +97,87 @@ class SpectralAir:
         """The source function of thermal radiation."""
         return thermal_source(self.state, self.shells, self.optics)
 
-    def thermal_radiance(self, segments, depths):
+    def thermal_radiance(self, segments: Segments, depths: Depths) -> Reals:
         """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths'
         precision.
 
         Parameters
         ----------
-        segments : transfer.Segments
-        depths : transfer.Depths
+        segments : Segments
+        depths : Depths
         """
-        thermal = self._single_thermal if depths.each.dtype == np.float32 else self.thermal
-        near, far = segments.source(thermal.mean, thermal.tilt, self.shells.altitude)
+        thermal = self._single_thermal if depths.per_segment.dtype == np.float32 else self.thermal
+        near, far = segments.source_ends(thermal.mean, thermal.tilt, self.shells.altitude)
         return emitted(depths, near, far)
 
     @cached_property
-    def _single_thermal(self):
+    def _single_thermal(self) -> ThermalSource:
         return ThermalSource(self.thermal.mean.astype(np.float32), self.thermal.tilt.astype(np.float32))
 
     @cached_property
-    def scaled_extinction(self):
-        """Of the beam that is scattered, (N, P) m^2 per molecule: without what particles throw straight on."""
-        return self.optics.extinction - self.optics.aerosol_scattering * self.straight_share
+    def scaled_extinction(self) -> Floats:
+        """Delta-scaled extinction (N, P) [m^2 per molecule]: without the scattering straight forward by particles."""
+        return self.optics.extinction - self.optics.aerosol_scattering * self.delta_fraction
 
     @cached_property
-    def straight_share(self):
-        """Share (N, P) of the scattering by particles that goes straight on."""
-        return straight_share(self.optics) if self.streams else self.optics.asymmetry**2
+    def delta_fraction(self) -> Floats:
+        """Fraction (N, P) of the scattering by particles that counts as straight forward."""
+        return delta_fraction(self.optics) if self.streams else self.optics.asymmetry**2
 
     @cached_property
-    def scaled_source_paths(self):
+    def scaled_source_paths(self) -> SourcePaths:
         """`source_paths` through the scaled extinction."""
         if not np.any(self.optics.aerosol_scattering):
             return self.source_paths
         return SourcePaths.of(self.source_rays, self.scaled_extinction)
 
     @cached_property
-    def diffuse_light(self):
-        """`streams.StreamLight` or `multiple.DiffuseLight` of the source."""
+    def diffuse_light(self) -> OrdinateLight | TwoStreamLight:
+        """Light of the source scattered more than once."""
         paths = self.scaled_source_paths
         if self.streams:
-            return StreamLight.of(self.state, self.shells, self.optics, self.straight_share, paths)
-        return DiffuseLight.of(self.state, self.shells, self.optics, self.scaled_extinction, paths)
+            return OrdinateLight.of(self.state, self.shells, self.optics, self.delta_fraction, paths)
+        return TwoStreamLight.of(self.state, self.shells, self.optics, self.scaled_extinction, paths)
 
-    def scattered_radiance(self, segments, depths, to_source, deflection, phase=None):
+    def scattered_radiance(
+        self,
+        segments: Segments,
+        depths: Depths,
+        to_source: Floats,
+        deflection: Floats,
+        phase: Floats | None = None,
+    ) -> Floats:
         """Scattered light of the source along a ray.
 
         Parameters
         ----------
-        segments : transfer.Segments
-        depths : transfer.Depths
+        segments : Segments
+        depths : Depths
         to_source, deflection : (K+1, S) arrays
             Cosines of the source's zenith angle and of the scattering angle at the segment ends.
         phase : (N, S, C) array, optional
-            As in `transfer.scattered_spectral`.
+            As in `single_scattering.scattered_spectral`.
 
         Returns
         -------
         (S, P) array
             Per unit of the source's irradiance, sr^-1.
         """
-        seen = self._seen_through(segments, depths)
-        attenuation = segment_attenuation(segments, seen, self.scaled_source_paths, to_source)
+        scaled = self._scaled_depths(segments, depths)
+        attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
         once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
         return once + self.diffuse_light.spectral(segments, depths, to_source, deflection)
 
-    def scattered_in_band(self, segments, depths, to_source, deflection, weight):
+    def scattered_in_band(
+        self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats, weight: Floats
+    ) -> Floats:
         """Scattered light in a band up to each end of a ray's segments, (K+1, S); `weight` as in
-        `transfer.scattered_band`.
+        `single_scattering.scattered_band`, other arguments as in `scattered_radiance`.
         """
-        paths, seen = self.scaled_source_paths, self._seen_through(segments, depths)
-        once = scattered_band(segments, self.optics, seen, paths, to_source, deflection, weight)
+        paths, scaled = self.scaled_source_paths, self._scaled_depths(segments, depths)
+        once = scattered_band(segments, self.optics, scaled, paths, to_source, deflection, weight)
         return once + self.diffuse_light.band(segments, depths, to_source, deflection, weight)
 
-    def _seen_through(self, segments, depths):
-        """`transfer.Depths` for light scattered once: what then goes straight on is not lost."""
+    def _scaled_depths(self, segments: Segments, depths: Depths) -> Depths:
+        """Depths for light scattered once: with delta-M, light then scattered straight forward is not lost."""
         return Depths(segments.column(self.scaled_extinction)) if self.streams else depths

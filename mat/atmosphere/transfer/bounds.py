@@ -1,10 +1,10 @@
-"""Upper bounds of what scattered light, and single kinds of particle, change in what is seen: from optical depths,
-without transfer.
+"""Upper bounds of scattered radiance, and of the changes in radiance by each kind of particle, from optical depths.
 
-A line of sight is made of pieces, one a layer, and its radiance is the mean of their sources with shares that sum to at
-most 1; no share is above what the layer absorbs and scatters along its longest chord. So no line is brighter than the
-brightest sources filled in, share by share, until the sum is 1. A source is the light scattered once, at the largest
-value of the phase function, and albedo times the brightest line, which that bounds.
+Path radiance is a weighted mean of the layers' source functions; the weights sum to at most 1, and each is at most the
+absorptance of the layer along its longest chord. No line of sight is therefore brighter than the mean in which the
+brightest source functions take their largest weights in turn until the sum is 1. A source function is at most the light
+scattered once, at the largest value of the phase function, plus the single-scattering albedo times the radiance of the
+brightest line of sight, which closes the bound.
 """
 
 from __future__ import annotations
@@ -13,46 +13,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.atmosphere.state.state import AerosolComponent
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.geometry import trace
-from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, sections
-from skyshine.mat.atmosphere.transfer.ordinate_light import straight_share
+from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, particle_sections
+from skyshine.mat.atmosphere.transfer.ordinate_light import delta_fraction
+from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
 from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
+from skyshine.schemas.arrays import Floats, Integers
 
 _ENDS = np.s_[:-1], np.s_[1:]  # lower and upper level of each layer
-_RAYLEIGH_PEAK = 1.5  # of `optics.rayleigh_phase`, straight on and straight back, without depolarisation
+_RAYLEIGH_PEAK = 1.5  # of `optics.rayleigh_phase`, straight forward and straight back, without depolarisation
 _PEAKS = 9  # wavelengths of a band at which the largest value of a phase function is looked for
-_THIN = 1e-3  # mean vertical optical depth of particles that are worth a bound
-REFERENCE = 300.0  # K, of what stands behind a line of sight
+_THIN = 1e-3  # mean vertical optical depth above which particles get no bound
+REFERENCE = 300.0  # K, of the black body behind a line of sight
 
 
 @dataclass(frozen=True, eq=False)
 class Scattering:
-    """What any line of sight through a state can gather, at P points.
+    """Largest scattered radiance of any line of sight through a state, at P points.
 
     Attributes
     ----------
     light : (P,) array
         Radiance of scattered light, of sky and path alike, per unit of the source's irradiance outside the atmosphere,
-        sr^-1; infinite where nothing bounds it.
+        sr^-1; infinite where no bound exists.
     field : (P,) array
         The same with the ground, which reflects the source.
     gain : (P,) array
-        Radiance of what is scattered into a line, per mean radiance over all directions.
+        Radiance scattered into a line of sight, per mean radiance over all directions.
     """
 
-    light: np.ndarray
-    field: np.ndarray
-    gain: np.ndarray
+    light: Floats
+    field: Floats
+    gain: Floats
 
     @classmethod
-    def of(cls, air) -> Scattering:
-        """Those of an `air.SpectralAir`."""
+    def of(cls, air: SpectralAir) -> Scattering:
+        """The bounds of a state at the points of its air."""
         optics, ground = air.optics, air.state.surface_albedo
         share = -np.expm1(-_chords(air) * _either(optics.extinction))
-        whole = optics.rayleigh + optics.aerosol_scattering
+        scattering = optics.rayleigh + optics.aerosol_scattering
         with np.errstate(divide="ignore", over="ignore"):
-            scaled = optics.extinction - optics.aerosol_scattering * straight_share(optics)
+            scaled = optics.extinction - optics.aerosol_scattering * delta_fraction(optics)
             peak = _either(optics.phase.max(axis=0) @ optics.phase_share)
             single = np.maximum(
                 *(
@@ -60,23 +64,24 @@ class Scattering:
                     for end in _ENDS
                 )
             )
-            albedo = _either(whole / optics.extinction)
-            once = single / (4 * np.pi)
-            again = 1 / (1 - _brightest(albedo, share, ground))
-            field = _brightest(once, share, ground / np.pi) * again
-            light = _brightest(once + albedo * field, share)
-        return cls(light, field, _brightest(single, share) * again)
+            albedo = _either(scattering / optics.extinction)
+            source = single / (4 * np.pi)
+            amplification = 1 / (1 - _brightest(albedo, share, ground))
+            field = _brightest(source, share, ground / np.pi) * amplification
+            light = _brightest(source + albedo * field, share)
+        return cls(light, field, _brightest(single, share) * amplification)
 
-    def radiance(self, irradiance, weight):
-        """Bound of a band's scattered light, W m^-2 sr^-1, for irradiances (..., P) and weights (P,)
+    def radiance(self, irradiance: Floats, weight: Floats) -> Floats:
+        """Bound (...) of a band's scattered light, W m^-2 sr^-1, for irradiances (..., P) and weights (P,)
         `BandPoints.radiance_weight`.
         """
-        return np.asarray(irradiance) * self.light @ weight
+        radiance: Floats = np.asarray(irradiance) * self.light @ weight
+        return radiance
 
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """Most that leaving something out changes in the radiance that is seen in a band, W m^-2 sr^-1.
+    """Largest change of a band's radiance by an omission, W m^-2 sr^-1.
 
     Attributes
     ----------
@@ -86,13 +91,13 @@ class Bounds:
         Each of `AtmosphericState.particles`.
     """
 
-    scattered: np.ndarray
-    particles: np.ndarray
+    scattered: Floats
+    particles: Floats
 
     @classmethod
-    def of(cls, air, grid, irradiance, weight) -> Bounds:
-        """Bounds of an `air.SpectralAir` on a `path_grid.PathGrid`, for the irradiance (B, P) of sources; `weight` as
-        `Scattering.radiance`.
+    def of(cls, air: SpectralAir, grid: PathAxes, irradiance: Floats, weight: Floats) -> Bounds:
+        """Bounds for the lines of sight of a grid and the irradiance (B, P) of sources [W m^-2 (cm^-1)^-1]; `weight` as
+        in `Scattering.radiance`.
         """
         scattering = Scattering.of(air)
         return cls(
@@ -101,19 +106,21 @@ class Bounds:
         )
 
 
-def particle_bounds(air, scattering, lines, irradiance, weight):
-    """Most that leaving out each kind of particle changes in transmitted, path, sky and direct radiance of a band.
+def particle_bounds(
+    air: SpectralAir, scattering: Scattering, lines: Floats, irradiance: Floats, weight: Floats
+) -> Floats:
+    """Largest change of a band's transmitted, path, sky and direct radiance if one kind of particle is omitted.
 
-    What the particles take from a line of sight and add to it is at most their share of it times the brightest radiance
-    there is; what others then scatter differently follows from the mean over all directions.
+    Particles remove from a line of sight and add to it at most their absorptance along it times the brightest radiance;
+    the change in scattering by everything else follows from the mean over all directions.
 
     Parameters
     ----------
-    air : air.SpectralAir
+    air : SpectralAir
     scattering : Scattering
         Of that air.
     lines : (M, N) array
-        Air of the lines of sight of a table, molecules m^-2, by the level whose properties it counts with.
+        Air of the lines of sight of a table, molecules m^-2, by the level whose properties apply to it.
     irradiance : (P,) array
         Of all sources together, W m^-2 (cm^-1)^-1.
     weight : (P,) array
@@ -135,41 +142,50 @@ def particle_bounds(air, scattering, lines, irradiance, weight):
     )
 
 
-def _of_particle(air, component, scattering, lines, irradiance, weight):
+def _of_particle(
+    air: SpectralAir,
+    component: AerosolComponent,
+    scattering: Scattering,
+    lines: Floats,
+    irradiance: Floats,
+    weight: Floats,
+) -> float:
+    """The bound of `particle_bounds` for one kind of particle."""
     state, optics = air.state, air.optics
-    dims, scatters, _ = sections(state, component, optics.wavenumber)
-    upright = np.sum(vertical_column(air.shells, dims), axis=0)
+    extinction, scattered, _ = particle_sections(state, component, optics.wavenumber)
+    upright = np.sum(vertical_column(air.shells, extinction), axis=0)
     if upright @ weight > _THIN * weight.sum():
         return np.inf
     nodes = np.geomspace(optics.wavenumber.min(), optics.wavenumber.max(), _PEAKS)
     peaks = component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity).max(axis=(0, 2))
-    peak = np.max(scatters / np.where(dims > 0, dims, 1.0) * peaks[:, None], axis=0)
+    peak = np.max(scattered / np.where(extinction > 0, extinction, 1.0) * peaks[:, None], axis=0)
     warmest = max(state.temperature.max(), state.surface_temperature, REFERENCE)
-    bright = planck_wavenumber(optics.wavenumber, warmest) + irradiance * (scattering.field + peak / (4 * np.pi))
-    longest = np.maximum(_longest(air, dims), upright)
-    thin = np.where(upright > 0, upright, 1.0)
-    mean = np.minimum(upright * (1 + np.log(np.maximum(longest / thin, 1.0))), 1.0)
-    again = scattering.gain * (bright * mean - irradiance * np.expm1(-longest) / (4 * np.pi))
-    along = np.max(-np.expm1(-lines @ dims) @ (weight * bright), initial=0.0) if len(lines) else 0.0
-    sky = np.minimum(2 * upright, 1.0) * bright @ weight
+    brightest = planck_wavenumber(optics.wavenumber, warmest) + irradiance * (scattering.field + peak / (4 * np.pi))
+    longest = np.maximum(_longest(air, extinction), upright)
+    divisor = np.where(upright > 0, upright, 1.0)
+    mean = np.minimum(upright * (1 + np.log(np.maximum(longest / divisor, 1.0))), 1.0)
+    rescattered = scattering.gain * (brightest * mean - irradiance * np.expm1(-longest) / (4 * np.pi))
+    along = np.max(-np.expm1(-lines @ extinction) @ (weight * brightest), initial=0.0) if len(lines) else 0.0
+    sky = np.minimum(2 * upright, 1.0) * brightest @ weight
     rays = air.source_rays.air
-    through = np.exp(-np.maximum(rays @ (optics.extinction - dims), 0.0))
-    direct = np.max((-np.expm1(-rays @ dims) * through) @ (weight * irradiance)) / np.pi
-    return float(max(along + again @ weight, sky + again @ weight, direct))
+    transmittance = np.exp(-np.maximum(rays @ (optics.extinction - extinction), 0.0))
+    direct = np.max((-np.expm1(-rays @ extinction) * transmittance) @ (weight * irradiance)) / np.pi
+    return float(max(along + rescattered @ weight, sky + rescattered @ weight, direct))
 
 
-def _longest(air, section):
-    """Optical depth (P,) of the longest line through a section (N, P), level somewhere."""
+def _longest(air: SpectralAir, section: Floats) -> Floats:
+    """Optical depth (P,) of the longest line through a cross section (N, P) [m^2 per molecule], level at some point."""
     levels = air.shells.altitude
     rays = trace(air.shells, levels[:-1], np.zeros(levels.size - 1))
-    through = 2 * (by_level(rays.layer, rays.lower, rays.upper, levels.size) @ section)
-    above = np.concatenate([through[1:], np.zeros((1, through.shape[1]))])
-    return np.max(_chords(air) * _either(section) + above, axis=0)
+    both_sides = 2 * (by_level(rays.layer, rays.lower, rays.upper, levels.size) @ section)
+    above = np.concatenate([both_sides[1:], np.zeros((1, both_sides.shape[1]))])
+    longest: Floats = np.max(_chords(air) * _either(section) + above, axis=0)
+    return longest
 
 
-def by_level(layer, lower, upper, count):
-    """Air (M, count) of rays by level, from the layer (M, K) of each segment and what counts with its two levels, (M,
-    K) each.
+def by_level(layer: Integers, lower: Floats, upper: Floats, count: int) -> Floats:
+    """Air (M, count) of rays by level, from the layer (M, K) of each segment and its air by the layer's lower and upper
+    level, (M, K) each.
     """
     air = np.zeros((len(layer), count))
     row = np.arange(len(layer))[:, None]
@@ -178,9 +194,9 @@ def by_level(layer, lower, upper, count):
     return air
 
 
-def table_lines(air, grid):
-    """Air (M, N) of the lines of sight of a table, to the longest range, as `particle_bounds` takes it; of a
-    `path_grid.PathGrid`.
+def table_lines(air: SpectralAir, grid: PathAxes) -> Floats:
+    """Air (M, N) [molecules m^-2] of the lines of sight of a table to the longest range, by level, for
+    `particle_bounds`.
     """
     altitude, elevation = (
         a.ravel() for a in np.meshgrid(grid.altitude_km * 1e3, np.radians(grid.elevation_deg), indexing="ij")
@@ -190,29 +206,32 @@ def table_lines(air, grid):
     return by_level(rays.layer, rays.lower * before, rays.upper * before, air.shells.altitude.size)
 
 
-def _either(values):
+def _either(values: Floats) -> Floats:
     """The larger of a property's (N, ...) values at the two levels of each layer."""
-    return np.maximum(*(values[end] for end in _ENDS))
+    larger: Floats = np.maximum(*(values[end] for end in _ENDS))
+    return larger
 
 
-def _chords(air):
-    """Air on the longest way through each layer, (N-1, 1) molecules m^-2: the ray that is level at its lower level, to
-    both sides.
+def _chords(air: SpectralAir) -> Floats:
+    """Air on the longest path through each layer, (N-1, 1) molecules m^-2: that of the ray which is level at the
+    layer's lower level, to both sides.
     """
     levels = air.shells.altitude
     rays = trace(air.shells, levels[:-1], np.zeros(levels.size - 1))
     inside = rays.layer == np.arange(levels.size - 1)[:, None]
-    return 2 * np.sum((rays.lower + rays.upper) * inside, axis=1)[:, None]
+    chords: Floats = 2 * np.sum((rays.lower + rays.upper) * inside, axis=1)[:, None]
+    return chords
 
 
-def _brightest(source, share, ground=None):
-    """Most that a line gathers from sources (L, P), none by more than its share (L, P) and all by 1; of a ground by
-    what is left.
+def _brightest(source: Floats, share: Floats, ground: float | None = None) -> Floats:
+    """Largest weighted mean (P,) of sources (L, P) with weights of at most their shares (L, P) and a sum of at most 1;
+    a ground may take all of the weight.
     """
     if ground is not None:
         source = np.concatenate([source, np.full((1, source.shape[1]), ground)])
         share = np.concatenate([share, np.ones((1, share.shape[1]))])
     order = np.argsort(-source, axis=0, kind="stable")
     filled = np.minimum(np.cumsum(np.take_along_axis(share, order, axis=0), axis=0), 1.0)
-    taken = np.diff(filled, axis=0, prepend=0.0)
-    return np.sum(taken * np.where(taken > 0, np.take_along_axis(source, order, axis=0), 0.0), axis=0)
+    weight = np.diff(filled, axis=0, prepend=0.0)
+    brightest: Floats = np.sum(weight * np.where(weight > 0, np.take_along_axis(source, order, axis=0), 0.0), axis=0)
+    return brightest

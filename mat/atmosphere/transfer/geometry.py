@@ -14,9 +14,12 @@ Gallery, Kneizys and Clough 1983, AFGL-TR-83-0065 (x = r cos(zenith) as the regu
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError
 
 EARTH_RADIUS = 6371008.8  # m, mean radius (IUGG 1980: Moritz 2000, J. Geod. 74, 128)
@@ -25,15 +28,15 @@ STANDARD_DENSITY = 2.546899e25
 # At q = 1 a horizontal ray follows the ground and no longer leaves a layer (ducting), which is not modelled; standard
 # air has 0.2.
 LARGEST_BENDING = 0.95
-# Where a ray runs level it stays long in one layer; it is cut at these distances (m) from its lowest point too, which
-# keeps the source function inside a segment near to linear.
+# A ray that runs level stays long in one layer; it is cut at these distances (m) from its lowest point too, which keeps
+# the source function inside a segment nearly linear.
 _LEVEL_CUTS = np.array([-96e3, -64e3, -48e3, -32e3, -20e3, -10e3, 10e3, 20e3, 32e3, 48e3, 64e3, 96e3])
 # Gauss nodes per segment for the air in it: exact to 1e-7 for a layer of three scale heights.
 _POINT, _WEIGHT = np.polynomial.legendre.leggauss(4)
 
 
-def refractivity(wavenumber):
-    """n - 1 of dry air at 15 C and 1013.25 hPa, at wavenumbers [cm^-1].
+def refractivity(wavenumber: npt.ArrayLike) -> Floats:
+    """n - 1 of dry air at 15 C and 1013.25 hPa, at wavenumbers [cm^-1], in their shape.
 
     References
     ----------
@@ -41,7 +44,11 @@ def refractivity(wavenumber):
     tends to its limit of 2.726e-4.
     """
     s2 = (np.asarray(wavenumber, dtype=float) * 1e-4) ** 2  # um^-2
-    return (8060.51 + 2480990.0 / (132.274 - s2) + 17455.7 / (39.32957 - s2)) * 1e-8
+    excess: Floats = (8060.51 + 2480990.0 / (132.274 - s2) + 17455.7 / (39.32957 - s2)) * 1e-8
+    return excess
+
+
+Number = TypeVar("Number", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,15 +67,17 @@ class Shells:
         q of each layer.
     """
 
-    altitude: np.ndarray
-    number_density: np.ndarray
-    radius: np.ndarray
-    index: np.ndarray
-    bending: np.ndarray
+    altitude: Floats
+    number_density: Floats
+    radius: Floats
+    index: Floats
+    bending: Floats
 
     @classmethod
-    def of(cls, altitude, number_density, wavenumber):
-        """The layers of air at levels, refracting as at one wavenumber [cm^-1]."""
+    def of(cls, altitude: Floats, number_density: Floats, wavenumber: float) -> Shells:
+        """The layers between levels (N,) of altitude [m] and number density [m^-3], refracting as at one wavenumber
+        [cm^-1].
+        """
         radius = EARTH_RADIUS + altitude
         log_index = np.log1p(refractivity(wavenumber) * number_density / STANDARD_DENSITY)
         log_radius = np.diff(np.log(radius))
@@ -79,9 +88,9 @@ class Shells:
         return cls(altitude, number_density, radius, index, bending)
 
     @property
-    def top(self):
+    def top(self) -> float:
         """Altitude of the highest level, m."""
-        return self.altitude[-1]
+        return float(self.altitude[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,22 +118,22 @@ class Rays:
         It meets the ground.
     """
 
-    distance: np.ndarray
-    altitude: np.ndarray
-    central_angle: np.ndarray
-    direction: np.ndarray
-    layer: np.ndarray
-    lower: np.ndarray
-    upper: np.ndarray
-    end: np.ndarray
-    ground: np.ndarray
+    distance: Floats
+    altitude: Floats
+    central_angle: Floats
+    direction: Floats
+    layer: Integers
+    lower: Floats
+    upper: Floats
+    end: Floats
+    ground: Booleans
 
-    def at(self, row):
-        """One of them, still as an array of lines of sight."""
+    def at(self, row: int) -> Rays:
+        """One of the rays, with M = 1."""
         return Rays(*(getattr(self, name)[row : row + 1] for name in self.__dataclass_fields__))
 
 
-def trace(shells, altitude, elevation, ranges=None):
+def trace(shells: Shells, altitude: Floats, elevation: Floats, ranges: Floats | None = None) -> Rays:
     """Follow lines of sight until they leave the atmosphere or meet the ground.
 
     Parameters
@@ -161,9 +170,9 @@ def trace(shells, altitude, elevation, ranges=None):
     return _measure(shells, portions, distance, portion, altitude, elevation)
 
 
-def bending_to_space(rays):
-    """Angle from each observer's zenith [rad] at which its ray leaves for space, (M,): the geometric one of what is
-    seen.
+def departure_angle(rays: Rays) -> Floats:
+    """Angle (M,) [rad] from each observer's zenith at which its ray leaves the atmosphere: the geometric zenith angle
+    of a distant object that is seen along the ray.
     """
     return rays.direction[:, -1]
 
@@ -176,17 +185,17 @@ class _Portions:
     length per unit of x; distance (M, Q+1) cumulative.
     """
 
-    layer: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    offset: np.ndarray
-    metre: np.ndarray
-    distance: np.ndarray
-    ground: np.ndarray
-    entry_angle: np.ndarray
+    layer: Integers
+    start: Floats
+    end: Floats
+    offset: Floats
+    metre: Floats
+    distance: Floats
+    ground: Booleans
+    entry_angle: Floats
 
 
-def _check(shells, altitude, elevation, ranges):
+def _check(shells: Shells, altitude: Floats, elevation: Floats, ranges: Floats | None) -> None:
     if not np.all(altitude >= shells.altitude[0] - 1e-6):
         raise InputError(
             f"observer altitude {np.min(altitude) / 1e3:g} km is below the ground at {shells.altitude[0] / 1e3:g} km;"
@@ -198,15 +207,16 @@ def _check(shells, altitude, elevation, ranges):
         raise InputError("ranges must be at least 0 and a number")
 
 
-def _portions(shells, altitude, elevation):
+def _portions(shells: Shells, altitude: Floats, elevation: Floats) -> _Portions:
+    """The portions of rays from observers (M,) [m] at elevations (M,) [rad]."""
     q, radius = shells.bending, shells.radius
     count = q.size
     observer = np.maximum(EARTH_RADIUS + altitude, radius[0])[:, None]  # (M, 1)
     outside = observer > radius[-1]
     down = elevation[:, None] < 0
     # An observer exactly on a level looks down into the layer below it and up into the one above.
-    home = np.where(down, np.searchsorted(radius, observer, "left"), np.searchsorted(radius, observer, "right")) - 1
-    home = np.clip(home, 0, count - 1)
+    place = np.where(down, np.searchsorted(radius, observer, "left"), np.searchsorted(radius, observer, "right")) - 1
+    home = np.clip(place, 0, count - 1)
     stretch = (observer / radius[home]) ** (1 - q[home])  # rho of the observer in its layer
     invariant = np.where(outside, observer, shells.index[home] * radius[home] * stretch) * np.cos(elevation)[:, None]
 
@@ -248,8 +258,12 @@ def _portions(shells, altitude, elevation):
     )
 
 
-def _entry(observer, top, invariant, elevation, comes_down):
-    """Distance [m] and central angle [rad] from an observer in space to the top of the atmosphere; 0 for all others."""
+def _entry(
+    observer: Floats, top: float, invariant: Floats, elevation: Floats, comes_down: Booleans
+) -> tuple[Floats, Floats]:
+    """Distance [m] and central angle [rad], (M,) each, from an observer in space to the top of the atmosphere; 0 for
+    all others.
+    """
     enters = comes_down & (invariant < top)
     depth = np.sqrt(np.where(enters, (top - invariant) * (top + invariant), 0.0))
     height = observer * np.sin(-elevation)
@@ -258,7 +272,7 @@ def _entry(observer, top, invariant, elevation, comes_down):
     return distance, angle
 
 
-def _insert(boundaries, ranges):
+def _insert(boundaries: Floats, ranges: Floats) -> tuple[Floats, Integers]:
     """Merge ranges among the portion boundaries: segment ends (M, K+1), and the portion of each segment (M, K)."""
     merged = np.concatenate([boundaries, np.maximum(ranges, boundaries[:, :1])], axis=1)
     # A stable sort puts a boundary before a range at the same distance: the segment after both is in the later portion.
@@ -268,10 +282,12 @@ def _insert(boundaries, ranges):
     return distance, np.clip(passed[:, :-1] - 1, 0, boundaries.shape[1] - 2)
 
 
-def _measure(shells, portions, distance, portion, altitude, elevation):
-    """Altitudes, angles and air of the segments."""
+def _measure(
+    shells: Shells, portions: _Portions, distance: Floats, portion: Integers, altitude: Floats, elevation: Floats
+) -> Rays:
+    """Altitudes, angles and air of the segments between distances (M, K+1) [m] in portions (M, K)."""
 
-    def take(values):
+    def take(values: npt.NDArray[Number]) -> npt.NDArray[Number]:
         return np.take_along_axis(values, portion, axis=1)
 
     layer, start, end = take(portions.layer), take(portions.start), take(portions.end)
@@ -304,13 +320,18 @@ def _measure(shells, portions, distance, portion, altitude, elevation):
     )
 
 
-def _altitude(shells, layer, x, offset):
-    """Altitude [m] of a position on the straight line of a layer."""
+def _altitude(shells: Shells, layer: Integers, x: Floats, offset: Floats) -> Floats:
+    """Altitude [m] of a position on the straight line of a layer; all of one shape."""
     rho = np.hypot(x, offset)
-    return shells.altitude[layer] + shells.radius[layer] * np.expm1(np.log(rho) / (1 - shells.bending[layer]))
+    altitude: Floats = shells.altitude[layer] + shells.radius[layer] * np.expm1(
+        np.log(rho) / (1 - shells.bending[layer])
+    )
+    return altitude
 
 
-def _air(shells, layer, first, last, offset, metre):
+def _air(
+    shells: Shells, layer: Integers, first: Floats, last: Floats, offset: Floats, metre: Floats
+) -> tuple[Floats, Floats]:
     """Air of segments [molecules m^-2], shared between the lower and the upper level of their layer."""
     depth = np.diff(shells.altitude)[layer]
     log_ratio = np.diff(np.log(shells.number_density))[layer]
@@ -325,13 +346,13 @@ def _air(shells, layer, first, last, offset, metre):
     return lower, upper
 
 
-def _hold(values):
+def _hold(values: Floats) -> Floats:
     """Replace each NaN of a row by the last number before it."""
     index = np.where(np.isnan(values), 0, np.arange(values.shape[1]))
     return np.take_along_axis(values, np.maximum.accumulate(index, axis=1), axis=1)
 
 
-def source_cosine(rays, elevation, azimuth):
+def source_cosine(rays: Rays, elevation: Floats, azimuth: Floats) -> Floats:
     """Cosine of a source's zenith angle at the segment ends.
 
     Parameters
@@ -345,10 +366,14 @@ def source_cosine(rays, elevation, azimuth):
     (M, K+1, S) array
     """
     angle = rays.central_angle[..., None]
-    return np.sin(elevation) * np.cos(angle) + np.cos(elevation) * np.cos(azimuth) * np.sin(angle)
+    cosine: Floats = np.sin(elevation) * np.cos(angle) + np.cos(elevation) * np.cos(azimuth) * np.sin(angle)
+    return cosine
 
 
-def scattering_cosine(rays, elevation, azimuth):
-    """Cosine of the angle that a source's light is deflected by, (M, K+1, S); arguments as `source_cosine`."""
+def scattering_cosine(rays: Rays, elevation: Floats, azimuth: Floats) -> Floats:
+    """Cosine of the scattering angle of a source's light at the segment ends, (M, K+1, S); arguments as
+    `source_cosine`.
+    """
     direction = rays.direction[..., None]
-    return np.sin(elevation) * np.cos(direction) + np.cos(elevation) * np.cos(azimuth) * np.sin(direction)
+    cosine: Floats = np.sin(elevation) * np.cos(direction) + np.cos(elevation) * np.cos(azimuth) * np.sin(direction)
+    return cosine

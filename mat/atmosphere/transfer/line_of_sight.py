@@ -1,13 +1,16 @@
-"""A line of sight through the air, with what is known at the ends of its ranges."""
+"""A line of sight through the air and its optical depth at the ends of its ranges."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer import segments as transfer
-from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Rays
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Rays, trace
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
 # A range to the ground within this relative difference of the computed one ends on it, not below.
 _ROUNDING = 1e-9
@@ -21,14 +24,14 @@ class LineOfSight:
     ----------
     elevation : float
         At the observer, rad.
-    segments : transfer.Segments
+    segments : Segments
     ends : geometry.Rays
         Of the segments, as one ray.
-    segment_depths : transfer.Depths
+    segment_depths : Depths
     depth : (R, P) array
         Optical depth to each range.
     length, beyond : (R,) arrays
-        What of each range lies before the ground and behind it, m.
+        The parts of each range before the ground and behind it, m.
     node : (R,) int array
         Segment end at each range.
     surface_altitude : (R,) array
@@ -36,41 +39,43 @@ class LineOfSight:
     valid : (R,) bool array
         False where the range would pass through the ground.
     local_altitude, local_layer, local_share, local_extinction
-        Of the air at the observer, or of the highest air below him: altitude [m], number of the layer, share of the
-        layer below it, extinction (P,) [m^-1].
+        Of the air at the observer, or of the highest air below an observer in space: altitude [m], number of the layer,
+        fraction of the layer below that altitude, extinction (P,) [m^-1].
     """
 
     elevation: float
-    segments: transfer.Segments
+    segments: Segments
     ends: Rays
-    segment_depths: transfer.Depths
-    depth: np.ndarray
-    length: np.ndarray
-    beyond: np.ndarray
-    node: np.ndarray
-    surface_altitude: np.ndarray
-    valid: np.ndarray
+    segment_depths: Depths
+    depth: Reals
+    length: Floats
+    beyond: Floats
+    node: Integers
+    surface_altitude: Floats
+    valid: Booleans
     local_altitude: float
     local_layer: int
     local_share: float
-    local_extinction: np.ndarray
+    local_extinction: Floats
 
     @classmethod
-    def of(cls, air, rays, row, altitude, elevation, ranges) -> LineOfSight:
-        """From one ray of `geometry.trace`.
+    def of(
+        cls, air: SpectralAir, rays: Rays, row: int, altitude: float, elevation: float, ranges: Floats
+    ) -> LineOfSight:
+        """The line of sight along one ray of `geometry.trace`.
 
         Parameters
         ----------
-        air : air.SpectralAir
-        rays : geometry.Rays
+        air : SpectralAir
+        rays : Rays
         row : int
         altitude, elevation : float
             Of observer and line there, m and rad.
         ranges : (R,) array
             Increasing, m; among those the ray was traced with.
         """
-        segments = transfer.Segments.of(rays, row)
-        depths = transfer.Depths(segments.column(air.optics.extinction))
+        segments = Segments.of(rays, row)
+        depths = Depths(segments.column(air.optics.extinction))
         end, ground = rays.end[row], bool(rays.ground[row])
         length = np.minimum(ranges, end) if ground else ranges
         valid = ranges <= end * (1 + _ROUNDING) if ground else np.ones(ranges.shape, dtype=bool)
@@ -88,7 +93,7 @@ class LineOfSight:
             segments,
             _ends(rays, row, segments),
             depths,
-            depths.before[node],
+            depths.cumulative[node],
             length,
             ranges - length,
             node,
@@ -100,20 +105,21 @@ class LineOfSight:
             density * section,
         )
 
-    def depth_behind(self, air) -> np.ndarray:
-        """Optical depth (R, P) of what of each range is behind the ground, as if the air of the ground went on."""
-        return self.beyond[:, None] * (air.shells.number_density[0] * air.optics.extinction[0])
+    def depth_behind(self, air: SpectralAir) -> Floats:
+        """Optical depth (R, P) of the part of each range behind the ground, through air as at the ground."""
+        depth: Floats = self.beyond[:, None] * (air.shells.number_density[0] * air.optics.extinction[0])
+        return depth
 
 
-def _ends(rays, row, segments):
-    """The segment ends of one ray, in the shape that `geometry` takes."""
+def _ends(rays: Rays, row: int, segments: Segments) -> Rays:
+    """The ends of the segments of one ray as `Rays` without segments."""
     none = np.zeros((1, 0))
     return Rays(
         segments.distance[None],
         segments.altitude[None],
         segments.central_angle[None],
         segments.direction[None],
-        none,
+        none.astype(int),
         none,
         none,
         rays.end[row : row + 1],
@@ -121,13 +127,14 @@ def _ends(rays, row, segments):
     )
 
 
-def _end_altitude(segments, node, length, altitude, elevation):
+def _end_altitude(segments: Segments, node: Integers, length: Floats, altitude: float, elevation: float) -> Floats:
     """Altitude [m] of the end of each range, (R,), in space too."""
 
-    def straight(start, sine, distance):
+    def straight(start: float, sine: float, distance: Floats) -> Floats:
         radius = EARTH_RADIUS + start
         gain = distance**2 + 2 * radius * distance * sine
-        return start + gain / (radius + np.sqrt(radius**2 + gain))
+        altitude: Floats = start + gain / (radius + np.sqrt(radius**2 + gain))
+        return altitude
 
     first, last = segments.distance[0], segments.distance[-1]
     if not segments.index.size:
@@ -135,4 +142,26 @@ def _end_altitude(segments, node, length, altitude, elevation):
     leaving = np.cos(segments.direction[-1] - segments.central_angle[-1])
     beyond = straight(segments.altitude[-1], leaving, np.maximum(length - last, 0.0))
     before = straight(altitude, np.sin(elevation), np.minimum(length, first))
-    return np.select([length < first, length > last], [before, beyond], segments.altitude[node])
+    end: Floats = np.select([length < first, length > last], [before, beyond], segments.altitude[node])
+    return end
+
+
+def lines_of_sight(air: SpectralAir, ranges: Floats, altitude: Floats, elevation: Floats) -> Iterator[LineOfSight]:
+    """The lines of sight from n observers, one after the other.
+
+    Parameters
+    ----------
+    air : SpectralAir
+    ranges : (n, R) array
+        Increasing along each line, m.
+    altitude, elevation : (n,) arrays
+        Of the observers above sea level, m; of the lines there, rad.
+
+    Raises
+    ------
+    InputError
+        As `geometry.trace`.
+    """
+    rays = trace(air.shells, altitude, elevation, ranges)
+    for row in range(altitude.size):
+        yield LineOfSight.of(air, rays, row, altitude[row], elevation[row], ranges[row])

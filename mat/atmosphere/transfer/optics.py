@@ -1,16 +1,21 @@
 """Optical properties of air at the levels of a state: gases, continua, molecular scattering, particles, emission.
 
-Everything is per molecule of air [m^2], the measure in which `geometry` counts a path.
+Cross sections are per molecule of air [m^2]; `geometry` counts paths in molecules of air per m^2.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
+from skyshine.mat.atmosphere.gases.absorption import SpectralPoints
+from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import STANDARD_DENSITY, refractivity
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
+from skyshine.schemas.arrays import Floats
 
 # Gases whose two-sided king factors make up that of air (Bodhaine et al. 1999, equations 5, 6 and 23), percent by
 # volume.
@@ -23,19 +28,19 @@ _PHASE_WAVELENGTH_RATIO = 1.25
 PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
 
 
-def _moment_weights(angle, count):
-    """Weights (count, A) of values at angles (A,) [rad] in the Legendre moments of a function linear between them; of
-    its mean first.
+def _moment_weights(angle: Floats, count: int) -> Floats:
+    """Weights (count, A) of values at angles (A,) [rad] in the Legendre moments of a function linear between them; the
+    first row gives its mean.
     """
     point, weight = np.polynomial.legendre.leggauss(4)
     part, width = 0.5 * (point + 1), np.diff(angle)[:, None]
-    where = angle[:-1, None] + part * width
+    node = angle[:-1, None] + part * width
     share = (
         0.25
         * weight
         * width
-        * np.sin(where)
-        * np.moveaxis(np.polynomial.legendre.legvander(np.cos(where), count - 1), -1, 0)
+        * np.sin(node)
+        * np.moveaxis(np.polynomial.legendre.legvander(np.cos(node), count - 1), -1, 0)
     )
     result = np.zeros((count, angle.size))
     result[:, :-1] += np.sum(share * (1 - part), axis=-1)
@@ -53,7 +58,7 @@ class SpectralOptics:
     Attributes
     ----------
     wavenumber : (P,) array
-        cm^-1, middle of each point's interval: what varies slowly is taken there.
+        cm^-1, middle of each point's interval: properties that vary slowly are taken there.
     absorption : dict of (N, P) arrays
         By gas, "H2O_continuum" apart.
     rayleigh : (N, P) array
@@ -73,20 +78,20 @@ class SpectralOptics:
         Sum of everything.
     """
 
-    wavenumber: np.ndarray
-    absorption: dict[str, np.ndarray]
-    rayleigh: np.ndarray
-    rayleigh_anisotropy: np.ndarray
-    aerosol_extinction: np.ndarray
-    aerosol_scattering: np.ndarray
-    asymmetry: np.ndarray
-    phase: np.ndarray
-    phase_share: np.ndarray
-    emission: np.ndarray
-    extinction: np.ndarray
+    wavenumber: Floats
+    absorption: dict[str, Floats]
+    rayleigh: Floats
+    rayleigh_anisotropy: Floats
+    aerosol_extinction: Floats
+    aerosol_scattering: Floats
+    asymmetry: Floats
+    phase: Floats
+    phase_share: Floats
+    emission: Floats
+    extinction: Floats
 
-    def at(self, points) -> SpectralOptics:
-        """Those of a slice of the points."""
+    def at(self, points: slice) -> SpectralOptics:
+        """The optical properties at a slice of the points."""
         names = (
             "rayleigh",
             "aerosol_extinction",
@@ -105,7 +110,9 @@ class SpectralOptics:
         )
 
 
-def spectral_optics(state, points, gases=None):
+def spectral_optics(
+    state: AtmosphericState, points: SpectralPoints, gases: Sequence[str] | None = None
+) -> SpectralOptics:
     """Optical properties of a state at spectral points.
 
     Parameters
@@ -124,7 +131,8 @@ def spectral_optics(state, points, gases=None):
     co2_percent = 100.0 * state.mole_fraction["CO2"][0]
     section, anisotropy = rayleigh_scattering(wavenumber, co2_percent)
     rayleigh = np.broadcast_to(section, (state.altitude.size, wavenumber.size))
-    aerosol_extinction, aerosol_scattering, asymmetry, phase, share = _aerosol(state, wavenumber)
+    aerosol_extinction, aerosol_scattering, asymmetry = _particles(state, wavenumber)
+    phase, phase_share = _mixed_phase(state, wavenumber)
     return SpectralOptics(
         wavenumber=wavenumber,
         absorption=absorption,
@@ -134,13 +142,15 @@ def spectral_optics(state, points, gases=None):
         aerosol_scattering=aerosol_scattering,
         asymmetry=asymmetry,
         phase=phase,
-        phase_share=share,
+        phase_share=phase_share,
         emission=planck_wavenumber(wavenumber, state.temperature[:, None]),
         extinction=rayleigh + aerosol_extinction + sum(absorption.values()),
     )
 
 
-def gas_absorption(state, points, gases=None):
+def gas_absorption(
+    state: AtmosphericState, points: SpectralPoints, gases: Sequence[str] | None = None
+) -> dict[str, Floats]:
     """Absorption by gas, dict of (N, P) m^2 per molecule of air; arguments as `spectral_optics`."""
     sections = points.cross_sections(state.pressure, state.temperature, state.mole_fraction["H2O"], gases=gases)
     absorption = {}
@@ -151,7 +161,7 @@ def gas_absorption(state, points, gases=None):
     return absorption
 
 
-def rayleigh_scattering(wavenumber, co2_percent):
+def rayleigh_scattering(wavenumber: Floats, co2_percent: float) -> tuple[Floats, Floats]:
     """Scattering by air molecules.
 
     Parameters
@@ -187,68 +197,92 @@ def rayleigh_scattering(wavenumber, co2_percent):
     return section, depolarisation / (2 - depolarisation)
 
 
-def rayleigh_phase(cosine, anisotropy):
-    """Molecular phase function, mean over the sphere 1 (Bodhaine et al. 1999, equation 10); broadcasts."""
-    return 0.75 / (1 + 2 * anisotropy) * ((1 + 3 * anisotropy) + (1 - anisotropy) * cosine**2)
+def rayleigh_phase(cosine: Floats, anisotropy: npt.ArrayLike) -> Floats:
+    """Molecular phase function, mean over the sphere 1.
 
+    Parameters
+    ----------
+    cosine : array
+        Of the scattering angle.
+    anisotropy : array_like
+        gamma of `rayleigh_scattering`; the two broadcast against each other.
 
-def _aerosol(state, wavenumber):
-    """Extinction, scattering and asymmetry (N, P), phase function (A, N, C) of the mixture at each level, weights (C,
-    P).
+    References
+    ----------
+    Bodhaine et al. 1999, J. Atmos. Oceanic Technol. 16, 1854, equation 10.
     """
+    anisotropy = np.asarray(anisotropy)
+    phase: Floats = 0.75 / (1 + 2 * anisotropy) * ((1 + 3 * anisotropy) + (1 - anisotropy) * cosine**2)
+    return phase
+
+
+def _particles(state: AtmosphericState, wavenumber: Floats) -> tuple[Floats, Floats, Floats]:
+    """Extinction and scattering by all particles [m^2 per molecule of air] and their mean asymmetry, (N, P) each."""
     shape = (state.altitude.size, wavenumber.size)
     extinction, scattering, forward = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    for component in state.particles:
+        component_extinction, component_scattering, component_asymmetry = particle_sections(
+            state, component, wavenumber
+        )
+        extinction += component_extinction
+        scattering += component_scattering
+        forward += component_scattering * component_asymmetry
+    return extinction, scattering, np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
+
+
+def _mixed_phase(state: AtmosphericState, wavenumber: Floats) -> tuple[Floats, Floats]:
+    """Phase function (A, N, C) of the mixture of particles at each level, weights (C, P) of its wavelengths."""
     nodes, share = _phase_wavelengths(wavenumber)
     phase = np.zeros((PHASE_ANGLES.size, state.altitude.size, nodes.size))
     total = np.zeros((state.altitude.size, nodes.size))
     for component in state.particles:
-        dims, part, asymmetry = sections(state, component, wavenumber)
-        extinction += dims
-        scattering += part
-        forward += part * asymmetry
-        _, part, _ = sections(state, component, nodes)
-        phase += part * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
-        total += part
+        _, scattering, _ = particle_sections(state, component, nodes)
+        phase += scattering * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
+        total += scattering
     phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
     # Layers are linear between levels: at the edge of a cloud the level without particles must not add a phase function
-    # of its own.
+    # of its own, and takes that of the nearest level with particles.
     filled = np.flatnonzero(np.all(total > 0, axis=1))
     if filled.size:
-        phase = phase[:, filled[np.argmin(np.abs(np.arange(shape[0])[:, None] - filled), axis=1)]]
-    asymmetry = np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
-    return extinction, scattering, asymmetry, phase, share
+        phase = phase[:, filled[np.argmin(np.abs(np.arange(total.shape[0])[:, None] - filled), axis=1)]]
+    return phase, share
 
 
-def sections(state, component, wavenumber):
-    """Extinction and scattering by one kind of particle, m^2 per molecule of air, and asymmetry; (N, P) each."""
+def particle_sections(
+    state: AtmosphericState, component: AerosolComponent, wavenumber: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Extinction and scattering by one kind of particle [m^2 per molecule of air] and asymmetry, (N, P) each, at
+    wavenumbers (P,) [cm^-1].
+    """
     amount = (component.extinction_550 / state.number_density)[:, None]
     optics = component.model.optics(wavenumber, state.relative_humidity)
     return amount * optics.extinction, amount * optics.extinction * optics.single_scattering_albedo, optics.asymmetry
 
 
-def normalised(phase):
-    """Phase functions (A, ...) at `PHASE_ANGLES` with mean 1 over the sphere as they are used, linear between the
-    angles.
+def normalised(phase: Floats) -> Floats:
+    """Phase functions (A, ...) at `PHASE_ANGLES`, linear between the angles, scaled to a mean of 1 over the sphere.
 
-    Forward peaks narrower than the angles are the cause where it is not 1: the value at 0 carries the correction as far
-    as it stays the largest, so that all others keep theirs.
+    A mean other than 1 comes from forward peaks narrower than the step of the angles. The value at 0 therefore takes
+    the correction, as long as it stays the largest; all other values are kept.
     """
     phase = np.array(phase, dtype=float)
     missing = 1 - np.tensordot(_SPHERE, phase, axes=1)
     phase[0] = np.maximum(phase[0] + missing / _SPHERE[0], np.minimum(phase[0], phase[1]))
-    return phase / np.tensordot(_SPHERE, phase, axes=1)
+    scaled: Floats = phase / np.tensordot(_SPHERE, phase, axes=1)
+    return scaled
 
 
-def phase_moments(phase, count):
+def phase_moments(phase: Floats, count: int) -> Floats:
     """Legendre moments (count, ...) of phase functions (A, ...) at `PHASE_ANGLES`, linear between the angles; the first
     is 1.
     """
     moments = np.tensordot(_moment_weights(PHASE_ANGLES, count), phase, axes=1)
-    return moments / moments[0]
+    scaled: Floats = moments / moments[0]
+    return scaled
 
 
-def _phase_wavelengths(wavenumber):
-    """Wavenumbers (C,) at which phase functions stand, and linear weights (C, P) in wavelength."""
+def _phase_wavelengths(wavenumber: Floats) -> tuple[Floats, Floats]:
+    """Wavenumbers (C,) [cm^-1] of the phase functions, and their weights (C, P), linear in wavelength."""
     wavelength = 1e4 / wavenumber
     low, high = wavelength.min(), wavelength.max()
     count = 1 + int(np.ceil(np.log(high / low) / np.log(_PHASE_WAVELENGTH_RATIO) - 1e-9))

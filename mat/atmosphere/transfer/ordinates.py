@@ -14,11 +14,14 @@ Nakajima and Tanaka 1986, J. Quant. Spectrosc. Radiat. Transfer 35, 13 (symmetri
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import lpmv
 
 from skyshine.mat.atmosphere.transfer.segments import mean_attenuation, source_weights
+from skyshine.schemas.arrays import Booleans, Floats, Reals
 
 # Nodes of each hemisphere; as many moments of the phase function as there are nodes in both.
 NODES = 4
@@ -30,13 +33,15 @@ _NODE, _WEIGHT = (
     0.5 * np.polynomial.legendre.leggauss(NODES)[1],
 )
 _UNIT = np.sqrt(_WEIGHT * _NODE)
-# As in `multiple`: pure scattering has no decay, which the closed form of a layer divides by.
+# As in `two_stream_light`: without absorption an eigenvalue is 0, by which the closed form of a layer divides.
 _LARGEST_ALBEDO = 1 - 1e-12
 _SMALLEST_SQUARE = 1e-14
 
 
-def legendre(cosine):
-    """Associated Legendre functions with unit norm factor, sqrt((l - m)! / (l + m)!) P_l^m, (AZIMUTHAL, MOMENTS, X)."""
+def legendre(cosine: npt.ArrayLike) -> Floats:
+    """Associated Legendre functions with unit norm factor, sqrt((l - m)! / (l + m)!) P_l^m, (AZIMUTHAL, MOMENTS, X) at
+    cosines (X,).
+    """
     cosine = np.asarray(cosine, dtype=float)
     result = np.zeros((AZIMUTHAL, MOMENTS, cosine.size))
     for m in range(AZIMUTHAL):
@@ -46,12 +51,12 @@ def legendre(cosine):
 
 
 _AT_NODES = legendre(_NODE)
-# Whether a moment is the same up and down.
+# Whether an associated Legendre function is even in the cosine: l + m even.
 _EVEN = (np.add.outer(np.arange(AZIMUTHAL), np.arange(MOMENTS)) % 2 == 0)[..., None]
 _FACTOR = 2 * np.arange(MOMENTS) + 1
 
 
-def radiances(depth, scattering, beam, sine, albedo):
+def radiances(depth: Floats, scattering: Floats, beam: Floats, sine: Floats, albedo: float) -> tuple[Floats, Floats]:
     """Diffuse radiances at the levels under a source of unit irradiance, none entering from above.
 
     Parameters
@@ -59,7 +64,7 @@ def radiances(depth, scattering, beam, sine, albedo):
     depth : (N-1, P) array
         Optical depth of the layers, from the ground up.
     scattering : (N-1, P, MOMENTS) array
-        That of scattering times the Legendre moments of the phase function, the first of which is 1.
+        Optical depth of scattering times the Legendre moments of the phase function, the first of which is 1.
     beam : (N, P, U) array
         Optical depth from the source to each level.
     sine : (U,) array
@@ -79,83 +84,135 @@ def radiances(depth, scattering, beam, sine, albedo):
     below[0, :, 0] = 2 * albedo * np.outer(_UNIT, _UNIT)
     source[0] = 0.0
     source[0, :, 0] = albedo / np.pi * _UNIT[:, None] * (np.maximum(sine, 0.0) * np.exp(-beam[0]))[:, None]
-    one = np.eye(NODES)
+    identity = np.eye(NODES)
     for k in range(count):
-        bounce = np.swapaxes(
-            np.linalg.solve(np.swapaxes(one - below[k] @ reflection[k], -1, -2), np.swapaxes(transmission[k], -1, -2)),
-            -1,
-            -2,
-        )
+        closed = np.swapaxes(identity - below[k] @ reflection[k], -1, -2)
+        bounce = np.swapaxes(np.linalg.solve(closed, np.swapaxes(transmission[k], -1, -2)), -1, -2)
         below[k + 1] = reflection[k] + bounce @ below[k] @ transmission[k]
         source[k + 1] = upward[k] + bounce @ (source[k] + below[k] @ downward[k])
     falling = np.zeros(shape)
     for k in range(count - 1, -1, -1):
         arriving = transmission[k] @ falling[k + 1] + downward[k] + reflection[k] @ source[k]
-        falling[k] = np.linalg.solve(one - reflection[k] @ below[k], arriving)
+        falling[k] = np.linalg.solve(identity - reflection[k] @ below[k], arriving)
     return (source + below @ falling) / _UNIT[:, None], falling / _UNIT[:, None]
 
 
-def _layers(depth, scattering, beam, sine):
-    """Reflection and transmission (N-1, P, M, n, n) of the layers, what each sends up and down of the beam (N-1, P, M,
-    n, U).
-    """
-    some = depth > 0
-    share = scattering / np.where(some, depth, 1.0)[..., None]
-    share = share * np.minimum(_LARGEST_ALBEDO / np.maximum(share[..., :1], _LARGEST_ALBEDO), 1.0)
-    weighted = share[..., None, :] * _FACTOR  # (N-1, P, 1, L)
-    even, odd = (_half_operator(weighted, kind) for kind in (_EVEN, ~_EVEN))
-    lower = np.linalg.cholesky(odd)
-    upper = np.swapaxes(lower, -1, -2)
-    square, mode = np.linalg.eigh(upper @ even @ lower)
-    decay = np.sqrt(np.maximum(square, _SMALLEST_SQUARE))[..., None, :]  # (N-1, P, M, 1, n)
-    total, net = lower @ mode, np.linalg.solve(upper, mode)  # of a mode: sum and difference of rising and falling light
-    vertical = decay * depth[..., None, None, None]
-    left = np.exp(-vertical)
-    gone = -np.expm1(-vertical)
-    a, b = total * (1 + left), net * (decay * gone)
-    symmetric = (a - b) @ np.linalg.inv(a + b)
-    a, b = total * (gone / decay), net * (1 + left)
-    contrary = (a - b) @ np.linalg.inv(a + b)
-    reflection, transmission = 0.5 * (symmetric + contrary), 0.5 * (symmetric - contrary)
+@dataclass(frozen=True, eq=False)
+class _Eigenmodes:
+    """Solutions of the homogeneous equations of N-1 layers at P points, M azimuthal moments and n nodes.
 
-    from_source = legendre(-sine)  # (M, L, U)
-    twice = np.where(np.arange(AZIMUTHAL) == 0, 1.0, 2.0)[:, None, None] / (4 * np.pi)
-    scale = -2 * np.sqrt(_WEIGHT / _NODE)[:, None] * twice  # (M, n, 1)
-    both = [scale * _scattered(weighted, np.where(kind, _AT_NODES, 0.0), from_source) for kind in (~_EVEN, _EVEN)]
-    turned = np.swapaxes(mode, -1, -2)
-    first = turned @ np.linalg.solve(lower, both[0])
-    second = turned @ (upper @ both[1])
-    decay, vertical = (np.swapaxes(part, -1, -2) for part in (decay, vertical))
-    fall = np.maximum(beam[:-1] - beam[1:], 0.0)[:, :, None, None]
-    lit = np.exp(-beam[1:])[:, :, None, None] * depth[..., None, None, None]
-    zero, wide = np.zeros_like(vertical + fall), vertical + fall
-    grown = -(decay * first + second) * mean_attenuation(zero, wide) * lit  # at the top
-    faded = (
-        (decay * first - second)
-        * mean_attenuation(np.broadcast_to(vertical, wide.shape), np.broadcast_to(fall, wide.shape))
-        * lit
-    )
-    top = total @ (grown / decay), net @ grown
-    bottom = total @ (faded / decay), -(net @ faded)
-    rises, falls = ([0.25 * (s + sign * d) for s, d in (top, bottom)] for sign in (1, -1))
-    upward = rises[0] - reflection @ falls[0] - transmission @ rises[1]
-    downward = falls[1] - reflection @ rises[1] - transmission @ falls[0]
+    Attributes
+    ----------
+    k : (N-1, P, M, 1, n) array
+        Eigenvalues: the modes fall with exp(-k tau).
+    k_tau : (N-1, P, M, 1, n) array
+        k times the optical depth of the layer.
+    lower, upper : (N-1, P, M, n, n) arrays
+        Cholesky factor of the operator of the difference, and its transpose.
+    mode : (N-1, P, M, n, n) array
+        Eigenvectors of the symmetric product of both operators.
+    total, net : (N-1, P, M, n, n) arrays
+        Sum and difference of the rising and falling radiances of each mode.
+    """
+
+    k: Floats
+    k_tau: Floats
+    lower: Reals
+    upper: Reals
+    mode: Floats
+    total: Floats
+    net: Floats
+
+    @classmethod
+    def of(cls, depth: Floats, weighted: Floats) -> _Eigenmodes:
+        """The modes of layers of optical depths (N-1, P), with the single-scattering albedo times 2 l + 1 times the
+        moments of the phase function (N-1, P, 1, L).
+        """
+        even, odd = (_half_operator(weighted, parity) for parity in (_EVEN, ~_EVEN))
+        lower = np.linalg.cholesky(odd)
+        upper = np.swapaxes(lower, -1, -2)
+        square, mode = np.linalg.eigh(upper @ even @ lower)
+        k = np.sqrt(np.maximum(square, _SMALLEST_SQUARE))[..., None, :]
+        net: Floats = np.linalg.solve(upper, mode)
+        return cls(k, k * depth[..., None, None, None], lower, upper, mode, lower @ mode, net)
+
+    def reflection_and_transmission(self) -> tuple[Floats, Floats]:
+        """Operators (N-1, P, M, n, n) of the layers, from the solutions that are even and odd about their middle."""
+        transmitted = np.exp(-self.k_tau)
+        absorbed = -np.expm1(-self.k_tau)
+        a, b = self.total * (1 + transmitted), self.net * (self.k * absorbed)
+        even = (a - b) @ np.linalg.inv(a + b)
+        a, b = self.total * (absorbed / self.k), self.net * (1 + transmitted)
+        odd = (a - b) @ np.linalg.inv(a + b)
+        return 0.5 * (even + odd), 0.5 * (even - odd)
+
+
+def _layers(depth: Floats, scattering: Floats, beam: Floats, sine: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Reflection and transmission (N-1, P, M, n, n) of the layers, and the scattered light of the beam that each
+    sends up and down (N-1, P, M, n, U).
+    """
+    opaque = depth > 0
+    albedo = scattering / np.where(opaque, depth, 1.0)[..., None]
+    albedo = albedo * np.minimum(_LARGEST_ALBEDO / np.maximum(albedo[..., :1], _LARGEST_ALBEDO), 1.0)
+    weighted = albedo[..., None, :] * _FACTOR  # (N-1, P, 1, L)
+    modes = _Eigenmodes.of(depth, weighted)
+    reflection, transmission = modes.reflection_and_transmission()
+    (rise_top, rise_bottom), (fall_top, fall_bottom) = _scattered_beam(modes, depth, weighted, beam, sine)
+    upward = rise_top - reflection @ fall_top - transmission @ rise_bottom
+    downward = fall_bottom - reflection @ rise_bottom - transmission @ fall_top
     return reflection, transmission, upward, downward
 
 
-def _half_operator(weighted, kind):
-    """1 / cosine less what is scattered into the node, for the sum or the difference of rising and falling light."""
-    part = np.where(kind, _AT_NODES, 0.0) * np.sqrt(_WEIGHT / _NODE)  # (M, L, n)
-    return np.diag(1 / _NODE) - np.swapaxes(part, -1, -2) @ (weighted[..., None] * part)
+def _scattered_beam(
+    modes: _Eigenmodes, depth: Floats, weighted: Floats, beam: Floats, sine: Floats
+) -> tuple[list[Floats], list[Floats]]:
+    """A particular solution under the beam: rising and falling radiances (N-1, P, M, n, U) at top and bottom of each
+    layer.
+    """
+    from_source = legendre(-sine)  # (M, L, U)
+    twice = np.where(np.arange(AZIMUTHAL) == 0, 1.0, 2.0)[:, None, None] / (4 * np.pi)
+    scale = -2 * np.sqrt(_WEIGHT / _NODE)[:, None] * twice  # (M, n, 1)
+    odd, even = (scale * _phase(weighted, np.where(parity, _AT_NODES, 0.0), from_source) for parity in (~_EVEN, _EVEN))
+    to_modes = np.swapaxes(modes.mode, -1, -2)
+    first = to_modes @ np.linalg.solve(modes.lower, odd)
+    second = to_modes @ (modes.upper @ even)
+    k, k_tau = (np.swapaxes(part, -1, -2) for part in (modes.k, modes.k_tau))
+    fall = np.maximum(beam[:-1] - beam[1:], 0.0)[:, :, None, None]
+    entering = np.exp(-beam[1:])[:, :, None, None] * depth[..., None, None, None]
+    joint_depth = k_tau + fall
+    at_top = -(k * first + second) * mean_attenuation(np.zeros_like(joint_depth), joint_depth) * entering
+    at_bottom = (
+        (k * first - second)
+        * mean_attenuation(np.broadcast_to(k_tau, joint_depth.shape), np.broadcast_to(fall, joint_depth.shape))
+        * entering
+    )
+    sums = modes.total @ (at_top / k), modes.total @ (at_bottom / k)
+    differences = modes.net @ at_top, -(modes.net @ at_bottom)
+    rising, falling = (
+        [0.25 * (total + sign * net) for total, net in zip(sums, differences, strict=True)] for sign in (1, -1)
+    )
+    return rising, falling
 
 
-def _scattered(weighted, here, there):
-    """Phase function by moments from directions to directions: (N-1, P, M, n, U)."""
-    return np.swapaxes(here, -1, -2) @ (weighted[..., None] * there)
+def _half_operator(weighted: Floats, parity: Booleans) -> Floats:
+    """Extinction less scattering from node to node (N-1, P, M, n, n), for the sum or the difference of rising and
+    falling radiances: alpha +- beta in Stamnes et al. 1988, in symmetric form.
+    """
+    part = np.where(parity, _AT_NODES, 0.0) * np.sqrt(_WEIGHT / _NODE)  # (M, L, n)
+    operator: Floats = np.diag(1 / _NODE) - np.swapaxes(part, -1, -2) @ (weighted[..., None] * part)
+    return operator
 
 
-def scattered_into(scattering, rising, falling, cosine):
-    """What radiances scatter into directions, per length in which `scattering` counts.
+def _phase(weighted: Floats, outgoing: Floats, incoming: Floats) -> Floats:
+    """Phase function (N-1, P, M, n, U) times the single-scattering albedo, from the Legendre functions (M, L, n) of the
+    outgoing and (M, L, U) of the incoming directions.
+    """
+    phase: Floats = np.swapaxes(outgoing, -1, -2) @ (weighted[..., None] * incoming)
+    return phase
+
+
+def scattered_into(scattering: Floats, rising: Floats, falling: Floats, cosine: Floats) -> Floats:
+    """Diffuse radiation scattered into directions, in the unit of `scattering` times that of the radiances.
 
     Parameters
     ----------
@@ -171,22 +228,24 @@ def scattered_into(scattering, rising, falling, cosine):
         Coefficients of the cosines of multiples of azimuth.
     """
     weights = _AT_NODES * _WEIGHT  # (M, L, n)
-    moments = weights @ (rising + falling) * _EVEN + weights @ (rising - falling) * ~_EVEN  # (N, P, M, L, U)
+    moments: Floats = weights @ (rising + falling) * _EVEN + weights @ (rising - falling) * ~_EVEN  # (N, P, M, L, U)
     moments *= 0.5 * (scattering * _FACTOR)[:, :, None, :, None]
-    return np.swapaxes(legendre(cosine), -1, -2) @ moments
+    scattered: Floats = np.swapaxes(legendre(cosine), -1, -2) @ moments
+    return scattered
 
 
-def along_directions(lower, upper, source, ground, cosine):
+def along_directions(lower: Floats, upper: Floats, source: Floats, ground: Floats, cosine: Floats) -> Floats:
     """Radiances at the levels in any direction, from the source function.
 
     Parameters
     ----------
     lower, upper : (N-1, P) arrays
-        Optical depth of the layers from the ground up, the part by the properties of each one's lower and upper level.
+        The parts of the layers' optical depth, from the ground up, that follow from the properties of each layer's
+        lower and upper level.
     source : (N, P, AZIMUTHAL, X, U) array
         Source function at the levels.
     ground : (P, U) array
-        Radiance that leaves the ground.
+        Radiance of the ground, the same in all directions.
     cosine : (X,) array
         Of the directions, positive up; not 0.
 
@@ -199,23 +258,23 @@ def along_directions(lower, upper, source, ground, cosine):
     result[0, :, 0, up] = ground
     depth = lower + upper
     share = (upper / np.where(depth > 0, depth, 1.0))[:, :, None]
-    weights = source_weights(depth[..., None] / np.abs(cosine))
-    near, far = (part[:, :, None, :, None] for part in weights)
-    through = np.exp(-depth[..., None] / np.abs(cosine))[:, :, None, :, None]
+    near, far = (part[:, :, None, :, None] for part in source_weights(depth[..., None] / np.abs(cosine)))
+    transmittance = np.exp(-depth[..., None] / np.abs(cosine))[:, :, None, :, None]
     # The source's mean counts each level by its extinction; its slope is limited so that no weight is negative.
     above = np.clip(
         (near + far) * share[..., None, None] + 0.5 * (far - near) * np.where(up, -1.0, 1.0)[:, None], 0.0, near + far
     )
     below = near + far - above
     for k in range(len(depth)):
-        into = below[k][:, :, up] * source[k][:, :, up] + above[k][:, :, up] * source[k + 1][:, :, up]
-        result[k + 1][:, :, up] = result[k][:, :, up] * through[k][:, :, up] + into
+        emitted = below[k][:, :, up] * source[k][:, :, up] + above[k][:, :, up] * source[k + 1][:, :, up]
+        result[k + 1][:, :, up] = result[k][:, :, up] * transmittance[k][:, :, up] + emitted
     for k in range(len(depth) - 1, -1, -1):
-        into = below[k][:, :, down] * source[k][:, :, down] + above[k][:, :, down] * source[k + 1][:, :, down]
-        result[k][:, :, down] = result[k + 1][:, :, down] * through[k][:, :, down] + into
+        emitted = below[k][:, :, down] * source[k][:, :, down] + above[k][:, :, down] * source[k + 1][:, :, down]
+        result[k][:, :, down] = result[k + 1][:, :, down] * transmittance[k][:, :, down] + emitted
     return result
 
 
-def flux(radiance):
-    """Flux through a level of the radiances of one hemisphere (..., AZIMUTHAL, NODES, U), (..., U)."""
-    return 2 * np.pi * np.einsum("i,...iu->...u", _WEIGHT * _NODE, radiance[..., 0, :, :])
+def flux(radiance: Floats) -> Floats:
+    """Flux (..., U) through a level, of the radiances (..., AZIMUTHAL, NODES, U) of one hemisphere."""
+    flux_: Floats = 2 * np.pi * np.einsum("i,...iu->...u", _WEIGHT * _NODE, radiance[..., 0, :, :])
+    return flux_

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, bending_to_space, trace
+from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, departure_angle, trace
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Singles
 
-# Optical depth at which a source is as good as hidden: exp of its negative is 0 in single precision.
+# Optical depth of a hidden source: exp of its negative is 0 in single precision.
 HIDDEN = 1e4
 _SMALLEST_DEPTH = 1e-30
 # Nodes of the source table. Down: the lowest point of the ray, as (i / n)^2 of the height above the ground. Up:
@@ -34,23 +36,23 @@ class SourceRays:
     elevation : (N, U) array
         Geometric elevation at which each leaves for space, rad, increasing along U.
     log_air_mass : (N, U) array
-        Of a shell, as it divides the optical depths of `SourcePaths`.
+        Logarithm of the air mass of a homogeneous shell, by which `SourcePaths` divides its optical depths.
     air : (N * U, N) array
-        Air of each ray, molecules m^-2, by the level whose properties it counts with.
+        Air of each ray, molecules m^-2, by the level whose properties apply to it.
     """
 
-    levels: np.ndarray
-    elevation: np.ndarray
-    log_air_mass: np.ndarray
-    air: np.ndarray
+    levels: Floats
+    elevation: Floats
+    log_air_mass: Floats
+    air: Floats
 
     @classmethod
-    def of(cls, shells):
-        """Those of `geometry.Shells`."""
+    def of(cls, shells: Shells) -> SourceRays:
+        """The rays from the levels of shells."""
         apparent = _apparent_elevations(shells)
         count, nodes = apparent.shape
         rays = trace(shells, np.repeat(shells.altitude, nodes), apparent.ravel())
-        elevation = (np.pi / 2 - bending_to_space(rays)).reshape(count, nodes)
+        elevation = (np.pi / 2 - departure_angle(rays)).reshape(count, nodes)
         elevation = np.maximum.accumulate(elevation, axis=1)
         # Each ray's segments run down through all layers, then up through all: fold both onto the levels.
         down, up = np.split(np.arange(rays.layer.shape[1]), 2)
@@ -64,7 +66,7 @@ class SourceRays:
 class SourcePaths:
     """Optical depth from a distant source to any point, by altitude and geometric elevation.
 
-    That of `SourceRays`. A source below the grazing ray is hidden by the Earth.
+    The rays are those of `SourceRays`. A source below the grazing ray is hidden by the Earth.
 
     Attributes
     ----------
@@ -76,20 +78,20 @@ class SourcePaths:
         Logarithm of optical depth over the air mass of a shell, single precision.
     """
 
-    levels: np.ndarray
-    elevation: np.ndarray
-    log_depth: np.ndarray
+    levels: Floats
+    elevation: Floats
+    log_depth: Singles
 
     @classmethod
-    def of(cls, rays: SourceRays, extinction):
-        """Through an extinction (N, P) [m^2 per molecule]."""
+    def of(cls, rays: SourceRays, extinction: Floats) -> SourcePaths:
+        """The paths through an extinction (N, P) [m^2 per molecule]."""
         count, nodes = rays.elevation.shape
         depth = (rays.air @ extinction).reshape(count, nodes, -1)
         np.log(np.maximum(depth, _SMALLEST_DEPTH, out=depth), out=depth)
         depth -= rays.log_air_mass[..., None]
         return cls(rays.levels, rays.elevation, depth.astype(np.float32))
 
-    def optical_depth(self, altitude, cosine):
+    def optical_depth(self, altitude: npt.ArrayLike, cosine: Floats) -> Singles:
         """Optical depth to the source.
 
         Parameters
@@ -132,11 +134,11 @@ class SourcePaths:
         depth[hidden] += HIDDEN
         return depth
 
-    def along(self, altitude, cosine):
-        """What lies between the segments of a ray and the source, at the table's own elevations.
+    def along(self, altitude: Floats, cosine: Floats) -> tuple[Singles, Integers, Floats, Booleans]:
+        """Optical depth between the segments of a ray and the source, at the elevations of the table.
 
-        Between those, light of a band goes with a power of `air_mass`: exactly so if the depth does, as in a clear
-        band.
+        Between those elevations a band's optical depth is taken as a power of the air mass: exact if the depth at each
+        point is, as in a clear band.
 
         Parameters
         ----------
@@ -175,8 +177,10 @@ class SourcePaths:
         depth += np.log(_shell_air_mass(altitude[:, None], node[:, used])).astype(np.float32)[..., None]
         return np.exp(depth, out=depth), first - used.start, share, elevation < middle[:, :1]
 
-    def _entering(self, altitude, elevation):
-        """Points in space move along the ray to where it enters the atmosphere; `clear` (K, S) where it never does."""
+    def _entering(self, altitude: Floats, elevation: Floats) -> tuple[Floats, Floats, Booleans]:
+        """Altitude (K,) [m] and elevation (K, S) [rad] with points in space moved along the ray to where it enters the
+        atmosphere; `clear` (K, S) where it never does.
+        """
         top = self.levels[-1]
         outside = (altitude > top)[:, None]
         ratio = ((EARTH_RADIUS + altitude) / (EARTH_RADIUS + np.minimum(altitude, top)))[:, None] * np.cos(elevation)
@@ -185,7 +189,7 @@ class SourcePaths:
         return np.minimum(altitude, top), np.where(outside & ~clear, entering, elevation), clear
 
 
-def _apparent_elevations(shells):
+def _apparent_elevations(shells: Shells) -> Floats:
     """Apparent elevations (N, U) [rad] of rays to space from each level, increasing."""
     invariant = shells.index * shells.radius
     step = (np.arange(_GRAZING_NODES + 1) / _GRAZING_NODES) ** 2
@@ -198,9 +202,9 @@ def _apparent_elevations(shells):
     return np.concatenate([down, up], axis=1)
 
 
-def _shell_air_mass(altitude, elevation):
-    """Air mass of a homogeneous shell above a point: smooth in elevation at any altitude, above and below the
-    horizon.
+def _shell_air_mass(altitude: Floats, elevation: Floats) -> Floats:
+    """Air mass of a homogeneous shell above a point at an altitude [m], towards an elevation [rad]: smooth in
+    elevation, above and below the horizon.
     """
     height = (EARTH_RADIUS + altitude) / _SCALE_HEIGHT
     across = height * np.sin(elevation)
@@ -209,10 +213,11 @@ def _shell_air_mass(altitude, elevation):
     return np.where(across > 0, (2 * height + 1) / (root + np.abs(across)), root + np.abs(across))
 
 
-def _fractional_index(nodes, points):
+def _fractional_index(nodes: Floats, points: Floats) -> Floats:
     """Place of angles (K, S) among increasing nodes (K, U) [rad], as an index with a fraction, held at both ends."""
-    # One interpolation for all rows: each is moved beyond the one before, which is quicker than one by one.
+    # One interpolation for all rows, each moved beyond the one before: quicker than one interpolation a row.
     move = 2 * np.pi * np.arange(len(nodes))[:, None]
     index = np.broadcast_to(np.arange(nodes.shape[1], dtype=float), nodes.shape)
-    held = np.clip(points, nodes[:, :1], nodes[:, -1:])
-    return np.interp(held + move, (nodes + move).ravel(), index.ravel())
+    clipped = np.clip(points, nodes[:, :1], nodes[:, -1:])
+    place: Floats = np.interp(clipped + move, (nodes + move).ravel(), index.ravel())
+    return place

@@ -1,12 +1,11 @@
 """Two-stream equations of scattering layers: one layer in closed form, and layers joined by adding from the ground up.
 
-dF+/dt = same F+ - other F- - source, dF-/dt = other F+ - same F- + source for the upward and downward flux F+, F-
-against optical depth t counted downwards; the closure (hemispheric mean, Eddington ...) is in the coefficients `same`
-and `other`.
+dF+/dtau = gamma1 F+ - gamma2 F- - S+ and dF-/dtau = gamma2 F+ - gamma1 F- + S- for the upward and downward flux F+, F-
+against optical depth tau counted downwards. The closure (hemispheric mean, Eddington ...) is in gamma1 and gamma2.
 
 References
 ----------
-Toon et al. 1989, J. Geophys. Res. 94, 16287, equations 11 to 25.
+Toon et al. 1989, J. Geophys. Res. 94, 16287, equations 11 to 25; the letters are theirs.
 """
 
 from __future__ import annotations
@@ -15,61 +14,69 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer.geometry import trace
+from skyshine.mat.atmosphere.transfer.geometry import Shells, trace
+from skyshine.schemas.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Slabs:
+class TwoStreamLayers:
     """Homogeneous layers, all arrays of one shape.
 
     Attributes
     ----------
-    decay : array
-        Diffusion exponent per optical depth.
-    deep : array
-        Reflection of an infinitely deep layer.
-    left : array
-        exp(-decay * depth).
+    tau : array
+        Optical depth.
+    lambda_ : array
+        Diffusion exponent per optical depth, equation 21.
+    Gamma : array
+        Reflection of an infinitely deep layer, equation 22.
+    exp_lambda_tau : array
+        exp(-lambda tau).
     """
 
-    depth: np.ndarray
-    decay: np.ndarray
-    deep: np.ndarray
-    left: np.ndarray
+    tau: Floats
+    lambda_: Floats
+    Gamma: Floats
+    exp_lambda_tau: Floats
 
     @classmethod
-    def of(cls, same, other, depth):
-        """Layers of two-stream coefficients and optical depths; `same` must be above `other` (a little absorption)."""
-        decay = np.sqrt((same - other) * (same + other))
-        return cls(depth, decay, other / (same + decay), np.exp(-decay * depth))
+    def of(cls, gamma1: Floats, gamma2: Floats, tau: Floats) -> TwoStreamLayers:
+        """Layers of two-stream coefficients and optical depths; gamma1 must be above gamma2 (some absorption)."""
+        lambda_ = np.sqrt((gamma1 - gamma2) * (gamma1 + gamma2))
+        return cls(tau, lambda_, gamma2 / (gamma1 + lambda_), np.exp(-lambda_ * tau))
 
     @property
-    def reflection(self):
-        """Share of diffuse flux sent back."""
-        return -self.deep * np.expm1(-2 * self.decay * self.depth) / (1 - (self.deep * self.left) ** 2)
+    def reflection(self) -> Floats:
+        """Fraction of diffuse flux that a layer reflects."""
+        reflection: Floats = (
+            -self.Gamma * np.expm1(-2 * self.lambda_ * self.tau) / (1 - (self.Gamma * self.exp_lambda_tau) ** 2)
+        )
+        return reflection
 
     @property
-    def transmission(self):
-        """Share of diffuse flux let through."""
-        return (1 - self.deep**2) * self.left / (1 - (self.deep * self.left) ** 2)
+    def transmission(self) -> Floats:
+        """Fraction of diffuse flux that a layer transmits."""
+        transmission: Floats = (1 - self.Gamma**2) * self.exp_lambda_tau / (1 - (self.Gamma * self.exp_lambda_tau) ** 2)
+        return transmission
 
 
-def vertical_column(shells, per_molecule):
+def vertical_column(shells: Shells, per_molecule: Floats) -> Floats:
     """Integral of a property (N, P) [m^2 per molecule] across each layer, (N-1, P)."""
-    return np.add(*vertical_parts(shells, per_molecule))
+    lower, upper = vertical_parts(shells, per_molecule)
+    return lower + upper
 
 
-def vertical_parts(shells, per_molecule):
-    """The two parts of `vertical_column`: what counts by the property of the layer's lower level, and of its upper
-    one.
-    """
+def vertical_parts(shells: Shells, per_molecule: Floats) -> tuple[Floats, Floats]:
+    """The two parts (N-1, P) of `vertical_column`: by the property at each layer's lower and at its upper level."""
     zenith = trace(shells, shells.altitude[:1], np.array([np.pi / 2]))
     count = shells.altitude.size - 1
-    lower, upper = (part[0, count:, None] for part in (zenith.lower, zenith.upper))  # the segments on the way up
+    lower, upper = (air[0, count:, None] for air in (zenith.lower, zenith.upper))  # the segments on the way up
     return lower * per_molecule[:-1], upper * per_molecule[1:]
 
 
-def join(reflection, transmission, upward, downward, albedo, ground):
+def add_layers(
+    reflection: Floats, transmission: Floats, upward: Floats, downward: Floats, albedo: float, ground: Floats
+) -> tuple[Floats, Floats]:
     """Fluxes at the levels between layers, none entering from above.
 
     Parameters
@@ -77,19 +84,19 @@ def join(reflection, transmission, upward, downward, albedo, ground):
     reflection, transmission : (N-1, ...) arrays
         Of the layers, from the ground up.
     upward, downward : (N-1, ...) arrays
-        Flux each layer sends out by itself at its top and bottom.
+        Flux that each layer itself sends out at its top and bottom.
     albedo : float
         Of the ground.
     ground : array
-        Flux the ground sends up by itself.
+        Flux that the ground itself sends up.
 
     Returns
     -------
     rising, falling : (N, ...) arrays
     """
     count = len(reflection)
-    below = np.empty((count + 1, *reflection.shape[1:]))  # albedo of all that lies under a level
-    source = np.empty((count + 1, *upward.shape[1:]))  # what it sends up by itself
+    below = np.empty((count + 1, *reflection.shape[1:]))  # albedo of everything under a level
+    source = np.empty((count + 1, *upward.shape[1:]))  # flux that everything under a level sends up
     below[0], source[0] = albedo, ground
     for k in range(count):
         bounce = transmission[k] / (1 - reflection[k] * below[k])

@@ -10,8 +10,8 @@ from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.geometry import trace
+from skyshine.mat.atmosphere.transfer.segments import Segments
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
@@ -78,7 +78,7 @@ def test_extremes_are_finite_and_bounded(band, name):
     sun = solar_irradiance(band.wavenumber)
     atmosphere = BandAtmosphere.of(state, band)
     if name == "optical depth 1e4":
-        zenith = transfer.Segments.of(trace(atmosphere.air.shells, np.zeros(1), np.array([np.pi / 2])), 0)
+        zenith = Segments.of(trace(atmosphere.air.shells, np.zeros(1), np.array([np.pi / 2])), 0)
         assert zenith.column(atmosphere.air.optics.extinction).sum(axis=0).max() > 1e4
     table = atmosphere.table(GRID, sun)
     for values in (table.beta_star, table.path_radiance_ratio, table.ambient, table.direct, table.transmittance):
@@ -108,7 +108,7 @@ def test_isothermal_air_shows_its_temperature_along_every_path(band, isothermal)
             air.shells, np.full(7, altitude), np.radians(GRID.elevation_deg), np.tile(GRID.range_km * 1e3, (7, 1))
         )
         for row in range(7):
-            segments = transfer.Segments.of(rays, row)
+            segments = Segments.of(rays, row)
             if not segments.index.size:
                 continue
             depth = np.cumsum(segments.column(air.optics.extinction), axis=0)
@@ -140,7 +140,7 @@ def test_transmittance_is_the_same_from_either_end(band):
         back = trace(air.shells, there.altitude[:, end], np.array([turned]), np.array([[distance]]))
         depths = []
         for rays in (there, back):
-            segments = transfer.Segments.of(rays, 0)
+            segments = Segments.of(rays, 0)
             count = min(int(np.searchsorted(segments.distance, distance * (1 - 1e-12))), segments.index.size)
             depths.append(segments.first(count).column(air.optics.extinction).sum(axis=0))
         assert np.exp(-depths[1]) == pytest.approx(np.exp(-depths[0]), rel=1e-6, abs=1e-12)

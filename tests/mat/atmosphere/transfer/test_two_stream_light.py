@@ -7,9 +7,9 @@ import pytest
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.transfer import geometry
-from skyshine.mat.atmosphere.transfer import segments as transfer
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.mat.atmosphere.transfer.two_stream_light import diffuse_fluxes, upward_share
 
@@ -101,13 +101,13 @@ def test_a_brighter_ground_brightens_the_sky_and_the_path(hazy):
         air = hazy(albedo)
         sky = sky_irradiance(air, np.zeros(1), elevation).scattered[0, 0, 0]
         rays = geometry.trace(air.shells, np.array([3e3]), np.radians([-60.0]))
-        segments = transfer.Segments.of(rays, 0)
+        segments = Segments.of(rays, 0)
         ends = np.append(segments.index, segments.index[-1] + 1)
         to_source, deflection = (
             angle(rays, elevation, np.zeros(1))[0, ends]
             for angle in (geometry.source_cosine, geometry.scattering_cosine)
         )
-        depths = transfer.Depths(segments.column(air.optics.extinction))
+        depths = Depths(segments.column(air.optics.extinction))
         direct = direct_transmittance(air.source_paths, np.zeros(1), elevation)[0, 0, 0]
         found.append((sky, air.scattered_radiance(segments, depths, to_source, deflection)[0, 0]))
     black, grey, white = np.array(found)
@@ -133,12 +133,12 @@ def test_opaque_and_clear_air_are_finite(hazy, visibility):
 def test_a_band_is_the_sum_of_its_points(hazy):
     air = hazy(0.4, np.geomspace(1e-28, 1e-24, 6))
     rays = geometry.trace(air.shells, np.array([500.0]), np.radians([-2.0]))
-    segments = transfer.Segments.of(rays, 0)
+    segments = Segments.of(rays, 0)
     ends = np.append(segments.index, segments.index[-1] + 1)
     sources = np.radians([50.0, 5.0, -4.0]), np.radians([0.0, 120.0, 60.0])
     angles = (f(rays, *sources)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine))
     to_source, deflection = angles
-    depths = transfer.Depths(segments.column(air.optics.extinction))
+    depths = Depths(segments.column(air.optics.extinction))
     weight = np.linspace(1.0, 2.0, 6)
     spectral = air.scattered_radiance(segments, depths, to_source, deflection) @ weight
     band = air.scattered_in_band(segments, depths, to_source, deflection, weight)

@@ -9,7 +9,7 @@ import pytest
 
 from skyshine.mat.cli import main
 
-REFERENCE = Path(__file__).parents[1] / "data" / "line_by_line_tropical_5km.csv"
+REFERENCE = Path(__file__).parents[3] / "data" / "line_by_line_tropical_5km.csv"
 LIMIT = 0.003  # rms per 5 cm^-1 interval
 
 

@@ -38,7 +38,7 @@ def until(rays, row, distance):
 
 
 def test_refraction_at_the_horizon(shells):
-    bending = geometry.bending_to_space(geometry.trace(shells, np.zeros(1), np.zeros(1)))[0] - np.pi / 2
+    bending = geometry.departure_angle(geometry.trace(shells, np.zeros(1), np.zeros(1)))[0] - np.pi / 2
     assert np.degrees(bending) * 60 == pytest.approx(34, abs=1.5)  # arc minutes; almanacs take 34
 
 
@@ -47,7 +47,7 @@ def test_refraction_above_the_horizon(shells, altitude):
     # Bennett 1982, J. Navigation 35, 255: for 10 C and 1010 hPa, apparent altitudes.
     bennett = 1 / np.tan(np.radians(altitude + 7.31 / (altitude + 4.4))) * (1013.25 / 1010) * (283 / 288.15)
     elevation = np.radians([altitude])
-    bending = geometry.bending_to_space(geometry.trace(shells, np.zeros(1), elevation))[0] - (np.pi / 2 - elevation[0])
+    bending = geometry.departure_angle(geometry.trace(shells, np.zeros(1), elevation))[0] - (np.pi / 2 - elevation[0])
     assert np.degrees(bending) * 60 == pytest.approx(bennett, abs=0.1)
 
 

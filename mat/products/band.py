@@ -10,7 +10,7 @@ from skyshine.mat.plan.plan import Task
 from skyshine.mat.products.product import Product, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.bands import response_of
-from skyshine.mat.scene.sources import solar_spectrum
+from skyshine.mat.scene.sources import LONGEST_WAVE, solar_spectrum
 from skyshine.mat.tables.band import band_group, with_fine_normalisation
 from skyshine.mat.tables.files import BAND, BAND_WITH_EXTRAS
 from skyshine.materials.library import load_library
@@ -38,7 +38,7 @@ def run(
         return
     with report.stage("tables"):
         chosen = [library[name] for name in materials]
-        root = band_group(response_of(band), chosen, solar_spectrum())
+        root = band_group(response_of(band), chosen, solar_spectrum(LONGEST_WAVE))
     if fine:
         with report.stage(NORMALISATION_BY_ANGLE):
             root = with_fine_normalisation(root, chosen, loaded.job.accuracy.seed)

@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT, solar_irrad
 from skyshine.mat.atmosphere.sources.sun_and_moon import position
 from skyshine.mat.maintain.atmospheres import lunar as derive_lunar
 from skyshine.mat.maintain.atmospheres.solar import bin_means
+from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 
 MEAN_DISTANCE = 384_400e3  # m
@@ -172,12 +173,12 @@ class TestReflectedMoonlight:
 
 
 class TestThermalMoonlight:
-    @pytest.mark.parametrize(("wavelength", "emissivity"), [(2.6, 0.65), (3.0, 0.65), (3.75, 0.65)])
-    def test_warm_moon_where_sunlight_is_reflected_too(self, wavelength, emissivity):
-        """The lower end of what disk-integrated measurements from 3.7 um on give (Mueller et al. 2020, EPSC2020-586:
-        0.6 to 1.0), which joins reflectance of the samples at 2.55 um by Kirchhoff's law (0.65 + 0.35).
+    def test_emissivity_joins_the_measured_reflectance_of_lunar_soil(self):
+        """Kirchhoff: what the samples of the shape reflect at their last wavelength, 2.55 um (RELAB, Apollo 16), is not
+        emitted there.
         """
-        assert thermal_emissivity(wavelength) == pytest.approx(emissivity)
+        shape = read_csv(atmospheres.path("sources/lunar_shape.csv"))
+        assert 1 - thermal_emissivity(2.55) == pytest.approx(shape["reflectance"][-1], rel=0.06)
 
     def test_reflected_light_of_4_um_follows_from_the_emissivity(self):
         """Kirchhoff: sunlight that is not absorbed is reflected. At 8 um (Christiansen feature: emissivity 0.99) the

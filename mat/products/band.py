@@ -9,7 +9,7 @@ from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.bands import response_of
-from skyshine.mat.scene.sources import solar_spectrum
+from skyshine.mat.scene.sources import LONGEST_WAVE, solar_spectrum
 from skyshine.mat.tables.band import band_group, with_fine_normalisation
 from skyshine.mat.tables.files import BAND
 from skyshine.schemas.hdf5 import Group
@@ -35,7 +35,7 @@ class BandProduct:
         job = context.loaded.trimmed
         with report.stage("tables"):
             materials = [context.library[name] for name in context.materials]
-            root = band_group(response_of(job.bands[context.task.band - 1]), materials, solar_spectrum())
+            root = band_group(response_of(job.bands[context.task.band - 1]), materials, solar_spectrum(LONGEST_WAVE))
         if NORMALISATION_BY_ANGLE in job.extra_tables:
             with report.stage(NORMALISATION_BY_ANGLE):
                 root = with_fine_normalisation(root, materials, job.accuracy.seed)

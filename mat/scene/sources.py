@@ -11,6 +11,9 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
 from skyshine.schemas.arrays import Floats
 
+SUNLIGHT_UM, SUNLIGHT_NODES = (0.25, 25.0), 3000
+LONGEST_WAVE = 1000.0  # um, the end of the solar table and of the band model
+
 
 def source_irradiance(job: Job, source: str, wavenumber: Floats, width: Floats | None = None) -> Floats:
     """Irradiance (P,) of a source outside the atmosphere on the day of the job, W m^-2 (cm^-1)^-1; mean over widths in
@@ -38,9 +41,27 @@ def usual_irradiance(job: Job, source: str, wavenumber: Floats, width: Floats | 
     return source_irradiance(job, source, wavenumber, width)
 
 
-def solar_spectrum() -> tuple[Floats, Floats]:
-    """Sunlight outside the atmosphere at 1 au: wavelength (n,) um, increasing, and irradiance (n,) W m^-2 um^-1."""
-    wavelength = np.geomspace(0.25, 25.0, 3000)
+def solar_spectrum(longest: float = SUNLIGHT_UM[1]) -> tuple[Floats, Floats]:
+    """Sunlight outside the atmosphere at 1 au.
+
+    Parameters
+    ----------
+    longest : float
+        [um], 25 to 1000. To 25 um lies all but 4e-5 of the energy, which is enough for the absorptance of a material;
+        the weights of a band need the waves of the band.
+
+    Returns
+    -------
+    wavelength : (n,) array
+        [um], increasing from 0.25.
+    irradiance : (n,) array
+        [W m^-2 um^-1].
+    """
+    wavelength = np.geomspace(*SUNLIGHT_UM, SUNLIGHT_NODES)
+    if longest > SUNLIGHT_UM[1]:
+        per_decade = (SUNLIGHT_NODES - 1) / np.log10(SUNLIGHT_UM[1] / SUNLIGHT_UM[0])
+        count = 1 + int(np.ceil(per_decade * np.log10(longest / SUNLIGHT_UM[1])))
+        wavelength = np.concatenate([wavelength, np.geomspace(SUNLIGHT_UM[1], longest, count)[1:]])
     wavenumber = 1e4 / wavelength
     return wavelength, solar_irradiance(wavenumber) * wavenumber**2 * 1e-4
 

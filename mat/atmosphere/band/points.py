@@ -70,10 +70,16 @@ def band_points(points: SpectralPoints, response: SpectralResponse) -> BandPoint
         If the response is 0 in all of them.
     """
     low, high = points.interval_edges.T
-    sample = low[:, None] + (high - low)[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
-    # The points of an interval represent its distribution of absorption, not wavenumbers in it: each takes the
-    # interval's mean response.
-    micron = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1)
+    seen_low, seen_high = low, high
+    band_low, band_high = response.wavenumber_range
+    if band_high - band_low < np.max(high - low):
+        # Samples of a whole interval would miss a band narrower than it, or meet it a few times.
+        seen_low, seen_high = np.clip(band_low, low, high), np.clip(band_high, low, high)
+    seen = seen_high - seen_low
+    sample = seen_low[:, None] + seen[:, None] * (np.arange(_RESPONSE_SAMPLES) + 0.5) / _RESPONSE_SAMPLES
+    # Points of an interval stand for its distribution of absorption, not for their own place: each sees the interval's
+    # mean.
+    micron = np.mean(response.at_wavenumber(sample) * 1e4 / sample**2, axis=1) * (seen / (high - low))
     weight = points.weight * micron[points.interval]
     inside = np.flatnonzero(weight > 0)
     if not inside.size:

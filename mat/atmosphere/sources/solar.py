@@ -9,14 +9,16 @@ from skyshine.mat.atmosphere.sources.tables import solar_bins
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
+RAYLEIGH_JEANS = 400.0  # cm^-1; below it h c nu is less than a seventh of k T for the 4,400 K and more of the Sun there
 ASTRONOMICAL_UNIT = 149_597_870_700.0  # m, exact (IAU 2012 resolution B2)
 
 
 def solar_irradiance(wavenumber: npt.ArrayLike, width: npt.ArrayLike | None = None) -> Floats:
     """Solar spectral irradiance outside the atmosphere at 1 au.
 
-    Constant inside the bins of the packaged table, which are 5 cm^-1 wide from 10 to 33,500 cm^-1, so that the sum over
-    any set of bins is the irradiance of the source spectrum.
+    Constant inside the bins of the packaged table, which are 5 cm^-1 wide from 10 to 33,500 cm^-1; beyond 25 um, where
+    such a bin spans much of the spectrum, it follows Rayleigh and Jeans's law inside a bin, as the square of
+    wavenumber. Either way the sum over any set of bins is the irradiance of the source spectrum.
 
     Parameters
     ----------
@@ -44,11 +46,21 @@ def solar_irradiance(wavenumber: npt.ArrayLike, width: npt.ArrayLike | None = No
     wavenumber = np.asarray(wavenumber, dtype=float)
     if not np.all((wavenumber >= edges[0]) & (wavenumber <= edges[-1])):
         raise InputError(f"solar irradiance is tabulated from {edges[0]:.0f} to {edges[-1]:.0f} cm-1 only")
+    bins = np.minimum(np.searchsorted(edges, wavenumber, side="right") - 1, len(irradiance) - 1)
     if width is not None:
-        total = np.concatenate([[0.0], np.cumsum(irradiance * np.diff(edges))])
         low, high = (np.clip(wavenumber + sign * np.asarray(width) / 2, edges[0], edges[-1]) for sign in (-1, 1))
-        mean: Floats = (np.interp(high, edges, total) - np.interp(low, edges, total)) / (high - low)
+        mean: Floats = (_running(high, edges, irradiance) - _running(low, edges, irradiance)) / (high - low)
         return mean
-    bins = np.searchsorted(edges, wavenumber, side="right") - 1
-    of_bin: Floats = irradiance[np.minimum(bins, len(irradiance) - 1)]
-    return of_bin
+    in_bin: Floats = irradiance[bins]
+    square = 3 * wavenumber**2 * (edges[bins + 1] - edges[bins]) / (edges[bins + 1] ** 3 - edges[bins] ** 3)
+    return np.where(edges[bins] < RAYLEIGH_JEANS, in_bin * square, in_bin)
+
+
+def _running(wavenumber: Floats, edges: Floats, irradiance: Floats) -> Floats:
+    """Irradiance [W m^-2] between the first edge and wavenumbers of any shape."""
+    total = np.concatenate([[0.0], np.cumsum(irradiance * np.diff(edges))])
+    linear: Floats = np.interp(wavenumber, edges, total)
+    bins = np.clip(np.searchsorted(edges, wavenumber, side="right") - 1, 0, len(irradiance) - 1)
+    low, high = edges[bins], edges[bins + 1]
+    cubic = total[bins] + (total[bins + 1] - total[bins]) * (wavenumber**3 - low**3) / (high**3 - low**3)
+    return np.where(low < RAYLEIGH_JEANS, cubic, linear)

@@ -90,6 +90,33 @@ def test_the_layer_holds_its_optical_depth(layer):
     assert np.all(state.hydrometeors[0].extinction_550[state.altitude > layer.top + 1] == 0)
 
 
+@pytest.mark.parametrize(
+    ("layer", "edge"),
+    [
+        (CloudLayer("water", 600.0, 1400.0, 8.0, 20.0), 10.0),  # 5 % of it would be 40 m
+        (CloudLayer("ice", 9e3, 9.1e3, 30.0, 0.5), 5.0),
+        (CloudLayer("water", 0.0, 60.0, 8.0, 3.0), 3.0),  # fog stands on the ground and has no lower edge
+    ],
+)
+def test_a_cloud_is_even_between_its_edges_and_ends_there(layer, edge):
+    """At its base and top a cloud begins and ends within 10 m or 5 % of its thickness, whichever is less, and its
+    optical depth is the integral over height.
+    """
+    height = np.linspace(max(layer.base - 50.0, 0.0), layer.top + 50.0, 200001)
+    extinction = layer.extinction_550(height)
+    assert np.trapezoid(extinction, height) == pytest.approx(layer.optical_depth, rel=1e-5)
+    low = layer.base + edge if layer.base > 0 else 0.0
+    inside = (height >= low) & (height <= layer.top - edge)
+    assert extinction[inside] == pytest.approx(extinction.max()) and extinction[inside].size > 1000
+    assert np.all(extinction[(height < layer.base) | (height > layer.top)] == 0)
+    assert layer.extinction_550(layer.top - edge / 2) == pytest.approx(extinction.max() / 2)
+    if layer.base > 0:
+        assert layer.extinction_550(layer.base + edge / 2) == pytest.approx(extinction.max() / 2)
+    else:
+        assert layer.extinction_550(0.0) == pytest.approx(extinction.max())
+    assert {layer.base, layer.top, layer.top - edge} <= set(layer.edges)
+
+
 # Extinction at 0.55 um [km^-1] of the manual of MODTRAN (Berk et al. 1989, GL-TR-89-0122), which took over these
 # clouds.
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT, solar_irrad
 from skyshine.mat.atmosphere.sources.sun_and_moon import position
 from skyshine.mat.maintain.atmospheres import lunar as derive_lunar
 from skyshine.mat.maintain.atmospheres.solar import bin_means
+from skyshine.schemas.data_csv import read_csv
 from skyshine.schemas.errors import InputError
 
 MEAN_DISTANCE = 384_400e3  # m
@@ -68,6 +69,36 @@ class TestSun:
             temperatures = np.linspace(4000, 7000, 3001)
             found = temperatures[np.argmin(np.abs(planck_wavenumber(wavenumber, temperatures) - radiance))]
             assert found == pytest.approx(expected, rel=0.04)
+
+    @pytest.mark.parametrize(
+        ("wavelength", "expected", "tolerance"),
+        # Brightness temperature of the quiet Sun, K. From about 95 to 200 um it is flat at its minimum, measured from
+        # balloons as 4,100 to 4,500 (reviewed by De Jager 1975, Space Sci. Rev. 17, 645). At .86 mm the centre of the
+        # disk has 5,500 to 6,085 (Alissandrakis, Bastian and Nindos 2022, arXiv:2205.01008), at 1.3 mm 5,900 (White et
+        # al. 2017, Sol. Phys. 292, 88).
+        [(100.0, 4300, 0.05), (150.0, 4300, 0.05), (200.0, 4300, 0.05), (860.0, 5800, 0.06), (990.0, 5850, 0.06)],
+    )
+    def test_brightness_temperature_beyond_the_window(self, wavelength, expected, tolerance):
+        """Rayleigh and Jeans: E = solid angle * 2 c k T nu^2, in W m^-2 (cm^-1)^-1 with nu in cm^-1."""
+        solid_angle = np.pi * (695.7e6 / ASTRONOMICAL_UNIT) ** 2
+        wavenumber = 1e4 / wavelength
+        per_kelvin = 2 * 299792458.0 * 1.380649e-23 * (1e2 * wavenumber) ** 2 * 1e2
+        temperature = solar_irradiance(np.array([wavenumber]))[0] / (solid_angle * per_kelvin)
+        # To first order in h nu / k T the law reads the temperature low by h nu / 2 k.
+        temperature += 0.5 * 1.438776877 * wavenumber
+        assert temperature == pytest.approx(expected, rel=tolerance)
+
+    @pytest.mark.parametrize("wavelength", [26.3, 75.0, 900.0])
+    def test_inside_a_bin_beyond_25_um_irradiance_goes_with_the_square_of_wavenumber(self, wavelength):
+        low = 5 * np.floor(1e4 / wavelength / 5)
+        first, second = low + 1.0, low + 4.0
+        ratio = solar_irradiance(second) / solar_irradiance(first)
+        assert ratio == pytest.approx((second / first) ** 2, rel=1e-12)
+        fine = low + 5 * (np.arange(5000) + 0.5) / 5000
+        whole = solar_irradiance(np.array([low + 2.5]), 5.0)[0]
+        assert solar_irradiance(fine).mean() == pytest.approx(whole, rel=1e-6)
+        parts = [solar_irradiance(np.array([low + 1.25 + 2.5 * k]), 2.5)[0] for k in (0, 1)]
+        assert np.mean(parts) == pytest.approx(whole, rel=1e-12) and parts[1] > parts[0]
 
     def test_bins_are_constant_and_ends_included(self):
         assert solar_irradiance(1000.0) == solar_irradiance(1004.999)
@@ -142,6 +173,44 @@ class TestReflectedMoonlight:
 
 
 class TestThermalMoonlight:
+    def test_emissivity_joins_the_measured_reflectance_of_lunar_soil(self):
+        """Kirchhoff: what the samples of the shape reflect at their last wavelength, 2.55 um (RELAB, Apollo 16), is not
+        emitted there.
+        """
+        shape = read_csv(atmospheres.path("sources/lunar_shape.csv"))
+        assert 1 - thermal_emissivity(2.55) == pytest.approx(shape["reflectance"][-1], rel=0.06)
+
+    def test_reflected_light_of_4_um_follows_from_the_emissivity(self):
+        """Kirchhoff: sunlight that is not absorbed is reflected. At 8 um (Christiansen feature: emissivity 0.99) the
+        disk reflects 0.01 / 0.35 of what it does at 2.55 um.
+        """
+        reflectance = disk_reflectance(np.array([2.55, 4.0, 8.0]), 30.0)
+        assert reflectance[2] / reflectance[0] == pytest.approx(0.01 / 0.35, rel=1e-3)
+        between = 0.65 + (0.99 - 0.65) * (4.0 - 3.75) / (8.0 - 3.75)
+        assert reflectance[1] / reflectance[0] == pytest.approx((1 - between) / 0.35, rel=1e-3)
+
+    @pytest.mark.parametrize(("wavelength", "measured"), [(316.0, 353.0), (1000.0, 337.0)])
+    def test_middle_of_the_full_moon_is_warmer_than_measured_where_it_is_transparent(self, wavelength, measured):
+        """Pardo, Serabyn and Wiedner 2005, Icarus 178, 19: 337 K in 165 to 365 GHz, rising to 353 K at 950 GHz. Such
+        waves come from below the surface, which is colder; the model knows the surface alone.
+        """
+        middle = float(thermal_emissivity(wavelength)) * subsolar_temperature(1.0)
+        assert 1.0 < middle / measured < 1.1
+
+    @pytest.mark.parametrize("wavelength", [30.0, 80.0, 600.0])
+    def test_full_moon_beyond_25_um_is_a_sphere_in_radiative_equilibrium(self, wavelength):
+        """Rayleigh and Jeans: irradiance goes with the mean temperature of the disk. With T^4 going with the cosine
+        mu of incidence the mean over the disk of mu^(1/4) is 8/9, so that T = 8/9 of the subsolar 387 K.
+        """
+        wavenumber = np.array([1e4 / wavelength])
+        full = lunar_irradiance(wavenumber, 0.0, MEAN_DISTANCE, 1.0).thermal[0]
+        solid_angle = np.pi * (MOON_RADIUS / MEAN_DISTANCE) ** 2
+        per_kelvin = 2 * 299792458.0 * 1.380649e-23 * (1e2 * wavenumber[0]) ** 2 * 1e2
+        # Planck's law reads h nu / k T = x lower there than Rayleigh and Jeans's: by 1 - x / 2 + x^2 / 12 - x^4 / 720.
+        x = 1.438776877 * wavenumber[0] / (8 / 9 * 387.0)
+        temperature = full / (0.95 * solid_angle * per_kelvin) / (1 - x / 2 + x**2 / 12 - x**4 / 720)
+        assert temperature == pytest.approx(8 / 9 * 387.0, rel=0.01)
+
     @pytest.mark.parametrize("phase", [0.0, 45.0, 90.0, 150.0, 180.0])
     def test_against_a_picture_of_the_disk(self, phase):
         """Sum over the pixels of the disk, the equilibrium of each with the Sun, at 10 and 4 um."""

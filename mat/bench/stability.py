@@ -90,7 +90,7 @@ def _one(trial: Trial, case: Callable, name: str, seed: int, number: int) -> Non
 
 
 def surface_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """One column that no kind scene has."""
+    """One column of extreme material and weather."""
     ((_, solution),) = solve_columns(random_material(generator), random_forcing(generator))
     return _surface_measures(solution)
 

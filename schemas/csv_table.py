@@ -171,7 +171,7 @@ def _row(file, heads, row, number, line, places):
             value = np.nan
         if not np.isfinite(value):
             raise InputError(
-                f"{heads[index].name}: found '{cell[:40]}'; allowed: a finite number; mend or remove the line",
+                f"{heads[index].name}: found '{cell[:40]}'; allowed: a finite number; fix or remove the line",
                 file=file,
                 line=number,
                 column=column,

@@ -16,8 +16,8 @@ import numpy as np
 from skyshine.mat.bench.extreme_air import atmosphere_case, sky_case
 from skyshine.mat.bench.extreme_reading import band_case, lobe_case, table_case
 from skyshine.mat.bench.extreme_textures import classifier_case, texture_case
-from skyshine.mat.surface.solver import TOLERANCE, solve_columns
-from skyshine.mat.surface.stress import random_forcing, random_material
+from skyshine.mat.surface.solver import TOLERANCE, Solution, solve_columns
+from skyshine.mat.surface.stress import random_forcing, random_material, random_snow
 
 SURFACE_BOUND = 0.5  # K beyond the instantaneous equilibria, for a solver with a time step
 
@@ -90,20 +90,31 @@ def _one(trial: Trial, case: Callable, name: str, seed: int, number: int) -> Non
 
 
 def surface_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """One column that no kind scene has."""
-    found = solve_columns(random_material(generator), random_forcing(generator))
-    solutions = [solution for rows, solution in found if len(rows)]
-    kelvin = np.concatenate([solution.temperature.ravel() for solution in solutions])
+    """One column of extreme material and weather."""
+    ((_, solution),) = solve_columns(random_material(generator), random_forcing(generator))
+    return _surface_measures(solution)
+
+
+def snow_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
+    """One melting snow surface under a long record."""
+    material, forcing, period = random_snow(generator)
+    steps = forcing.shape[1]
+    ((_, solution),) = solve_columns(material, lambda _: forcing, steps=steps, fine_steps=None, period=period)
+    return _surface_measures(solution)
+
+
+def _surface_measures(solution: Solution) -> dict[str, tuple[float, float]]:
     return {
-        "not finite": (float(np.count_nonzero(~np.isfinite(kelvin))), 0.0),
-        "residual, W m^-2": (max(float(np.max(s.residual)) for s in solutions), TOLERANCE),
-        "energy closure, W m^-2": (max(float(np.max(np.abs(s.energy_closure))) for s in solutions), TOLERANCE),
-        "bound excess, K": (max(float(np.max(s.bound_excess)) for s in solutions), SURFACE_BOUND),
+        "not finite": (float(np.count_nonzero(~np.isfinite(solution.temperature))), 0.0),
+        "residual, W m^-2": (float(np.max(solution.residual)), TOLERANCE),
+        "energy closure, W m^-2": (float(np.max(np.abs(solution.energy_closure))), TOLERANCE),
+        "bound excess, K": (float(np.max(solution.bound_excess)), SURFACE_BOUND),
     }
 
 
 PARTS = {
     "surface": surface_case,
+    "snow": snow_case,
     "atmosphere": atmosphere_case,
     "sky": sky_case,
     "bands": band_case,

@@ -1,4 +1,4 @@
-"""What drives a stack from behind: a deep or interior temperature, or heat from inside, steady or by hour."""
+"""Boundary condition at the back of a stack: a deep or interior temperature or heat from inside, steady or hourly."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats) -> Fl
 
 @dataclass(frozen=True, eq=False)
 class BackFlux:
-    """What the back brings to the surfaces of some columns.
+    """Heat flux from the back to the surfaces of some columns, and the bounds that the back sets.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The nonlinear heat balance of a surface: what it absorbs, emits, and gives to the air.
+"""The nonlinear heat balance of a surface: absorption, emission, and exchange of heat and water with the air.
 
 Sign: every function here counts heat that leaves the surface outwards as positive. Arrays are (columns, times) or
 broadcast to that.
@@ -34,7 +34,7 @@ _LEAST_TEMPERATURE = 1.0  # K, of air
 
 @dataclass(frozen=True, eq=False)
 class Forcing:
-    """What reaches the surface of each column at each time; every field is (columns, N) or broadcasts to it.
+    """Radiation and air at the surface of each column and time; every field is (columns, N) or broadcasts to it.
 
     Attributes
     ----------
@@ -220,6 +220,7 @@ class Balance:
         return np.cbrt(cube, out=cube)
 
     def _latent(self, temperature: Reals, coefficient: Reals) -> Reals:
+        """Latent heat flux [W m^-2], given the convective transfer coefficient."""
         vapour, latent_heat = surface_vapour(temperature)
         vapour -= self.vapour_pressure
         latent_heat *= self.wetness
@@ -230,6 +231,7 @@ class Balance:
         return vapour
 
     def _latent_slope(self, temperature: Reals, coefficient: Reals, bend: Reals) -> Reals:
+        """Derivative of `_latent` by temperature, `bend` being that of the coefficient."""
         vapour, latent_heat = surface_vapour(temperature)
         vapour_slope, heat_slope = surface_vapour_slopes(temperature, vapour)
         deficit = vapour - self.vapour_pressure

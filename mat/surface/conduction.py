@@ -57,8 +57,9 @@ def _sech(x: Complexes) -> Complexes:
 
 @dataclass(frozen=True, eq=False)
 class _Norton:
-    """What lies behind a plane, as its heat flux Y T - J d inwards, of the plane's temperature T and the back's drive
-    d.
+    """Norton equivalent of all that lies behind a plane: heat flux Y T - J d inwards.
+
+    T is the temperature of the plane, d the drive of the back.
 
     Attributes
     ----------
@@ -73,7 +74,7 @@ class _Norton:
 
 
 def _through(layer: Layer, s: Complexes, behind: _Norton) -> _Norton:
-    """The same in front of a layer.
+    """Norton equivalent of a layer and all behind it.
 
     With x = g d the classic form Yc (Y + Yc tanh x) / (Yc + Y tanh x) is written in storage S = Yc tanh x and
     resistance R = tanh x / Yc, both regular at s = 0.
@@ -94,7 +95,7 @@ def _through(layer: Layer, s: Complexes, behind: _Norton) -> _Norton:
 
 
 def _back_boundary(stack: ThermalStack, s: Complexes) -> _Norton:
-    """What the stack rests on."""
+    """Norton equivalent of the back boundary."""
     one, boundary = np.ones_like(s), stack.back
     if boundary.kind == "fixed":
         return _Norton(None, one)
@@ -256,7 +257,7 @@ class Conduction:
 
     def from_back(self, drive: Floats) -> Floats:
         """Heat flux [W m^-2] that a drive (..., N) of the back, temperature [K] or heat flux, brings to a surface
-        at 0.
+        at 0 K.
         """
         return np.fft.irfft(np.fft.rfft(drive) * self._response[1], self.steps)
 
@@ -267,7 +268,7 @@ class Conduction:
 
     @cached_property
     def steady_transfer(self) -> float:
-        """J(0): what a steady unit drive of the back brings to a surface at 0; Y(0) where it is a temperature."""
+        """J(0): flux that a steady unit drive of the back brings to a surface at 0 K; for a temperature it is Y(0)."""
         return float(self._response[1][0].real)
 
     def flux(self, temperature: Reals) -> Floats:

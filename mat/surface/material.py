@@ -1,4 +1,4 @@
-"""What the heat balance needs of a material."""
+"""The properties of a material that determine its heat balance."""
 
 from __future__ import annotations
 

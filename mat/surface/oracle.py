@@ -142,7 +142,7 @@ _NAMES = ("shortwave", "longwave", "air", "vapour", "pressure", "wind", "warmer"
 
 
 def _parameters(forcing: Forcing, count: int) -> Floats:
-    """What the balance needs at each time, (fields, times): see `_NAMES`."""
+    """Forcing of the balance at each time, (fields, times): see `_NAMES`."""
     warmer, colder = natural_coefficients(forcing.cos_slope, forcing.pressure)
     rows = [
         forcing.shortwave_direct + forcing.shortwave_diffuse + forcing.shortwave_reflected,

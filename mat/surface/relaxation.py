@@ -28,7 +28,7 @@ _SAMPLE, _RENEWALS = 32, 3  # columns and matrices that determine the relaxation
 
 
 def sampled(columns: int) -> Integers:
-    """Indices of columns that stand for all."""
+    """Indices of at most 32 columns, spread evenly over all."""
     return np.unique(np.linspace(0, columns - 1, min(columns, _SAMPLE)).astype(int))
 
 

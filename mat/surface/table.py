@@ -49,7 +49,7 @@ class SurfaceTemperatures:
 
     @property
     def method_names(self) -> str:
-        """What the numbers of `method` mean, on one line."""
+        """The numbers of `method` with their names, on one line."""
         return ", ".join(f"{method.value} {method.name.lower()}" for method in Method)
 
 
@@ -86,7 +86,7 @@ def temperature_table(
     steps : int
         Solver times of a day, a divisor of 576.
     given : mapping, optional
-        Temperatures [K] by name of material that stand in place of its heat balance: one, or 24 at the hours 0 to 23.
+        Temperatures [K] by name of material, which replace its heat balance: one, or 24 at the hours 0 to 23.
     progress : callable, optional
         Called with 1 after each material.
 
@@ -145,7 +145,7 @@ def _checked_axes(
 def _planes(slopes: Floats, azimuths: Floats) -> tuple[Floats, Integers]:
     """Distinct planes (P, 2) as slope and azimuth, and which of them each (azimuth, slope) is, (Z, S).
 
-    Level planes face no azimuth: one stands for all.
+    Level planes face no azimuth: one column serves all azimuths.
     """
     level = (slopes == 0) | (slopes == 180)
     pairs = np.stack(np.broadcast_arrays(slopes[None, :], azimuths[:, None] % 360.0), axis=-1)
@@ -163,7 +163,7 @@ def _fill(
     planes: int,
     times_h: Floats,
 ) -> None:
-    """Put solved columns, altitudes x planes, at all azimuths and slopes that they stand for."""
+    """Put solved columns, altitudes x planes, at all azimuths and slopes of their planes."""
     rows = np.full((table.residual.shape[1], planes), -1)
     rows.ravel()[columns] = np.arange(len(columns))
     rows = rows[:, plane_of]

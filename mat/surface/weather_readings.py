@@ -30,7 +30,7 @@ class Column:
     units : dict of str to (float, float)
         Units that its header may name in brackets, as factor and offset to SI; the first is the default.
     low, high : float
-        What a value may be after conversion: wide enough for any place on Earth, narrow enough to catch another unit.
+        Limits of a value after conversion: wide enough for any place on Earth, narrow enough to catch another unit.
     """
 
     units: Mapping[str, tuple[float, float]]

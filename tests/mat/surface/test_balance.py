@@ -103,3 +103,88 @@ def test_air_in_some_columns_only_is_refused():
 def test_absorptance_outside_its_range_is_refused():
     with pytest.raises(InputError, match="solar_absorptance 1.2"):
         material(absorptance=1.2)
+
+
+SIGMA = 5.670374419e-8
+
+
+def test_every_part_of_the_light_is_absorbed():
+    """0.7 of 400 + 80 + 20 W/m2 of sunlight and 0.9 of 250 + 100 W/m2 of longwave; 0.9 sigma T^4 is emitted."""
+    fluxes = Balance(forcing(), material()).fluxes(np.array([[300.0]]))
+    assert fluxes["shortwave_absorbed"] == pytest.approx(350.0)
+    assert fluxes["longwave_absorbed"] == pytest.approx(315.0)
+    assert fluxes["longwave_emitted"] == pytest.approx(0.9 * SIGMA * 300.0**4)
+
+
+@pytest.mark.parametrize("emissivity", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_a_grey_surface_in_an_isothermal_enclosure_neither_gains_nor_loses(emissivity, share):
+    """Kirchhoff: whatever the view of sky and ground, at the temperature of both the net longwave is zero."""
+    black = SIGMA * 290.0**4
+    enclosure = forcing(
+        longwave_sky=share * black,
+        longwave_ground=(1 - share) * black,
+        shortwave_direct=0.0,
+        shortwave_diffuse=0.0,
+        shortwave_reflected=0.0,
+    )
+    loss = Balance(enclosure, material(emissivity=emissivity)).loss(np.array([[290.0]]))
+    assert loss == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_loss_is_the_sum_of_its_fluxes():
+    wet = SurfaceProperties(1e-3, 0.6, 80.0, False, False)
+    balance = Balance(forcing(), material(wet))
+    temperature = np.linspace(250.0, 330.0, 17)[None]
+    fluxes = balance.fluxes(temperature)
+    outward = fluxes["longwave_emitted"] + fluxes["convection"] + fluxes["evaporation"]
+    net = outward - fluxes["shortwave_absorbed"] - fluxes["longwave_absorbed"]
+    assert np.allclose(balance.loss(temperature), net, rtol=0, atol=1e-9)
+
+
+def test_convection_by_hand():
+    """h^3 = 8 + (7.19 (0.723 x 2)^0.78)^3 + (9.482 / 6.238)^3 x 10 for a smooth plate, 10 K warmer, in 2 m/s at 10 m;
+    10 K colder the free part is (1.810 / 2.382)^3 x 10."""
+    forced = 5.678 * 0.50 * (0.7229474 * 2.0 / 0.3048) ** 0.78
+    for temperature, natural in ((300.0, 9.482 / 6.238), (280.0, 1.810 / 2.382)):
+        convection = Balance(forcing(), material()).fluxes(np.array([[temperature]]))["convection"][0, 0]
+        coefficient = np.cbrt(8.0 + forced**3 + natural**3 * 10.0)
+        assert convection == pytest.approx((temperature - 290.0) * coefficient, rel=1e-4)
+
+
+def test_evaporation_of_a_canopy_by_hand():
+    """Penman and Monteith with FAO Paper 56's numbers: grass of 12 cm in 2 m/s, r_s = 70 s/m, air of 20 C and 50 %,
+    the leaf at air temperature: rho cp / gamma (es - e) / (ra + rs)."""
+    grass = SurfaceProperties(0.123 * 0.12, 1.0, 70.0, True, False)
+    vapour = 0.5 * saturation_pressure(293.15)
+    air = forcing(air_temperature=293.15, vapour_pressure=vapour, wind_speed=2.0)
+    evaporation = Balance(air, material(grass)).fluxes(np.array([[293.15]]))["evaporation"][0, 0]
+    volumetric = 101325.0 / (287.053 * 293.15) * 1013.0
+    resistance = np.log1p(10 / 0.01476) * np.log1p(2 * np.e**2 / 0.01476) / (0.16 * 2.0)
+    least = (8.0 + (volumetric / resistance) ** 3 + 0.5 * ((9.482 / 6.238) ** 3 + (1.81 / 2.382) ** 3) * 0.1) ** (1 / 3)
+    exact = volumetric / (0.665e-3 * 101325.0) * 0.5 * 2339.2 / (volumetric / least + 70.0)
+    assert evaporation == pytest.approx(exact, rel=3e-3)
+
+
+def test_half_as_wet_evaporates_half_as_much():
+    evaporation = [
+        Balance(forcing(), material(SurfaceProperties(1e-3, wetness, 50.0, False, False))).fluxes(np.array([[295.0]]))
+        for wetness in (1.0, 0.5)
+    ]
+    assert evaporation[0]["evaporation"] == pytest.approx(2 * evaporation[1]["evaporation"])
+
+
+def test_single_precision_is_the_same_balance():
+    wet = SurfaceProperties(1e-3, 0.6, 80.0, False, False)
+    balance = Balance(forcing(), material(wet))
+    temperature = np.linspace(265.0, 330.0, 14)[None]
+    single = balance.single().loss(temperature.astype(np.float32))
+    assert single.dtype == np.float32
+    assert np.allclose(single, balance.loss(temperature), rtol=0, atol=2e-3)
+
+
+def test_columns_of_a_forcing_keep_their_rows():
+    several = forcing(air_temperature=[[280.0], [290.0], [300.0]])
+    chosen = several.columns(np.array([2, 0]))
+    assert chosen.air_temperature[:, 0] == pytest.approx([300.0, 280.0])
+    assert chosen.pressure.shape == (1, 1) and chosen.shape == (2, 1)

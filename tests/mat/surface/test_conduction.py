@@ -131,3 +131,67 @@ def test_matrix_and_relaxation_agree_with_the_transform(wall):
 def test_depth_outside_the_stack_is_refused(wall):
     with pytest.raises(InputError, match="allowed: 0 to the thickness"):
         depth_response(wall, [1j * OMEGA], 0.2)
+
+
+def test_heat_from_inside_arrives_whole_when_steady_and_damped_when_not():
+    """Steady heat passes an insulated stack whole; a daily wave through 0.1 m of a solid and an equal layer keeps
+    1 / cosh(x), x = (1 + i) d / 0.117265 m, with nothing drawn at the surface but the layer's own."""
+    half = Layer(0.05, 1.0, 2000.0, 1000.0)
+    stack = ThermalStack(NO_SKIN, (half, half), Back("heated", heat_flux=100.0))
+    conduction = Conduction(stack, 96, DAY, "spectral")
+    assert conduction.steady_transfer == pytest.approx(1.0) and conduction.steady_conductance == pytest.approx(0.0)
+    wave = np.cos(2 * np.pi * np.arange(96) / 96)
+    arrived = np.fft.rfft(conduction.from_back(100.0 + 50.0 * wave)) / 48
+    assert arrived[0].real / 2 == pytest.approx(100.0)
+    assert arrived[1] == pytest.approx(50.0 / np.cosh((1 + 1j) * 0.1 / 0.1172648), rel=1e-5)
+
+
+def test_deep_temperature_reaches_the_surface_through_resistances():
+    """Fixed: k / d of each layer in series; convective: the coefficient in series with them."""
+    layers = (Layer(0.1, 1.0, 2000.0, 1000.0), Layer(0.3, 0.5, 1000.0, 1000.0))
+    for boundary, resistance in ((Back("fixed", 300.0), 0.7), (Back("convective", 300.0, 5.0), 0.9)):
+        conduction = Conduction(ThermalStack(NO_SKIN, layers, boundary), 24, DAY)
+        assert conduction.steady_transfer == pytest.approx(1 / resistance)
+        assert conduction.steady_conductance == pytest.approx(1 / resistance)
+        assert conduction.from_back(np.full(24, 300.0)) == pytest.approx(300.0 / resistance)
+
+
+def test_the_skin_adds_its_capacity():
+    """2 mm of 2e6 J/m3K at the frequency of a day: i omega 4000 J/m2K more."""
+    layers = (Layer(0.1, 1.0, 2000.0, 1000.0), Layer(np.inf, 1.0, 2000.0, 1000.0))
+    bare, covered = (
+        surface_admittance(ThermalStack(skin, layers, Back("adiabatic")), [1j * OMEGA])[0]
+        for skin in (NO_SKIN, Layer(2e-3, 1.0, 2000.0, 1000.0))
+    )
+    assert covered - bare == pytest.approx(1j * OMEGA * (4000.0 - 0.0), rel=1e-9)
+
+
+def test_transforms_and_matrix_give_one_flux(wall):
+    """Above 192 steps the flux is computed by Fourier transforms."""
+    series = np.random.default_rng(4).normal(size=(2, 288))
+    conduction = Conduction(wall, 288, DAY)
+    assert np.allclose(conduction.flux(series), series @ conduction.matrix.T, atol=1e-8)
+
+
+@pytest.mark.parametrize("steps, coefficients", [(8, (1.5, -2.0, 0.5)), (48, (1.5, -2.0, 0.5))])
+def test_bdf2_is_the_backward_difference_of_a_capacity(steps, coefficients):
+    """A thin plate of 1000 J/m2K draws C (3/2 T_n - 2 T_n-1 + 1/2 T_n-2) / dt; backward Euler C (T_n - T_n-1) / dt."""
+    metal = Layer(1e-6, 400.0, 1000.0, 1e-6 * 1000)
+    stack = ThermalStack(Layer(1e-3, 1.0, 1000.0, 1000.0), (metal, metal), Back("adiabatic"))
+    series, step = np.random.default_rng(5).normal(size=steps), DAY / steps
+    lagged = [np.roll(series, lag) for lag in range(3)]
+    exact = 1000.0 * sum(c * values for c, values in zip(coefficients, lagged, strict=True)) / step
+    assert Conduction(stack, steps, DAY, "bdf2").flux(series) == pytest.approx(exact, rel=1e-6, abs=1e-9)
+    euler = 1000.0 * (lagged[0] - lagged[1]) / step
+    assert Conduction(stack, steps, DAY, "euler").flux(series) == pytest.approx(euler, rel=1e-6, abs=1e-9)
+
+
+def test_a_solid_settles_slowly_against_a_weak_exchange_only(solid):
+    """sqrt(k rho c / dt) of 1 W/mK and 2e6 J/m3K at 900 s is 47.1 W/m2K."""
+    conduction = Conduction(solid, 96, DAY)
+    assert conduction.response_time_exceeds(47.0) and not conduction.response_time_exceeds(47.3)
+
+
+def test_an_unknown_scheme_is_named():
+    with pytest.raises(ValueError, match="unknown scheme 'rk4': one of spectral, bdf2, euler"):
+        frequencies(8, DAY, "rk4")

@@ -1,5 +1,7 @@
 """Sun, sky and weather on planes: geometry, limits, conservation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,11 @@ from skyshine.mat.surface.forcing import (
     plane_irradiance,
     step_means,
 )
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
+from skyshine.mat.surface.weather import from_hours
+from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.errors import InputError
 
 STEFAN_BOLTZMANN = 5.670374419e-8
@@ -106,3 +112,122 @@ def test_altitude_outside_the_sky_is_refused(sun_path, weather, sky):
 def test_sun_of_another_length_is_refused():
     with pytest.raises(InputError, match="allowed: 576 finite angles"):
         SunPath(0.0, np.zeros(96), np.zeros(96))
+
+
+SLOPES = np.array([0.0, 30.0, 90.0, 150.0, 180.0])
+
+
+def isothermal(sky):
+    """A sky that radiates as a black body at air temperature."""
+    return replace(sky, emissivity=np.ones_like(sky.emissivity))
+
+
+def test_every_plane_of_an_isothermal_enclosure_receives_black_radiation(sun_path, sky):
+    """Sky and ground at 290 K: the sum is sigma 290^4 = 401.05 W/m2 whatever the slope, half of each on a wall."""
+    air = from_hours(0.0, np.arange(24.0), np.full(24, 290.0), 50.0, 2.0, 0.0)
+    scene = Scene(sun_path, air, isothermal(sky), np.array([0.0]), SLOPES, 0 * SLOPES)
+    forcing = scene.forcing(96)
+    assert pytest.approx(401.05, abs=0.01) == STEFAN_BOLTZMANN * 290.0**4
+    assert forcing.longwave_sky + forcing.longwave_ground == pytest.approx(401.05, abs=0.01)
+    assert forcing.longwave_ground[:, 0] == pytest.approx(401.05 * np.array([0, 0.067, 0.5, 0.933, 1]), abs=0.02)
+
+
+def test_a_surface_in_an_isothermal_enclosure_has_its_temperature(sun_path, sky):
+    """Second law: without light nothing warms or cools a dry body at the temperature of all around it."""
+    air = from_hours(0.0, np.arange(24.0), np.full(24, 290.0), 50.0, 2.0, 0.0)
+    dark = replace(isothermal(sky), direct=0 * sky.direct, diffuse=0 * sky.diffuse)
+    layer = Layer(0.1, 1.0, 2000.0, 1000.0)
+    stack = ThermalStack(layer, (layer, layer), Back("fixed"))
+    wall = SurfaceMaterial("wall", stack, SurfaceProperties(1e-3, 0.0, 0.0, False, False), 0.7, 0.5)
+    ((_, solution),) = solve_columns(wall, Scene(sun_path, air, dark, np.array([0.0]), SLOPES, 0 * SLOPES).forcing)
+    assert solution.temperature == pytest.approx(290.0, abs=1e-3)
+
+
+def test_hay_and_davies_by_hand(sun_path, weather, sky):
+    """Diffuse light on a plane: A times the beam's share and (1 - A) of the sky's view factor, A = direct d^2 / 1361.1
+    W/m2 at the Sun's distance d."""
+    away = replace(sun_path, sun_distance=1.0167)
+    forcing = Scene(away, weather, sky, np.array([0.0]), np.array([40.0]), np.array([180.0])).forcing(SUN_STEPS)
+    direct, diffuse = (part[0] for part in sky.irradiance(away, 0.0, np.array([0.0])))
+    noon = SUN_STEPS // 2
+    height = np.radians(away.solar_elevation[noon])
+    share = direct[noon] * 1.0167**2 / 1361.1
+    tilted = np.sin(height) * np.cos(np.radians(40)) + np.cos(height) * np.sin(np.radians(40))
+    exact = diffuse[noon] * (share * tilted / np.sin(height) + (1 - share) * 0.5 * (1 + np.cos(np.radians(40))))
+    assert forcing.shortwave_diffuse[0, noon] == pytest.approx(exact, rel=1e-9)
+    assert forcing.shortwave_direct[0, noon] == pytest.approx(direct[noon] * tilted, rel=1e-9)
+    level = direct[noon] * np.sin(height) + diffuse[noon]
+    assert forcing.shortwave_reflected[0, noon] == pytest.approx(
+        0.2 * level * 0.5 * (1 - np.cos(np.radians(40))), rel=1e-9
+    )
+
+
+def test_circumsolar_light_is_bounded_at_the_horizon():
+    """At half a degree the beam's share is taken as at one degree: a wall towards the Sun receives 1 / sin 1 = 57.3."""
+    _, diffuse, _ = plane_irradiance(90.0, 180.0, 0.5, 180.0, 136.11, 10.0, 0.2, 1361.1)
+    assert diffuse == pytest.approx(10.0 * (0.1 * 57.2987 + 0.9 * 0.5), rel=1e-4)
+
+
+@pytest.mark.parametrize("fraction, share", [(0.25, 0.9933), (0.5, 0.9289), (0.75, 0.7180)])
+def test_partial_cloud_keeps_the_published_share(sun_path, sky, fraction, share):
+    """1 - 0.75 n^3.4 (Kasten and Czeplak 1980), of which 1 - n of the beam comes through the gaps."""
+    height = np.array([0.0])
+    direct, diffuse = sky.irradiance(sun_path, 0.0, height)
+    cloud_direct, cloud_diffuse = sky.irradiance(sun_path, fraction, height)
+    sine = np.maximum(np.sin(np.radians(sun_path.solar_elevation)), 0)
+    assert np.allclose(cloud_direct, (1 - fraction) * direct)
+    assert np.allclose(cloud_direct * sine + cloud_diffuse, share * (direct * sine + diffuse), rtol=2e-4, atol=1e-6)
+
+
+def test_sky_is_linear_between_its_levels(sky):
+    """Emissivity 0.8 - z / 40 km; pressure by a scale height of 8 km between the levels and beyond them."""
+    assert sky.at("emissivity", np.array([0.0, 1250.0, 4000.0])) == pytest.approx([0.8, 0.76875, 0.7])
+    altitude = np.array([-430.0, 0.0, 620.0, 4500.0])
+    assert sky.pressure_at(altitude) == pytest.approx(101325 * np.exp(-altitude / 8000), rel=1e-12)
+
+
+@pytest.mark.parametrize("steps", [48, 96, 192, 288])
+def test_step_means_of_a_wave(steps):
+    """The trapezium rule over r samples keeps sin(r x / 2) / (r tan(x / 2)) of a wave of phase x a sample, in phase."""
+    x, ratio = 2 * np.pi * 3 / SUN_STEPS, SUN_STEPS // steps
+    wave = np.cos(x * np.arange(SUN_STEPS))[None]
+    kept = (
+        np.sin(0.5 * ratio * x) / (ratio * np.tan(0.5 * x))
+        if ratio % 2 == 0
+        else np.sin(0.5 * ratio * x) / (ratio * np.sin(0.5 * x))
+    )
+    assert step_means(wave, steps)[0] == pytest.approx(kept * np.cos(x * ratio * np.arange(steps)), abs=1e-12)
+
+
+def low_sky(sky):
+    """The sky of a state whose ground is that of the Dead Sea, with the pressure of ISO 2533."""
+    altitude = np.linspace(-430.0, 3570.0, 9)
+    return replace(sky, altitude=altitude, pressure=101325 * (1 - 6.5e-3 * altitude / 288.15) ** 5.25588)
+
+
+def test_ground_below_sea_level_has_warmer_denser_air(sun_path, sky):
+    """From a station at 0 m to -430 m: 2.795 K warmer, 106.6 kPa (ISO 2533), the mixing ratio kept, less sunlight."""
+    air = from_hours(0.0, np.arange(24.0), np.full(24, 305.0), 30.0, 2.0, 0.0)
+    altitude = np.array([-430.0, -200.0, 0.0])
+    forcing = Scene(sun_path, air, low_sky(sky), altitude, np.array([0.0]), np.array([0.0])).forcing(96)
+    assert forcing.air_temperature[:, 0] == pytest.approx([307.795, 306.3, 305.0])
+    assert forcing.pressure[:, 0] == pytest.approx([106598.4, 103750.2, 101325.0], rel=2e-3)
+    mixing = forcing.vapour_pressure[:, 0] / forcing.pressure[:, 0]
+    assert mixing == pytest.approx(np.full(3, mixing[0]))
+    assert np.all(np.diff(forcing.shortwave_direct[:, 48]) > 0)
+    assert np.all(np.diff(forcing.longwave_sky[:, 0]) < 0)
+
+
+def test_a_station_below_sea_level_describes_the_ground_above_it(sun_path, sky):
+    """Measured at -430 m: the plain at 0 m is 2.795 K colder and has the measured pressure times the state's ratio."""
+    air = from_hours(-430.0, np.arange(24.0), np.full(24, 308.0), 30.0, 2.0, 0.0, np.full(24, 106e3))
+    low = low_sky(sky)
+    forcing = Scene(sun_path, air, low, np.array([-430.0, 0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
+    assert forcing.air_temperature[:, 0] == pytest.approx([308.0, 305.205])
+    assert forcing.pressure[:, 0] == pytest.approx([106e3, 106e3 * 101325 / 106598.4], rel=2e-3)
+
+
+def test_altitude_below_the_ground_is_refused(sun_path, weather, sky):
+    scene = Scene(sun_path, weather, low_sky(sky), np.array([-431.0]), np.array([0.0]), np.array([0.0]))
+    with pytest.raises(InputError, match="found surface altitudes -431 to -431 m; allowed: -430 to 3570 m"):
+        scene.forcing(96)

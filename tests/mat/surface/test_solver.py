@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from skyshine.mat.surface import newton, solver
+from skyshine.mat.surface.back_boundary import BackFlux
 from skyshine.mat.surface.balance import Balance, Forcing
-from skyshine.mat.surface.conduction import surface_admittance
+from skyshine.mat.surface.conduction import Conduction, surface_admittance
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import Method, solve_columns
+from skyshine.mat.surface.solver import Method, bound_excess, solve_columns
 from skyshine.mat.surface.stress import random_forcing, random_material
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
@@ -239,3 +240,42 @@ def test_backward_euler_takes_over_where_bounds_break(monkeypatch):
     assert replaced.method[0] == Method.EULER and replaced.temperature.shape == (1, 288)
     assert replaced.bound_excess[0] == 0.0
     assert np.abs(replaced.temperature[:, ::3] - usual.temperature).max() < 0.5
+
+
+def bounds_of(temperature, chosen, forcing):
+    steps = forcing.shape[1]
+    conduction = Conduction(chosen.thermal, steps, 86400.0)
+    back_flux = BackFlux.of(chosen, forcing, conduction, np.arange(steps) * 24.0 / steps)
+    series = np.full((1, steps), float(temperature))
+    return bound_excess(Balance(forcing, chosen), series, Balance(forcing, chosen).loss(series), back_flux, None)[0]
+
+
+@pytest.mark.parametrize("offset, excess", [(2.0, 2.0), (0.0, 0.0), (-2.0, 2.0)])
+def test_bound_excess_is_the_distance_from_the_equilibrium(offset, excess):
+    """A plate in vacuum at rest has one equilibrium, 372.2571 K: what lies beside it by 2 K exceeds by 2 K."""
+    forcing = steady(shortwave_direct=1000.0, longwave_sky=200.0, pressure=0.0)
+    insulated = material(replace(PLATE, back=Back("heated", heat_flux=0.0)))
+    assert bounds_of(372.2571 + offset, insulated, forcing) == pytest.approx(excess, abs=0.03)
+
+
+@pytest.mark.parametrize("temperature, excess", [(340.0, 0.0), (290.0, 0.0), (287.0, 1.0), (373.2571, 1.0)])
+def test_a_back_of_other_temperature_widens_the_bounds(temperature, excess):
+    """Soil on a back of 288 K under the same light may have any temperature between both."""
+    forcing = steady(shortwave_direct=1000.0, longwave_sky=200.0, pressure=0.0)
+    assert bounds_of(temperature, material(SOIL), forcing) == pytest.approx(excess, abs=0.03)
+
+
+def test_energy_closes_term_by_term_over_a_day():
+    """Soil on a back of 288 K: what the fluxes of the day leave over goes through both layers, 0.4 m of 0.8 W/mK."""
+    found = solve(material(SOIL), day)
+    fluxes = Balance(day(found.temperature.shape[1]), material(SOIL)).fluxes(found.temperature)
+    gain = fluxes["shortwave_absorbed"] + fluxes["longwave_absorbed"]
+    loss = fluxes["longwave_emitted"] + fluxes["convection"] + fluxes["evaporation"]
+    assert (gain - loss).mean() == pytest.approx((found.temperature.mean() - 288.0) * 0.8 / 0.4, abs=2e-3)
+
+
+def test_usual_columns_need_no_newton():
+    """The batch iteration alone solves a dry and a wet soil in at most a dozen iterations."""
+    for chosen in (material(SOIL), material(SOIL, replace(DRY, wetness=0.5, surface_resistance=50.0))):
+        found = solve(chosen, day)
+        assert found.method[0] in (Method.BDF2, Method.BDF2_FINE) and found.iterations[0] <= 12

@@ -1,5 +1,7 @@
 """The five-axis table: what is copied, what is solved, what it says of itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from skyshine.mat.surface import table as module
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import TOLERANCE
 from skyshine.mat.surface.table import temperature_table
+from skyshine.mat.surface.weather import from_hours
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.errors import InputError
 
@@ -101,3 +104,43 @@ def test_wrong_axes_are_refused(sun_path, weather, sky, change, message):
             axes["slopes"],
             axes["times"],
         )
+
+
+def test_azimuths_are_those_of_the_compass(sun_path, weather, sky):
+    """-90 is 270, west; a wall that faces the afternoon's Sun is warmer at 17 h than one that faces the morning's."""
+    found = temperature_table([soil()], sun_path, weather, sky, [0.0], [-90.0, 270.0, 90.0], [90.0], [17.0])
+    west, same, east = found.temperature[0, 0, :, 0, 0]
+    assert west == same and west > east + 5
+
+
+def test_every_altitude_and_plane_has_its_own_column(sun_path, weather, sky):
+    """A table of many columns holds what tables of one column hold."""
+    altitudes, azimuths, slopes = [0.0, 1500.0], [0.0, 180.0], [0.0, 60.0]
+    whole = temperature_table([soil()], sun_path, weather, sky, altitudes, azimuths, slopes, HOURS).temperature[0]
+    for a, altitude in enumerate(altitudes):
+        for z, azimuth in enumerate(azimuths):
+            for s, slope in enumerate(slopes):
+                single = temperature_table([soil()], sun_path, weather, sky, [altitude], [azimuth], [slope], HOURS)
+                assert whole[a, z, s] == pytest.approx(single.temperature[0, 0, 0, 0], abs=2e-3)
+
+
+def test_limits_of_the_axes_are_allowed_and_what_lies_beyond_is_not(sun_path, weather, sky):
+    def build(slope=0.0, azimuth=0.0, time=0.0):
+        return temperature_table([soil()], sun_path, weather, sky, [0.0], [azimuth], [slope], [time])
+
+    for change in ({"slope": 180.0}, {"azimuth": -360.0}, {"azimuth": 360.0}, {"time": 24.0}):
+        build(**change)
+    for change in ({"slope": -1.0}, {"azimuth": 361.0}, {"azimuth": -361.0}, {"time": 24.5}, {"time": -1.0}):
+        with pytest.raises(InputError, match="allowed: one or more values"):
+            build(**change)
+
+
+def test_a_table_reaches_below_sea_level(sun_path, sky):
+    """Ground at the Dead Sea beside ground at sea level: solved, within its bounds, and warmer at night by its air."""
+    altitude = np.linspace(-430.0, 3570.0, 9)
+    low = replace(sky, altitude=altitude, pressure=101325 * np.exp(-altitude / 8000))
+    air = from_hours(-430.0, np.arange(24.0), np.full(24, 303.0), 30.0, 2.0, 0.0)
+    found = temperature_table([soil()], sun_path, air, low, [-430.0, 0.0], [0.0], [0.0, 90.0], HOURS)
+    assert np.all(found.residual <= TOLERANCE) and np.all(found.bound_excess <= 0.1)
+    night = found.temperature[0, :, 0, 0, 1]
+    assert 1.0 < night[0] - night[1] < 6.0

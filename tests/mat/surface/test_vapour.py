@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.vapour import saturation_pressure, surface_vapour
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.vapour import saturation_pressure, surface_vapour, surface_vapour_slopes
 
 
 @pytest.mark.parametrize("celsius, pascal", [(0, 611.2), (10, 1228.0), (20, 2339.2), (30, 4246.9), (-20, 125.4)])
@@ -18,3 +19,25 @@ def test_vapour_pressure_of_frost(celsius, pascal):
     found, latent_heat = surface_vapour(np.array([celsius + 273.15]))
     assert found[0] == pytest.approx(pascal, rel=3e-3)
     assert latent_heat[0] == pytest.approx(1.133 if celsius < 0 else 1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("celsius", [-35.0, -1.5, -0.5, 0.5, 25.0])
+def test_slopes_are_the_derivatives(celsius):
+    around = celsius + ZERO_CELSIUS + np.array([-1e-4, 0.0, 1e-4])
+    pressure, latent_heat = surface_vapour(around)
+    latent_heat = latent_heat + np.zeros(3)
+    slope, latent_slope = surface_vapour_slopes(around, pressure)
+    assert slope[1] == pytest.approx((pressure[2] - pressure[0]) / 2e-4, rel=1e-5)
+    assert latent_slope[1] == pytest.approx((latent_heat[2] - latent_heat[0]) / 2e-4, rel=1e-4, abs=1e-9)
+
+
+def test_half_of_the_water_is_frozen_in_the_middle_of_the_range():
+    """One degree below zero the latent heat lies halfway between 1 and 2.834 / 2.501."""
+    _, latent_heat = surface_vapour(np.array([ZERO_CELSIUS - 1.0]))
+    assert latent_heat[0] == pytest.approx(0.5 * (1 + 2.834 / 2.501))
+
+
+def test_no_vapour_leaves_a_surface_of_deep_cold():
+    pressure, _ = surface_vapour(np.array([40.0, 100.0, 150.0]))
+    assert np.all(pressure == pressure[2]) and pressure[2] < 2e-5
+    assert np.all(surface_vapour_slopes(np.array([40.0, 100.0]), pressure[:2])[0] == 0)

@@ -12,7 +12,7 @@ from skyshine.mat.scene.surface import scene_inputs
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.sun_path import sun_hours
 from skyshine.mat.surface.vapour import saturation_pressure
-from skyshine.mat.surface.weather import air_temperature, from_hours
+from skyshine.mat.surface.weather import air_temperature, from_extremes, from_hours
 from skyshine.schemas.errors import InputError
 
 HOURS = np.arange(24.0)
@@ -178,3 +178,40 @@ def test_a_tmy3_file_with_times_that_are_numbers_is_refused_in_one_line(tmp_path
     )
     with pytest.raises(InputError, match="year.csv: is not a file that pvlib reads as TMY3: .*; check it"):
         read_weather(file, date(2026, 6, 21), -5)
+
+
+def test_humidity_of_the_extremes_holds_at_their_mean(sun_path):
+    """50 % at 20 C between 10 and 30 C: 0.5 x 2339.2 Pa all day, saturated where that exceeds what cold air holds."""
+    air = from_extremes(sun_path, 283.15, 303.15, 50.0, 3.0, 0.25)
+    assert air.vapour_pressure == pytest.approx(1169.6, rel=4e-3)
+    assert np.all(air.wind_speed == 3.0) and np.all(air.cloud_fraction == 0.25) and air.pressure is None
+    humid = from_extremes(sun_path, 283.15, 303.15, 90.0, 3.0, 0.0)
+    assert humid.vapour_pressure.min() == pytest.approx(1228.0, rel=5e-3)
+    assert humid.vapour_pressure.max() == pytest.approx(0.9 * 2339.2, rel=4e-3)
+
+
+def test_air_temperature_is_half_cosines(sun_path):
+    """Half way up in time from sunrise to two hours after noon, and half way down again, lies the mean."""
+    series, hours = air_temperature(sun_path, 280.0, 300.0), sun_hours()
+    coldest, warmest = hours[series.argmin()], hours[series.argmax()]
+    up, down = 0.5 * (coldest + warmest), 0.5 * (warmest + coldest + 24.0) % 24.0
+    assert np.interp([up, down], hours, series) == pytest.approx([290.0, 290.0], abs=0.1)
+    quarter = coldest + 0.25 * (warmest - coldest)
+    assert np.interp(quarter, hours, series) == pytest.approx(290 - 10 * np.cos(np.pi / 4), abs=0.1)
+
+
+def test_air_carried_upwards_keeps_to_saturation(sun_path):
+    """Saturated air at 0 m, 3 km higher: 19.5 K colder, so that it holds less than its mixing ratio would give."""
+    air = from_hours(0.0, HOURS, np.full(24, 293.15), 100.0, 2.0, 0.0)
+    temperature, vapour, pressure = air.at(np.array([3000.0]), np.array([7e4, 1e5]))
+    assert temperature[0, 0] == pytest.approx(273.65) and pressure[0, 0] == pytest.approx(7e4)
+    assert vapour[0, 0] == pytest.approx(saturation_pressure(273.65)) and vapour[0, 0] < 0.7 * 2339.2
+
+
+def test_vapour_between_hours_is_at_most_saturated():
+    """Fog of -20 and +20 C in turn: a straight line between both pressures would exceed saturation in between."""
+    temperature = np.where(HOURS % 2 == 0, 253.15, 293.15)
+    air = from_hours(0.0, HOURS, temperature, 100.0, 2.0, 0.0)
+    half = np.searchsorted(sun_hours(), 6.5)
+    assert air.air_temperature[half] == pytest.approx(273.15)
+    assert air.vapour_pressure[half] == pytest.approx(611.2, rel=1e-6)

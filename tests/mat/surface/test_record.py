@@ -1,0 +1,58 @@
+"""The forcing of a record: radiation on its plane, humidity, steps."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.surface.record import Record, record_forcing
+
+SIGMA = 5.670374419e-8
+
+
+def record(**changes):
+    values = {
+        "sw_down": np.zeros(4),
+        "lw_down": np.full(4, SIGMA * 285.0**4),
+        "air_temperature": np.full(4, 285.0),
+        "relative_humidity": np.full(4, 60.0),
+        "wind_speed": np.full(4, 2.0),
+        "pressure": np.full(4, 9e4),
+    }
+    return Record.of(3600.0 * np.arange(4), values | changes)
+
+
+@pytest.mark.parametrize("slope, view", [(0.0, 1.0), (60.0, 0.75), (90.0, 0.5), (180.0, 0.0)])
+def test_a_plane_sees_sky_and_ground_by_its_slope(slope, view):
+    """Both at 285 K: (1 + cos slope) / 2 of sigma T^4 from the sky, the rest from the ground, always the whole."""
+    light = (np.zeros(4), np.zeros(4), np.zeros(4))
+    forcing = record_forcing(record(), light, slope)
+    assert forcing.longwave_sky == pytest.approx(view * SIGMA * 285.0**4)
+    assert forcing.longwave_sky + forcing.longwave_ground == pytest.approx(SIGMA * 285.0**4)
+    assert forcing.cos_slope[0, 0] == pytest.approx(2 * view - 1)
+
+
+def test_humidity_is_that_over_water():
+    """60 % at 11.85 C: 0.6 x 1388 Pa (IAPWS)."""
+    light = (np.zeros(4), np.zeros(4), np.zeros(4))
+    assert record_forcing(record(), light, 0.0).vapour_pressure == pytest.approx(0.6 * 1388.0, rel=3e-3)
+
+
+def test_light_goes_to_its_own_parts():
+    direct, diffuse, reflected = np.full(4, 3.0), np.full(4, 2.0), np.full(4, 1.0)
+    forcing = record_forcing(record(), (direct, diffuse, reflected), 30.0)
+    assert (forcing.shortwave_direct[0, 0], forcing.shortwave_diffuse[0, 0]) == (3.0, 2.0)
+    assert forcing.shortwave_reflected[0, 0] == 1.0
+
+
+def test_offsets_at_night_and_supersaturation_are_cut():
+    given = record(sw_down=np.array([-4.0, 10.0, 500.0, 0.0]), relative_humidity=np.array([50.0, 103.0, 100.0, 99.0]))
+    assert list(given.values["sw_down"]) == [0.0, 10.0, 500.0, 0.0]
+    assert list(given.values["relative_humidity"]) == [50.0, 100.0, 100.0, 99.0]
+
+
+def test_a_refined_record_keeps_its_readings_and_its_period():
+    given = record(sw_down=np.array([0.0, 100.0, 300.0, 100.0]))
+    fine = given.refined(4)
+    assert fine.period == given.period == 4 * 3600.0 and fine.steps == 16
+    assert fine.values["sw_down"][::4] == pytest.approx(given.values["sw_down"])
+    assert fine.values["sw_down"][[2, 6, 14]] == pytest.approx([50.0, 200.0, 50.0])
+    assert np.all(np.diff(fine.times) == np.timedelta64(900_000, "ms"))

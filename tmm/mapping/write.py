@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, content_hash, open_database, write_file
 from skyshine.tmm.database.layout import CHUNK, FILETYPE, composite_layout, level_layout, texture_header
@@ -59,6 +60,7 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     InputError
         The image is damaged, or the file cannot be written.
     """
+    remove_abandoned(Path(path))
     counted: list[Written] = []
 
     def fill(file: h5py.File) -> Group:

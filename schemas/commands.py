@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -88,6 +90,11 @@ class CommandGroup(click.Group):
         except BrokenPipeError:
             sys.stderr.close()
             status = 0
+        except OSError as error:
+            if error.filename is not None or error.errno not in (errno.ENOSPC, errno.EIO, errno.EDQUOT):
+                raise
+            status = self._complain(f"the output cannot be written: {error.strerror}; check free space", INPUT_WRONG)
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what the buffer still holds is not written again at the end
         sys.exit(status if isinstance(status, int) else 0)
 
     def _complain(self, message: str, status: int) -> int:

@@ -188,6 +188,8 @@ def read_yaml(file: str | os.PathLike) -> Document:
     """
     file = Path(file)
     try:
+        if file.exists() and not (file.is_file() or file.is_dir()):
+            raise InputError("is a pipe, socket or device; allowed: a regular file; name one", file=file)
         if file.stat().st_size > BYTE_LIMIT:
             raise InputError(f"found {file.stat().st_size} bytes; allowed: at most {BYTE_LIMIT}", file=file)
         text = file.read_text(encoding="utf-8")

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 STEPS = 65535  # confidences are looked up in a table of this fineness
 LIMIT = 1e-4  # confidences are kept this far from 0 and 1, whose log-odds are infinite
+SLOPE_LIMIT, OFFSET_LIMIT = 10.0, 10.0  # of a fit: beyond, the answer is as good as certain
 PRIOR = 1.0  # regions that the identity counts as: few held-out regions hardly change what a classifier says of itself
 
 
@@ -59,7 +60,9 @@ def fit_calibration(
         residual = weight * (_expit(z) - target)
         return value, np.array([residual @ odds + PRIOR * (slope - 1), residual.sum() + PRIOR * offset])
 
-    slope, offset = minimize(loss, [1.0, 0.0], jac=True, method="L-BFGS-B", bounds=[(0, 10), (-10, 10)]).x
+    slope, offset = minimize(
+        loss, [1.0, 0.0], jac=True, method="L-BFGS-B", bounds=[(0, SLOPE_LIMIT), (-OFFSET_LIMIT, OFFSET_LIMIT)]
+    ).x
     # Rounded, so that the last bits of an optimiser do not show in the files.
     return Calibration(round(float(slope), 4), round(float(offset), 4))
 

@@ -11,16 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, read_file, write_file
-from skyshine.tmm.classify.calibration import Calibration
+from skyshine.tmm.classify.calibration import OFFSET_LIMIT, SLOPE_LIMIT, Calibration
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.trained import Network, TrainedModel
 from skyshine.tmm.features.textured import names
 
 FILETYPE = "tmm-model"
 FORMAT_VERSION = "1.1.0"
+COLOUR_DIMENSIONS = (3, 4)  # L*a*b*, and with near infrared its normalised difference
+PRIOR_ROUNDING = 1e-3  # by which stored probabilities, rounded to float32, may miss 1
 
 
 def write_model(
@@ -108,6 +111,50 @@ def read_model(path: str | os.PathLike[str]) -> TrainedModel:
                     "was trained on features of another version; train it again with 'tmm train'", file=path
                 )
             network = Network(**{name: variable.data for name, variable in group.variables.items()})
-    except (KeyError, TypeError):
+    except (KeyError, TypeError, ValueError):
         raise InputError("lacks a part of a classifier; train it again with 'tmm train'", file=path) from None
+    if problem := _problem(colour, network, calibration):
+        raise InputError(f"is damaged ({problem}); train it again with 'tmm train'", file=path)
     return TrainedModel(materials, colour, network, calibration)
+
+
+def _problem(colour: GaussianModel, network: Network | None, calibration: Calibration) -> str | None:
+    """What makes a classifier unusable; None where it is sound."""
+    count = len(colour.names)
+    if not count or not all(isinstance(name, str) and name for name in colour.names) or len(set(colour.names)) < count:
+        return "its materials do not have one name each"
+    dimensions = colour.means.shape[-1] if colour.means.ndim else 0
+    if dimensions not in (COLOUR_DIMENSIONS if network is None else COLOUR_DIMENSIONS[:1]):
+        return f"its colours have {dimensions} coordinates"
+    shapes: dict[str, tuple[npt.NDArray[Any], tuple[int, ...]]] = {
+        "mean": (colour.means, (count, dimensions)),
+        "covariance": (colour.covariances, (count, dimensions, dimensions)),
+        "log_prior": (colour.log_prior, (count,)),
+    }
+    if network is not None:
+        features, units = len(names()), network.inner_offset.size
+        shapes |= {
+            "network/mean": (network.mean, (features,)),
+            "network/scale": (network.scale, (features,)),
+            "network/inner_weight": (network.inner_weight, (features, units)),
+            "network/inner_offset": (network.inner_offset, (units,)),
+            "network/outer_weight": (network.outer_weight, (units, count)),
+            "network/outer_offset": (network.outer_offset, (count,)),
+        }
+    for name, (values, shape) in shapes.items():
+        if values.dtype.kind != "f" or values.shape != shape:
+            return f"{name} is {values.dtype} {values.shape}; allowed: floats {shape}"
+        if not np.isfinite(values).all():
+            return f"{name} is not finite"
+    if network is not None and (network.scale <= 0).any():
+        return "the scale of a feature is not above 0"
+    covariances = colour.covariances
+    if not np.allclose(covariances, covariances.transpose(0, 2, 1), rtol=1e-5, atol=1e-6 * np.abs(covariances).max()):
+        return "a covariance is not symmetric"
+    if (np.linalg.eigvalsh(covariances)[:, 0] <= 0).any():
+        return "a covariance is not positive definite"
+    if abs(np.exp(np.minimum(colour.log_prior, 1)).sum() - 1) > PRIOR_ROUNDING:
+        return "the prior probabilities do not sum to 1"
+    if not (0 <= calibration.slope <= SLOPE_LIMIT and abs(calibration.offset) <= OFFSET_LIMIT):
+        return f"the calibration has slope {calibration.slope:g} and offset {calibration.offset:g}"
+    return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -25,7 +26,6 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
     TRUTH is a YAML file with the key `truth`: names of textures, each with `image` and `palette` of a label image.
     Confidence is as the classifiers give it, before calibration. Needs scikit-learn, the extra 'train'.
     """
-    import resource
     import shutil
     from pathlib import Path
 
@@ -42,10 +42,11 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
             advance(1)
     if picture:
         bench.plot(rows, Path(picture))
+    peak = _peak_memory()
     result = {
         "job": job,
         "distinct_colours": colours,
-        "peak_memory": quantity(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, "MiB"),
+        "peak_memory": None if peak is None else quantity(peak, "MiB"),
         "orfeo_toolbox": (
             "installed; compare by its own commands" if shutil.which("otbcli_ImageClassifier") else "not installed"
         ),
@@ -55,6 +56,16 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
         emit_json(result)
     else:
         _print(result)
+
+
+def _peak_memory() -> float | None:
+    """MiB that this process has held at most; None where the system does not say, as on Windows."""
+    try:
+        import resource
+    except ModuleNotFoundError:
+        return None
+    unit = 1 if sys.platform == "darwin" else 1024  # bytes there, kibibytes elsewhere
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 2**20
 
 
 def _report(row: Row) -> dict[str, Any]:
@@ -75,8 +86,7 @@ def _print(result: dict[str, Any]) -> None:
     rows = [[each["name"], *(f"{each[key]['value']:.3f}" for key in keys)] for each in result["classifiers"]]
     echo_table(("classifier", "mean IoU", "accuracy", "calibration error", "training [s]", "Mtexel/s"), rows)
     numbers = result["distinct_colours"].values()
-    click.echo(
-        f"distinct colours of a texture: {min(numbers)} to {max(numbers)}; peak memory"
-        f" {result['peak_memory']['value']:.0f} MiB"
-    )
+    peak = result["peak_memory"]
+    memory = "not measured on this system" if peak is None else f"{peak['value']:.0f} MiB"
+    click.echo(f"distinct colours of a texture: {min(numbers)} to {max(numbers)}; peak memory {memory}")
     click.echo(f"Orfeo ToolBox: {result['orfeo_toolbox']}")

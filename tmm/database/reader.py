@@ -9,12 +9,15 @@ from typing import Any, Literal
 import h5py
 import numpy as np
 import numpy.typing as npt
+import yaml
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
+from skyshine.tmm.database.checks import check_parts, check_values
 from skyshine.tmm.database.layout import CHUNK, FILETYPE, FORMAT_VERSION
 from skyshine.tmm.database.levels import WEIGHT_TOTAL
 from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.job.model import TextureJob, stored_job
 
 
 class TmmFile:
@@ -34,8 +37,11 @@ class TmmFile:
         self._file = file
         self._planes: dict[tuple[int, str], npt.NDArray[Any]] = {}
         with sound(file.filename):
+            check_parts(file, file.filename)
             group = file["materials"]
             self.materials = dict(zip(group["material"][()].tolist(), group["name"].asstr()[()].tolist(), strict=True))
+            self._known = np.zeros(1 << 16, np.bool_)
+            self._known[[0, *self.materials]] = True
             self.levels = len(file["levels"])
             self.height, self.width = file["levels/0/code"].shape
 
@@ -50,6 +56,20 @@ class TmmFile:
         """Root attributes and provenance."""
         with sound(self._file.filename):
             return {**self._file.attrs, **self._file["provenance"].attrs}
+
+    @property
+    def job(self) -> TextureJob:
+        """The job that the database was made from.
+
+        Raises
+        ------
+        InputError
+            It is no job of a texture.
+        """
+        try:
+            return stored_job(self.attributes["job"])
+        except (ValueError, yaml.YAMLError):
+            raise InputError("is damaged (its job cannot be read); build it again", file=self._file.filename) from None
 
     def group_attributes(self, name: str) -> dict[str, Any]:
         """Attributes of ``usage``, ``quality`` or another group."""
@@ -71,6 +91,7 @@ class TmmFile:
         """Rows of an array by its path in the file, such as ``levels/0/confidence``; by default all of it."""
         with sound(self._file.filename):
             values: npt.NDArray[Any] = self._file[name][rows]
+            check_values(self._file.filename, name, values, self._known)
             return values
 
     def has(self, name: str) -> bool:
@@ -160,7 +181,12 @@ def open_tmm(path: str | os.PathLike[str]) -> TmmFile:
     InputError
         The file is missing or damaged, is of another type, or has a layout of another major version.
     """
-    return TmmFile(open_database(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0])))
+    file = open_database(Path(path), FILETYPE, int(FORMAT_VERSION.split(".")[0]))
+    try:
+        return TmmFile(file)
+    except InputError:
+        file.close()
+        raise
 
 
 def find_image(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) -> Path:

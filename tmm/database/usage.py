@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.schemas.hdf5 import open_database, sound
+from skyshine.tmm.database.levels import WEIGHT_TOTAL
+from skyshine.tmm.database.reader import open_tmm
 
 CHUNK = 256  # texels a side
 
@@ -59,21 +60,20 @@ def chunk_usage(path: str | os.PathLike[str]) -> tuple[tuple[str, ...], npt.NDAr
     InputError
         The file is missing or damaged, or is no texture database.
     """
-    with open_database(path, "tmm", 1) as file, sound(path):
-        codes, names = file["materials/material"][()], file["materials/name"].asstr()[()].tolist()
-        mix_code, mix_weight = (file[f"levels/0/{name}"] for name in ("mix_code", "mix_weight"))
-        height, width, _ = mix_code.shape
-        share = np.zeros((-(-height // CHUNK), -(-width // CHUNK), len(codes)))
-        for row, column in np.ndindex(share.shape[:2]):
-            part = np.s_[row * CHUNK : (row + 1) * CHUNK, column * CHUNK : (column + 1) * CHUNK]
-            code, weight = mix_code[part], mix_weight[part]
-            total = np.bincount(code.ravel(), weight.ravel(), minlength=int(codes.max(initial=0)) + 1)
-            share[row, column] = total[codes] / (code.shape[0] * code.shape[1] * float(mix_weight.attrs["total"]))
-        return tuple(names), share
+    with open_tmm(path) as file:
+        codes, names = np.array(list(file.materials)), tuple(file.materials.values())
+        share = np.zeros((-(-file.height // CHUNK), -(-file.width // CHUNK), len(codes)))
+        for row in range(len(share)):
+            rows = slice(row * CHUNK, (row + 1) * CHUNK)
+            mix_code, mix_weight = (file.rows(name, rows) for name in ("mix_code", "mix_weight"))
+            for column in range(share.shape[1]):
+                part = np.s_[:, column * CHUNK : (column + 1) * CHUNK]
+                code, weight = mix_code[part], mix_weight[part]
+                total = np.bincount(code.ravel(), weight.ravel(), minlength=int(codes.max()) + 1)
+                share[row, column] = total[codes] / (code.shape[0] * code.shape[1] * float(WEIGHT_TOTAL))
+        return names, share
 
 
 def _read(path: str | os.PathLike[str]) -> tuple[dict[str, float], int]:
-    with open_database(path, "tmm", 1) as file:
-        names = file["materials/name"].asstr()[()].tolist()
-        shares = file["usage/share"][()].astype(float).tolist()
-        return dict(zip(names, shares, strict=True)), int(file["usage"].attrs["texels_with_data"])
+    with open_tmm(path) as file:
+        return file.usage, int(file.group_attributes("usage")["texels_with_data"])

@@ -67,6 +67,8 @@ def read_table(path: str | os.PathLike[str]) -> dict[int, Composite]:
     """
     path = Path(path)
     try:
+        if path.exists() and not path.is_file():
+            raise InputError("is no file that can be read; check the path", file=path)
         if path.stat().st_size > BYTE_LIMIT:
             raise InputError(f"found {path.stat().st_size} bytes; allowed: at most {BYTE_LIMIT}", file=path)
         return parse_table(path.read_bytes(), path)

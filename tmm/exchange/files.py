@@ -7,7 +7,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import part_file
 
 
 def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
@@ -19,7 +21,8 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
         The file cannot be written.
     """
     path = Path(path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    remove_abandoned(path)
+    part = part_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_bytes(content)
@@ -27,8 +30,7 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check space and rights", file=path) from None
     finally:
-        if part.is_file():
-            part.unlink()
+        part.unlink(missing_ok=True)
 
 
 def write_json(path: str | os.PathLike[str], content: dict[str, Any]) -> None:

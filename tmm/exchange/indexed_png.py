@@ -108,6 +108,8 @@ def read_indices(path: str | os.PathLike[str]) -> npt.NDArray[Any]:
     """
     from PIL import Image, UnidentifiedImageError
 
+    if Path(path).exists() and not Path(path).is_file():
+        raise InputError("is no file that can be read; check the image's path", file=path)
     try:
         with Image.open(path) as picture:
             check_size(picture.height, picture.width, path)

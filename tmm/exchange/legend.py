@@ -35,6 +35,8 @@ def read_legend(path: str | os.PathLike[str], library: MaterialLibrary) -> dict[
     """
     path = Path(path)
     try:
+        if path.exists() and not path.is_file():
+            raise InputError("is no file that can be read; check the path", file=path)
         if path.stat().st_size > BYTE_LIMIT:
             raise InputError(f"found {path.stat().st_size} bytes; allowed: at most {BYTE_LIMIT}", file=path)
         content = json.loads(path.read_text(encoding="utf-8"))

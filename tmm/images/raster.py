@@ -123,6 +123,8 @@ def file_sha256(path: Path) -> str:
     InputError
         The file cannot be read.
     """
+    if path.exists() and not path.is_file():
+        raise InputError("is no file that can be read; check the path", file=path)
     try:
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

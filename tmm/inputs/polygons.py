@@ -67,7 +67,7 @@ def seed_polygons(seeds: Seeds, base_folder: Path) -> list[tuple[str, tuple[Ring
     ]
     if seeds.file is None:
         return polygons
-    collection = parse_model(read_yaml(base_folder / seeds.file), _FeatureCollection)
+    collection = _read_features(base_folder, seeds.file)
     for feature in collection.features:
         name, geometry = feature.properties.material, feature.geometry
         if isinstance(geometry, _Point):
@@ -76,6 +76,21 @@ def seed_polygons(seeds: Seeds, base_folder: Path) -> list[tuple[str, tuple[Ring
             shapes = geometry.coordinates if isinstance(geometry, _MultiPolygon) else (geometry.coordinates,)
             polygons += [(name, rings) for rings in shapes]
     return polygons
+
+
+def _read_features(folder: Path, name: str) -> _FeatureCollection:
+    path = folder / name
+    try:
+        return parse_model(read_yaml(path), _FeatureCollection)
+    except InputError:
+        if path.resolve().is_relative_to(folder.resolve()):
+            raise
+        # A job may come from somebody else: what a file elsewhere holds is not shown by way of an error.
+        raise InputError(
+            "cannot be read as a GeoJSON FeatureCollection of polygons and points with a material; it lies outside the "
+            "job's folder, so what was found is not shown",
+            file=path,
+        ) from None
 
 
 def check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: Path) -> None:

@@ -19,6 +19,7 @@ BLOCK = 32  # texels; a label image is divided into regions of this size
 BLOCKS = 4096  # of one material in a label image that are seeds: four million texels tell its colours well enough
 POLYGON_TEXELS = 1 << 22  # of one polygon that are seeds; a larger one is thinned to a regular grid
 PIECE_TEXELS = 1 << 21  # read at a time
+MERGED_CLAIMS = 1 << 22  # claims of texels that wait before those of one texel are merged: 128 MiB
 
 
 @dataclass(frozen=True)
@@ -73,32 +74,68 @@ def seed_texels(
         A polygon reaches beyond the image, the label image does not fit, or a material has no texel left once texels
         without data and texels claimed by several materials are taken away.
     """
-    claims = [np.empty((3, 0), np.int64)]
+    claims = Claims()
     for region, (name, rings) in enumerate(seed_polygons(seeds, base_folder)):
         check_vertices(name, rings, texture, path)
         texels = _inside(rings, texture)
-        claims.append(np.stack([texels, np.full_like(texels, names.index(name)), np.full_like(texels, region)]))
+        claims.add(texels, np.full_like(texels, names.index(name)), np.full_like(texels, region))
     if seeds.labels is not None:
         labels = Labels(seeds.labels, base_folder, names).fits(texture.height, texture.width)
-        claims += _label_claims(labels, len(names), job.held_out.random_seed)
-    return _settle(job, names, texture, path, np.concatenate(claims, axis=1))
+        for texels, material, blocks in _label_claims(labels, len(names), job.held_out.random_seed):
+            claims.add(texels, material, blocks)
+    return _settle(job, names, texture, path, *claims.merged())
+
+
+class Claims:
+    """Texels that materials claim.
+
+    Claims of one texel are merged as they come in: memory grows with the texels that are claimed, not with the polygons
+    that lie on top of each other.
+    """
+
+    def __init__(self) -> None:
+        self._parts = [np.empty((4, 0), np.int64)]
+        self._waiting, self._limit = 0, MERGED_CLAIMS
+
+    def add(self, texel: npt.NDArray[np.int64], material: npt.NDArray[np.int64], region: npt.NDArray[np.int64]) -> None:
+        """Claim texels (N,), by number, for a material (N,) and a region (N,)."""
+        self._parts.append(np.stack([texel, material, material, region]))
+        self._waiting += len(texel)
+        if self._waiting > self._limit:
+            self._merge()
+
+    def merged(self) -> npt.NDArray[np.int64]:
+        """Each claimed texel once, ascending, (4, N): its number, the lowest and highest material, the first region."""
+        self._merge()
+        return self._parts[0]
+
+    def _merge(self) -> None:
+        claims = np.concatenate(self._parts, axis=1)
+        claims = claims[:, np.argsort(claims[0], kind="stable")]
+        texel, lowest, highest, region = claims
+        texel, first = np.unique(texel, return_index=True)
+        lowest, highest = np.minimum.reduceat(lowest, first), np.maximum.reduceat(highest, first)
+        self._parts = [np.stack([texel, lowest, highest, region[first]])]
+        self._waiting, self._limit = 0, max(len(texel), MERGED_CLAIMS)
 
 
 def _settle(
-    job: TextureJob, names: tuple[str, ...], texture: Windowed, path: Path, claims: npt.NDArray[Any]
+    job: TextureJob,
+    names: tuple[str, ...],
+    texture: Windowed,
+    path: Path,
+    texel: npt.NDArray[np.int64],
+    lowest: npt.NDArray[np.int64],
+    highest: npt.NDArray[np.int64],
+    region: npt.NDArray[np.int64],
 ) -> SeedTexels:
-    """Keep each claimed texel once; `claims` is (3, N): texel number, material, region."""
-    texel, material, region = claims
-    order = np.argsort(texel, kind="stable")
-    texel, material, region = texel[order], material[order], region[order]
-    unique, first, _counts = np.unique(texel, return_index=True, return_counts=True)
-    lowest, highest = (reduce.reduceat(material, first) for reduce in (np.minimum, np.maximum))
+    """Keep the texels that one material alone claims and that have data; the claims are those of `Claims.merged`."""
     agreed = lowest == highest
-    rows, columns = np.divmod(unique, texture.width)
+    rows, columns = np.divmod(texel, texture.width)
     colours, valid = gather(texture, rows, columns)
     keep = agreed & valid
-    kept = first[keep]
-    number = np.bincount(material[kept], minlength=len(names))
+    material = lowest[keep]
+    number = np.bincount(material, minlength=len(names))
     for index in np.flatnonzero(number == 0):
         raise InputError(
             f"material '{names[index]}' of '{job.name}' has no seed texel left (outside the data, or claimed by other "
@@ -106,8 +143,8 @@ def _settle(
             file=path,
         )
     rows, columns = rows[keep], columns[keep]
-    region = _divide(material[kept], region[kept], rows, columns)
-    return SeedTexels(names, rows, columns, material[kept], region, colours[keep], int(np.sum(~agreed)))
+    region = _divide(material, region[keep], rows, columns)
+    return SeedTexels(names, rows, columns, material, region, colours[keep], int(np.sum(~agreed)))
 
 
 def gather(

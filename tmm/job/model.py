@@ -7,6 +7,7 @@ image as it is stored: x to the right, y down, the texel of column c and row r s
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import PurePath
 from typing import Annotated, Any, Literal
@@ -303,7 +304,6 @@ def check_distinct_names(textures: Sequence[TextureJob]) -> None:
     ------
     ValueError
     """
-    names = [texture.name for texture in textures]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(texture.name for texture in textures).items():
+        if count > 1:
             raise ValueError(f"found two textures named '{name}'; allowed: each name once; give one another 'name'")

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas import hdf5
+from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
 from skyshine.tmm.database.layout import CHUNK, composite_layout, level_layout, texture_header
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
@@ -58,6 +59,7 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
     InputError
         The image is damaged, or the file cannot be written.
     """
+    remove_abandoned(Path(path))
     counted: list[Written] = []
 
     def fill(file: h5py.File) -> Group:

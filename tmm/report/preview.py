@@ -13,7 +13,6 @@ from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.job.model import stored_job
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +45,7 @@ def draw(
 
     with open_tmm(path) as file:
         step = -(-max(file.height, file.width) // MAX_SIDE)
-        job = stored_job(file.attributes["job"])
+        job = file.job
         place = find_image(file, Path(path), image)
         photograph, light = _photograph(TextureFile(place, job.colour_space, "ignore", job.near_infrared), step)
         wide = file.width > 2 * file.height

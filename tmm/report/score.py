@@ -17,7 +17,7 @@ from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.labels import Labels
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.job.model import LabelImage, TextureJob, stored_job
+from skyshine.tmm.job.model import LabelImage, TextureJob
 from skyshine.tmm.quality.counts import Quality, Tally
 
 BAND_TEXELS = 1 << 22  # texels compared at a time
@@ -113,7 +113,7 @@ def _texture(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) ->
         if image is not None:
             raise
         return None
-    job: TextureJob = stored_job(file.attributes["job"])
+    job: TextureJob = file.job
     return TextureFile(place, job.colour_space, job.alpha)
 
 

@@ -1,12 +1,14 @@
 """Seeds: polygons, GeoJSON, label images, and what is wrong with them."""
 
 import json
+import tracemalloc
 
 import numpy as np
 import pytest
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.inputs.load import job_materials, load_texture
+from skyshine.tmm.inputs.seeds import Claims
 from skyshine.tmm.mapping.texture_map import map_texture
 
 GREEN, GREY = "grass_green", "asphalt_road"
@@ -123,3 +125,35 @@ def test_unknown_material(job, two_halves, tmp_path, library):
 def test_prior_of_a_material_without_seeds(job, two_halves, tmp_path, library):
     with pytest.raises(InputError, match="prior for 'concrete', which has no seeds"):
         map_texture(job(two_halves, classifier={"prior": {"concrete": 2}}), tmp_path, library)
+
+
+def test_merged_claims_do_not_depend_on_when_they_are_merged(monkeypatch):
+    random = np.random.default_rng(4)
+    claimed = [(random.integers(0, 60, 25), material, region) for region, material in enumerate((0, 1, 0, 2, 1))]
+
+    def merged(limit: int):
+        monkeypatch.setattr("skyshine.tmm.inputs.seeds.MERGED_CLAIMS", limit)
+        claims = Claims()
+        for texels, material, region in claimed:
+            claims.add(texels, np.full_like(texels, material), np.full_like(texels, region))
+        return claims.merged()
+
+    expected = {}
+    for texels, material, region in claimed:
+        for texel in texels.tolist():
+            low, high, first = expected.get(texel, (material, material, region))
+            expected[texel] = min(low, material), max(high, material), first
+    for limit in (1, 40, 1 << 22):
+        assert {texel: tuple(rest) for texel, *rest in merged(limit).T.tolist()} == expected
+
+
+def test_polygons_on_top_of_each_other_take_no_more_memory_than_one(monkeypatch):
+    monkeypatch.setattr("skyshine.tmm.inputs.seeds.MERGED_CLAIMS", 1 << 18)
+    texels, claims = np.arange(120_000), Claims()
+    tracemalloc.start()
+    for region in range(60):
+        claims.add(texels, np.zeros_like(texels), np.full_like(texels, region))
+    assert claims.merged().shape == (4, 120_000) and not claims.merged()[3].any()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 60e6  # 60 x 120,000 claims of 32 bytes take 230 MB, and as much again while they are sorted

@@ -25,6 +25,7 @@ EXTRAS = {
     "distributed": "dask",
     "lxml": "exchange",
     "sklearn": "train",
+    "xarray": "xarray",
 }
 PIPE_WIDTH = 200  # columns of a table that no terminal shows
 

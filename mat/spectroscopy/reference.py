@@ -16,7 +16,7 @@ from skyshine.mat.spectroscopy import linebyline
 from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import GASES, LineLibrary
 from skyshine.mat.spectroscopy.widths import interval_edges
-from skyshine.schemas.data_csv import write_csv
+from skyshine.schemas.csv_table import write_csv
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.schemas.csv_table import cells as line_cells
-from skyshine.schemas.csv_table import read_text
+from skyshine.schemas.csv_table import data_lines, named_unit, read_text
 from skyshine.schemas.errors import InputError, nearest
 
 LEAST_READINGS = 4
@@ -99,7 +99,7 @@ def read_readings(
     """
     file = Path(file)
     text = read_text(file)
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    lines = data_lines(text)
     if len(lines) < 1 + LEAST_READINGS:
         found = max(len(lines) - 1, 0)
         raise InputError(f"found {found} readings; allowed: a header and at least {LEAST_READINGS}", file=file)
@@ -121,8 +121,7 @@ def _header(file: Path, number: int, line: str, columns, required) -> tuple[dict
     """Index of each column, and the unit and conversion of each value."""
     place, units = {}, {}
     for index, (cell, column) in enumerate(line_cells(line)):
-        name, _, unit = cell.partition("[")
-        name, unit = name.strip(), unit.rstrip("] ").strip()
+        name, unit = named_unit(cell)
 
         def refuse(message: str, column=column) -> InputError:
             return InputError(message, file=file, line=number, column=column)

@@ -16,7 +16,7 @@ import numpy as np
 
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.particles.particles import AerosolOptics
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 MODELS = ("rural", "urban", "maritime", "tropospheric", "fog_advection", "fog_radiation")

@@ -20,7 +20,7 @@ from skyshine.mat.atmosphere.particles.windblown import (
     navy_maritime_model,
     navy_maritime_with_amount,
 )
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError, nearest
 
 # Of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); those of desert and Navy follow the

@@ -14,7 +14,7 @@ import numpy as np
 
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel, interpolated_table
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 # N(D) = N0 exp(-L D), D the diameter, R the rain rate in mm/h.

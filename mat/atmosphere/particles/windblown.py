@@ -16,7 +16,7 @@ import numpy as np
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, interpolate_humidity, linear_weights
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 DEFAULT_WIND = 10.0  # m/s, which LOWTRAN7 takes for the desert where none is given (SUBROUTINE DESATT)

@@ -17,7 +17,7 @@ import numpy as np
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 MOON_RADIUS = 1_737_400.0  # m, mean (IAU Working Group 2015)

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from skyshine import atmospheres
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 ASTRONOMICAL_UNIT = 149_597_870_700.0  # m, exact (IAU 2012 resolution B2)

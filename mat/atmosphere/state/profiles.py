@@ -11,7 +11,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from skyshine import atmospheres
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 PROFILES = (

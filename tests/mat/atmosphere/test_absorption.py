@@ -7,7 +7,7 @@ import pytest
 
 from skyshine.mat.atmosphere.gases.absorption import CONTINUUM, AbsorptionTable, water_continuum
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 REFERENCE = Path(__file__).parents[2] / "data" / "line_by_line_tropical_5km.csv"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import Literal
@@ -10,6 +11,7 @@ import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
+from skyshine.schemas.hdf5_gate import refuse_large
 from skyshine.tmm.layout import CHUNK, FILETYPE, FORMAT_VERSION
 from skyshine.tmm.levels import WEIGHT_TOTAL
 from skyshine.tmm.raster import file_sha256
@@ -67,7 +69,10 @@ class TmmFile:
     def array(self, name: str, rows: slice = slice(None)) -> np.ndarray:
         """Rows of an array by its path in the file, such as ``levels/0/confidence``; by default all of it."""
         with sound(self._file.filename):
-            return self._file[name][rows]
+            stored = self._file[name]
+            count = len(range(*rows.indices(stored.shape[0])))
+            refuse_large(self._file.filename, name, stored.dtype.itemsize * count * math.prod(stored.shape[1:]))
+            return stored[rows]
 
     def has(self, name: str) -> bool:
         """Whether the file holds an array of this path."""

@@ -18,7 +18,7 @@ from skyshine import atmospheres
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
 from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import open_database
+from skyshine.schemas.hdf5 import open_database, sound
 
 FILETYPE, FORMAT_MAJOR = "absorption", 1
 CONTINUUM = "H2O_continuum"
@@ -260,7 +260,7 @@ class AbsorptionTable:
         if water_continuum not in WATER_CONTINUA:
             raise InputError(f"found water vapour continuum '{water_continuum}'; allowed: {', '.join(WATER_CONTINUA)}")
         path = atmospheres.path("absorption.h5") if path is None else path
-        with open_database(path, FILETYPE, FORMAT_MAJOR) as file:
+        with open_database(path, FILETYPE, FORMAT_MAJOR) as file, sound(path):
             about = file["intervals"]
             edges = np.stack([about["low"][()], about["high"][()]], axis=1).astype(float)
             codes = {name: group["source"][()] for name, group in file["gases"].items()}
@@ -328,7 +328,7 @@ class AbsorptionTable:
             )
         overlapping = np.flatnonzero((self.interval_edges[:, 1] > low) & (self.interval_edges[:, 0] < high))
         first, last = overlapping[0], overlapping[-1] + 1
-        with open_database(self.path, FILETYPE, FORMAT_MAJOR) as file:
+        with open_database(self.path, FILETYPE, FORMAT_MAJOR) as file, sound(self.path):
             return self._read(file, first, last)
 
     def _read(self, file, first, last):

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Generic, Literal, TypeVar
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field, StringConstraints, model_validator
 
 from skyshine.materials.records import Back, Layer, SpectralRange, SurfaceProperties, ThermalStack
+from skyshine.schemas.csv_table import CsvTable, data_lines, parse_table, read_text
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.paths import StrPath
 
 Value = TypeVar("Value")
 Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
@@ -75,7 +78,7 @@ class BackFile(StrictModel):
     heat_flux: Sourced[HeatFlux | HeatFluxByHour] | None = None
 
     @model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Self:
         refuse_incomplete_back(
             self, self.kind.value, {name: name for name in ("temperature", "coefficient", "heat_flux")}
         )
@@ -91,7 +94,7 @@ class BackFile(StrictModel):
         )
 
 
-def by_hour(value):
+def by_hour(value: Any) -> Any:
     """A value as a record keeps it: lists become tuples, so that equal materials are found."""
     return tuple(value) if isinstance(value, list) else value
 
@@ -146,13 +149,13 @@ class SpecularFile(StrictModel):
     lobe_fwhm: Sourced[LobeWidth]
 
 
-def load_thermal(file: str | os.PathLike) -> tuple[ThermalStack, SurfaceProperties, dict[str, str]]:
+def load_thermal(file: StrPath) -> tuple[ThermalStack, SurfaceProperties, dict[str, str]]:
     """Stack, surface properties and the source of each of their fields, from `ht/NAME.yaml`."""
     content = load_model(file, ThermalFile)
     return content.stack(), content.surface.properties(), _sources(content)
 
 
-def load_specular(file: str | os.PathLike) -> tuple[float, float, dict[str, str]]:
+def load_specular(file: StrPath) -> tuple[float, float, dict[str, str]]:
     """Specular fraction, lobe width [degree] and their sources, from `spec/NAME.yaml`."""
     content = load_model(file, SpecularFile)
     return content.specular_fraction.value, content.lobe_fwhm.value, _sources(content)
@@ -160,19 +163,19 @@ def load_specular(file: str | os.PathLike) -> tuple[float, float, dict[str, str]
 
 def _sources(model: StrictModel, prefix: str = "") -> dict[str, str]:
     """Source texts below a model by dotted field name; layers count from 1."""
-    found = {}
+    texts: dict[str, str] = {}
     for name in type(model).model_fields:
         value = getattr(model, name)
         entries = [(name, value)] if not isinstance(value, list) else list(_numbered(name, value))
         for key, entry in entries:
             if isinstance(entry, Sourced):
-                found[prefix + key] = entry.source
+                texts[prefix + key] = entry.source
             elif isinstance(entry, StrictModel):
-                found.update(_sources(entry, f"{prefix}{key}."))
-    return found
+                texts.update(_sources(entry, f"{prefix}{key}."))
+    return texts
 
 
-def _numbered(name, values):
+def _numbered(name: str, values: list[Any]) -> Iterator[tuple[str, Any]]:
     return ((f"{name}.{number}", value) for number, value in enumerate(values, 1))
 
 
@@ -180,15 +183,15 @@ def _numbered(name, values):
 class SpectrumFile:
     """`ref/NAME.csv`: columns, stretches and the comment header."""
 
-    wavelength: np.ndarray
-    reflectance: np.ndarray
-    absorptance: np.ndarray
+    wavelength: npt.NDArray[np.float64]
+    reflectance: npt.NDArray[np.float64]
+    absorptance: npt.NDArray[np.float64]
     transmits: bool
     ranges: tuple[SpectralRange, ...]
     header: str
 
 
-def load_spectrum(file: str | os.PathLike) -> SpectrumFile:
+def load_spectrum(file: StrPath) -> SpectrumFile:
     """A reflectance spectrum with its comment header, from `ref/NAME.csv`.
 
     Raises
@@ -198,17 +201,13 @@ def load_spectrum(file: str | os.PathLike) -> SpectrumFile:
         or a `# range:` line cannot be read.
     """
     file = Path(file)
-    try:
-        lines = file.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}; check the path", file=file) from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
-    comments = [(number, text[1:].strip()) for number, text in enumerate(lines, 1) if text.startswith("#")]
-    rows = [(number, text) for number, text in enumerate(lines, 1) if text.strip() and not text.startswith("#")]
-    columns = _columns(file, rows)
-    table, numbers = _table(file, rows[1:], columns)
-    _check(file, table, numbers, columns)
+    text = read_text(file)
+    comments = [(n, line[1:].strip()) for n, line in enumerate(text.splitlines(), 1) if line.startswith("#")]
+    if not data_lines(text):
+        raise InputError(f"holds no spectrum; add the line {_HEADERS} and rows below it", file=file)
+    parsed = parse_table(text, file)
+    _check(parsed)
+    table, columns = parsed.values, parsed.names
     reflectance = table[:, 1]
     transmits = len(columns) == 3
     return SpectrumFile(
@@ -223,75 +222,41 @@ def load_spectrum(file: str | os.PathLike) -> SpectrumFile:
     )
 
 
-def _columns(file, rows):
-    allowed = f"'{','.join(COLUMNS)}' or '{','.join(COLUMNS_TRANSMITTING)}'"
-    if not rows:
-        raise InputError(f"holds no spectrum; add the line {allowed} and rows below it", file=file)
-    number, text = rows[0]
-    columns = tuple(part.strip() for part in text.split(","))
-    if columns not in (COLUMNS, COLUMNS_TRANSMITTING):
-        raise InputError(
-            f"found the column names '{text.strip()[:60]}'; allowed: {allowed}", file=file, line=number, column=1
-        )
-    return columns
+_HEADERS = f"'{','.join(COLUMNS)}' or '{','.join(COLUMNS_TRANSMITTING)}'"
 
 
-def _table(file, rows, columns):
-    values, numbers = [], []
-    for number, text in rows:
-        parts = text.split(",")
-        try:
-            row = [float(part) for part in parts]
-        except ValueError:
-            row = []
-        if len(row) != len(columns) or not np.all(np.isfinite(row)):
-            raise InputError(
-                f"found '{text.strip()[:60]}'; allowed: {len(columns)} numbers, {', '.join(columns)}",
-                file=file,
-                line=number,
-                column=1,
-            )
-        values.append(row)
-        numbers.append(number)
-    if len(values) < 2:
-        raise InputError(f"found {len(values)} rows of numbers; allowed: at least 2", file=file)
-    return np.array(values), numbers
-
-
-def _check(file, table, numbers, columns):
-    rising = np.diff(table[:, 0], prepend=0.0) > 0.0
+def _check(table: CsvTable) -> None:
+    if table.names not in (COLUMNS, COLUMNS_TRANSMITTING):
+        raise table.error(-1, 0, f"found the column names '{','.join(table.names)[:60]}'; allowed: {_HEADERS}")
+    values = table.values
+    rising = np.diff(values[:, 0], prepend=0.0) > 0.0
     for row in np.flatnonzero(~rising)[:1]:
-        raise InputError(
-            f"wavelength_um: found {table[row, 0]:g} after {table[row - 1, 0] if row else 0:g}; allowed: increasing "
-            "values above 0; sort the rows",
-            file=file,
-            line=numbers[row],
-            column=1,
+        before = values[row - 1, 0] if row else 0
+        raise table.error(
+            row,
+            0,
+            f"wavelength_um: found {values[row, 0]:g} after {before:g}; allowed: increasing values above 0; sort the"
+            " rows",
         )
-    for position, name in enumerate(columns[1:], 1):
-        wrong = (table[:, position] < 0.0) | (table[:, position] > 1.0)
+    for position, name in enumerate(table.names[1:], 1):
+        wrong = (values[:, position] < 0.0) | (values[:, position] > 1.0)
         for row in np.flatnonzero(wrong)[:1]:
-            raise InputError(
-                f"{name}: found {table[row, position]:g}; allowed: 0 to 1; divide by 100 if the table is in percent",
-                file=file,
-                line=numbers[row],
-                column=1,
+            raise table.error(
+                row,
+                position,
+                f"{name}: found {values[row, position]:g}; allowed: 0 to 1; divide by 100 if the table is in percent",
             )
-    if len(columns) == 3:
-        for row in np.flatnonzero(table[:, 1] + table[:, 2] > 1.0 + 1e-6)[:1]:
-            raise InputError(
-                f"found reflectance + absorptance = {table[row, 1] + table[row, 2]:g}; allowed: at most 1",
-                file=file,
-                line=numbers[row],
-                column=1,
-            )
+    if len(table.names) == 3:
+        for row in np.flatnonzero(values[:, 1] + values[:, 2] > 1.0 + 1e-6)[:1]:
+            total = values[row, 1] + values[row, 2]
+            raise table.error(row, 1, f"found reflectance + absorptance = {total:g}; allowed: at most 1")
 
 
-def _range(file, number, text):
+def _range(file: Path, number: int, text: str) -> SpectralRange:
     span, _, note = text.partition(";")
     try:
-        lower, upper, kind = span.split()
-        lower, upper = float(lower), float(upper)
+        first, last, kind = span.split()
+        lower, upper = float(first), float(last)
     except ValueError:
         raise InputError(
             f"found 'range:{text[:60]}'; allowed: 'range: LOWER UPPER KIND; note' with wavelengths in um",

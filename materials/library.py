@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, StringConstraints, field_validator
 
@@ -24,6 +24,7 @@ from skyshine.materials.records import (
 )
 from skyshine.schemas.documents import Document, StrictModel, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.paths import StrPath
 
 __all__ = [
     "Back",
@@ -60,7 +61,7 @@ class Index(StrictModel):
 
     @field_validator("data_version", mode="before")
     @classmethod
-    def _semantic(cls, value):
+    def _semantic(cls, value: Any) -> str:
         # Before the type check: YAML reads 1.0 as a number.
         if not isinstance(value, str) or not re.fullmatch(r"\d+\.\d+\.\d+", value):
             raise ValueError(f"found '{value}'; allowed: a semantic version such as 1.0.0")
@@ -135,7 +136,7 @@ class MaterialLibrary:
         return self[self._names[code]]
 
 
-def load_library(folder: str | os.PathLike | None = None) -> MaterialLibrary:
+def load_library(folder: StrPath | None = None) -> MaterialLibrary:
     """The packaged library with the user's folder on top; what this process has read before, as long as no file has
     changed.
 
@@ -155,28 +156,32 @@ def load_library(folder: str | os.PathLike | None = None) -> MaterialLibrary:
         folder = os.environ.get(ENVIRONMENT) or None
     if folder is not None and not Path(folder).is_dir():
         raise InputError(f"{ENVIRONMENT} names '{folder}', which is not a folder; give one that holds mat.yaml")
-    own = None if folder is None else Path(folder)
-    return _library(own, _stamps(materials.path()), None if own is None else _stamps(own))
+    user_folder = None if folder is None else Path(folder)
+    user_files = None if user_folder is None else _stamps(user_folder)
+    return _library(user_folder, _stamps(materials.path()), user_files)
 
 
-def _stamps(folder: Path) -> tuple[tuple[str, int, int], ...]:
+Stamps = tuple[tuple[str, int, int], ...]
+
+
+def _stamps(folder: Path) -> Stamps:
     """What tells whether a file of a library has changed: name, time of its last change, size."""
     files = sorted(path for path in (folder / "mat.yaml", *folder.glob("*/*")) if path.is_file())
     return tuple((str(path), path.stat().st_mtime_ns, path.stat().st_size) for path in files)
 
 
 @lru_cache(maxsize=4)
-def _library(folder: Path | None, _packaged_files: tuple, _own_files: tuple | None) -> MaterialLibrary:
+def _library(folder: Path | None, _packaged_files: Stamps, _own_files: Stamps | None) -> MaterialLibrary:
     packaged, places = _read_index(materials.path())
     if folder is None:
         return MaterialLibrary(packaged.data_version, packaged.references, places)
-    own, own_places = _read_index(folder)
+    index, user_places = _read_index(folder)
     merged = {place.entry.name: place for place in places}
-    merged.update({place.entry.name: place for place in own_places})
+    merged.update({place.entry.name: place for place in user_places})
     _refuse_shared_codes(merged.values())
     return MaterialLibrary(
-        f"{packaged.data_version}+{folder.resolve().name}-{own.data_version}",
-        {**packaged.references, **own.references},
+        f"{packaged.data_version}+{folder.resolve().name}-{index.data_version}",
+        {**packaged.references, **index.references},
         list(merged.values()),
     )
 
@@ -194,7 +199,7 @@ def _read_index(folder: Path) -> tuple[Index, list[_Place]]:
 
 def _refuse_repeats(document: Document, index: Index) -> None:
     for field in ("name", "code"):
-        seen: dict = {}
+        seen: dict[Any, int] = {}
         for position, entry in enumerate(index.materials):
             value = getattr(entry, field)
             if value in seen:
@@ -207,7 +212,7 @@ def _refuse_repeats(document: Document, index: Index) -> None:
             seen[value] = position
 
 
-def _refuse_shared_codes(places) -> None:
+def _refuse_shared_codes(places: Iterable[_Place]) -> None:
     """A user's addition must not take the code of another material: codes stand in textures."""
     owners: dict[int, _Place] = {}
     for place in places:

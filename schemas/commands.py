@@ -10,12 +10,14 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import click
 
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.paths import allow_outside
+
+Command = TypeVar("Command", bound=Callable[..., Any])
 
 CHECK_FAILED, INPUT_WRONG, INTERRUPTED = 1, 2, 130
 # Packages that only some commands need, with the extra that installs them.
@@ -26,6 +28,7 @@ EXTRAS = {
     "distributed": "dask",
     "lxml": "exchange",
     "sklearn": "train",
+    "xarray": "xarray",
 }
 PIPE_WIDTH = 200  # columns of a table that no terminal shows
 
@@ -55,7 +58,8 @@ class CommandGroup(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in self.lines:
             return None
-        return importlib.import_module(f"{self.package}.{name}").command
+        command: click.Command = importlib.import_module(f"{self.package}.{name}").command
+        return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -102,15 +106,15 @@ class CommandGroup(click.Group):
         return status
 
 
-def json_option(function: Callable) -> Callable:
+def json_option(function: Command) -> Command:
     """Adds ``--json`` to a command, as the parameter `as_json`."""
     return click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")(function)
 
 
-def allow_outside_option(function: Callable) -> Callable:
+def allow_outside_option(function: Command) -> Command:
     """Adds ``--allow-outside`` to a command: its jobs may name paths outside their folders."""
 
-    def allow(_context, _parameter, given: bool) -> None:
+    def allow(_context: click.Context, _parameter: click.Parameter, given: bool) -> None:
         if given:
             allow_outside()
 
@@ -118,7 +122,7 @@ def allow_outside_option(function: Callable) -> Callable:
     return click.option("--allow-outside", is_flag=True, expose_value=False, callback=allow, help=text)(function)
 
 
-def write_measured(path: Path, result: dict, draw: Callable[[Path], None]) -> None:
+def write_measured(path: Path, result: dict[str, Any], draw: Callable[[Path], None]) -> None:
     """Write what was measured as JSON, and its picture beside it.
 
     Parameters
@@ -178,4 +182,8 @@ def progress(total: float, description: str) -> Iterator[Callable[[float], None]
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(description, total=total)
-        yield lambda amount=1: bar.advance(task, amount)
+
+        def advance(amount: float = 1) -> None:
+            bar.advance(task, amount)
+
+        yield advance

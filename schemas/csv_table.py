@@ -1,18 +1,22 @@
-"""CSV tables of numbers that know where each value stands.
+"""CSV files with commented headers: tables of users, where each value knows its place, and data files of the package.
 
-The first line that is not a comment (``#``) names the columns, with units in brackets: ``altitude[km]``.
+Lines that begin with ``#`` are comments, empty lines are skipped, and the first other line names the columns, with
+units in brackets where they have any: ``altitude[km]``.
 """
 
 from __future__ import annotations
 
 import csv
-import os
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.paths import StrPath
 
 ROW_LIMIT = 100_000
 
@@ -39,7 +43,7 @@ class CsvTable:
     file: Path
     names: tuple[str, ...]
     units: tuple[str, ...]
-    values: np.ndarray
+    values: npt.NDArray[np.float64]
     header: int
     places: dict[tuple[int, int], tuple[int, int]]
 
@@ -49,7 +53,7 @@ class CsvTable:
         return InputError(message, file=self.file, line=line, column=place)
 
 
-def read_text(file: str | os.PathLike) -> str:
+def read_text(file: StrPath) -> str:
     """Text of a UTF-8 file.
 
     Raises
@@ -65,7 +69,12 @@ def read_text(file: str | os.PathLike) -> str:
         raise InputError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", file=file) from None
 
 
-def parse_table(text: str, file: str | os.PathLike, least_rows: int = 2) -> CsvTable:
+def data_lines(text: str) -> list[tuple[int, str]]:
+    """Lines that are neither empty nor comments, with their numbers, counted from 1."""
+    return [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+
+
+def parse_table(text: str, file: StrPath, least_rows: int = 2) -> CsvTable:
     """The table in a text.
 
     Parameters
@@ -103,12 +112,6 @@ class Head:
     name: str
     unit: str
     column: int
-
-
-def data_lines(text: str) -> list[tuple[int, str]]:
-    """Lines with their numbers from 1, without empty ones and comments."""
-    lines = enumerate(text.splitlines(), 1)
-    return [(number, line) for number, line in lines if line.strip() and not line.startswith("#")]
 
 
 def column_heads(file: Path, number: int, line: str) -> list[Head]:
@@ -152,16 +155,22 @@ def row_cells(file: Path, number: int, line: str, columns: int) -> list[tuple[st
 
 def cells(line: str) -> list[tuple[str, int]]:
     """Cells of a line with the column each begins at, counted from 1."""
-    found = next(csv.reader([line], skipinitialspace=False))
     places, at = [], 0
-    for cell in found:
+    for cell in next(csv.reader([line], skipinitialspace=False)):
         place = line.find(cell, at) if cell else at
         places.append((cell.strip(), place + 1))
         at = max(line.find(",", place + len(cell)) + 1, place + len(cell))
     return places
 
 
-def _row(file, heads, row, number, line, places):
+def _row(
+    file: Path,
+    heads: Sequence[Head],
+    row: int,
+    number: int,
+    line: str,
+    places: dict[tuple[int, int], tuple[int, int]],
+) -> list[float]:
     values = []
     for index, (cell, column) in enumerate(row_cells(file, number, line, len(heads))):
         places[row, index] = (number, column)
@@ -178,3 +187,42 @@ def _row(file, heads, row, number, line, places):
             )
         values.append(value)
     return values
+
+
+def read_csv(path: StrPath) -> dict[str, npt.NDArray[Any]]:
+    """Read a data file of the package, whose comments say where the numbers came from.
+
+    Returns
+    -------
+    dict
+        Column name, with its unit, to array; a column with text in it is an array of text.
+    """
+    names, *rows = csv.reader(line for _, line in data_lines(read_text(path)))
+    return {name: _as_numbers(column) for name, column in zip(names, np.array(rows).T, strict=True)}
+
+
+def write_csv(path: StrPath, header: Iterable[str], columns: Iterable[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write rows under commented header lines.
+
+    Parameters
+    ----------
+    path : path
+    header : iterable of str
+        Lines of provenance; each is prefixed with ``#``.
+    columns : iterable of str
+        Column names, units in brackets.
+    rows : iterable of sequences
+        Text is written as it is, numbers with nine significant digits.
+    """
+    lines = [f"# {line}" for line in header]
+    lines.append(",".join(columns))
+    lines += [",".join(item if isinstance(item, str) else f"{float(item):.9g}" for item in row) for row in rows]
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _as_numbers(column: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    try:
+        return column.astype(float)
+    except ValueError:
+        return column

@@ -6,7 +6,6 @@ the text that the model's own field type then reads. Loading never constructs an
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -15,9 +14,12 @@ from typing import Any, TypeVar
 
 import pydantic
 import yaml
-from pydantic_core import PydanticCustomError
+from pydantic_core import ErrorDetails, PydanticCustomError
 
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.paths import StrPath
+
+Location = tuple[Any, ...]  # keys and list indices
 
 NODE_LIMIT = 200_000
 DEPTH_LIMIT = 64
@@ -61,20 +63,20 @@ class Document:
 
     data: Any
     file: Path
-    places: dict[tuple, tuple[int | None, int | None]] = field(repr=False)
+    places: dict[Location, tuple[int | None, int | None]] = field(repr=False)
 
-    def where(self, location: tuple) -> tuple[int | None, int | None]:
+    def where(self, location: Location) -> tuple[int | None, int | None]:
         """Line and column of the value at `location`, or of its nearest parent that the file holds."""
         return self.places[self.written(location)]
 
-    def written(self, location: tuple) -> tuple:
+    def written(self, location: Location) -> Location:
         """The parts of a location that stand in the file, without the names of a model's alternatives."""
-        path: tuple = ()
+        path: Location = ()
         for part in location:
             path += (part,) if (*path, part) in self.places else ()
         return path
 
-    def error(self, location: tuple, message: str) -> InputError:
+    def error(self, location: Location, message: str) -> InputError:
         """An `InputError` at the place of `location`."""
         line, column = self.where(location)
         return InputError(message, file=self.file, line=line, column=column)
@@ -129,10 +131,11 @@ def _at(node: yaml.Node, file: Path, message: str) -> InputError:
 class _Builder:
     """Turns YAML nodes into plain data and notes where each value stands."""
 
-    def __init__(self, file: Path):
-        self.file, self.places, self.count = file, {}, 0
+    def __init__(self, file: Path) -> None:
+        self.file, self.count = file, 0
+        self.places: dict[Location, tuple[int, int]] = {}
 
-    def build(self, node: yaml.Node, path: tuple) -> Any:
+    def build(self, node: yaml.Node, path: Location) -> Any:
         self.count += 1
         if self.count > NODE_LIMIT or len(path) > DEPTH_LIMIT:
             raise _at(
@@ -147,6 +150,7 @@ class _Builder:
         if isinstance(node, yaml.SequenceNode):
             self._plain_tag(node, "seq")
             return [self.build(child, (*path, i)) for i, child in enumerate(node.value)]
+        assert isinstance(node, yaml.MappingNode)
         self._plain_tag(node, "map")
         return self._mapping(node, path)
 
@@ -154,8 +158,8 @@ class _Builder:
         if node.tag != _TAG + kind:
             raise _at(node, self.file, f"found the tag '{node.tag}'; allowed: plain values without tags; remove it")
 
-    def _mapping(self, node: yaml.MappingNode, path: tuple) -> dict:
-        data: dict = {}
+    def _mapping(self, node: yaml.MappingNode, path: Location) -> dict[Any, Any]:
+        data: dict[Any, Any] = {}
         for key_node, value_node in node.value:
             if not isinstance(key_node, yaml.ScalarNode):
                 raise _at(key_node, self.file, "found a list or mapping as a key; allowed: plain text keys")
@@ -178,7 +182,7 @@ class _Builder:
 KEY = "\0key"  # path suffix under which the place of a key, rather than of its value, is kept
 
 
-def read_yaml(file: str | os.PathLike) -> Document:
+def read_yaml(file: StrPath) -> Document:
     """Read a YAML file into plain data with positions.
 
     Raises
@@ -202,7 +206,7 @@ def read_yaml(file: str | os.PathLike) -> Document:
     return _document(text, file)
 
 
-def mapping_document(data: Mapping[str, Any], folder: str | os.PathLike) -> Document:
+def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     """A document whose content is given as plain data; its paths are relative to a folder, its errors name no line.
 
     Raises
@@ -221,7 +225,7 @@ def mapping_document(data: Mapping[str, Any], folder: str | os.PathLike) -> Docu
     return replace(document, places=dict.fromkeys(document.places, (None, None)))
 
 
-def plain_value(text: str, file: str | os.PathLike, line: int) -> Any:
+def plain_value(text: str, file: StrPath, line: int) -> Any:
     """The plain value that a text is in YAML, for a cell of a table.
 
     Raises
@@ -242,7 +246,7 @@ def _document(text: str, file: Path) -> Document:
         mark = getattr(error, "problem_mark", None)
         problem = getattr(error, "problem", None) or str(error) or "too deeply nested"
         raise InputError(
-            f"is not valid YAML: {problem}; mend the syntax here",
+            f"is not valid YAML: {problem}; correct the syntax here",
             file=file,
             line=mark.line + 1 if mark else None,
             column=mark.column + 1 if mark else None,
@@ -269,7 +273,7 @@ def parse_model(document: Document, model: type[Model], context: Any = None) -> 
         raise _located(document, problems[0], len(problems) - 1) from None
 
 
-def _located(document: Document, problem: dict, others: int) -> InputError:
+def _located(document: Document, problem: ErrorDetails, others: int) -> InputError:
     location, context = tuple(problem["loc"]), problem.get("ctx", {})
     if problem["type"] == "unknown_key":
         location += (context["key"], KEY)
@@ -288,6 +292,6 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def load_model(file: str | os.PathLike, model: type[Model], context: Any = None) -> Model:
+def load_model(file: StrPath, model: type[Model], context: Any = None) -> Model:
     """Read a YAML file and validate it into a typed model; see `read_yaml` and `parse_model` for what they raise."""
     return parse_model(read_yaml(file), model, context)

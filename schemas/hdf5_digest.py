@@ -50,7 +50,7 @@ def content_hash(file: h5py.File) -> str:
 
 def digest_holds(file: h5py.File) -> bool:
     """Whether the content of a file is that of its digest."""
-    return content_hash(file) == as_text(file.attrs.get(DIGEST))
+    return bool(content_hash(file) == as_text(file.attrs.get(DIGEST)))
 
 
 def _feed_group(digest: _Hash, group: h5py.Group, place: str) -> None:
@@ -68,7 +68,7 @@ def _feed_group(digest: _Hash, group: h5py.Group, place: str) -> None:
             feed(digest, texts_of(item))
             continue
         for part in parts(item):
-            digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
+            digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")).data)
 
 
 def _arrays_hash(file: h5py.File) -> str:
@@ -85,7 +85,7 @@ def _arrays_hash(file: h5py.File) -> str:
             digest.update("\0".join(texts_of(dataset).ravel().tolist()).encode())
         else:
             for part in parts(dataset):
-                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")))
+                digest.update(np.ascontiguousarray(part, dtype=part.dtype.newbyteorder("<")).data)
     return digest.hexdigest()
 
 

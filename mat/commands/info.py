@@ -18,7 +18,7 @@ def command(file: str, as_json: bool) -> None:
     from skyshine.mat.tables.build_record import cost_of
     from skyshine.schemas.hdf5 import read_file
 
-    root, attributes = read_file(file)
+    root, attributes = read_file(file, lazy=True)
     content = _content(root, attributes) | {"cost": _cost(cost_of(Path(file)))}
     if as_json:
         emit_json(content)
@@ -33,7 +33,7 @@ def _content(root, attributes: dict) -> dict:
         for name, axis in root.axes.items()
     }
     variables = {
-        name: {"units": v.units, "axes": list(v.dims), "shape": list(v.data.shape), "long_name": v.long_name}
+        name: {"units": v.units, "axes": list(v.dims), "shape": list(v.shape), "long_name": v.long_name}
         for name, v in root.variables.items()
     }
     return {

@@ -17,7 +17,7 @@ from skyshine import atmospheres
 from skyshine.mat.spectroscopy.continua import AMAGAT_TEMPERATURE, GasContinuum
 from skyshine.mat.spectroscopy.linebyline import ATMOSPHERE
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 
 OXYGEN_TEMPERATURE = 220.0  # K, of the strengths of O2
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -44,7 +44,7 @@ _READ = {
 }
 
 
-def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict) -> Group:
+def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict[str, Any]) -> Group:
     """Arrange the four quantities of a state, band and source for writing.
 
     Parameters
@@ -63,9 +63,9 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict)
     for quantity, (units, words, more) in _DESCRIBED.items():
         table, dims = tables[quantity], []
         for name, nodes in zip(table.axes, table.nodes, strict=True):
-            own = name if np.array_equal(nodes, shared[name]) else f"{quantity}_{name}"
-            axes[own] = _axis(name, nodes)
-            dims.append(own)
+            dim = name if np.array_equal(nodes, shared[name]) else f"{quantity}_{name}"
+            axes[dim] = _axis(name, nodes)
+            dims.append(dim)
         variables[quantity] = Variable(tuple(dims), table.values, units, words, more)
     variables["valid"] = Variable(
         PATH,
@@ -83,5 +83,6 @@ def path_axes(grid: PathGrid) -> dict[str, Axis]:
 
 
 def _axis(name: str, nodes: np.ndarray) -> Axis:
-    folded = {"interpolation": FOLDED, "period": 360.0} if name == "source_azimuth" else {"interpolation": LINEAR}
-    return table_axis(nodes, *_READ[name], **folded)
+    if name == "source_azimuth":
+        return table_axis(nodes, *_READ[name], interpolation=FOLDED, period=360.0)
+    return table_axis(nodes, *_READ[name], interpolation=LINEAR)

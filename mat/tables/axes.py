@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis
@@ -47,13 +49,13 @@ class AxisRule:
         InputError
             The nodes are not ascending numbers, or the rule is none that this reader knows.
         """
-        read, nodes = axis.attributes, np.asarray(axis.values)
+        attributes, nodes = axis.attributes, np.asarray(axis.values)
         rule = cls(
             name,
             nodes,
-            str(read.get("interpolation", LINEAR)),
-            _number(read.get("period", 0.0)),
-            str(read.get("out_of_range", "error")),
+            str(attributes.get("interpolation", LINEAR)),
+            _number(attributes.get("period", 0.0)),
+            str(attributes.get("out_of_range", "error")),
         )
         numbers = nodes.ndim == 1 and nodes.size > 0 and nodes.dtype.kind in "iuf" and np.all(np.isfinite(nodes))
         if not numbers or np.any(np.diff(nodes) <= 0):
@@ -118,12 +120,12 @@ class AxisRule:
         if lowest >= nodes[0] and highest <= nodes[-1]:
             return values
         if self.out_of_range == "error":
-            found = np.ravel((values if given is None else given)[(values < nodes[0]) | (values > nodes[-1])])[0]
+            outside = np.ravel((values if given is None else given)[(values < nodes[0]) | (values > nodes[-1])])[0]
             raise InputError(
-                f"{self.name}: found {found:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or ask for "
+                f"{self.name}: found {outside:g}; allowed: {nodes[0]:g} to {nodes[-1]:g}; stay inside, or ask for "
                 "out_of_range='clamp'"
             )
-        return np.clip(values, nodes[0], nodes[-1])
+        return np.asarray(np.clip(values, nodes[0], nodes[-1]))
 
     def _exact(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         if values.dtype.kind not in "iuf":
@@ -131,22 +133,24 @@ class AxisRule:
         position = np.clip(np.searchsorted(self.nodes, values), 0, self.nodes.size - 1)
         wrong = self.nodes[position] != values
         if np.any(wrong):
-            found = np.ravel(np.asarray(values)[wrong])[0] if values.ndim else values
+            unknown = np.ravel(np.asarray(values)[wrong])[0] if values.ndim else values
             known = ", ".join(f"{node:g}" for node in self.nodes[:64])
-            raise InputError(f"{self.name}: found {found}; allowed: {known}; name one of them")
+            raise InputError(f"{self.name}: found {unknown}; allowed: {known}; name one of them")
         return position, position, np.zeros(values.shape)
 
 
-def _number(value) -> float:
+def _number(value: Any) -> float:
     try:
         return float(value)
     except (TypeError, ValueError):
         return np.nan
 
 
-def table_axis(values, units: str, long_name: str, *, interpolation: str = LINEAR, period: float = 0.0) -> Axis:
+def table_axis(
+    values: npt.ArrayLike, units: str, long_name: str, *, interpolation: str = LINEAR, period: float = 0.0
+) -> Axis:
     """An axis for a file, with the rule by which readers interpolate on it."""
-    attributes: dict = {"interpolation": interpolation, "out_of_range": "error"}
+    attributes: dict[str, Any] = {"interpolation": interpolation, "out_of_range": "error"}
     if period:
         attributes["period"] = period
     return Axis(values, units, long_name, attributes)

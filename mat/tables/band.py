@@ -86,10 +86,12 @@ def with_fine_normalisation(root: Group, materials: Sequence[Material], seed: in
     )
 
 
-def _reflectances(response, materials, irradiance) -> dict[str, Variable]:
+def _reflectances(
+    response: SpectralResponse, materials: Sequence[Material], irradiance: tuple[np.ndarray, np.ndarray]
+) -> dict[str, Variable]:
     flat = np.array([band_reflectance(m, response, "flat") for m in materials])
     planck = np.array([band_reflectance(m, response, "planck", temperature=PLANCK_TEMPERATURES) for m in materials])
-    warm = np.array([band_emissivity(m, response, PLANCK_TEMPERATURES) for m in materials])
+    emitted = np.array([band_emissivity(m, response, PLANCK_TEMPERATURES) for m in materials])
     solar = np.array([band_reflectance(m, response, "solar", irradiance=irradiance) for m in materials])
     per_material, per_temperature = ("material",), ("material", "planck_temperature")
     return {
@@ -99,14 +101,14 @@ def _reflectances(response, materials, irradiance) -> dict[str, Variable]:
         "emissivity": Variable(per_material, 1.0 - flat, "1", "1 - reflectance, the emissivity of equation (6)"),
         "emissivity_planck": Variable(
             per_temperature,
-            warm,
+            emitted,
             "1",
             "emissivity weighted by Planck radiance; below 1 - reflectance where light passes",
         ),
     }
 
 
-def _lobes(materials) -> dict[str, Variable]:
+def _lobes(materials: Sequence[Material]) -> dict[str, Variable]:
     widths = np.array([m.lobe_fwhm for m in materials])
     by_angle = np.array([normalisation(width, SOURCE_ANGLES) for width in widths])
     per_material = ("material",)

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:  # all of the physics behind it, which `mat info` does not wait for
-    pass
-
+from typing import Any
 
 NAME = "build.json"
 
 
-def cost_of(path: Path) -> dict | None:
+def cost_of(path: Path) -> dict[str, Any] | None:
     """What a database cost by the record beside it; None where that does not know it."""
     try:
         entry = json.loads((path.parent / NAME).read_text(encoding="utf-8"))["files"][path.name]

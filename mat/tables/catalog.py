@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from skyshine.schemas.hdf5 import open_database
 from skyshine.schemas.whole_files import write_whole
@@ -22,7 +23,7 @@ def write_catalog(folder: Path, names: Sequence[str]) -> Path:
     return path
 
 
-def _entry(folder: Path, name: str) -> dict:
+def _entry(folder: Path, name: str) -> dict[str, Any]:
     match = _NAME.match(name)
     numbers = {key: int(text) for key, text in match.groupdict().items() if text} if match else {}
     with open_database(folder / name) as file:

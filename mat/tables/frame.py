@@ -56,8 +56,8 @@ def part_of(root: Group, rules: Mapping[str, Sequence[AxisRule]], places: Mappin
             variables[name] = Variable(tuple(dims), data, variable.units, variable.long_name, variable.attributes)
         elif not set(variable.dims) & moved:
             variables[name] = variable
-    left = {dim for variable in variables.values() for dim in variable.dims}
-    return Group({name: axis for name, axis in axes.items() if name in left}, variables, root.groups, root.attributes)
+    used = {dim for variable in variables.values() for dim in variable.dims}
+    return Group({name: axis for name, axis in axes.items() if name in used}, variables, root.groups, root.attributes)
 
 
 def _around(rule: AxisRule, wanted: np.ndarray) -> slice:

@@ -47,8 +47,8 @@ class Gridded:
     @classmethod
     def all_of(cls, quantities: AtmosphericQuantities, grid: PathGrid) -> dict[str, Gridded]:
         """The quantities of one grid by their names in the files; those that were not computed are left out."""
-        held = {name: getattr(quantities, key) for name, (key, _) in QUANTITIES.items()}
-        return {name: cls(grid, values, quantities.valid) for name, values in held.items() if values is not None}
+        arrays = {name: getattr(quantities, key) for name, (key, _) in QUANTITIES.items()}
+        return {name: cls(grid, values, quantities.valid) for name, values in arrays.items() if values is not None}
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -63,10 +63,12 @@ class Gridded:
 
     def located(self, places: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Places by the names of `AXES`, as coordinates on the axes of `values`."""
-        found = {name: places[name] for name in self.axes if name != ANGLE}
+        coordinates = {name: places[name] for name in self.axes if name != ANGLE}
         if ANGLE in self.axes:
-            found[ANGLE] = scattering_angle(places["elevation"], places["source_elevation"], places["source_azimuth"])
-        return found
+            coordinates[ANGLE] = scattering_angle(
+                places["elevation"], places["source_elevation"], places["source_azimuth"]
+            )
+        return coordinates
 
     def read(self, places: dict[str, np.ndarray]) -> np.ndarray:
         """Interpolated values at places by the names of `AXES`, broadcast against each other."""

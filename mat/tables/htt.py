@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,9 +22,9 @@ def htt_group(
     table: SurfaceTemperatures,
     codes: Sequence[int],
     names: Sequence[str],
-    axes: dict,
+    axes: dict[str, Any],
     accuracy: Group,
-    attributes: dict,
+    attributes: dict[str, Any],
     *,
     whole_day: bool = True,
 ) -> Group:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.tables.axes import AxisRule
 from skyshine.schemas.errors import InputError, nearest
@@ -36,8 +38,9 @@ def interpolate(values: np.ndarray, rules: Sequence[AxisRule], where: Mapping[st
     for name in where:
         if name not in names:
             raise InputError(f"found the axis '{name}'; {nearest(name, names)}")
-    corners, stride = [], values.size
-    base: np.ndarray | int = 0
+    corners: list[tuple[npt.NDArray[np.intp], npt.NDArray[np.float64]]] = []
+    stride = values.size
+    base: npt.NDArray[np.intp] | int = 0
     for rule, count in zip(rules, values.shape, strict=True):
         if rule.name not in where and rule.nodes.size > 1:
             raise InputError(f"the axis '{rule.name}' is missing; give a value for it")
@@ -50,7 +53,12 @@ def interpolate(values: np.ndarray, rules: Sequence[AxisRule], where: Mapping[st
     return _sum_corners(values.reshape(-1), shape, base, corners)
 
 
-def _sum_corners(flat: np.ndarray, shape: tuple[int, ...], base, corners: list) -> np.ndarray:
+def _sum_corners(
+    flat: npt.NDArray[Any],
+    shape: tuple[int, ...],
+    base: npt.NDArray[np.intp] | int,
+    corners: list[tuple[npt.NDArray[np.intp], npt.NDArray[np.float64]]],
+) -> npt.NDArray[np.float64]:
     """Weighted sums over the corners of one cell a point, in batches.
 
     Parameters
@@ -61,22 +69,22 @@ def _sum_corners(flat: np.ndarray, shape: tuple[int, ...], base, corners: list) 
     corners : list of (step, weight)
         For each axis that moves: how far the upper node is in `flat`, and its weight.
     """
-    base = np.broadcast_to(base, shape).reshape(-1)
-    corners = [tuple(np.broadcast_to(part, shape).reshape(-1) for part in pair) for pair in corners]
-    result = np.empty(base.size)
-    for start in range(0, base.size, BATCH):
+    lowest = np.broadcast_to(base, shape).reshape(-1)
+    moves = [(np.broadcast_to(step, shape).reshape(-1), np.broadcast_to(w, shape).reshape(-1)) for step, w in corners]
+    result = np.empty(lowest.size)
+    for start in range(0, lowest.size, BATCH):
         part = slice(start, start + BATCH)
-        index = np.empty((1 << len(corners), base[part].size), np.intp)
-        index[0] = base[part]
-        for k, (step, _) in enumerate(corners):
+        index = np.empty((1 << len(moves), lowest[part].size), np.intp)
+        index[0] = lowest[part]
+        for k, (step, _) in enumerate(moves):
             np.add(index[: 1 << k], step[part], out=index[1 << k : 2 << k])
-        found = flat.take(index).astype(float)
-        for _, weight in reversed(corners):  # the axis added last parts the corners into halves
-            half = found.shape[0] // 2
-            lower, upper = found[:half], found[half:]
+        sums = flat.take(index).astype(float)
+        for _, weight in reversed(moves):  # the axis added last parts the corners into halves
+            half = sums.shape[0] // 2
+            lower, upper = sums[:half], sums[half:]
             lower *= 1.0 - weight[part]
             upper *= weight[part]
             lower += upper
-            found = lower
-        result[part] = found[0]
+            sums = lower
+        result[part] = sums[0]
     return result.reshape(shape)

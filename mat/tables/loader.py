@@ -5,12 +5,13 @@ Arrays are read from their file when they are first asked for (a flat export sta
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
@@ -19,14 +20,20 @@ from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
 from skyshine.mat.tables.frame import part_of
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Group, check_version, open_database, read_file
+from skyshine.schemas.paths import StrPath
 
+if TYPE_CHECKING:
+    import xarray
+
+Policy = str | Mapping[str, str] | None  # 'error' or 'clamp', or one of them by axis name; None: what the file states
 _TURNED = ("elevation", "source_elevation", AXES[-1])  # give the scattering angle
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Table:
     """An open database; safe to share between threads, for nothing in it changes once it is read.
 
@@ -37,22 +44,32 @@ class Table:
     root : Group
     attributes : dict
         The root attributes.
-    still : dict of str to float
+    fixed_axes : dict of str to float
         Of a part of a table: axes that are gone, with the value that they were read at.
     """
 
     path: Path
     filetype: str
     root: Group
-    attributes: dict
-    still: dict[str, float] = field(default_factory=dict)
+    attributes: dict[str, Any]
+    fixed_axes: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Type, file, axes and quantities, in a few lines."""
+        axes = [f"{name} {np.size(axis.values)}" for name, axis in self.root.axes.items()]
+        axes += [f"{name} = {value:g}" for name, value in self.fixed_axes.items()]
+        quantities = [f"{name} [{self.root.variables[name].units}]" for name in self.quantities]
+        return (
+            f"<{type(self).__name__} {self.filetype} {self.attributes.get('format_version')} '{self.path}'\n"
+            f"  axes: {', '.join(axes)}\n  quantities: {', '.join(quantities)}>"
+        )
 
     @property
     def quantities(self) -> list[str]:
         """Names of the quantities that can be interpolated."""
         return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
 
-    def rules(self, quantity: str, out_of_range: str | Mapping[str, str] | None = None) -> list[AxisRule]:
+    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
         """Axes of a quantity, without its name where they are its own; `out_of_range` ('error' or 'clamp', or one of
         them by axis name)
         overrides what the file states."""
@@ -73,7 +90,7 @@ class Table:
                 raise InputError(f"found the axis '{name}' in out_of_range; {nearest(name, names)}")
         return [replace(rule, out_of_range=chosen.get(rule.name, rule.out_of_range)) for rule in rules]
 
-    def value(self, quantity: str, *, out_of_range: str | Mapping[str, str] | None = None, **where) -> np.ndarray:
+    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
         """Interpolated values of a quantity.
 
         Parameters
@@ -103,7 +120,7 @@ class Table:
             raise InputError(f"'{quantity}' does not fit its axes; build the file again", file=self.path)
         return interpolate(data, rules, where)
 
-    def part(self, *, out_of_range: str | Mapping[str, str] | None = None, **where):
+    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
         """The part of the table that one frame reads; reading it gives what the whole table gives, with fewer values.
 
         Parameters
@@ -126,26 +143,27 @@ class Table:
         """
         if "material" in where:
             where["material"] = self.material_codes(where["material"])
-        rules, places = {}, {}
+        rules: dict[str, list[AxisRule]] = {}
+        places: dict[str, dict[str, Any]] = {}
         for quantity in self.quantities:
             rules[quantity] = self.rules(quantity)
             places[quantity] = self._coordinates(quantity, where)
-        known = {rule.name for each in rules.values() for rule in each}
+        known = {rule.name for axis_rules in rules.values() for rule in axis_rules}
         known |= {AXES[-1]} if ANGLE in known else set()
         for name in where:
             if name not in known:
                 raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
         if out_of_range is not None:
-            for quantity, each in rules.items():
-                names = [rule.name for rule in each]
+            for quantity, axis_rules in rules.items():
+                names = [rule.name for rule in axis_rules]
                 chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
                 rules[quantity] = self.rules(
                     quantity, {name: policy for name, policy in chosen.items() if name in names}
                 )
-        still = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
-        return replace(self, root=part_of(self.root, rules, places), still=self.still | still)
+        fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
+        return replace(self, root=part_of(self.root, rules, places), fixed_axes=self.fixed_axes | fixed)
 
-    def _coordinates(self, quantity: str, where: dict) -> dict:
+    def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
         """What `part` reads or cuts of a quantity's own axes."""
         return where
 
@@ -171,6 +189,37 @@ class Table:
         at = list(group.axes["quantity"].values).index(quantity)
         return {name: float(v.data[at]) for name, v in group.variables.items() if v.dims == ("quantity",)}
 
+    def to_xarray(self) -> xarray.Dataset:
+        """The table as an xarray Dataset, in memory: axes as coordinates, materials by name.
+
+        A material axis has the names as its index and the codes as the coordinate ``material_code``, so that
+        ``.sel(material="asphalt_road")`` picks one. The stated errors are not in it; see `error`.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            xarray is not installed.
+        """
+        import xarray
+
+        coordinates: dict[str, Any] = {
+            name: (name, axis.values, {"units": axis.units, "long_name": axis.long_name, **axis.attributes})
+            for name, axis in self.root.axes.items()
+        }
+        arrays: dict[str, Any] = {
+            name: (
+                variable.dims,
+                variable.data,
+                {"units": variable.units, "long_name": variable.long_name, **variable.attributes},
+            )
+            for name, variable in self.root.variables.items()
+        }
+        if NAMES in arrays:
+            arrays = {name: (dims, data, _without(about, COORDINATES)) for name, (dims, data, about) in arrays.items()}
+            coordinates[f"{AXIS}_code"] = coordinates[AXIS]
+            coordinates[AXIS] = arrays.pop(NAMES)
+        return xarray.Dataset(arrays, coordinates, self.attributes | self.fixed_axes)
+
     @property
     def materials(self) -> dict[str, int]:
         """Material names with their codes, where the file has a material axis."""
@@ -179,7 +228,7 @@ class Table:
         names = self.root.variables["material_name"].data
         return dict(zip(names.tolist(), (int(code) for code in self.root.axes["material"].values), strict=True))
 
-    def material_codes(self, given) -> np.ndarray:
+    def material_codes(self, given: Any) -> npt.NDArray[Any]:
         """Codes of materials given by code or by name."""
         array = np.asarray(given)
         if array.dtype.kind not in "UO":
@@ -191,10 +240,23 @@ class Table:
         return np.array([known[name] for name in array.ravel()], dtype=int).reshape(array.shape)
 
 
+def _without(mapping: dict[str, Any], key: str) -> dict[str, Any]:
+    return {name: value for name, value in mapping.items() if name != key}
+
+
 class TemperatureTable(Table):
     """A ``.htt`` database."""
 
-    def temperature(self, *, material, altitude=0.0, azimuth=0.0, slope=0.0, time=0.0, out_of_range=None):
+    def temperature(
+        self,
+        *,
+        material: Any,
+        altitude: npt.ArrayLike = 0.0,
+        azimuth: npt.ArrayLike = 0.0,
+        slope: npt.ArrayLike = 0.0,
+        time: npt.ArrayLike = 0.0,
+        out_of_range: Policy = None,
+    ) -> npt.NDArray[np.float64]:
         """Surface temperature in kelvin.
 
         Parameters
@@ -221,11 +283,13 @@ class TemperatureTable(Table):
 class BandTable(Table):
     """A ``.band`` database."""
 
-    def blackbody_radiance(self, temperature):
+    def blackbody_radiance(self, temperature: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Band radiance of a black body, equation (7), W m^-2 sr^-1, at `temperature` in kelvin."""
         return self.value("blackbody_radiance", temperature=temperature)
 
-    def normalisation(self, *, material, angle, out_of_range=None):
+    def normalisation(
+        self, *, material: Any, angle: npt.ArrayLike, out_of_range: Policy = None
+    ) -> npt.NDArray[np.float64]:
         """N_s of (43) at angles of incidence in degree.
 
         From ``normalisation_fine`` (0 to 90 degree) where the job asked for it, else from ``normalisation_by_angle`` (0
@@ -239,11 +303,11 @@ class BandTable(Table):
 class AtmosphereTable(Table):
     """An ``.atmq`` or ``.lunar_atmq`` database."""
 
-    def value(self, quantity, *, out_of_range=None, **where):
+    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
         """As `Table.value`; a table by scattering angle is read by source azimuth too."""
         azimuth = AXES[-1]
-        if self._by_angle(quantity) and ANGLE not in where and azimuth in self.still | where:
-            place = self.still | where
+        if self._by_angle(quantity) and ANGLE not in where and azimuth in self.fixed_axes | where:
+            place = self.fixed_axes | where
             if missing := [name for name in _TURNED if name not in place]:
                 raise InputError(f"the axis '{missing[0]}' is missing; give a value for it")
             where[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
@@ -256,24 +320,34 @@ class AtmosphereTable(Table):
         variable = self.root.variables.get(quantity)
         return variable is not None and any(dim.endswith(ANGLE) for dim in variable.dims)
 
-    def _coordinates(self, quantity: str, where: dict) -> dict:
+    def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
         if not self._by_angle(quantity):
             return where
-        place = self.still | where
-        own = {name: value for name, value in where.items() if name != AXES[-1]}
-        if ANGLE not in own and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
-            own[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
-        return own
+        place = self.fixed_axes | where
+        coordinates = _without(where, AXES[-1])
+        if ANGLE not in coordinates and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
+            coordinates[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
+        return coordinates
 
-    def transmittance(self, *, range, beta_star):
+    def transmittance(self, *, range: npt.ArrayLike, beta_star: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Transmittance over a range in km for a given beta*, equation (9)."""
-        return np.exp(-BETA_FACTOR * np.asarray(range, float) / np.asarray(beta_star, float))
+        depth = BETA_FACTOR * np.asarray(range, float) / np.asarray(beta_star, float)
+        return np.asarray(np.exp(-depth))
 
 
 class ThermalTable(AtmosphereTable):
     """A ``.thermal_atmq`` database."""
 
-    def beta_star(self, *, material, temperature, range, altitude, elevation, out_of_range=None):
+    def beta_star(
+        self,
+        *,
+        material: Any,
+        temperature: npt.ArrayLike,
+        range: npt.ArrayLike,
+        altitude: npt.ArrayLike,
+        elevation: npt.ArrayLike,
+        out_of_range: Policy = None,
+    ) -> npt.NDArray[np.float64]:
         """beta* in km of the light that materials emit, in place of beta* in equation (6).
 
         Parameters
@@ -297,7 +371,7 @@ class ThermalTable(AtmosphereTable):
             out_of_range=out_of_range,
         )
 
-    def value(self, quantity: str, *, out_of_range=None, **where) -> np.ndarray:
+    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
         """As `Table.value`; for a material in place of its class too."""
         if quantity == "beta_star_thermal" and "material" in where and "material_class" not in where:
             number = super().value("class_of_material", material=where.pop("material"))
@@ -305,7 +379,7 @@ class ThermalTable(AtmosphereTable):
         return super().value(quantity, out_of_range=out_of_range, **where)
 
 
-def open_table(path: str | os.PathLike) -> Table:
+def open_table(path: StrPath) -> Table:
     """Open any database of the table builder, or the header of its flat export.
 
     Raises

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.tables.axes import PERIODIC
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, ThermalTable, open_table
+from skyshine.mat.tables.loader import AtmosphereTable, Table, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.paths import StrPath
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SHOWN_PARTS = 8  # absorbers drawn in a spectrum
 SHOWN = 12  # lines in one plot beyond which colours no longer tell them apart
 
 
-def draw(file: str | os.PathLike, picture: str | os.PathLike) -> Path:
+def draw(file: StrPath, picture: StrPath) -> Path:
     """Draw a database into a PNG.
 
     Raises
@@ -24,20 +29,26 @@ def draw(file: str | os.PathLike, picture: str | os.PathLike) -> Path:
     InputError
         The file is not a database of the table builder.
     """
+    from matplotlib import figure as figures
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     table = open_table(file)
-    figure = Figure(figsize=(11.5, 9.2) if type(table) is AtmosphereTable else (12, 4.6), layout="constrained")
+    figure = figures.Figure(figsize=(11.5, 9.2) if type(table) is AtmosphereTable else (12, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
-    drawers = {TemperatureTable: _temperatures, BandTable: _band, AtmosphereTable: _atmosphere, ThermalTable: _thermal}
-    drawers[type(table)](figure, table)
+    if isinstance(table, TemperatureTable):
+        _temperatures(figure, table)
+    elif isinstance(table, ThermalTable):
+        _thermal(figure, table)
+    elif isinstance(table, AtmosphereTable):
+        _atmosphere(figure, table)
+    else:
+        _band(figure, table)
     figure.suptitle(f"{table.path.name}  ({table.attributes['title']})", fontsize=10)
     figure.savefig(picture, dpi=110, metadata={"Software": None})
     return Path(picture)
 
 
-def draw_spectrum(spectrum, title: str, picture: str | os.PathLike) -> Path:
+def draw_spectrum(spectrum: Any, title: str, picture: StrPath) -> Path:
     """Draw a spectrum of `line_spectrum` into a PNG: transmittance, whole and by what absorbs most, and path radiance.
 
     Raises
@@ -45,10 +56,10 @@ def draw_spectrum(spectrum, title: str, picture: str | os.PathLike) -> Path:
     InputError
         The picture cannot be written.
     """
+    from matplotlib import figure as figures
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(12, 7), layout="constrained")
+    figure = figures.Figure(figsize=(12, 7), layout="constrained")
     FigureCanvasAgg(figure)
     upper, lower = figure.subplots(2, 1, sharex=True)
     parts = {
@@ -80,9 +91,9 @@ def draw_spectrum(spectrum, title: str, picture: str | os.PathLike) -> Path:
     return Path(picture)
 
 
-def _reciprocal(values):
+def _reciprocal(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Wavelength in um of wavenumber in cm^-1, and back."""
-    return 1e4 / np.maximum(values, 1e-6)
+    return np.asarray(1e4 / np.maximum(values, 1e-6))
 
 
 def _colours(count: int) -> np.ndarray:
@@ -91,7 +102,7 @@ def _colours(count: int) -> np.ndarray:
     return colormaps["tab20" if count > 10 else "tab10"](np.arange(count))
 
 
-def _temperatures(figure, table: Table) -> None:
+def _temperatures(figure: Figure, table: TemperatureTable) -> None:
     axes = table.root.axes
     hours = axes["time"].values
     if table.rules("temperature")[-1].interpolation == PERIODIC:
@@ -114,7 +125,7 @@ def _temperatures(figure, table: Table) -> None:
     figure.colorbar(mesh, ax=aspect, label="temperature, °C")
 
 
-def _band(figure, table: Table) -> None:
+def _band(figure: Figure, table: Table) -> None:
     axes, variables = table.root.axes, table.root.variables
     radiance, materials = figure.subplots(1, 2)
     kelvin = axes["temperature"].values
@@ -130,7 +141,7 @@ def _band(figure, table: Table) -> None:
     materials.legend(fontsize=7)
 
 
-def _atmosphere(figure, table: Table) -> None:
+def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
     axes = table.root.axes
     low = float(axes["altitude"].values[0])
     heights = axes["altitude"].values
@@ -150,7 +161,7 @@ def _atmosphere(figure, table: Table) -> None:
     source.legend(fontsize=7)
 
 
-def _thermal(figure, table: ThermalTable) -> None:
+def _thermal(figure: Figure, table: ThermalTable) -> None:
     """Transmittance of each class over range along the level, and against the temperature of the surface at one
     range.
     """
@@ -163,7 +174,7 @@ def _thermal(figure, table: ThermalTable) -> None:
     ranges, kelvin = _ranges(table), axes["planck_temperature"].values
     if not ranges.size:
         return
-    where = {"altitude": low, "elevation": level, "out_of_range": {"range": "clamp"}}
+    where: dict[str, Any] = {"altitude": low, "elevation": level, "out_of_range": {"range": "clamp"}}
     first, half = 0, None
     for number, colour in zip(classes, _colours(classes.size), strict=True):
         count = sizes[number]
@@ -196,14 +207,16 @@ def _ranges(table: Table) -> np.ndarray:
     return nodes if nodes.size < 2 else np.unique(np.concatenate([nodes, np.geomspace(nodes[0], nodes[-1], 120)[1:-1]]))
 
 
-def _transmittance(table: Table, ranges: np.ndarray, altitude: float, elevation) -> np.ndarray:
+def _transmittance(
+    table: AtmosphereTable, ranges: npt.NDArray[np.float64], altitude: float, elevation: npt.ArrayLike
+) -> npt.NDArray[np.float64]:
     """Transmittance by range (and elevation), not a number behind the ground."""
-    where = {"range": ranges, "altitude": altitude, "elevation": elevation}
+    where: dict[str, Any] = {"range": ranges, "altitude": altitude, "elevation": elevation}
     tau = table.transmittance(range=ranges, beta_star=table.value("beta_star", **where))
     return np.where(table.value("valid", **where) > 0.99, tau, np.nan)
 
 
-def _reach(axis, table: Table, altitude: float) -> None:
+def _reach(axis: Any, table: AtmosphereTable, altitude: float) -> None:
     elevations = table.root.axes["elevation"].values
     chosen = elevations[np.unique(np.linspace(0, elevations.size - 1, 9).round().astype(int))]
     ranges = _ranges(table)
@@ -213,7 +226,7 @@ def _reach(axis, table: Table, altitude: float) -> None:
     axis.legend(fontsize=7, title="elevation", title_fontsize=7)
 
 
-def _section(figure, axis, table: Table, altitude: float) -> None:
+def _section(figure: Figure, axis: Any, table: AtmosphereTable, altitude: float) -> None:
     """Transmittance in a vertical plane: outwards the range, around it the elevation of the line of sight."""
     ranges, elevations = _ranges(table), table.root.axes["elevation"].values
     axis.set(thetamin=float(elevations[0]), thetamax=float(max(elevations[-1], elevations[0] + 10)))
@@ -229,7 +242,7 @@ def _section(figure, axis, table: Table, altitude: float) -> None:
     figure.colorbar(mesh, ax=axis, label="transmittance", shrink=0.8)
 
 
-def _sky(figure, axis, table: Table, low: float) -> None:
+def _sky(figure: Figure, axis: Any, table: AtmosphereTable, low: float) -> None:
     """Path radiance to the end of the range axis over the sky: the zenith in the middle, the source's azimuth at the
     top.
     """
@@ -244,7 +257,7 @@ def _sky(figure, axis, table: Table, low: float) -> None:
     sun = float(axes["source_elevation"].values[np.argmin(np.abs(axes["source_elevation"].values - 30.0))])
     far = float(axes["range"].values[-1])
     fine, around = np.linspace(ups[0], ups[-1], 91), np.linspace(turn[0], turn[-1], 91)
-    where = {"range": far, "altitude": low, "elevation": fine[:, np.newaxis]}
+    where: dict[str, Any] = {"range": far, "altitude": low, "elevation": fine[:, np.newaxis]}
     tau = table.transmittance(range=far, beta_star=table.value("beta_star", **where))
     radiance = (1 - tau) * table.value("path_radiance_ratio", **where, source_elevation=sun, source_azimuth=around)
     whole = np.concatenate([-around[:0:-1], around])  # the two halves of the sky mirror each other

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, read_file
+from skyshine.schemas.paths import StrPath
 
 FORMAT, FORMAT_VERSION = "skyshine-raw", "1.0.0"
 ALIGNMENT = 16  # bytes; arrays can be mapped as vectors of four
@@ -22,7 +24,7 @@ INTEGER_LIMIT = 1 << 24  # float32 holds every integer up to this one
 ENDING = ".raw.json"
 
 
-def export_raw(path: str | os.PathLike, folder: str | os.PathLike) -> Path:
+def export_raw(path: StrPath, folder: StrPath) -> Path:
     """Write a database as ``NAME.raw.json`` and ``NAME.raw.bin`` into a folder.
 
     Returns
@@ -39,7 +41,13 @@ def export_raw(path: str | os.PathLike, folder: str | os.PathLike) -> Path:
     name = Path(path).name.removesuffix(".h5")
     target = Path(folder) / f"{name}{ENDING}"
     parts = [target.with_name(f".{target.name}.{os.getpid()}.{kind}.part") for kind in ("bin", "json")]
-    header = {"format": FORMAT, "format_version": FORMAT_VERSION, "data": f"{name}.raw.bin", "bytes": 0, "groups": {}}
+    header: dict[str, Any] = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "data": f"{name}.raw.bin",
+        "bytes": 0,
+        "groups": {},
+    }
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with parts[0].open("wb") as file:
@@ -51,20 +59,22 @@ def export_raw(path: str | os.PathLike, folder: str | os.PathLike) -> Path:
         os.replace(parts[0], target.with_name(header["data"]))
         os.replace(parts[1], target)
     except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=target) from None
+        raise InputError(
+            f"cannot be written: {error.strerror or error}; check free space and permissions", file=target
+        ) from None
     finally:
         for part in parts:
             part.unlink(missing_ok=True)
     return target
 
 
-def _walk(group: Group, place: str):
+def _walk(group: Group, place: str) -> Iterator[tuple[str, Group]]:
     yield place, group
     for name, child in group.groups.items():
         yield from _walk(child, f"{place}/{name}".lstrip("/"))
 
 
-def _write_group(file, group: Group, path: Path, place: str) -> dict:
+def _write_group(file: BinaryIO, group: Group, path: Path, place: str) -> dict[str, Any]:
     axes = {
         name: {**_described(axis), "type": _type(axis.values), "values": [_plain(v) for v in axis.values.tolist()]}
         for name, axis in group.axes.items()
@@ -85,7 +95,7 @@ def _write_group(file, group: Group, path: Path, place: str) -> dict:
     return {"attributes": _plain_all(group.attributes), "axes": axes, "arrays": arrays}
 
 
-def _append(file, data: np.ndarray, name: str, path: Path) -> int:
+def _append(file: BinaryIO, data: np.ndarray, name: str, path: Path) -> int:
     if data.dtype.kind in "iu" and data.size and max(abs(int(data.min())), abs(int(data.max()))) > INTEGER_LIMIT:
         raise InputError(f"'{name}' holds an integer beyond {INTEGER_LIMIT}, which float32 cannot hold", file=path)
     file.write(b"\0" * (-file.tell() % ALIGNMENT))
@@ -98,11 +108,11 @@ def _type(values: np.ndarray) -> str:
     return "text" if values.dtype.kind == "O" else values.dtype.str.lstrip("<>|=")
 
 
-def _described(item: Axis | Variable) -> dict:
+def _described(item: Axis | Variable) -> dict[str, Any]:
     return {"units": item.units, "long_name": item.long_name, "attributes": _plain_all(item.attributes)}
 
 
-def _plain_all(attributes: dict) -> dict:
+def _plain_all(attributes: dict[str, Any]) -> dict[str, Any]:
     return {
         name: _plain(value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value)
         for name, value in attributes.items()
@@ -115,7 +125,7 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def read_raw(path: str | os.PathLike) -> tuple[Group, dict]:
+def read_raw(path: StrPath) -> tuple[Group, dict[str, Any]]:
     """Read a flat export; its float arrays stay on disk, memory-mapped.
 
     Returns
@@ -135,8 +145,8 @@ def read_raw(path: str | os.PathLike) -> tuple[Group, dict]:
             raise InputError(f"is larger than a header may be, {HEADER_LIMIT} bytes", file=path)
         header = json.loads(path.read_text(encoding="utf-8"))
         if header["format"] != FORMAT or header["format_version"].split(".")[0] != FORMAT_VERSION.split(".")[0]:
-            found = f"{header['format']} {header['format_version']}"
-            raise InputError(f"holds {found}; this reader reads {FORMAT} 1.x; export the database again", file=path)
+            kind = f"{header['format']} {header['format_version']}"
+            raise InputError(f"holds {kind}; this reader reads {FORMAT} 1.x; export the database again", file=path)
         data = path.with_name(Path(header["data"]).name)
         if data.stat().st_size != header["bytes"]:
             raise InputError(
@@ -156,7 +166,7 @@ def read_raw(path: str | os.PathLike) -> tuple[Group, dict]:
         raise InputError(f"is not a flat export ({words}); export the database again", file=path) from None
 
 
-def _read_group(entry: dict, flat: np.ndarray) -> Group:
+def _read_group(entry: dict[str, Any], flat: np.ndarray) -> Group:
     axes = {
         name: Axis(np.array(a["values"], _dtype(a["type"])), a["units"], a["long_name"], a["attributes"])
         for name, a in entry["axes"].items()
@@ -174,7 +184,7 @@ def _dtype(kind: str) -> np.dtype:
     return np.dtype(object if kind == "text" else kind)
 
 
-def _array(entry: dict, flat: np.ndarray) -> np.ndarray:
+def _array(entry: dict[str, Any], flat: np.ndarray) -> np.ndarray:
     shape, kind = tuple(entry["shape"]), _dtype(entry["type"])
     if "values" in entry:
         return np.array(entry["values"], kind).reshape(shape)
@@ -183,8 +193,8 @@ def _array(entry: dict, flat: np.ndarray) -> np.ndarray:
     size = 1
     for count in shape:
         size *= count
-    found = flat[entry["offset"] : entry["offset"] + 4 * size]
-    if found.size != 4 * size:
+    stored = flat[entry["offset"] : entry["offset"] + 4 * size]
+    if stored.size != 4 * size:
         raise ValueError("an array lies outside the data")
-    values = found.view("<f4").reshape(shape)
+    values = stored.view("<f4").reshape(shape)
     return values if kind == np.dtype("f4") else values.astype(kind)

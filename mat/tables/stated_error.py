@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,11 +42,13 @@ def measure(quantity: str, error: np.ndarray, kelvin: np.ndarray) -> ErrorMeasur
     size = np.abs(np.ravel(error)), np.abs(np.ravel(kelvin))
     if not size[0].size:
         return ErrorMeasure(quantity, 0, *[float("nan")] * 6)
-    own, warm = ((float(e.max()), float(np.percentile(e, 95)), float(np.sqrt(np.mean(e**2)))) for e in size)
-    return ErrorMeasure(quantity, size[0].size, *own, *warm)
+    units, as_kelvin = ((float(e.max()), float(np.percentile(e, 95)), float(np.sqrt(np.mean(e**2)))) for e in size)
+    return ErrorMeasure(quantity, size[0].size, *units, *as_kelvin)
 
 
-def accuracy_group(measures: Sequence[ErrorMeasure], extra: Mapping[str, Variable], axes: dict, notes: dict) -> Group:
+def accuracy_group(
+    measures: Sequence[ErrorMeasure], extra: Mapping[str, Variable], axes: dict[str, Axis], notes: dict[str, Any]
+) -> Group:
     """The ``/accuracy`` group of a file.
 
     Parameters
@@ -57,13 +60,13 @@ def accuracy_group(measures: Sequence[ErrorMeasure], extra: Mapping[str, Variabl
         Seed, method and other facts of the measurement.
     """
     names = np.array([m.quantity for m in measures], object)
-    own = ("maximum", "p95", "rms")
+    statistics = ("maximum", "p95", "rms")
     words = {"maximum": "largest error", "p95": "95th percentile of the error", "rms": "root mean square error"}
     variables = {
         name: Variable(
             ("quantity",), np.array([getattr(m, name) for m in measures]), "1", f"{words[name]}, in quantity's units"
         )
-        for name in own
+        for name in statistics
     }
     variables |= {
         f"{name}_kelvin": Variable(
@@ -72,7 +75,7 @@ def accuracy_group(measures: Sequence[ErrorMeasure], extra: Mapping[str, Variabl
             "K",
             f"{words[name]}, as equivalent temperature",
         )
-        for name in own
+        for name in statistics
     }
     variables["points"] = Variable(
         ("quantity",), np.array([m.points for m in measures], np.int64), "1", "points at which the error was measured"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def thermal_group(
     materials: Sequence[Material],
     classes: EmissionClasses,
     accuracy: Group,
-    attributes: dict,
+    attributes: dict[str, Any],
 ) -> Group:
     """Arrange the weighted transmittance of a state and a band for writing.
 

@@ -182,9 +182,9 @@ def test_missing_folder_and_index(tmp_path):
         ("spec", "lobe_fwhm: {value: 60", "lobe_fwhm: {value: 360", r"yaml:3:\d+: lobe_fwhm\.value: found 360"),
         ("spec", "specular_fraction: {value: 0.05", "specular_fraction: {value: 5", r"fraction\.value: found 5"),
         ("ref", "wavelength_um,reflectance", "um,percent", r"csv:\d+:1: found the column names 'um,percent'; allowed"),
-        ("ref", "\n0.3,0.0", "\n0.3,3.0", r"csv:\d+:1: reflectance: found 3\.\d+; allowed: 0 to 1; divide by 100"),
+        ("ref", "\n0.3,0.0", "\n0.3,3.0", r"csv:\d+:5: reflectance: found 3\.\d+; allowed: 0 to 1; divide by 100"),
         ("ref", "\n0.3,0.0", "\n0.9,0.0", r"csv:\d+:1: wavelength_um: found 0\.30\d+ after 0\.9"),
-        ("ref", "\n0.3,0.0", "\n0.3,nan,0.0", r"csv:\d+:1: found '0\.3,nan,.*; allowed: 2 numbers"),
+        ("ref", "\n0.3,0.0", "\n0.3,nan,0.0", r"csv:\d+:1: found 3 cells; allowed: 2"),
         ("ref", " held", " hold", r"csv:\d+:1: range: found '.*hold'; did you mean 'held'"),
         ("ref", "# range: 0.3 ", "# range: low ", r"csv:\d+:1: found 'range: low .*allowed: 'range: LOWER UPPER KIND"),
     ],
@@ -208,7 +208,7 @@ def test_missing_material_file(own):
 def test_transmitting_table_must_leave_room(own):
     path = own / "ref" / "hangar_roof.csv"
     path.write_text("wavelength_um,reflectance,absorptance\n0.3,0.5,0.6\n14,0.1,0.1\n")
-    with pytest.raises(InputError, match=r"csv:2:1: found reflectance \+ absorptance = 1\.1"):
+    with pytest.raises(InputError, match=r"csv:2:5: found reflectance \+ absorptance = 1\.1"):
         load_library(own)["hangar_roof"]
 
 

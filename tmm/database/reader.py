@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from pathlib import Path
 from typing import Any, Literal
@@ -13,6 +14,7 @@ import yaml
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
+from skyshine.schemas.hdf5_gate import refuse_large
 from skyshine.tmm.database.checks import check_parts, check_values
 from skyshine.tmm.database.layout import CHUNK, FILETYPE, FORMAT_VERSION
 from skyshine.tmm.database.levels import WEIGHT_TOTAL
@@ -90,7 +92,10 @@ class TmmFile:
     def array(self, name: str, rows: slice = slice(None)) -> npt.NDArray[Any]:
         """Rows of an array by its path in the file, such as ``levels/0/confidence``; by default all of it."""
         with sound(self._file.filename):
-            values: npt.NDArray[Any] = self._file[name][rows]
+            stored = self._file[name]
+            count = len(range(*rows.indices(stored.shape[0])))
+            refuse_large(self._file.filename, name, stored.dtype.itemsize * count * math.prod(stored.shape[1:]))
+            values: npt.NDArray[Any] = stored[rows]
             check_values(self._file.filename, name, values, self._known)
             return values
 

@@ -18,9 +18,9 @@ import numpy.typing as npt
 from skyshine import atmospheres
 from skyshine.mat.atmosphere.gases.spectral_points import CrossSectionNodes, GasPoints, SpectralPoints
 from skyshine.schemas.arrays import Floats, Integers, Singles
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import open_database
+from skyshine.schemas.hdf5 import open_database, sound
 
 FILETYPE, FORMAT_MAJOR = "absorption", 1
 # Water vapour continua that may replace a table's own, at the wavenumbers of their files: one for comparison with
@@ -108,7 +108,7 @@ class AbsorptionTable:
             No continuum has that name, or the file is missing, damaged, of another type or of another format version.
         """
         path = atmospheres.path("absorption.h5") if path is None else path
-        with open_database(path, FILETYPE, FORMAT_MAJOR) as file:
+        with open_database(path, FILETYPE, FORMAT_MAJOR) as file, sound(path):
             about = file["intervals"]
             edges = np.stack([about["low"][()], about["high"][()]], axis=1).astype(float)
             codes = {name: group["source"][()] for name, group in file["gases"].items()}
@@ -179,7 +179,7 @@ class AbsorptionTable:
             )
         overlapping = np.flatnonzero((self.interval_edges[:, 1] > low) & (self.interval_edges[:, 0] < high))
         first, last = overlapping[0], overlapping[-1] + 1
-        with open_database(self.path, FILETYPE, FORMAT_MAJOR) as file:
+        with open_database(self.path, FILETYPE, FORMAT_MAJOR) as file, sound(self.path):
             return self._read(file, first, last)
 
     def _read(self, file: h5py.File, first: int, last: int) -> SpectralPoints:

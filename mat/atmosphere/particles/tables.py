@@ -8,7 +8,7 @@ from typing import Any
 import numpy.typing as npt
 
 from skyshine import atmospheres
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 
 # Column name with its unit in brackets to values; numbers, but for the names of models and types of cloud.
 Columns = dict[str, npt.NDArray[Any]]

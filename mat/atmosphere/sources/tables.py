@@ -6,7 +6,7 @@ from functools import cache
 
 from skyshine import atmospheres
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 
 
 @cache

@@ -24,7 +24,7 @@ from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, forward_s
 from skyshine.mat.atmosphere.transfer.two_stream_light import level_fluxes
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import open_database
+from skyshine.schemas.hdf5 import open_database, sound
 
 FILETYPE, FORMAT_MAJOR = "broadband", 1
 # cm^-1. Thermal: less than 0.1 % of the radiance of a black body of 330 K lies outside. Solar: radiation below 0.3 um
@@ -90,7 +90,7 @@ class BroadbandPoints:
         """
         path = atmospheres.path("broadband.h5") if path is None else path
         table = AbsorptionTable.open() if table is None else table
-        with open_database(path, FILETYPE, FORMAT_MAJOR) as file:
+        with open_database(path, FILETYPE, FORMAT_MAJOR) as file, sound(path):
             if str(file.attrs["absorption_sha256"]) != table.content.split()[0]:
                 raise InputError(
                     f"was chosen from another absorption table than {table.path}; choose anew: mat lines broadband"

@@ -15,7 +15,7 @@ import numpy as np
 from skyshine import atmospheres
 from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 PROFILES = (

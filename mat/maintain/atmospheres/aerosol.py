@@ -16,7 +16,7 @@ import numpy as np
 
 from skyshine.mat.maintain.atmospheres.fortran import block_data
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.data_csv import write_csv
+from skyshine.schemas.csv_table import write_csv
 
 HUMIDITIES = (0, 70, 80, 99)
 # Model to the prefix of its arrays in EXTDTA and the rows of the phase function index in PHSDTA (the list of models in

@@ -22,7 +22,7 @@ from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
 from skyshine.mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.maintain.atmospheres.mie import sphere_efficiencies
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.data_csv import write_csv
+from skyshine.schemas.csv_table import write_csv
 
 WATER_RADII = (2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30)  # um, effective
 ICE_RADII = (5, 7, 10, 15, 20, 30, 40, 60, 80, 100)

@@ -13,7 +13,7 @@ from skyshine.mat.spectroscopy.continua import Continua
 from skyshine.mat.spectroscopy.gases import LineLibrary
 from skyshine.mat.spectroscopy.reference import horizontal_path, interval_transmittance
 from skyshine.mat.spectroscopy.widths import interval_edges
-from skyshine.schemas.data_csv import write_csv
+from skyshine.schemas.csv_table import write_csv
 
 
 @click.command()

@@ -17,7 +17,7 @@ from skyshine.mat.maintain.atmospheres.fortran import block_data
 from skyshine.mat.spectroscopy.continua import REFERENCE_PRESSURE, REFERENCE_TEMPERATURE
 from skyshine.mat.spectroscopy.linebyline import ATMOSPHERE, CM2_TO_M2
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.data_csv import write_csv
+from skyshine.schemas.csv_table import write_csv
 
 COLD_TEMPERATURE = 260.0  # K, the second temperature of the self continuum
 UNIT = 1e-20 * CM2_TO_M2  # of the tables of water vapour, m2/molecule per cm^-1

@@ -14,7 +14,7 @@ import click
 import h5py
 import numpy as np
 
-from skyshine.schemas.data_csv import write_csv
+from skyshine.schemas.csv_table import write_csv
 
 COEFFICIENTS = (
     "a0",

@@ -17,7 +17,7 @@ from skyshine import atmospheres
 from skyshine.mat.spectroscopy.continua import REFERENCE_TEMPERATURE, Continua
 from skyshine.mat.spectroscopy.linebyline import CM2_TO_M2
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.data_csv import read_csv, write_csv
+from skyshine.schemas.csv_table import read_csv, write_csv
 
 NAME, REPLACED = "continuum/mt_ckd_2.4.csv", "continuum/mt_ckd_1.00_self.csv"
 LOW, HIGH, STEP = 750.0, 3300.0, 10.0  # cm^-1

@@ -14,7 +14,7 @@ import click
 
 from skyshine.mat.atmosphere.state.profiles import PROFILES
 from skyshine.mat.maintain.atmospheres.fortran import block_data
-from skyshine.schemas.data_csv import write_csv
+from skyshine.schemas.csv_table import write_csv
 
 # Second digit of the arrays AMOLpg: p the profile, g the gas.
 MAIN_GASES = ("H2O", "CO2", "O3", "N2O", "CO", "CH4", "O2")

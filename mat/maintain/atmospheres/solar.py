@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.data_csv import write_csv
+from skyshine.schemas.csv_table import write_csv
 
 # Bins [cm^-1]: 5 where the band model works (0.3 um and longer), wider in the ultraviolet, to the ends of E490.
 EDGES = np.concatenate([np.arange(10, 33500, 5), np.arange(33500, 49500, 50), np.arange(49500, 83501, 500)]).astype(

@@ -8,7 +8,7 @@ import pytest
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
 from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, water_continuum
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 REFERENCE = Path(__file__).parents[3] / "data" / "line_by_line_tropical_5km.csv"

@@ -15,7 +15,7 @@ from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT, solar_irrad
 from skyshine.mat.atmosphere.sources.sun_and_moon import position
 from skyshine.mat.maintain.atmospheres import lunar as derive_lunar
 from skyshine.mat.maintain.atmospheres.solar import bin_means
-from skyshine.schemas.data_csv import read_csv
+from skyshine.schemas.csv_table import read_csv
 from skyshine.schemas.errors import InputError
 
 MEAN_DISTANCE = 384_400e3  # m

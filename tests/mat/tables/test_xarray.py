@@ -1,0 +1,72 @@
+"""Tables in xarray: materials by name, the same numbers, a short repr."""
+
+import numpy as np
+import pytest
+
+import skyshine.mat
+from skyshine.mat.tables.axes import EXACT, table_axis
+from skyshine.mat.tables.files import HTT
+from skyshine.mat.tables.named_materials import with_names
+from skyshine.schemas.hdf5 import Group, Header, Variable, write_file
+
+xarray = pytest.importorskip("xarray")
+
+
+@pytest.fixture
+def file(tmp_path):
+    codes = table_axis(np.array([3, 5], np.int32), "1", "material code", interpolation=EXACT)
+    variables = {
+        "temperature": Variable(("material", "altitude"), [[280.0, 281.0], [290.0, 292.0]], "K", "temperature"),
+        "material_name": Variable(("material",), np.array(["sea_water", "asphalt_road"], object), "1", "name"),
+    }
+    axes = {"material": codes, "altitude": table_axis([0.0, 1.0], "km", "altitude")}
+    header = Header(HTT.name, HTT.format_version, "data", "job", "Temperatures")
+    write_file(tmp_path / "s01.htt.h5", Group(axes, with_names(variables)), header)
+    return tmp_path / "s01.htt.h5"
+
+
+def test_a_material_is_selected_by_name(file):
+    from skyshine.mat.tables.xarray_engine import SkyshineEngine
+
+    for data in (skyshine.mat.open(file).to_xarray(), xarray.open_dataset(file, engine=SkyshineEngine)):
+        chosen = data.sel(material="asphalt_road")
+        np.testing.assert_array_equal(chosen["temperature"], [290.0, 292.0])
+        assert int(chosen["material_code"]) == 5 and chosen["temperature"].attrs["units"] == "K"
+        assert float(data["temperature"].sel(material="asphalt_road").interp(altitude=0.5)) == 291.0
+        assert data.attrs["filetype"] == "htt" and data["altitude"].attrs["interpolation"] == "linear"
+
+
+@pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])
+def test_the_names_are_a_coordinate_to_the_engines_of_netcdf(file, engine):
+    with xarray.open_dataset(file, engine=engine) as data:
+        by_name = data.set_xindex("material_name").sel(material_name="asphalt_road")
+        np.testing.assert_array_equal(by_name["temperature"], [290.0, 292.0])
+        np.testing.assert_array_equal(data["temperature"].sel(material=5), [290.0, 292.0])
+
+
+def test_the_engine_is_an_entry_point_of_the_package():
+    import tomllib
+    from importlib import import_module
+    from pathlib import Path
+
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    module, name = project["entry-points"]["xarray.backends"]["skyshine"].split(":")
+    assert issubclass(getattr(import_module(module), name), xarray.backends.BackendEntrypoint)
+
+
+def test_a_part_says_where_it_was_read_and_repr_takes_a_few_lines(file):
+    table = skyshine.mat.open(file)
+    part = table.part(altitude=0.25)
+    assert part.fixed_axes == {"altitude": 0.25} and part.to_xarray().attrs["altitude"] == 0.25
+    np.testing.assert_allclose(part.to_xarray()["temperature"], [280.25, 290.5])
+    assert repr(table) == (
+        f"<TemperatureTable htt {HTT.format_version} '{file}'\n"
+        "  axes: material 2, altitude 2\n  quantities: temperature [K]>"
+    )
+    assert "altitude = 0.25" in repr(part)
+
+
+def test_arrays_that_are_not_wanted_are_left_out(file):
+    from skyshine.mat.tables.xarray_engine import SkyshineEngine
+
+    assert "temperature" not in xarray.open_dataset(file, engine=SkyshineEngine, drop_variables="temperature")

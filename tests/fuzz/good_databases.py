@@ -128,7 +128,13 @@ def _atmosphere() -> Group:
     )
     tables = {}
     for number, (name, (_, count)) in enumerate(QUANTITIES.items()):
-        nodes = [grid.range_km, grid.altitude_km, grid.elevation_deg, grid.source_elevation_deg, grid.source_azimuth_deg]
+        nodes = [
+            grid.range_km,
+            grid.altitude_km,
+            grid.elevation_deg,
+            grid.source_elevation_deg,
+            grid.source_azimuth_deg,
+        ]
         tables[name] = Gridded(grid, _waves(nodes[:count], 5.0 + number, 1.0), np.ones((3, 3, 3), bool))
     accuracy = _accuracy(QUANTITIES)
     spectral = {

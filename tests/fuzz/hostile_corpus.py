@@ -4,8 +4,8 @@ Usage: python tests/fuzz/hostile_corpus.py FOLDER
 
 writes them all, in folders named by what a loader must do: ``refuse``; ``equal``, read as the original; ``either``, for
 faults in parts that a runtime need not read, one of the two; ``unjudged``, anything, where HDF5 itself reads beyond its
-memory (up to 2.0.0; mended by pull request 6184 of HDFGroup/hdf5). Every case is a function of a good file, so that the corpus
-is the same each time.
+memory (up to 2.0.0; mended by pull request 6184 of HDFGroup/hdf5). Every case is a function of a good file, so that the
+corpus is the same each time.
 """
 
 from __future__ import annotations
@@ -370,7 +370,9 @@ def _names() -> Iterator[Case]:
         "none": np.array([], object),
     }
     for word, value in lists.items():
-        yield _case("band", f"names-{word}", REFUSE, lambda f, v=value: change.replace(f, "material_name", v, dtype=text))
+        yield _case(
+            "band", f"names-{word}", REFUSE, lambda f, v=value: change.replace(f, "material_name", v, dtype=text)
+        )
     yield _case("band", "names-of-numbers", REFUSE, lambda f: change.replace(f, "material_name", np.arange(2.0)))
     yield _case("band", "names-not-UTF-8", REFUSE, lambda f: _raw_names(f, [change.UNREADABLE_TEXT] * 2))
     yield _case("band", "names-null", REFUSE, lambda f: change.replace(f, "material_name", shape=(2,), dtype=text))
@@ -462,7 +464,9 @@ def _harmless() -> Iterator[Case]:
         yield _on_path(kind, "behind-a-user-block", EQUAL, change.with_user_block)
         yield _on_path(kind, "in-the-format-of-HDF5-1.6", EQUAL, change.in_old_format)
     yield _case("surface", "period-an-integer", EQUAL, lambda f: change.set_attribute(f, "azimuth", "period", 360))
-    yield _case("band", "big-endian-codes", EQUAL, lambda f: change.replace(f, "material", f["material"][()].astype(">i4")))
+    yield _case(
+        "band", "big-endian-codes", EQUAL, lambda f: change.replace(f, "material", f["material"][()].astype(">i4"))
+    )
 
 
 def _more_attributes(file: h5py.File, name: str) -> None:

@@ -1,4 +1,4 @@
-"""The whole corpus of bad and unusual files in five loaders, that in C under AddressSanitizer and UBSan; and random ones.
+"""The whole corpus of bad and unusual files in five loaders, that in C under sanitizers; and random ones.
 
 Prints a table of counts: run with ``-s``.
 """

@@ -3,7 +3,16 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from skyshine.mat.builder.build import build
+from skyshine.mat.job.load import load_job
+from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
+from skyshine.mat.tables.atmq import atmq_group
+from skyshine.mat.tables.files import ATMQ
+from skyshine.mat.tables.gridded import QUANTITIES, Gridded
+from skyshine.schemas.hdf5 import Group, Header, write_file
 
 TINY_JOB = """\
 skyshine: 1
@@ -24,6 +33,29 @@ atmosphere_grid:
   source_elevation_deg: [-20, 60]
   source_azimuth_deg: [0, 180]
 surface_grid: {altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}
+"""
+SMALL_JOB = """\
+skyshine: 1
+name: small
+site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
+states:
+  - profile: midlatitude_summer
+    visibility_km: 23
+    weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
+bands:
+  - wavelength_um: [8, 12]
+materials: [asphalt_road, grass_green]
+atmosphere_grid:
+  range_km: [0.001, 1, 5, 20]
+  altitude_km: [0.01, 1]
+  elevation_deg: [-90, -30, -5, 0, 30, 90]
+  source_elevation_deg: [-20, 0, 30, 60]
+  source_azimuth_deg: [0, 90, 180]
+surface_grid:
+  altitude_km: [0, 1]
+  azimuth_deg: [0, 90, 180, 270]
+  slope_deg: [0, 45]
+  time: [00:00, 06:00, 12:00, 18:00]
 """
 
 
@@ -59,3 +91,51 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip("reference data not present: set SKYSHINE_DATA to its folder")
     return folder
+
+
+@pytest.fixture(scope="session")
+def small_job(tmp_path_factory):
+    file = tmp_path_factory.mktemp("small") / "job.yaml"
+    file.write_text(SMALL_JOB, encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="session")
+def small_build(small_job):
+    """Folder of the databases of the small job."""
+    build(load_job(small_job), jobs=1)
+    return small_job.parent / "built"
+
+
+@pytest.fixture(scope="session")
+def extra_job(tmp_path_factory):
+    """The small job with all extra tables."""
+    file = tmp_path_factory.mktemp("extra") / "job.yaml"
+    extra = "extra_tables: [weighted_transmittance, normalisation_by_angle]\n"
+    file.write_text(SMALL_JOB + extra, encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="session")
+def extra_build(extra_job):
+    """Folder of its databases."""
+    build(load_job(extra_job), jobs=1)
+    return extra_job.parent / "built"
+
+
+@pytest.fixture(scope="session")
+def own_axes(tmp_path_factory):
+    """A database of random values with every quantity on axes of its own, path radiance by scattering angle; and its
+    tables.
+    """
+    draw, tables = np.random.default_rng(12), {}
+    ends = ((0.001, 20.0), (0.01, 1.0), (-90.0, 90.0), (-20.0, 60.0), (0.0, 180.0))
+    for number, (name, (_, count)) in enumerate(QUANTITIES.items()):
+        axes = [np.unique(np.concatenate([limits, draw.uniform(*limits, 2 + number)])) for limits in ends]
+        grid = (ScatteringGrid if count == 5 else PathGrid)(*axes)
+        values = draw.uniform(1.0, 9.0, grid.shape[:count]).astype(np.float32)
+        tables[name] = Gridded(grid, values, np.ones(grid.shape[:3], bool))
+    file = tmp_path_factory.mktemp("own") / "s01b01.atmq.h5"
+    group = atmq_group(tables, Group(), {"source": "sun", "state": "none", "wavelength_um": [8.0, 12.0]})
+    write_file(file, group, Header(ATMQ.name, ATMQ.format_version, "none", "none"))
+    return file, tables

@@ -4,6 +4,10 @@ Needs the package atheris. Without TARGET all are fuzzed, one after another, eac
 of the time. Ends with status 1 where a reader raises anything but `InputError` in one line, takes more than 10 s of
 processor time, or touches anything beside its input; the input that did it then stands in ``fuzz-TARGET``. Else prints
 how many inputs were tried.
+
+The targets ``table``, ``flat``, ``classifier`` and ``database`` change the bytes of files that a build made, in the
+folder SKYSHINE_FUZZ_TABLES. The target ``structure`` changes what stands in small databases of its own: arrays,
+attributes, dimension scales, storage and links (hostile_random.py); ``fuzz.py structure --seconds 180`` runs it alone.
 """
 
 import argparse

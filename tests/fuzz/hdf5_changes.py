@@ -31,7 +31,11 @@ def set_fixed_text(file: h5py.File, item: str, key: str, text: bytes, count: int
 
 
 def scales_of(file: h5py.File, name: str) -> list[str]:
-    """Names of the dimension scales of an array, "" where an axis has none."""
+    """Names of the dimension scales of an array, "" where an axis has none; of an array whose list is none, nothing."""
+    if "DIMENSION_LIST" in file[name].attrs:
+        kind = h5py.check_vlen_dtype(file[name].attrs.get_id("DIMENSION_LIST").dtype)
+        if kind is None or h5py.check_ref_dtype(kind) is None:
+            return []
     return [dim[0].name.lstrip("/") if len(dim) else "" for dim in file[name].dims]
 
 

@@ -6,8 +6,12 @@ import datetime
 import io
 import lzma
 import os
+import random
 import re
+import sys
+import tempfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +39,10 @@ from skyshine.tmm.exchange.legend import read_legend
 from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.job.load import load_job as load_textures
+
+sys.path.insert(0, str(Path(__file__).parent))
+import good_databases
+import hostile_random
 
 ROOT = Path(__file__).parents[2]
 JOB = """\
@@ -101,6 +109,21 @@ def _table(path: Path) -> None:
         table.error(name)
 
 
+@cache
+def _good_databases() -> list[bytes]:
+    with tempfile.TemporaryDirectory() as folder:
+        written = good_databases.write_all(Path(folder))
+        return [written[kind].read_bytes() for kind in good_databases.READ_BY_RUNTIMES]
+
+
+def _structure(path: Path) -> None:
+    """Read a good database whose arrays, attributes, scales and links are changed; the input is the seed of the draw."""
+    draw = random.Random(path.read_bytes())
+    path.write_bytes(draw.choice(_good_databases()))
+    hostile_random.mutate_apart(path, draw)
+    _table(path)
+
+
 def _texture(path: Path) -> None:
     read_georeference(path)
     image = TextureFile(path)
@@ -148,6 +171,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "classifier": (".tmm-model.h5", read_model),
     "database": (".tmm.h5", _database),
     "table": (".h5", _table),
+    "structure": (".h5", _structure),
     "flat": (".raw.json", _flat),
 }
 TEXTS = {
@@ -185,6 +209,8 @@ def seeds(target: str) -> list[bytes]:
         return [_picture(target)]
     if target == "tmy3":
         return _tmy3()
+    if target == "structure":
+        return [bytes([number]) for number in range(8)]
     folder, pattern = FOLDERS.get(target) or (os.environ.get("SKYSHINE_FUZZ_TABLES"), TABLES[target])
     found = [path.read_bytes() for path in sorted(Path(folder).glob(pattern))[:8]] if folder else []
     return [re.sub(rb'"data": "[^"]*"', b'"data": "in.raw.bin"', data) for data in found] if target == "flat" else found

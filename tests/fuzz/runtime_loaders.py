@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import importlib.util
 import io
 import json
@@ -17,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +27,14 @@ from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.schemas.errors import InputError
 from skyshine.tmm import open_tmm
 
+sys.path.insert(0, str(Path(__file__).parent))
+from good_databases import scene
+
+if TYPE_CHECKING:
+    from collections import Counter
+
+    from hostile_corpus import Case
+
 RUNTIMES = Path(__file__).parents[2] / "examples" / "runtimes"
 TABLES = ("surface", "band", "atmosphere")
 SECONDS = 20  # a loader that takes longer hangs
@@ -32,6 +42,9 @@ MEMORY = 2 << 30  # bytes beyond those of the interpreter
 LONGEST = 400  # characters of a message
 SANITIZED = "-g -O1 -Wall -Wextra -std=c11 -fsanitize=address,undefined -fno-sanitize-recover=all"
 SANITIZERS = {"ASAN_OPTIONS": "detect_leaks=0:exitcode=99:max_allocation_size_mb=2048:allocator_may_return_null=1"}
+
+# Files of the corpus that the Python library reads, or refuses other than in a short line.
+ACCEPTED_BY_LIBRARY = set(Path(__file__).with_name("library_accepts.txt").read_text(encoding="utf-8").split())
 
 
 @dataclass(frozen=True)
@@ -58,6 +71,49 @@ def judge(answer: Answer, good: Answer) -> str:
     if len(lines) != 1 or not 5 < len(lines[0]) < LONGEST:
         return f"refused in {len(lines)} lines: {answer.complaint[:200]!r}"
     return "refused"
+
+
+def wrong_answers(
+    load: Loader,
+    cases: list[Case],
+    good: dict[str, Path],
+    folder: Path,
+    counts: Counter[tuple[str, str]] | None = None,
+    *,
+    textures: bool = True,
+) -> dict[str, str]:
+    """Read files of the corpus; returns by name what a loader did that it must not.
+
+    Parameters
+    ----------
+    counts : Counter, optional
+        Counts the files by what must be done with them, and by 'refused', 'equal' or 'wrong'.
+    textures : bool
+        Read the textures too, with the library: no runtime reads them.
+    """
+
+    def answer(paths: dict[str, Path]) -> Answer:
+        path = folder / "scene.json"
+        path.write_text(json.dumps(scene(paths)), encoding="utf-8")
+        return load(path)
+
+    original, texels, wrong = answer(good), texture_library(), {}
+    texture = texels(good["texture"])
+    assert original.status == texture.status == 0, (original, texture)
+    for case in cases:
+        if case.kind == "texture" and not textures:
+            continue
+        path = case.write(good, folder)
+        if case.kind == "texture":
+            found = judge(texels(path), texture)
+        else:
+            found = judge(answer(good | {case.kind: path}), original)
+        if not case.is_met_by(found):
+            wrong[case.name] = f"must {case.verdict}: {found}"
+        if counts is not None:
+            counts[case.verdict, found if found in ("refused", "equal") else "wrong"] += 1
+        shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+    return wrong
 
 
 def missing_tools(language: str) -> list[str]:
@@ -116,6 +172,7 @@ def in_child(function: Callable[[Path], str]) -> Loader:
     def child(path: Path, sender) -> None:
         taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (taken + MEMORY, taken + MEMORY))
+        faulthandler.disable()  # of a test runner: a crash is an answer here
         errors = io.StringIO()
         with contextlib.redirect_stderr(errors):
             try:

@@ -221,7 +221,7 @@ class Database:
                 weight if up else 1.0 - weight for up, (_, _, weight) in zip(corner, located, strict=True)
             )
             if share:
-                at = tuple(place[up] for up, place in zip(corner, located, strict=True))
+                at = tuple((lower, upper)[up] for up, (lower, upper, _) in zip(corner, located, strict=True))
                 total += share * float(values[at])
         return total
 
@@ -254,11 +254,12 @@ def scales_of(dataset: h5py.Dataset) -> list[h5py.Dataset]:
 
 def unit(vector: Sequence[float]) -> Floats:
     """A direction of length 1."""
-    parts = np.asarray(vector, float)
-    length = np.linalg.norm(parts)
+    parts: Floats = np.asarray(vector, float)
+    length = float(np.linalg.norm(parts))
     if parts.shape != (3,) or not math.isfinite(length) or length == 0:
         raise SceneError("a direction must be three finite numbers that are not all 0")
-    return parts / length
+    direction: Floats = parts / length
+    return direction
 
 
 def scattering_angle(elevation: float, source_elevation: float, azimuth: float) -> float:
@@ -326,9 +327,10 @@ def pixel(
 
 def pixel_value(radiance: float, scene: dict[str, Any]) -> int:
     """Equation (44)."""
-    size = 2 ** int(scene["bits"])
+    size = int(2 ** scene["bits"])
     share = min(max(radiance / scene["gain"], 0.0), 1.0)
-    return min(max(int(size * scene["buffer_gain"] * (share - scene["offset"]) - 0.5), 0), size - 1)
+    value = int(size * scene["buffer_gain"] * (share - scene["offset"]) - 0.5)
+    return min(max(value, 0), size - 1)
 
 
 def compute(path: Path) -> str:

@@ -4,14 +4,12 @@
 //!
 //! The scene and the result are described in ../../README.md. Equation numbers are those of DSTO-TN-0193.
 
-use hdf5::types::VarLenUnicode;
+mod database;
+
+use database::{Database, Result};
 use serde::{Deserialize, Serialize};
-use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
-use std::rc::Rc;
-
-type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 #[derive(Deserialize)]
 struct Scene {
@@ -67,154 +65,6 @@ struct Pixel {
     pixel_value: i64,
 }
 
-fn text(place: &hdf5::Location, name: &str) -> Option<String> {
-    let value = place.attr(name).ok()?.read_scalar::<VarLenUnicode>().ok()?;
-    Some(value.as_str().to_owned())
-}
-
-/// Neighbouring nodes of a value and the weight of the upper one.
-struct Place {
-    lower: usize,
-    upper: usize,
-    weight: f64,
-}
-
-struct Axis {
-    name: String,
-    nodes: Vec<f64>,
-    interpolation: String,
-    period: f64,
-    clamps: bool,
-}
-
-impl Axis {
-    fn read(name: &str, dataset: &hdf5::Dataset, clamped: bool) -> Result<Self> {
-        let period = dataset.attr("period").ok().and_then(|a| a.read_scalar::<f64>().ok());
-        Ok(Axis {
-            name: name.to_owned(),
-            nodes: dataset.read_raw::<f64>()?,
-            interpolation: text(dataset, "interpolation").unwrap_or_else(|| "linear".into()),
-            period: period.unwrap_or(0.0),
-            clamps: clamped || text(dataset, "out_of_range").as_deref() == Some("clamp"),
-        })
-    }
-
-    fn locate(&self, given: f64) -> Result<Place> {
-        if !given.is_finite() {
-            return Err(format!("{}: found {given}; allowed: finite numbers", self.name).into());
-        }
-        let (mut value, mut nodes) = (given, self.nodes.clone());
-        match self.interpolation.as_str() {
-            "exact" => {
-                let at = nodes.iter().position(|node| *node == value);
-                let at = at.ok_or_else(|| format!("{}: found {value}; allowed: a code of the file", self.name))?;
-                return Ok(Place { lower: at, upper: at, weight: 0.0 });
-            }
-            "linear_periodic" => {
-                nodes.push(nodes[0] + self.period);
-                value = nodes[0] + (value - nodes[0]).rem_euclid(self.period);
-            }
-            "linear" if self.period > 0.0 => {
-                value -= self.period * ((value - nodes[0]) / self.period).floor();
-            }
-            "linear_folded" => {
-                value = ((value + self.period / 2.0).rem_euclid(self.period) - self.period / 2.0).abs();
-            }
-            _ => {}
-        }
-        let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
-        if !self.clamps && !(first..=last).contains(&value) {
-            return Err(format!("{}: found {value}; allowed: {first} to {last}", self.name).into());
-        }
-        value = value.clamp(first, last);
-        let below = nodes.partition_point(|node| *node <= value);
-        let lower = below.saturating_sub(1).min(nodes.len().saturating_sub(2));
-        let upper = (lower + 1).min(nodes.len() - 1);
-        let weight = if upper > lower { (value - nodes[lower]) / (nodes[upper] - nodes[lower]) } else { 0.0 };
-        Ok(Place { lower, upper: upper % self.nodes.len(), weight })
-    }
-}
-
-/// One file; axes and arrays are read when they are first asked for.
-struct Database {
-    file: hdf5::File,
-    clamped: Vec<String>,
-    axes: RefCell<HashMap<String, Rc<Axis>>>,
-    arrays: RefCell<HashMap<String, Rc<Vec<f32>>>>,
-}
-
-impl Database {
-    fn open(path: &Path, filetypes: &[&str], clamped: &[String]) -> Result<Self> {
-        let shown = path.display();
-        let file = hdf5::File::open(path).map_err(|_| format!("{shown}: is not a readable HDF5 file"))?;
-        let filetype = text(&file, "filetype").unwrap_or_default();
-        let version = text(&file, "format_version").unwrap_or_default();
-        let major = if filetypes[0] == "atmq" { "2" } else { "1" };
-        if !filetypes.contains(&filetype.as_str()) || version.split('.').next() != Some(major) {
-            let allowed = filetypes.join(" or ");
-            return Err(format!("{shown}: holds '{filetype}' {version}; allowed: {allowed} {major}.x").into());
-        }
-        Ok(Database { file, clamped: clamped.to_vec(), axes: RefCell::default(), arrays: RefCell::default() })
-    }
-
-    /// The quantity's own axis where the file has one, else the one that quantities share.
-    fn axis(&self, quantity: &str, name: &str) -> Result<Rc<Axis>> {
-        let own = format!("{quantity}_{name}");
-        if let Some(axis) = self.axes.borrow().get(&own) {
-            return Ok(axis.clone());
-        }
-        let clamped = self.clamped.iter().any(|each| each == name);
-        let kept = if self.file.link_exists(&own) { own.as_str() } else { name };
-        let axis = Rc::new(Axis::read(name, &self.file.dataset(kept)?, clamped)?);
-        self.axes.borrow_mut().insert(own, axis.clone());
-        Ok(axis)
-    }
-
-    fn array(&self, name: &str) -> Result<Rc<Vec<f32>>> {
-        if let Some(array) = self.arrays.borrow().get(name) {
-            return Ok(array.clone());
-        }
-        let array = Rc::new(self.file.dataset(name)?.read_raw::<f32>()?);
-        self.arrays.borrow_mut().insert(name.to_owned(), array.clone());
-        Ok(array)
-    }
-
-    /// Linear interpolation in every axis: the weighted sum over the corners of one cell.
-    fn value(&self, quantity: &str, place: &[(&str, f64)]) -> Result<f64> {
-        let array = self.array(quantity)?;
-        let mut located = Vec::new();
-        for (name, value) in place {
-            let axis = self.axis(quantity, name)?;
-            located.push((axis.locate(*value)?, axis.nodes.len()));
-        }
-        let mut total = 0.0;
-        for corner in 0..1usize << place.len() {
-            let (mut share, mut index) = (1.0, 0);
-            for (k, (at, size)) in located.iter().enumerate() {
-                let up = corner >> k & 1 == 1;
-                share *= if up { at.weight } else { 1.0 - at.weight };
-                index = index * size + if up { at.upper } else { at.lower };
-            }
-            if share != 0.0 {
-                total += share * f64::from(array[index]);
-            }
-        }
-        Ok(total)
-    }
-
-    /// Code of a material given by code or by name.
-    fn material(&self, given: &Material) -> Result<f64> {
-        let name = match given {
-            Material::Code(code) => return Ok(*code),
-            Material::Name(name) => name,
-        };
-        let names = self.file.dataset("material_name")?.read_raw::<VarLenUnicode>()?;
-        let at = names.iter().position(|known| known.as_str() == name);
-        let at = at.ok_or_else(|| format!("material: found '{name}'; allowed: a name of the file"))?;
-        Ok(self.axis("material_name", "material")?.nodes[at])
-    }
-}
-
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -253,7 +103,10 @@ fn pixel_value(radiance: f64, scene: &Scene) -> i64 {
 
 /// Equations (1) to (44) for one pixel.
 fn pixel(scene: &Scene, surface: &Database, band: &Database, air: &Database, given: &Given) -> Result<Pixel> {
-    let code = band.material(&given.material)?;
+    let code = match &given.material {
+        Material::Code(code) => *code,
+        Material::Name(name) => band.material(name)?,
+    };
     let face = [
         ("material", code),
         ("altitude", given.surface_altitude),
@@ -271,20 +124,17 @@ fn pixel(scene: &Scene, surface: &Database, band: &Database, air: &Database, giv
         ("elevation", given.centre_elevation),
         ("source_elevation", given.source_elevation),
         ("source_azimuth", given.source_azimuth),
+        ("scattering_angle", scattering_angle(given.centre_elevation, given.source_elevation, given.source_azimuth)),
     ];
-    let beta_star = air.value("beta_star", &centre[..3])?;
+    let beta_star = air.value("beta_star", &centre)?;
     let depth = 5.5 * given.range / beta_star;
     let transmittance = (-depth).exp(); // (9)
-    let mut along = centre;
-    if air.file.link_exists("scattering_angle") {
-        along[4] = ("scattering_angle", scattering_angle(given.centre_elevation, given.source_elevation, given.source_azimuth));
-    }
-    let path = air.value("path_radiance_ratio", &along)? * -(-depth).exp_m1(); // (11)
-    let skyshine = air.value("ambient_radiance", &centre[..4])? * rho * transmittance; // (19)
+    let path = air.value("path_radiance_ratio", &centre)? * -(-depth).exp_m1(); // (11)
+    let skyshine = air.value("ambient_radiance", &centre)? * rho * transmittance; // (19)
     let (normal, to_source, to_observer) = (unit(&given.normal)?, unit(&given.to_source)?, unit(&given.to_observer)?);
     let incidence = dot(&normal, &to_source).max(0.0);
     let lit = incidence > 0.0;
-    let direct = if lit { air.value("direct_radiance", &centre[..4])? * rho * transmittance } else { 0.0 };
+    let direct = if lit { air.value("direct_radiance", &centre)? * rho * transmittance } else { 0.0 };
     let thermal = blackbody_radiance * (1.0 - rho) * transmittance; // (6)
     let diffuse = direct * incidence * (1.0 - fraction); // (34)
     let shape = lobe(&normal, &to_source, &to_observer, property("shininess")?);

@@ -4,6 +4,7 @@ Those that must fetch packages first (Rust, JavaScript) belong to the validation
 """
 
 import json
+import resource
 import shutil
 import subprocess
 import sys
@@ -14,12 +15,12 @@ import h5py
 import numpy as np
 import pytest
 
-import skyshine.mat
-from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.tables.axes import table_axis
 from skyshine.schemas.hdf5 import Header, read_file, write_file
 
-RUNTIMES = Path(__file__).parents[3] / "examples" / "runtimes"
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+from runtime_loaders import by_library, missing_tools, prepared
+
 FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5"}
 CAMERA = {"bits": 12, "gain": 60.0, "buffer_gain": 1.02, "offset": 0.05}
 PIXELS = 200
@@ -27,35 +28,11 @@ DOWNLOADS = pytest.mark.validation
 LANGUAGES = ["python", "c", pytest.param("javascript", marks=DOWNLOADS), pytest.param("rust", marks=DOWNLOADS)]
 
 
-def prepared(language, folder):
-    """The command of a runtime, built in a folder of its own."""
-
-    def run(*command):
-        done = subprocess.run(command, cwd=folder / language, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr[-2000:]
-
-    needed = {"c": ["cc", "make", "pkg-config"], "javascript": ["node", "npm"], "rust": ["cargo"]}.get(language, [])
-    missing = [tool for tool in needed if shutil.which(tool) is None]
-    if missing:
-        pytest.skip(f"{', '.join(missing)} not installed")
-    if language in ("c", "rust") and subprocess.run(["pkg-config", "--exists", "hdf5"], check=False).returncode != 0:
-        pytest.skip("the headers of the HDF5 library are not installed")
-    shutil.copytree(RUNTIMES / language, folder / language)
-    if language == "c":
-        run("make")
-        return [folder / "c" / "runtime"]
-    if language == "javascript":
-        run("npm", "install", "--no-package-lock", "--no-audit", "--no-fund")
-        return ["node", folder / "javascript" / "runtime.js"]
-    if language == "rust":
-        run("cargo", "build", "--release", "--target-dir", str(folder / "target"))
-        return [folder / "target" / "release" / "runtime"]
-    return [sys.executable, folder / "python" / "runtime.py"]
-
-
 @pytest.fixture(scope="module", params=LANGUAGES)
 def runtime(request, tmp_path_factory):
     """Run the runtime of a language on a scene: exit status, standard output, standard error."""
+    if missing := missing_tools(request.param):
+        pytest.skip(f"{', '.join(missing)} not installed")
     folder = tmp_path_factory.mktemp(request.param)
     command = prepared(request.param, folder)
 
@@ -97,46 +74,6 @@ def scene(small_build):
         pixel |= {name: draw.normal(size=3).tolist() for name in ("normal", "to_source", "to_observer")}
         pixels.append(pixel | {"material": ["asphalt_road", "grass_green"][number % 2]})
     return {name: str(small_build / file) for name, file in FILES.items()} | CAMERA | {"pixels": pixels}
-
-
-def by_library(scene):
-    """The same terms with the library, all pixels at once."""
-    surface, band, air = (skyshine.mat.open(scene[name]) for name in FILES)
-    pixels = scene["pixels"]
-    of = {name: np.array([pixel[name] for pixel in pixels]) for name in pixels[0]}
-    face = {name: of[f"surface_{name}"] for name in ("altitude", "azimuth", "slope")}
-    temperature = surface.temperature(material=of["material"], time=of["time"], **face)
-    rho, fraction, shininess, normalisation = (
-        band.value(name, material=of["material"])
-        for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
-    )
-    view = {"range": of["centre_range"], "altitude": of["altitude"], "elevation": of["centre_elevation"]}
-    sun = {"source_elevation": of["source_elevation"]}
-    tau = air.transmittance(range=of["range"], beta_star=air.value("beta_star", **view))
-    normal, source, observer = (
-        of[name] / np.linalg.norm(of[name], axis=1, keepdims=True) for name in ("normal", "to_source", "to_observer")
-    )
-    cosine = np.maximum(np.sum(normal * source, axis=1), 0.0)
-    direct = np.where(cosine > 0, air.value("direct_radiance", **view, **sun) * rho * tau, 0.0)
-    blackbody = band.blackbody_radiance(temperature)
-    result = {
-        "temperature": temperature,
-        "blackbody_radiance": blackbody,
-        "transmittance": tau,
-        "thermal": blackbody * (1 - rho) * tau,
-        "path": air.value("path_radiance_ratio", **view, **sun, source_azimuth=of["source_azimuth"]) * (1 - tau),
-        "skyshine": air.value("ambient_radiance", **view, **sun) * rho * tau,
-        "diffuse": direct * cosine * (1 - fraction),
-        "specular": direct * specular_lobe(shininess, source, observer, normal) * fraction * normalisation,
-    }
-    result["radiance"] = sum(result[name] for name in ("thermal", "path", "skyshine", "diffuse", "specular"))
-    share = np.clip(result["radiance"] / CAMERA["gain"], 0, 1)
-    result["pixel_value"] = np.clip(
-        np.trunc(2 ** CAMERA["bits"] * CAMERA["buffer_gain"] * (share - CAMERA["offset"]) - 0.5),
-        0,
-        2 ** CAMERA["bits"] - 1,
-    )
-    return result
 
 
 def test_every_term_agrees_with_the_library(runtime, scene):
@@ -207,3 +144,25 @@ def test_another_version_another_kind_and_damage_are_refused_in_one_line(runtime
     ):
         status, shown, complaint = runtime(scene | {"surface": str(wrong)})
         assert status == 1 and words in complaint and len(complaint.strip().splitlines()) == 1 and not shown.strip()
+
+
+def test_nothing_is_shown_where_the_last_pixel_is_wrong(runtime, scene):
+    wrong = scene["pixels"][1] | {"surface_altitude": 7.0}
+    status, shown, complaint = runtime(scene | {"pixels": [scene["pixels"][0], wrong]})
+    assert status == 1 and not shown and "allowed: 0 to 1" in complaint
+
+
+@pytest.mark.skipif(bool(missing_tools("c")), reason="no C compiler or headers of the HDF5 library")
+def test_the_c_runtime_takes_memory_in_proportion_to_the_pixels(scene, tmp_path):
+    """Each text once took as much as all that came after it in the scene: of 20,000 pixels 100 GB and more."""
+    command = prepared("c", tmp_path)
+    path, limit = tmp_path / "scene.json", 1 << 30
+    path.write_text(json.dumps(scene | {"pixels": scene["pixels"] * 100}), encoding="utf-8")
+    done = subprocess.run(
+        [*command, path],
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+    )
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads(done.stdout)["pixels"]) == 100 * PIXELS

@@ -1,0 +1,61 @@
+"""The runtimes and the library refuse bad files in one line, and read unusual ones as the original: a sample.
+
+All files, all languages and the sanitizers: tests/validation/test_runtimes_hostile.py.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+import good_databases
+import hostile_corpus
+import runtime_loaders
+
+from skyshine.mat.tables.verify import problems
+
+CORPUS = hostile_corpus.cases()
+FOUND_FIRST = {  # those that overran memory or were read without a word
+    "surface-filetype-an-array-of-texts",
+    "band-filetype-an-array-of-fixed-texts",
+    "surface-azimuth-period-an-array-of-5000",
+    "band-names-more-than-codes",
+    "band-axis-two-nodes",
+    "atmosphere-scales-of-numbers",
+    "band-pipe",
+}
+SAMPLE = [case for k, case in enumerate(CORPUS) if k % 12 == 0 or case.name in FOUND_FIRST]
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    return good_databases.write_all(tmp_path_factory.mktemp("good"))
+
+
+def test_the_corpus_is_large_and_its_names_are_unlike():
+    judged = [case for case in CORPUS if case.verdict != hostile_corpus.UNJUDGED]
+    assert len(judged) >= 120 and len({case.name for case in CORPUS}) == len(CORPUS)
+    assert {case.verdict for case in SAMPLE} >= {hostile_corpus.REFUSE, hostile_corpus.EQUAL}
+
+
+def test_the_files_that_it_is_made_from_have_nothing_wrong(good):
+    assert {kind: problems(path) for kind, path in good.items()} == {kind: [] for kind in good}
+
+
+@pytest.mark.parametrize("language", ["python", "c"])
+def test_a_runtime_refuses_bad_files_and_reads_unusual_ones_alike(language, good, tmp_path):
+    if missing := runtime_loaders.missing_tools(language):
+        pytest.skip(f"{', '.join(missing)} not installed")
+    load = runtime_loaders.plain_python()
+    if language == "c":
+        load = runtime_loaders.program(runtime_loaders.prepared("c", tmp_path))
+    wrong = runtime_loaders.wrong_answers(load, SAMPLE, good, tmp_path, textures=False)
+    assert not wrong, json.dumps(wrong, indent=1)
+
+
+def test_the_library_neither_crashes_nor_hangs_on_files_that_it_reads(good, tmp_path):
+    """Beside those that tests/fuzz/library_accepts.txt names."""
+    wrong = runtime_loaders.wrong_answers(runtime_loaders.library(), SAMPLE, good, tmp_path)
+    assert not set(wrong) - runtime_loaders.ACCEPTED_BY_LIBRARY, json.dumps(wrong, indent=1)

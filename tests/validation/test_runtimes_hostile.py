@@ -1,0 +1,65 @@
+"""The whole corpus of bad and unusual files in five loaders, that in C under sanitizers; and random ones.
+
+Prints a table of counts: run with ``-s``.
+"""
+
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+import good_databases
+import hostile_corpus
+import hostile_random
+import runtime_loaders
+
+pytestmark = pytest.mark.validation
+CORPUS = hostile_corpus.cases()
+LOADERS = ("library", "c", "rust", "javascript", "python")
+RANDOM_FILES = 2000
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    return good_databases.write_all(tmp_path_factory.mktemp("good"))
+
+
+@pytest.fixture(scope="module")
+def load(tmp_path_factory):
+    """A loader by its name; that in C with sanitizers."""
+
+    def make(name: str) -> runtime_loaders.Loader:
+        if name == "library":
+            return runtime_loaders.library()
+        if missing := runtime_loaders.missing_tools(name):
+            pytest.skip(f"{', '.join(missing)} not installed")
+        if name == "python":
+            return runtime_loaders.plain_python()
+        if name == "c":
+            command = runtime_loaders.prepared("c", tmp_path_factory.mktemp("c"), runtime_loaders.SANITIZED)
+            return runtime_loaders.program(command, runtime_loaders.SANITIZERS)
+        return runtime_loaders.program(runtime_loaders.prepared(name, tmp_path_factory.mktemp(name)))
+
+    return make
+
+
+@pytest.mark.parametrize("name", LOADERS)
+def test_every_file_of_the_corpus_is_refused_or_read_alike(name, load, good, tmp_path):
+    counts: Counter[tuple[str, str]] = Counter()
+    wrong = runtime_loaders.wrong_answers(load(name), CORPUS, good, tmp_path, counts, textures=name == "library")
+    for verdict in hostile_corpus.VERDICTS:
+        found = ", ".join(f"{counts[verdict, how]} {how}" for how in ("refused", "equal", "wrong"))
+        print(f"\n{name}: must {verdict}: {found}", end="")
+    allowed = runtime_loaders.ACCEPTED_BY_LIBRARY if name == "library" else set()
+    assert not set(wrong) - allowed, json.dumps(wrong, indent=1)
+
+
+def test_random_files_are_refused_or_read_alike_in_c_and_python(load, tmp_path):
+    loaders = {"c": load("c"), "python": load("python")}
+    counts, findings = hostile_random.compare(RANDOM_FILES, 0, loaders, tmp_path)
+    print(f"\n{RANDOM_FILES} random files: {dict(counts)}, {len(findings)} findings", end="")
+    assert not findings, "\n".join(findings)
+    assert counts["refused"] > RANDOM_FILES / 10 and counts["read alike"] > RANDOM_FILES / 20

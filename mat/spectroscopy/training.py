@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.atmosphere.state.humidity import saturation_pressure
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.radiometry.constants import BOLTZMANN
 
@@ -70,12 +71,6 @@ def _perturbation(rng):
     humidity = np.exp(rng.uniform(np.log(0.1), np.log(3.0)))
     others = np.exp(rng.uniform(np.log(0.75), np.log(1.4)))
     return humidity, rng.uniform(-15.0, 15.0), others
-
-
-def saturation_pressure(temperature):
-    """Over water, Pa (Bolton 1980, Mon. Weather Rev. 108, 1046, equation 10)."""
-    celsius = temperature - 273.15
-    return 611.2 * np.exp(17.67 * celsius / (celsius + 243.5))
 
 
 def _state(name, rng, humidity=1.0, warming=0.0, others=1.0):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,13 +38,13 @@ class Omission:
 
     @classmethod
     def of(
-        cls, job: Job, sources: list[str], state: AtmosphericState, response: SpectralResponse, bounds: Bounds
+        cls, job: Job, sources: Sequence[str], state: AtmosphericState, response: SpectralResponse, bounds: Bounds
     ) -> Omission:
         """What a job's tolerance allows to omit.
 
         Parameters
         ----------
-        sources : list of str
+        sources : sequence of str
             That `bounds` are for.
         bounds : Bounds
             Of the state in the band.

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.atmosphere.state.humidity import saturation_pressure
 from skyshine.mat.atmosphere.state.profiles import load_profile
-from skyshine.mat.radiometry.constants import BOLTZMANN, ZERO_CELSIUS
+from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.schemas.arrays import Booleans, Floats
 
 TRAINING_PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter")
@@ -72,12 +73,6 @@ def _perturbation(rng: np.random.Generator) -> tuple[float, float, float]:
     humidity = np.exp(rng.uniform(np.log(0.1), np.log(3.0)))
     others = np.exp(rng.uniform(np.log(0.75), np.log(1.4)))
     return humidity, rng.uniform(-15.0, 15.0), others
-
-
-def saturation_pressure(temperature: Floats) -> Floats:
-    """Over water, Pa (Bolton 1980, Mon. Weather Rev. 108, 1046, equation 10)."""
-    celsius = temperature - ZERO_CELSIUS
-    return np.asarray(611.2 * np.exp(17.67 * celsius / (celsius + 243.5)))
 
 
 def _state(

@@ -64,9 +64,19 @@ def test_visibility_gives_the_extinction_at_the_ground():
     assert AtmosphericState.from_profile("us_standard", aerosol=Aerosol("none")).aerosol_optical_depth(500, 0.0) == 0.0
 
 
-def test_saturation_pressure_at_the_triple_point_and_at_boiling():
-    assert saturation_pressure(273.16) == pytest.approx(611.657, rel=1e-4)
-    assert saturation_pressure(313.15) == pytest.approx(7384.9, rel=1e-3)  # 40 C, IAPWS
+# IAPWS formulation of 1995 (Wagner and Pruss 2002, J. Phys. Chem. Ref. Data 31, 387) at 0.01, 20, 40, 60 and 80 C.
+@pytest.mark.parametrize(
+    ("temperature", "pascal", "tolerance"),
+    [
+        (273.16, 611.657, 1e-5),
+        (293.15, 2339.3, 2e-4),
+        (313.15, 7384.9, 2e-4),
+        (333.15, 19946.0, 1e-3),
+        (353.15, 47414.0, 3e-3),
+    ],
+)
+def test_saturation_pressure_is_that_of_water(temperature, pascal, tolerance):
+    assert saturation_pressure(temperature) == pytest.approx(pascal, rel=tolerance)
 
 
 def test_scaled_humidity_stops_at_saturation():

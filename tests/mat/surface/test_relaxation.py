@@ -134,3 +134,14 @@ def test_the_matrix_is_the_inverse_of_slope_and_conduction():
 def test_coarse_temperatures_are_joined_by_straight_lines():
     coarse = np.array([[280.0, 290.0, 300.0, 290.0]])
     assert relaxation._between(coarse, 8)[0] == pytest.approx([280, 285, 290, 295, 300, 295, 290, 285])
+
+
+def test_single_precision_ends_near_the_solution():
+    """Within some times the rounding of 300 K, melting included, before double precision takes over."""
+    snow = material(PACK, replace(DRY, snow=True, wetness=1.0), 0.3, 0.98)
+    thaw = day(air_temperature=np.full((40, 96), 275.0), vapour_pressure=np.full((40, 96), 500.0))
+    for chosen, weather in ((material(), day()), (snow, thaw)):
+        relaxed, (temperature, melt, _, _, _) = solved(chosen, weather)
+        unknown, count = relaxed.approach(Balance(weather, chosen), np.zeros((40, 1)))
+        exact = temperature + melt / relaxed.melting
+        assert np.abs(unknown - exact).max() < 0.02 and count < 60

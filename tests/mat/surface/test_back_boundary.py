@@ -39,16 +39,16 @@ def night(steps, pressure=0.0, sky=200.0):
 
 
 def solve(chosen, forcing=night, **options):
-    ((_, found),) = (part for part in solve_columns(chosen, forcing, **options) if len(part[0]))
-    return found
+    ((_, solution),) = (part for part in solve_columns(chosen, forcing, **options) if len(part[0]))
+    return solution
 
 
 def test_steady_heat_from_inside_leaves_through_the_surface():
     """eps sigma T^4 = q + eps L without air: 500 + 0.9 x 200 W/m2 make 339.75 K; the inner face is q R warmer."""
-    found = solve(material(Back("heated", heat_flux=500.0)))
+    solution = solve(material(Back("heated", heat_flux=500.0)))
     exact = ((500 + 180) / (0.9 * SIGMA)) ** 0.25
-    assert found.temperature == pytest.approx(exact, abs=1e-3)
-    assert found.bound_excess[0] == pytest.approx(0, abs=1e-3) and abs(found.energy_closure[0]) < 1e-3
+    assert solution.temperature == pytest.approx(exact, abs=1e-3)
+    assert solution.bound_excess[0] == pytest.approx(0, abs=1e-3) and abs(solution.energy_closure[0]) < 1e-3
     stack = material(Back("heated", heat_flux=500.0)).thermal
     surface, inside = depth_response(stack, [0.0], 0.023)
     assert (surface[0], inside[0]) == (pytest.approx(1.0), pytest.approx(RESISTANCE))
@@ -56,8 +56,8 @@ def test_steady_heat_from_inside_leaves_through_the_surface():
 
 def test_steady_interior_through_layers():
     """A body that does not radiate: h_in (T_in - T_b) = (T_b - T_s) / R = h (T_s - T_air), with h of still vacuum 0."""
-    found = solve(material(Back("convective", 350.0, 25.0)))
-    surface = found.temperature[0, 0]
+    solution = solve(material(Back("convective", 350.0, 25.0)))
+    surface = solution.temperature[0, 0]
     through = (350.0 - surface) / (1 / 25.0 + RESISTANCE)
     assert 0.9 * SIGMA * surface**4 - 180.0 == pytest.approx(through, abs=2e-3)
 
@@ -68,8 +68,8 @@ def test_heat_wave_through_a_thin_plate():
     hours = np.arange(24.0)
     heat = tuple(float(value) for value in 400 + 0.5 * np.cos(2 * np.pi * hours / 24))
     chosen = material(Back("heated", heat_flux=heat), layers=plate)
-    found = solve(chosen, scheme="spectral", steps=192)
-    wave = np.fft.rfft(found.temperature[0])[1] / 96
+    solution = solve(chosen, scheme="spectral", steps=192)
+    wave = np.fft.rfft(solution.temperature[0])[1] / 96
     mean = ((np.mean(heat) + 180) / (0.9 * SIGMA)) ** 0.25
     capacity = 0.005 * 7800 * 480 + 1e-4 * 1500 * 1000
     # Linear interpolation between 24 points keeps sinc^2(1/24) of a daily wave.
@@ -82,19 +82,21 @@ def test_heat_wave_through_a_thin_plate():
 def test_hourly_backs_agree_with_the_oracle(kind):
     pytest.importorskip("casadi")
     hours = np.arange(24.0)
-    warm = tuple(float(value) for value in 320 + 40 * np.sin(2 * np.pi * hours / 24))
+    interior = tuple(float(value) for value in 320 + 40 * np.sin(2 * np.pi * hours / 24))
     heat = tuple(float(value) for value in 300 + 250 * np.sin(2 * np.pi * (hours - 3) / 24))
-    back = Back(kind, heat_flux=heat) if kind == "heated" else Back(kind, warm, 20.0 if kind == "convective" else None)
+    back = (
+        Back(kind, heat_flux=heat) if kind == "heated" else Back(kind, interior, 20.0 if kind == "convective" else None)
+    )
     chosen = material(back)
     oracle = solve_oracle(chosen, lambda s: night(len(s), 1e5), intervals=48, cells=10)
-    found = solve(chosen, lambda n: night(n, 1e5), steps=192, fine_steps=None)
-    assert np.abs(np.roll(found.temperature[0], -1)[3::4] - oracle.surface).max() < 0.05
+    solution = solve(chosen, lambda n: night(n, 1e5), steps=192, fine_steps=None)
+    assert np.abs(np.roll(solution.temperature[0], -1)[3::4] - oracle.surface).max() < 0.05
 
 
 def test_a_period_may_begin_at_any_hour():
-    warm = tuple(float(value) for value in 320 + 40 * np.sin(2 * np.pi * np.arange(24.0) / 24))
-    usual = solve(material(Back("fixed", warm)), fine_steps=None).temperature
-    later = solve(material(Back("fixed", warm)), fine_steps=None, start_hour=6.0).temperature
+    interior = tuple(float(value) for value in 320 + 40 * np.sin(2 * np.pi * np.arange(24.0) / 24))
+    usual = solve(material(Back("fixed", interior)), fine_steps=None).temperature
+    later = solve(material(Back("fixed", interior)), fine_steps=None, start_hour=6.0).temperature
     assert np.allclose(np.roll(usual, -24, axis=1), later, atol=2e-4)
 
 

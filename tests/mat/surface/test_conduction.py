@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from skyshine.mat.surface import conduction as module
 from skyshine.mat.surface.conduction import Conduction, depth_response, frequencies, surface_admittance
 from skyshine.materials.records import Back, Layer, ThermalStack
 from skyshine.schemas.errors import InputError
@@ -195,3 +196,11 @@ def test_a_solid_settles_slowly_against_a_weak_exchange_only(solid):
 def test_an_unknown_scheme_is_named():
     with pytest.raises(ValueError, match="unknown scheme 'rk4': one of spectral, bdf2, euler"):
         frequencies(8, DAY, "rk4")
+
+
+@pytest.mark.parametrize("size", [9.9e-3, 5e-3, 1e-3])
+@pytest.mark.parametrize("angle", [0.0, np.pi / 4])
+def test_the_series_of_tanh_is_exact_to_rounding(size, angle):
+    """Where the series takes over from the function itself, both agree to 2e-15."""
+    x = np.array([size * np.exp(1j * angle)])
+    assert abs(module._tanh_ratio(x)[0] - np.tanh(x[0]) / x[0]) < 2e-15

@@ -28,11 +28,11 @@ def test_canopy_takes_the_logarithmic_law():
 
 def test_natural_convection_by_tilt():
     """A wall does not care which way heat flows; a warm roof loses twice what a cold one takes."""
-    warm, cold = natural_coefficients(np.array([1.0, 0.0, -1.0]), 101325.0)
-    assert warm[0] == pytest.approx(1.52, abs=5e-3)
-    assert cold[0] == pytest.approx(0.76, abs=5e-3)
-    assert warm[1] == pytest.approx(cold[1], rel=1e-3)
-    assert (warm[2], cold[2]) == (pytest.approx(cold[0]), pytest.approx(warm[0]))
+    warmer, colder = natural_coefficients(np.array([1.0, 0.0, -1.0]), 101325.0)
+    assert warmer[0] == pytest.approx(1.52, abs=5e-3)
+    assert colder[0] == pytest.approx(0.76, abs=5e-3)
+    assert warmer[1] == pytest.approx(colder[1], rel=1e-3)
+    assert (warmer[2], colder[2]) == (pytest.approx(colder[0]), pytest.approx(warmer[0]))
 
 
 def test_a_rough_plate_has_the_larger_constant():

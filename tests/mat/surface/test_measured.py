@@ -35,8 +35,8 @@ def clear(sun_path, sky):
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0, 1.3])
 def test_every_interval_keeps_its_mean(sun_path, clear, share):
     means = [share * hourly_means(part) for part in clear]
-    found = MeasuredRadiation(HOURS, *means).sunlight(sun_path, *clear)
-    for light, mean, part in zip(found, means, clear, strict=True):
+    sunlight = MeasuredRadiation(HOURS, *means).sunlight(sun_path, *clear)
+    for light, mean, part in zip(sunlight, means, clear, strict=True):
         assert hourly_means(light) == pytest.approx(mean, rel=1e-12)
         assert light == pytest.approx(share * part, rel=1e-9)  # the clear sky's share of each hour is one number
 
@@ -71,15 +71,15 @@ def test_diffuse_light_at_night_is_refused(sun_path, clear):
 def test_polar_night_is_dark(make_sun_path, sky):
     sun_path = make_sun_path(85.0, -23.0)
     dark = [part[0] for part in sky.irradiance(sun_path, 0.0, np.array([0.0]))]
-    found = MeasuredRadiation(HOURS, np.zeros(24), np.full(24, 2.0)).sunlight(sun_path, *dark)
-    assert all(np.all(part == 0) for part in found)
+    sunlight = MeasuredRadiation(HOURS, np.zeros(24), np.full(24, 2.0)).sunlight(sun_path, *dark)
+    assert all(np.all(part == 0) for part in sunlight)
 
 
 def test_longwave_goes_through_the_middles_of_the_intervals():
     falling = 400.0 - HOURS
-    found = MeasuredRadiation(HOURS, np.zeros(24), np.zeros(24), falling).sky_longwave()
-    assert found[EACH // 2 :: EACH] == pytest.approx(falling)
-    assert found.min() >= falling.min() and found.max() <= falling.max()
+    sunlight = MeasuredRadiation(HOURS, np.zeros(24), np.zeros(24), falling).sky_longwave()
+    assert sunlight[EACH // 2 :: EACH] == pytest.approx(falling)
+    assert sunlight.min() >= falling.min() and sunlight.max() <= falling.max()
 
 
 def test_measured_clear_light_gives_the_forcing_of_the_clear_sky(sun_path, weather, sky, clear):
@@ -89,10 +89,12 @@ def test_measured_clear_light_gives_the_forcing_of_the_clear_sky(sun_path, weath
         Scene(sun_path, weather, sky, heights[:1], planes, planes).forcing(SUN_STEPS).longwave_sky[0]
     )
     measured = replace(weather, radiation=MeasuredRadiation(HOURS, *(hourly_means(part) for part in clear), longwave))
-    own, other = (Scene(sun_path, w, sky, heights, planes, 180 + 0 * planes).forcing(96) for w in (weather, measured))
+    computed, other = (
+        Scene(sun_path, w, sky, heights, planes, 180 + 0 * planes).forcing(96) for w in (weather, measured)
+    )
     for name in ("shortwave_direct", "shortwave_diffuse", "shortwave_reflected"):
-        assert getattr(other, name) == pytest.approx(getattr(own, name), abs=2.0), name
-    assert other.longwave_sky == pytest.approx(own.longwave_sky, rel=0.01)
+        assert getattr(other, name) == pytest.approx(getattr(computed, name), abs=2.0), name
+    assert other.longwave_sky == pytest.approx(computed.longwave_sky, rel=0.01)
 
 
 def test_measured_light_is_no_longer_dimmed_by_cloud(sun_path, make_weather, sky, clear):

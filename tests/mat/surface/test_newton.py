@@ -147,3 +147,30 @@ def test_melt_is_the_heat_that_a_capped_surface_cannot_conduct():
     result = newton.solve_newton(Cubic(), conduction(), np.full((1, 1), 1508.0), np.full((1, 24), 310.0), cap, 1e-9)
     assert np.all(result.temperature == cap)
     assert result.melt == pytest.approx(1508.0 - 1e-3 - 5.0 * cap, abs=1e-9)
+
+
+class Flat:
+    """A problem whose defect is the same everywhere, or a little larger."""
+
+    def __init__(self, growth):
+        self.growth = growth
+
+    def evaluate(self, temperature, rows):
+        return np.full(len(rows), 1.0 + self.growth), temperature, temperature
+
+
+@pytest.mark.parametrize("growth, moves", [(-0.5, True), (-1e-12, False), (0.0, False), (5e-5, False)])
+def test_a_step_that_does_not_lower_the_defect_is_not_taken(growth, moves):
+    temperature = np.full((1, 3), 290.0)
+    moved = newton._damp(Flat(growth), temperature, np.ones((1, 3)), np.arange(1), np.ones(1))
+    assert bool(moved[0]) == moves
+    assert np.all(temperature == (291.0 if moves else 290.0))
+
+
+def test_melting_times_within_the_tolerance_are_put_at_the_cap():
+    """A tenth of a millikelvin below the cap with 8 W/m2 to spare: it melts, and the melt takes all that is spare."""
+    cap = 300.0
+    problem = newton._Problem(Cubic(), conduction(), np.full((1, 1), 1508.0), cap)
+    temperature, melt, imbalance = problem.complementary(np.full((1, 24), cap - 1e-4))
+    assert np.all(temperature == cap)
+    assert melt == pytest.approx(8.0, abs=1e-9) and np.abs(imbalance).max() < 1e-9

@@ -56,10 +56,10 @@ def test_solver_agrees_with_the_oracle(name):
     material = SurfaceMaterial(name, thermal, surface, 0.8, 0.95)
     oracle = solve_oracle(material, forcing_at, intervals=96, cells=30)
     for scheme, tolerance in (("bdf2", 0.05), ("spectral", 0.02)):
-        (_, found), *_ = solve_columns(
+        (_, solution), *_ = solve_columns(
             material, lambda n: forcing_at(np.arange(n) * 86400.0 / n), fine_steps=None, scheme=scheme
         )
-        assert np.abs(np.roll(found.temperature[0], -1) - oracle.surface).max() < tolerance
+        assert np.abs(np.roll(solution.temperature[0], -1) - oracle.surface).max() < tolerance
 
 
 def test_steel_plate_cools_into_space():
@@ -74,10 +74,10 @@ def test_steel_plate_cools_into_space():
         none = np.zeros((1, len(seconds)))
         return Forcing(none, none, none, none, none, none + 300.0, none, np.zeros((1, 1)), none, np.array([[1.0]]))
 
-    found = solve_oracle(plate, space, period=3600.0, intervals=24, cells=2, start=350.0)
-    assert found.surface[-1] == pytest.approx(293.4416, abs=5e-5)
-    cubes = 350.0**-3 + 3 * 5.670374419e-8 * found.time / (0.01 * 7850 * 480)
-    assert found.surface == pytest.approx(cubes ** (-1 / 3), abs=1e-4)
+    solution = solve_oracle(plate, space, period=3600.0, intervals=24, cells=2, start=350.0)
+    assert solution.surface[-1] == pytest.approx(293.4416, abs=5e-5)
+    cubes = 350.0**-3 + 3 * 5.670374419e-8 * solution.time / (0.01 * 7850 * 480)
+    assert solution.surface == pytest.approx(cubes ** (-1 / 3), abs=1e-4)
 
 
 def test_oracle_does_not_melt():

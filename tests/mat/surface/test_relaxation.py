@@ -100,8 +100,8 @@ def test_imbalance_is_all_that_leaves_less_the_source():
 def solved(chosen, forcing):
     conduction = Conduction(chosen.thermal, forcing.shape[1], 86400.0)
     source = np.zeros((forcing.shape[0], 1))
-    found = Relaxation.of(chosen, forcing, conduction, source)
-    return found, found.solve(Balance(forcing, chosen), conduction, source)
+    relaxed = Relaxation.of(chosen, forcing, conduction, source)
+    return relaxed, relaxed.solve(Balance(forcing, chosen), conduction, source)
 
 
 def test_a_usual_day_settles_in_few_iterations():
@@ -116,21 +116,32 @@ def test_melting_snow_settles_with_complementary_melt():
     """Where melt flows the temperature is 273.15 K, and nowhere above; the sum of both carries the balance."""
     chosen = material(PACK, replace(DRY, snow=True, wetness=1.0), 0.3, 0.98)
     thaw = day(air_temperature=np.full((40, 96), 275.0), vapour_pressure=np.full((40, 96), 500.0))
-    found, (temperature, melt, _, imbalance, iterations) = solved(chosen, thaw)
-    assert found.cap == 273.15 and found.melting > 0
+    relaxed, (temperature, melt, _, imbalance, iterations) = solved(chosen, thaw)
+    assert relaxed.cap == 273.15 and relaxed.melting > 0
     assert np.abs(imbalance).max() <= relaxation.TOLERANCE and iterations[0] <= 60
     assert temperature.max() == 273.15 and melt.min() >= 0 and melt.max() > 50
     assert np.all(melt * (273.15 - temperature) == 0)
 
 
 def test_the_matrix_is_the_inverse_of_slope_and_conduction():
-    found, _ = solved(material(), day())
+    relaxed, _ = solved(material(), day())
     conduction = Conduction(STACK, 96, 86400.0)
-    assert np.allclose(found.inverse.T @ (np.diag(found.slope) + conduction.matrix), np.eye(96), atol=1e-9)
+    assert np.allclose(relaxed.inverse.T @ (np.diag(relaxed.slope) + conduction.matrix), np.eye(96), atol=1e-9)
     # 4 eps sigma T^3 of radiation and some 13 W/m2K of wind of 3 m/s lie within these.
-    assert np.all((found.slope > 10) & (found.slope < 40))
+    assert np.all((relaxed.slope > 10) & (relaxed.slope < 40))
 
 
 def test_coarse_temperatures_are_joined_by_straight_lines():
     coarse = np.array([[280.0, 290.0, 300.0, 290.0]])
     assert relaxation._between(coarse, 8)[0] == pytest.approx([280, 285, 290, 295, 300, 295, 290, 285])
+
+
+def test_single_precision_ends_near_the_solution():
+    """Within some times the rounding of 300 K, melting included, before double precision takes over."""
+    snow = material(PACK, replace(DRY, snow=True, wetness=1.0), 0.3, 0.98)
+    thaw = day(air_temperature=np.full((40, 96), 275.0), vapour_pressure=np.full((40, 96), 500.0))
+    for chosen, weather in ((material(), day()), (snow, thaw)):
+        relaxed, (temperature, melt, _, _, _) = solved(chosen, weather)
+        unknown, count = relaxed.approach(Balance(weather, chosen), np.zeros((40, 1)))
+        exact = temperature + melt / relaxed.melting
+        assert np.abs(unknown - exact).max() < 0.02 and count < 60

@@ -59,31 +59,31 @@ def solve(chosen, forcing_at, **options):
 
 def test_steady_radiative_equilibrium():
     """alpha S + eps L = eps sigma T^4 without air: 0.8 x 1000 + 0.9 x 200 W/m2 make 372.2571 K."""
-    found = solve(material(), lambda n: steady(n, shortwave_direct=1000.0, longwave_sky=200.0, pressure=0.0))
-    assert found.temperature == pytest.approx((980.0 / (0.9 * SIGMA)) ** 0.25, abs=2e-4)
-    assert found.temperature[0, 0] == pytest.approx(372.2571, abs=2e-4)
+    solution = solve(material(), lambda n: steady(n, shortwave_direct=1000.0, longwave_sky=200.0, pressure=0.0))
+    assert solution.temperature == pytest.approx((980.0 / (0.9 * SIGMA)) ** 0.25, abs=2e-4)
+    assert solution.temperature[0, 0] == pytest.approx(372.2571, abs=2e-4)
 
 
 def test_steady_convective_equilibrium():
     """A body that neither absorbs nor emits takes the air's temperature; one in sunlight h (T - Ta) = alpha S."""
     still = solve(material(absorptance=0.0, emissivity=0.0), lambda n: steady(n))
     assert still.temperature == pytest.approx(290.0, abs=1e-3)
-    warm = solve(material(absorptance=1.0, emissivity=0.0), lambda n: steady(n, shortwave_direct=200.0))
+    heated = solve(material(absorptance=1.0, emissivity=0.0), lambda n: steady(n, shortwave_direct=200.0))
     forced, natural = 5.678 * 0.50 * (0.7229474 * 3.0 / 0.3048) ** 0.78, 9.482 / 6.238
     difference = 10.0
     for _ in range(60):
         difference = 200.0 / np.cbrt(8.0 + forced**3 + natural**3 * difference)
-    assert warm.temperature == pytest.approx(290.0 + difference, abs=1e-3)
+    assert heated.temperature == pytest.approx(290.0 + difference, abs=1e-3)
 
 
 def test_wet_bulb():
     """Psychrometer: 18.0995 C in air of 30 C and 30 %, psychrometer constant 67.38 Pa/K."""
     wet = replace(DRY, wetness=1.0)
     vapour = 0.3 * saturation_pressure(303.15)
-    found = solve(
+    solution = solve(
         material(surface=wet, emissivity=0.0), lambda n: steady(n, air_temperature=303.15, vapour_pressure=vapour)
     )
-    assert found.temperature - 273.15 == pytest.approx(18.0995, abs=6e-4)
+    assert solution.temperature - 273.15 == pytest.approx(18.0995, abs=6e-4)
 
 
 def test_flux_wave_into_a_wall():
@@ -92,11 +92,11 @@ def test_flux_wave_into_a_wall():
     def forcing(n):
         return steady(n, shortwave_direct=150 + 100 * np.cos(2 * np.pi * np.arange(n) / n), pressure=0.0)
 
-    found = solve(material(WALL, absorptance=1.0, emissivity=0.0), forcing, scheme="spectral")
-    wave = np.fft.rfft(found.temperature[0]) / 48
+    solution = solve(material(WALL, absorptance=1.0, emissivity=0.0), forcing, scheme="spectral")
+    wave = np.fft.rfft(solution.temperature[0]) / 48
     assert abs(wave[1]) == pytest.approx(100 / 12.3128, rel=2e-5)
     assert -np.degrees(np.angle(wave[1])) == pytest.approx(70.519, abs=1e-3)
-    assert found.temperature.mean() == pytest.approx(293.0 + 150 / 0.61538, abs=2e-3)
+    assert solution.temperature.mean() == pytest.approx(293.0 + 150 / 0.61538, abs=2e-3)
 
 
 def manufactured(steps):
@@ -117,8 +117,8 @@ def test_order_of_convergence_on_a_manufactured_solution():
     errors = {}
     for steps in (96, 192, 384):
         chosen, forcing, exact = manufactured(steps)
-        found = solve(chosen, lambda n, forcing=forcing: forcing, steps=steps, fine_steps=None)
-        errors[steps] = np.abs(found.temperature[0] - exact).max()
+        solution = solve(chosen, lambda n, forcing=forcing: forcing, steps=steps, fine_steps=None)
+        errors[steps] = np.abs(solution.temperature[0] - exact).max()
     assert errors[96] < 0.05
     assert np.log2(errors[96] / errors[192]) == pytest.approx(2, abs=0.15)
     assert np.log2(errors[192] / errors[384]) == pytest.approx(2, abs=0.1)
@@ -127,11 +127,11 @@ def test_order_of_convergence_on_a_manufactured_solution():
 def test_random_columns_settle_within_bounds_and_close_their_energy():
     for seed in range(40):
         generator = np.random.default_rng([7, seed])
-        found = solve(random_material(generator), random_forcing(generator))
-        assert np.all(np.isfinite(found.temperature)), seed
-        assert found.residual[0] <= solver.TOLERANCE, seed
-        assert abs(found.energy_closure[0]) <= solver.TOLERANCE, seed
-        assert found.bound_excess[0] <= 0.5, seed
+        solution = solve(random_material(generator), random_forcing(generator))
+        assert np.all(np.isfinite(solution.temperature)), seed
+        assert solution.residual[0] <= solver.TOLERANCE, seed
+        assert abs(solution.energy_closure[0]) <= solver.TOLERANCE, seed
+        assert solution.bound_excess[0] <= 0.5, seed
 
 
 def day(n, noon=800.0, **changes):
@@ -148,43 +148,43 @@ def day(n, noon=800.0, **changes):
 def test_foil_is_solved_in_fine_steps():
     foil = Layer(1e-5, 200.0, 2700.0, 900.0)
     stack = ThermalStack(foil, (foil, Layer(0.05, 0.03, 30.0, 1400.0)), Back("adiabatic"))
-    found = solve(material(stack, emissivity=0.04, absorptance=0.1), day)
-    assert found.temperature.shape == (1, 288)
-    assert found.method[0] in (Method.BDF2_FINE, Method.BDF2_FINE_NEWTON)
+    solution = solve(material(stack, emissivity=0.04, absorptance=0.1), day)
+    assert solution.temperature.shape == (1, 288)
+    assert solution.method[0] in (Method.BDF2_FINE, Method.BDF2_FINE_NEWTON)
 
 
 def test_calm_wet_steel():
-    found = solve(material(surface=replace(DRY, wetness=1.0)), lambda n: day(n, wind_speed=0.0))
-    assert found.residual[0] <= solver.TOLERANCE
-    assert 265 < found.temperature.min() < found.temperature.max() < 330
+    solution = solve(material(surface=replace(DRY, wetness=1.0)), lambda n: day(n, wind_speed=0.0))
+    assert solution.residual[0] <= solver.TOLERANCE
+    assert 265 < solution.temperature.min() < solution.temperature.max() < 330
 
 
 def test_polar_night():
-    found = solve(material(SOIL), lambda n: day(n, noon=0.0, air_temperature=235.0, longwave_sky=120.0))
-    assert np.ptp(found.temperature) < 1e-3
-    assert 220 < found.temperature.mean() < 288
+    solution = solve(material(SOIL), lambda n: day(n, noon=0.0, air_temperature=235.0, longwave_sky=120.0))
+    assert np.ptp(solution.temperature) < 1e-3
+    assert 220 < solution.temperature.mean() < 288
 
 
 def test_night_in_vacuum_stays_above_absolute_zero():
     dust = Layer(0.05, 0.01, 1300.0, 800.0)
     stack = ThermalStack(Layer(1e-5, 0.01, 1300.0, 800.0), (dust, Layer(1.0, 0.01, 1800.0, 800.0)), Back("adiabatic"))
-    found = solve(
+    solution = solve(
         material(stack, absorptance=0.9, emissivity=0.95),
         lambda n: day(n, noon=1361.0, pressure=0.0, longwave_sky=0.0),
         period=29.53 * 86400,
     )
-    assert 60 < found.temperature.min() < 130
-    assert found.temperature.max() == pytest.approx((0.9 * 1361 / (0.95 * SIGMA)) ** 0.25, abs=6)
+    assert 60 < solution.temperature.min() < 130
+    assert solution.temperature.max() == pytest.approx((0.9 * 1361 / (0.95 * SIGMA)) ** 0.25, abs=6)
 
 
 def test_step_shadow_breaks_no_bound():
     thin = Layer(2e-4, 0.2, 900.0, 1500.0)
     stack = ThermalStack(thin, (thin, thin), Back("adiabatic"))
     shade = lambda n: day(n, shortwave_direct=900.0 * (np.arange(n) * 24 / n % 6 < 3), pressure=0.0)  # noqa: E731
-    found = solve(material(stack, emissivity=0.5), shade, fine_steps=None)
+    solution = solve(material(stack, emissivity=0.5), shade, fine_steps=None)
     hottest = ((0.8 * 900 + 0.5 * 280) / (0.5 * SIGMA)) ** 0.25
     coldest = (280 / SIGMA) ** 0.25
-    assert coldest - 0.2 <= found.temperature.min() and found.temperature.max() <= hottest + 0.2
+    assert coldest - 0.2 <= solution.temperature.min() and solution.temperature.max() <= hottest + 0.2
 
 
 SNOW_LAYER = Layer(0.2, 0.2, 250.0, 2050.0)
@@ -194,11 +194,11 @@ SNOW = ThermalStack(Layer(5e-3, 0.2, 250.0, 2050.0), (SNOW_LAYER, SNOW_LAYER), B
 def test_snow_melts_instead_of_warming():
     """Melting heat is not negative, flows only at the melting point, and closes the energy."""
     snow = material(SNOW, replace(DRY, snow=True, wetness=1.0), absorptance=0.3, emissivity=0.98, name="snow")
-    found = solve(snow, lambda n: day(n, air_temperature=274.0, vapour_pressure=500.0))
-    assert found.temperature.max() == pytest.approx(273.15, abs=1e-6)
-    assert found.melt.min() == 0 and found.melt.max() > 10
-    assert np.all(found.melt * (273.15 - found.temperature) < 1e-3)
-    assert found.residual[0] <= solver.TOLERANCE and abs(found.energy_closure[0]) <= solver.TOLERANCE
+    solution = solve(snow, lambda n: day(n, air_temperature=274.0, vapour_pressure=500.0))
+    assert solution.temperature.max() == pytest.approx(273.15, abs=1e-6)
+    assert solution.melt.min() == 0 and solution.melt.max() > 10
+    assert np.all(solution.melt * (273.15 - solution.temperature) < 1e-3)
+    assert solution.residual[0] <= solver.TOLERANCE and abs(solution.energy_closure[0]) <= solver.TOLERANCE
 
 
 def test_cold_snow_is_as_any_other_surface():
@@ -267,15 +267,15 @@ def test_a_back_of_other_temperature_widens_the_bounds(temperature, excess):
 
 def test_energy_closes_term_by_term_over_a_day():
     """Soil on a back of 288 K: what the fluxes of the day leave over goes through both layers, 0.4 m of 0.8 W/mK."""
-    found = solve(material(SOIL), day)
-    fluxes = Balance(day(found.temperature.shape[1]), material(SOIL)).fluxes(found.temperature)
+    solution = solve(material(SOIL), day)
+    fluxes = Balance(day(solution.temperature.shape[1]), material(SOIL)).fluxes(solution.temperature)
     gain = fluxes["shortwave_absorbed"] + fluxes["longwave_absorbed"]
     loss = fluxes["longwave_emitted"] + fluxes["convection"] + fluxes["evaporation"]
-    assert (gain - loss).mean() == pytest.approx((found.temperature.mean() - 288.0) * 0.8 / 0.4, abs=2e-3)
+    assert (gain - loss).mean() == pytest.approx((solution.temperature.mean() - 288.0) * 0.8 / 0.4, abs=2e-3)
 
 
 def test_usual_columns_need_no_newton():
     """The batch iteration alone solves a dry and a wet soil in at most a dozen iterations."""
     for chosen in (material(SOIL), material(SOIL, replace(DRY, wetness=0.5, surface_resistance=50.0))):
-        found = solve(chosen, day)
-        assert found.method[0] in (Method.BDF2, Method.BDF2_FINE) and found.iterations[0] <= 12
+        solution = solve(chosen, day)
+        assert solution.method[0] in (Method.BDF2, Method.BDF2_FINE) and solution.iterations[0] <= 12

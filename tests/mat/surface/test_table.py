@@ -70,9 +70,11 @@ def test_twins_are_solved_once(sun_path, weather, sky, monkeypatch):
 
 def test_time_is_periodic_and_linear_between_solver_times(sun_path, weather, sky):
     hours = [0.0, 24.0, 12.0, 12.125, 12.25]
-    found = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0], [0.0], hours).temperature[0, 0, 0, 0]
-    assert found[0] == found[1]
-    assert found[3] == pytest.approx(0.5 * (found[2] + found[4]), abs=1e-4)
+    temperatures = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0], [0.0], hours).temperature[
+        0, 0, 0, 0
+    ]
+    assert temperatures[0] == temperatures[1]
+    assert temperatures[3] == pytest.approx(0.5 * (temperatures[2] + temperatures[4]), abs=1e-4)
 
 
 def test_more_steps_change_little(sun_path, weather, sky):
@@ -108,8 +110,8 @@ def test_wrong_axes_are_refused(sun_path, weather, sky, change, message):
 
 def test_azimuths_are_those_of_the_compass(sun_path, weather, sky):
     """-90 is 270, west; a wall that faces the afternoon's Sun is warmer at 17 h than one that faces the morning's."""
-    found = temperature_table([soil()], sun_path, weather, sky, [0.0], [-90.0, 270.0, 90.0], [90.0], [17.0])
-    west, same, east = found.temperature[0, 0, :, 0, 0]
+    temperatures = temperature_table([soil()], sun_path, weather, sky, [0.0], [-90.0, 270.0, 90.0], [90.0], [17.0])
+    west, same, east = temperatures.temperature[0, 0, :, 0, 0]
     assert west == same and west > east + 5
 
 
@@ -140,7 +142,7 @@ def test_a_table_reaches_below_sea_level(sun_path, sky):
     altitude = np.linspace(-430.0, 3570.0, 9)
     low = replace(sky, altitude=altitude, pressure=101325 * np.exp(-altitude / 8000))
     air = from_hours(-430.0, np.arange(24.0), np.full(24, 303.0), 30.0, 2.0, 0.0)
-    found = temperature_table([soil()], sun_path, air, low, [-430.0, 0.0], [0.0], [0.0, 90.0], HOURS)
-    assert np.all(found.residual <= TOLERANCE) and np.all(found.bound_excess <= 0.1)
-    night = found.temperature[0, :, 0, 0, 1]
+    temperatures = temperature_table([soil()], sun_path, air, low, [-430.0, 0.0], [0.0], [0.0, 90.0], HOURS)
+    assert np.all(temperatures.residual <= TOLERANCE) and np.all(temperatures.bound_excess <= 0.1)
+    night = temperatures.temperature[0, :, 0, 0, 1]
     assert 1.0 < night[0] - night[1] < 6.0

@@ -16,8 +16,8 @@ def test_saturation_pressure_over_water(celsius, pascal):
 @pytest.mark.parametrize("celsius, pascal", [(-10, 259.9), (-20, 103.26), (-40, 12.84), (5, 872.6)])
 def test_vapour_pressure_of_frost(celsius, pascal):
     """Murphy and Koop (2005) over ice; the IAPWS value over water."""
-    found, latent_heat = surface_vapour(np.array([celsius + 273.15]))
-    assert found[0] == pytest.approx(pascal, rel=3e-3)
+    vapour, latent_heat = surface_vapour(np.array([celsius + 273.15]))
+    assert vapour[0] == pytest.approx(pascal, rel=3e-3)
     assert latent_heat[0] == pytest.approx(1.133 if celsius < 0 else 1.0, abs=1e-3)
 
 

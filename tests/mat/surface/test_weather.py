@@ -86,11 +86,11 @@ def epw(folder, change=()):
 
 def test_epw_hours_end_where_the_file_says(tmp_path):
     """Hour 14 of local standard time (UTC-7) is 15:00 on a clock that is an hour ahead (UTC-6)."""
-    found = read_weather(epw(tmp_path), date(2026, 6, 22), -6)
-    at = found.time.index(15.0)
-    assert (found.air_temperature_c[at], found.wind_speed_m_s[at]) == (14.0, 7.0)
-    assert (found.cloud_fraction[at], found.pressure_hpa[at], found.altitude_km) == (0.5, 820.0, 1.829)
-    assert sorted(found.time) == found.time and len(found.time) == 24
+    weather = read_weather(epw(tmp_path), date(2026, 6, 22), -6)
+    at = weather.time.index(15.0)
+    assert (weather.air_temperature_c[at], weather.wind_speed_m_s[at]) == (14.0, 7.0)
+    assert (weather.cloud_fraction[at], weather.pressure_hpa[at], weather.altitude_km) == (0.5, 820.0, 1.829)
+    assert sorted(weather.time) == weather.time and len(weather.time) == 24
 
 
 @pytest.mark.parametrize(
@@ -118,9 +118,9 @@ def test_tmy3_of_greensboro():
         pytest.skip("this pvlib comes without its sample file")
     cells = file.read_text().splitlines()[2 + 24 * 171 + 13].split(",")
     assert cells[:2] == ["06/21/1988", "14:00"] or (cells[0].startswith("06/21") and cells[1] == "14:00")
-    found = read_weather(file, date(2026, 6, 21), -5)
-    at = found.time.index(14.0)
-    assert found.air_temperature_c[at] == float(cells[31]) and found.altitude_km == 0.273
+    weather = read_weather(file, date(2026, 6, 21), -5)
+    at = weather.time.index(14.0)
+    assert weather.air_temperature_c[at] == float(cells[31]) and weather.altitude_km == 0.273
 
 
 def csv(folder, rows, header="time,air_temperature[C],wind_speed[km/h],cloud_fraction[%]"):
@@ -130,11 +130,11 @@ def csv(folder, rows, header="time,air_temperature[C],wind_speed[km/h],cloud_fra
 
 
 def test_csv_by_time_of_day(tmp_path):
-    found = read_weather(
+    weather = read_weather(
         csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(0, 24, 3)]), date(2026, 6, 21), 0
     )
-    assert found.air_temperature_c == pytest.approx(np.arange(0, 24, 3)) and found.relative_humidity_percent is None
-    assert found.wind_speed_m_s == pytest.approx([10.0] * 8) and found.cloud_fraction == pytest.approx([0.5] * 8)
+    assert weather.air_temperature_c == pytest.approx(np.arange(0, 24, 3)) and weather.relative_humidity_percent is None
+    assert weather.wind_speed_m_s == pytest.approx([10.0] * 8) and weather.cloud_fraction == pytest.approx([0.5] * 8)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from click.testing import CliRunner
 
 from skyshine import atmospheres
 from skyshine.mat.maintain.atmospheres import lowtran_continua
-from skyshine.schemas.data_csv import read_csv
 
 
 def block(unit, arrays):
@@ -39,6 +38,11 @@ def source(tmp_path):
     return file
 
 
+def columns_and_rows(file):
+    head, *rows = [line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    return head, np.loadtxt(rows, delimiter=",")
+
+
 def test_tables_start_at_zero_wavenumber_and_keep_their_order(source):
     wavenumber, self_continuum, foreign, exponent = lowtran_continua.water_vapour(source)
     assert wavenumber.tolist() == [0, 10, 20, 30]
@@ -66,8 +70,9 @@ def test_the_program_writes_the_three_files_in_the_form_of_the_packaged_ones(sou
     done = CliRunner().invoke(lowtran_continua.main, [str(source), "--out", str(tmp_path)], catch_exceptions=False)
     assert done.exit_code == 0, done.output
     for name in ("lowtran7.csv", "lowtran7_n2.csv", "lowtran7_o2.csv"):
-        assert list(read_csv(tmp_path / name)) == list(read_csv(atmospheres.path(f"continuum/{name}")))
-    nitrogen = read_csv(tmp_path / "lowtran7_n2.csv")
-    assert nitrogen["wavenumber[cm-1]"][[0, -1]].tolist() == [2080, 2740]
+        packaged = atmospheres.path(f"continuum/{name}")
+        assert columns_and_rows(tmp_path / name)[0] == columns_and_rows(packaged)[0]
+    _, nitrogen = columns_and_rows(tmp_path / "lowtran7_n2.csv")
+    assert nitrogen[[0, -1], 0].tolist() == [2080, 2740]
     # 133 per km of air of one atmosphere and 273.15 K.
-    assert nitrogen["cross_section[m2/molecule]"][-1] * 2.6868e25 * 1e3 == pytest.approx(133, rel=1e-6)
+    assert nitrogen[-1, 1] * 2.6868e25 * 1e3 == pytest.approx(133, rel=1e-6)

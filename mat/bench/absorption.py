@@ -129,13 +129,13 @@ class Scene:
 def _bench_state(gases):
     full = AtmosphericState.from_profile(HELD_OUT_PROFILE, aerosol=Aerosol("none"))
     level = np.unique([int(np.argmin(np.abs(full.altitude - altitude))) for altitude in _LEVELS])
-    held = {gas: values[level] for gas, values in full.mole_fraction.items() if gas in gases}
+    fractions = {gas: values[level] for gas, values in full.mole_fraction.items() if gas in gases}
     return replace(
         full,
         altitude=full.altitude[level],
         pressure=full.pressure[level],
         temperature=full.temperature[level],
-        mole_fraction=held,
+        mole_fraction=fractions,
     )
 
 
@@ -345,14 +345,14 @@ def bench_band(band, limits, *, library=None, continua=None, program=None, advan
 
         gases, left_out = judged_gases(library, table, 1e4 / limits[1], 1e4 / limits[0])
     scene = Scene(limits, gases)
-    own = float(np.max(np.diff(scene.points.interval_edges, axis=1)))
+    width = float(np.max(np.diff(scene.points.interval_edges, axis=1)))
     computed = (
-        [] if library is None else [(REFERENCE_NAME, own, line_by_line(scene, library, continua, gases, advance))]
+        [] if library is None else [(REFERENCE_NAME, width, line_by_line(scene, library, continua, gases, advance))]
     )
-    computed.append((f"all points, {own:g} cm-1", own, with_points(scene)))
-    for width in WIDTHS:
-        chosen = ladders.merged_intervals(scene.points, width, ladders.with_continuum(gases))
-        computed.append((f"{width:g} cm-1", width, with_points(scene, *chosen)))
+    computed.append((f"all points, {width:g} cm-1", width, with_points(scene)))
+    for wide in WIDTHS:
+        chosen = ladders.merged_intervals(scene.points, wide, ladders.with_continuum(gases))
+        computed.append((f"{wide:g} cm-1", wide, with_points(scene, *chosen)))
     for means in _compiled_ladder(scene):
         computed.append((f"compiled, {means.points} points", None, means))
     if program is not None:

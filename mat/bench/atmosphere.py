@@ -36,7 +36,7 @@ _PEER_CELLS = 24
 _PEER_TOP = (
     60e3  # m; with levels above, or with as many as it takes otherwise, its multiple scattering gives no numbers
 )
-_PEER_LEVELS = lowtran.MOST_LEVELS - 1
+_PEER_LEVELS = lowtran.MAX_LEVELS - 1
 # Cells on which the ladders of points and layers are judged.
 _SMALL = PathGrid(
     range_km=[0.3, 2.0, 9.0, 60.0],

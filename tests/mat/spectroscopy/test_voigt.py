@@ -20,6 +20,8 @@ def test_chi_is_one_near_the_centre_and_falls_off():
     values = [voigt.chi_co2(distance, decay) for distance in (0.0, 3.0, 10.0, 25.0)]
     assert values[:2] == [1.0, 1.0]
     assert 1.0 > values[2] > values[3] > 0.0
+    # Perrin and Hartmann 1989, equation 5: exp(-B1 (distance - 3)), B1(296 K) = 0.3031 cm.
+    assert voigt.chi_co2(4.0, decay) == pytest.approx(np.exp(-0.3031), rel=1e-3)
 
 
 def test_chi_decay_of_perrin_and_hartmann_at_room_temperature():

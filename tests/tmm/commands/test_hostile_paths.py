@@ -110,7 +110,7 @@ def test_part_files_of_ended_processes_go_and_all_others_stay(built, write_job, 
         for name in (
             ".a.part",
             f".{built.name}.part",
-            f"{stem}.{os.getpid()}.part",
+            f"{stem}.{os.getppid()}.part",
             f"{stem}.x.part",
             f".{built.name}.elsewhere.{ended.pid}.part",
             f".b.tmm.h5.{platform.node()}.{ended.pid}.part",
@@ -153,15 +153,17 @@ def test_a_full_disk_behind_standard_output_is_one_line(command, built):
 def test_brackets_in_names_are_text_on_a_terminal(write_image, write_job, tmp_path):
     import pty
 
-    image = "x [/bold][red].png"
+    image = "x [/bold][red].png"  # a folder "x [" and a file in it: together they read as markup
+    for folder in ("x [", "truth [", "p ["):
+        (tmp_path / folder).mkdir()
 
     write_image("a.png", np.full((8, 8, 3), 90, np.uint8))
     (tmp_path / "a.png").rename(tmp_path / image)
     seeds = {"polygons": {"grass_green": [[[1, 1]]], "asphalt_road": [[[6, 6]]]}}
-    job = write_job("job [/bold].yaml", image=image, name="x", seeds=seeds)
+    job = write_job("job [red].yaml", image=image, name="x", seeds=seeds)
     database = tmp_path / "build" / "x.tmm.h5"
     write_image("labels.png", np.ones((8, 8, 1), np.uint8))
-    (tmp_path / "truth [/i].yaml").write_text('{"image": "labels.png", "palette": {"1": "grass_green"}}')
+    (tmp_path / "truth [/i].yaml").write_text('{"image": "../labels.png", "palette": {"1": "grass_green"}}')
     commands = {
         "check": (job, image),
         "classify": (job, "grass_green"),

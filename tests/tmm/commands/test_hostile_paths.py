@@ -41,9 +41,9 @@ def refused(result) -> bool:
 
 @pytest.fixture
 def write_job(tmp_path):
-    def write(name: str = "job.yaml", **texture) -> Path:
-        (tmp_path / name).write_text(json.dumps({"textures": [texture]}))
-        return tmp_path / name
+    def write(file: str = "job.yaml", /, **texture) -> Path:
+        (tmp_path / file).write_text(json.dumps({"textures": [texture]}))
+        return tmp_path / file
 
     return write
 

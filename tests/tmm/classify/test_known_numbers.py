@@ -1,0 +1,124 @@
+"""Fits, calibration, quality and seeds against numbers worked out by hand."""
+
+import numpy as np
+import pytest
+
+from skyshine.tmm.classify.calibration import Calibration, fit_calibration
+from skyshine.tmm.classify.gaussian import fit
+from skyshine.tmm.classify.trained import Network
+from skyshine.tmm.images.georeference import _affine
+from skyshine.tmm.inputs.seeds import _divide
+from skyshine.tmm.mapping.ways import palette_colour
+from skyshine.tmm.quality.counts import Tally
+
+
+def test_one_seed_of_each_material_takes_the_prior_spread():
+    model = fit(np.array([[50.0, 0, 0], [20, 5, 5]]), np.array([0, 1]), ("a", "b"))
+    # No scatter: the prior variance of 36, and 1 for the rounding of colours.
+    np.testing.assert_allclose(model.covariances, np.stack([37 * np.eye(3)] * 2), rtol=1e-6)
+    np.testing.assert_allclose(model.means, [[50, 0, 0], [20, 5, 5]])
+
+
+def test_covariances_of_few_seeds_by_hand():
+    lab = np.array([[0.0, 0, 0], [6, 0, 0], [100, 0, 0]])
+    model = fit(lab, np.array([0, 0, 1]), ("a", "b"))
+    # Scatter of a: 18 along L. Pooled: (18 + 4 x 36) / (3 - 2 + 4) along L, 144 / 5 across. Of a: (18 + 20 x 32.4) / 21
+    # and 20 x 28.8 / 21; of b: 20 x 32.4 / 20 and 28.8; and 1 each.
+    np.testing.assert_allclose(np.diag(model.covariances[0]), [1 + 666 / 21, 1 + 576 / 21, 1 + 576 / 21], rtol=1e-6)
+    np.testing.assert_allclose(np.diag(model.covariances[1]), [33.4, 29.8, 29.8], rtol=1e-6)
+
+
+def test_calibrated_confidence_by_hand():
+    # Log-odds of 0.7 are 0.8473: 2 x 0.8473 + 0.5 = 2.1946, whose probability is 0.8998.
+    found = Calibration(2.0, 0.5)(np.array([0, 0.7, 0.5], np.float32))
+    np.testing.assert_allclose(found, [0, 0.8998, 0.6225], atol=2e-4)
+
+
+def test_calibration_is_the_minimum_of_its_loss():
+    """Against a search of the plane; the regions count once each, and two of three are right."""
+    confidence = np.repeat([0.9, 0.8, 0.95], [30, 5, 2])
+    right, region = np.repeat([True, True, False], [30, 5, 2]), np.repeat([0, 1, 2], [30, 5, 2])
+    found = fit_calibration(confidence, right, region)
+    odds = np.log([0.9 / 0.1, 0.8 / 0.2, 0.95 / 0.05])
+    target = np.array([3 / 4, 3 / 4, 1 / 3])  # Platt 1999: (n + 1) / (n + 2) of those right, 1 / (n + 2) of those wrong
+    slope, offset = np.meshgrid(np.linspace(-0.5, 1.5, 401), np.linspace(-1.5, 1.5, 601), indexing="ij")
+    loss = ((slope - 1) ** 2 + offset**2) / 2
+    for x, y in zip(odds, target, strict=True):
+        z = slope * x + offset
+        loss = loss - y * np.log(1 / (1 + np.exp(-z))) - (1 - y) * np.log(1 / (1 + np.exp(z)))
+    best = np.unravel_index(loss.argmin(), loss.shape)
+    assert found.slope == pytest.approx(slope[best], abs=0.01) and found.offset == pytest.approx(offset[best], abs=0.01)
+
+
+def test_network_by_hand():
+    network = Network(
+        mean=np.array([1.0, 0], np.float32),
+        scale=np.array([2.0, 1], np.float32),
+        inner_weight=np.array([[1.0, -1], [0, 2]], np.float32),
+        inner_offset=np.array([0.5, 0], np.float32),
+        outer_weight=np.array([[1.0, 0], [0, 1]], np.float32),
+        outer_offset=np.array([0.0, np.log(3)], np.float32),
+    )
+    # Features (3, 1): scaled (1, 1); hidden (1.5, 1); odds 1.5 and 1 + log 3.
+    found = network.posterior(np.array([[3.0], [1.0]], np.float32))[:, 0]
+    odds = np.exp([1.5, 1 + np.log(3)])
+    np.testing.assert_allclose(found, odds / odds.sum(), rtol=1e-5)
+    # A hidden unit below 0 gives nothing: scaled (1, -1), hidden (1.5, -3).
+    odds = np.exp([1.5, np.log(3)])
+    np.testing.assert_allclose(
+        network.posterior(np.array([[3.0], [-1.0]], np.float32))[:, 0], odds / odds.sum(), rtol=1e-5
+    )
+
+
+def test_quality_by_hand():
+    tally = Tally(3)
+    # 10 texels of material 0: 6 right, 3 found as 1, 1 unknown; 5 of material 1: all right; none of material 2.
+    true = np.array([0] * 10 + [1] * 5)
+    assigned = np.array([0] * 6 + [1] * 3 + [-1] + [1] * 5)
+    tally.add(true, assigned, np.full(15, 0.95))
+    quality = tally.quality()
+    assert quality.tested == 15 and quality.overall_accuracy == pytest.approx(11 / 15)
+    np.testing.assert_allclose(quality.intersection_over_union, [6 / 10, 5 / 8, 0])
+    assert quality.mean_iou == pytest.approx((6 / 10 + 5 / 8) / 2)
+    # One bin: 11 of 14 right at a confidence of 0.95.
+    assert quality.calibration_error == pytest.approx(0.95 - 11 / 14)
+
+
+def test_confidences_fall_into_fifteen_bins():
+    tally = Tally(1)
+    tally.add(np.zeros(4, int), np.zeros(4, int), np.array([0.0, 0.0666, 0.0667, 1.0]))
+    number = tally.quality().bins[0]
+    assert len(number) == 15 and number[0] == 2 and number[1] == 1 and number[14] == 1
+
+
+def test_a_single_region_is_divided_at_its_medians():
+    rows, columns = np.divmod(np.arange(16), 4)
+    region = _divide(np.zeros(16, int), np.zeros(16, int), rows, columns)
+    assert np.unique(region, return_counts=True)[1].tolist() == [4] * 4
+    assert (
+        len(
+            {
+                (r, c)
+                for r, c in zip(rows[region == region[0]], columns[region == region[0]], strict=True)
+                if r < 2 and c < 2
+            }
+        )
+        == 4
+    )
+
+
+def test_palette_colours_of_16_bit_are_257_times_those_of_8_bit(tmp_path):
+    # As PNG defines it: 255 becomes 65535.
+    assert palette_colour("#FF8001", np.dtype(np.uint16), tmp_path) == (65535, 32896, 257)
+    assert palette_colour("#FF8001", np.dtype(np.uint8), tmp_path) == (255, 128, 1)
+    assert palette_colour("300", np.dtype(np.uint16), tmp_path) == (300, 300, 300)
+
+
+def test_geotiff_tags_by_hand():
+    # OGC 19-008r4, 7.2: tie point (column 10, row 20) at (1000, 5000), texels of 2 by 3: the corner is at (980, 5060).
+    tags = {"ModelPixelScale": (2.0, 3.0, 0.0), "ModelTiepoint": (10.0, 20.0, 0.0, 1000.0, 5000.0, 0.0)}
+    assert _affine(tags) == pytest.approx([2, 0, 980, 0, -3, 5060])
+    # Where tie points are centres of texels, the corner lies half a texel up and to the left.
+    assert _affine(tags | {"GTRasterTypeGeoKey": 2}) == pytest.approx([2, 0, 979, 0, -3, 5061.5])
+    matrix = np.array([[1, 2, 0, 3], [4, 5, 0, 6], [0, 0, 0, 0], [0, 0, 0, 1.0]])
+    assert _affine({"ModelTransformation": matrix.ravel()}) == pytest.approx([1, 2, 3, 4, 5, 6])

@@ -9,7 +9,7 @@ COMMANDS = {
     "check": "Check a job and print what will be built and what is left out.",
     "build": "Build the databases of a job.",
     "info": "Show what a database holds.",
-    "verify": "Check layout, units, values and hash of databases.",
+    "verify": "Check layout, values, physical laws and digest of databases.",
     "convert": "Write databases of an older format in the present one.",
     "query": "Interpolate one value, with its stated error.",
     "plot": "Draw a database.",

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import os
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -33,8 +32,7 @@ from skyshine.schemas.hdf5_digest import (
     is_text,
     values_of,
 )
-from skyshine.schemas.hdf5_gate import JOB_LIMIT, Gate, refuse_special_file
-from skyshine.schemas.hdf5_heaps import largest_text
+from skyshine.schemas.hdf5_gate import JOB_LIMIT, pass_gate, refuse_special_file
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import part_file
 
@@ -265,7 +263,6 @@ def open_database(path: StrPath, filetype: str | None = None, major: int | None 
     """
     refuse_special_file(path)
     try:
-        text_bytes = largest_text(path)
         file = h5py.File(path, "r")
     except OSError:
         raise InputError(
@@ -273,34 +270,12 @@ def open_database(path: StrPath, filetype: str | None = None, major: int | None 
         ) from None
     try:
         with sound(path):
-            if not _has_passed(path):
-                Gate(path, file, text_bytes).check()
-                _note_passed(path)
+            pass_gate(path, file)
             _check_kind(file, path, filetype, major)
     except BaseException:
         file.close()
         raise
     return file
-
-
-_passed: dict[str, tuple[int, ...]] = {}  # files that the gate let through, with what changes when they do
-_SETTLED = 2.0  # s; a file changed less long ago may change again without a change of its times
-
-
-def _has_passed(path: StrPath) -> bool:
-    return _passed.get(os.path.abspath(path)) == _stamp(path)
-
-
-def _note_passed(path: StrPath) -> None:
-    if time.time() - os.stat(path).st_mtime > _SETTLED:
-        while len(_passed) >= 256:
-            _passed.pop(next(iter(_passed)), None)
-        _passed[os.path.abspath(path)] = _stamp(path)
-
-
-def _stamp(path: StrPath) -> tuple[int, ...]:
-    status = os.stat(path)
-    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def _check_kind(file: h5py.File, path: StrPath, filetype: str | None, major: int | None) -> None:

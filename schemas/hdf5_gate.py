@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import stat
+import time
 from dataclasses import dataclass, field
 from math import prod
 from typing import Any
@@ -15,6 +16,7 @@ from typing import Any
 import h5py
 
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5_heaps import largest_text
 from skyshine.schemas.paths import StrPath
 
 OBJECT_LIMIT = 20_000  # groups and arrays of a file; a texture of 17 levels has 150
@@ -317,3 +319,25 @@ def _names(item: Any) -> list[bytes]:
 
     h5py.h5a.iterate(item, note)
     return names
+
+
+_passed: dict[str, tuple[int, ...]] = {}  # files that the gate let through, with what changes when they do
+_REMEMBERED = 256
+_SETTLED = 2.0  # s; a file changed less long ago may change again without a change of its times
+
+
+def pass_gate(path: StrPath, file: h5py.File) -> None:
+    """Check an open file, unless it has passed before and is the same; see `Gate`."""
+    name = os.path.abspath(path)
+    if _passed.get(name) == _stamp(path):
+        return
+    Gate(path, file, largest_text(path)).check()
+    if time.time() - os.stat(path).st_mtime > _SETTLED:
+        while len(_passed) >= _REMEMBERED:
+            _passed.pop(next(iter(_passed)), None)
+        _passed[name] = _stamp(path)
+
+
+def _stamp(path: StrPath) -> tuple[int, ...]:
+    status = os.stat(path)
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns

@@ -10,7 +10,7 @@ from skyshine.schemas.errors import CheckFailed
 @click.argument("files", nargs=-1, required=True, type=click.Path())
 @json_option
 def command(files: tuple[str, ...], as_json: bool) -> None:
-    """Check layout, versions, units, finite values and hash of FILES; exit status 1 if one does not hold."""
+    """Check layout, units, finite values, physical laws and digest of FILES; exit status 1 if one does not hold."""
     from skyshine.mat.tables.verify import problems
 
     found = {file: problems(file) for file in files}

@@ -35,8 +35,9 @@ INTRODUCTION = """\
 An HDF5 file that netCDF-4 and xarray open as it is. Arrays are little-endian, in row-major order of the axes named below, packed
 with deflate, shuffle and Fletcher-32. Every axis is a dimension scale of its group, with the attributes `units`, `long_name` and,
 where a runtime interpolates on it, `interpolation` (`linear`, `linear_periodic`, `linear_folded`, `exact`), `period` and
-`out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` says how each is read. A reader of format {major} reads every
-{major}.x and refuses any other number before the first point.
+`out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` says how each is read. Arrays on a material axis name the array
+`material_name` in the attribute `coordinates`, where the group has it. A reader of format {major} reads every {major}.x and
+refuses any other number before the first point.
 """  # noqa: E501
 ATTRIBUTES = {
     "Conventions": "of the netCDF Climate and Forecast metadata",

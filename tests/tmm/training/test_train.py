@@ -1,13 +1,17 @@
 """Classifiers on texture, model files, calibration."""
 
+import h5py
 import numpy as np
 import pytest
 from scipy import stats
 
+from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Header, write_file
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibration
+from skyshine.tmm.classify.mapper import GaussianModel
 from skyshine.tmm.classify.model_file import read_model, write_model
+from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.textured import MARGIN, SHADOW_LIGHT, features, in_shadow, light_planes, names
 from skyshine.tmm.job.model import TextureJob, TmmJob
 from skyshine.tmm.training.library import train_library
@@ -96,8 +100,10 @@ def test_model_file(build, striped, library, tmp_path):
         )
         model, held = train_library(TmmJob(textures=(job, job.model_copy(update={"name": "again"}))), tmp_path, library)
         assert held.whole.tested > 0
-        digest = write_model(model, tmp_path / "a.tmm-model.h5", "", "1", {})
-        assert write_model(read_model(tmp_path / "a.tmm-model.h5"), tmp_path / "b.tmm-model.h5", "", "1", {}) == digest
+        digest = write_model(model, tmp_path / "a.tmm-model.h5", "job", "1", {})
+        again = read_model(tmp_path / "a.tmm-model.h5")
+        assert write_model(again, tmp_path / "b.tmm-model.h5", "job", "1", {}) == digest
+        assert problems(tmp_path / "a.tmm-model.h5") == []
         assert (tmp_path / "a.tmm-model.h5").read_bytes() == (tmp_path / "b.tmm-model.h5").read_bytes()
         result = build(TextureJob.model_validate({"image": striped, "model": "a.tmm-model.h5"}))
         assert "a.tmm-model.h5" in result.map.files and set(result.map.names) == {GREEN, GREY}
@@ -138,6 +144,20 @@ def test_hard_cases_of_the_textured_classifier(build, write_image, library, kind
     assert ((result.code == 0) == holes).all() and np.isin(result.code[~holes], result.map.codes).all()
     for values in (result.confidence, result.typicality):
         assert np.isfinite(values).all() and (values >= 0).all() and (values <= 1).all()
+
+
+def test_a_model_that_was_changed_is_refused(tmp_path):
+    colour = GaussianModel(("a", "b"), np.zeros((2, 3)), np.stack([np.eye(3)] * 2), np.log([0.5, 0.5]))
+    file = tmp_path / "a.tmm-model.h5"
+    write_model(TrainedModel(("a", "b"), colour, None), file, "job", "1", {})
+    assert read_model(file).names == ("a", "b") and problems(file) == []
+    with h5py.File(file, "r+") as content:
+        content["calibration"].attrs["slope"] = 2.0
+    with pytest.raises(InputError, match="content_sha256 does not match"):
+        read_model(file)
+    with h5py.File(file, "r+") as content:
+        content["colour/covariance"][1] = -np.eye(3)
+    assert any("form a positive definite matrix" in line for line in problems(file))
 
 
 def test_not_a_model(tmp_path, build, striped):

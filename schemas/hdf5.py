@@ -24,7 +24,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5_heaps import refuse_endless_heaps
 
 CONVENTIONS = "CF-1.11"
-JOB_LIMIT = 60_000  # an HDF5 attribute of the default library version holds less than 64 KiB
+JOB_LIMIT = 16_000_000  # bytes; variable-length text stands outside of its attribute, which holds less than 64 KiB
 PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
 DEPTH_LIMIT = 16  # of groups in groups
 # Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more holds a forged shape.

@@ -18,6 +18,7 @@ from skyshine.mat.build.record import write_record
 from skyshine.mat.build.tasks import run_task
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Kind, Plan, Task, make_plan, texture_file
+from skyshine.mat.plan.size import check_size
 from skyshine.mat.products.product import TaskReport
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.catalog import write_catalog
@@ -75,6 +76,7 @@ def build(
     library = load_library()
     folder = Path(out).resolve() if out is not None else loaded.output_folder
     plan = make_plan(loaded, library)
+    check_size(loaded, plan)
     check_scene(loaded)
     try:
         folder.mkdir(parents=True, exist_ok=True)

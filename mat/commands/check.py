@@ -21,6 +21,7 @@ def command(job: str, as_json: bool) -> None:
     from skyshine.mat.plan.cost import estimate
     from skyshine.mat.plan.physics import physics_left_out
     from skyshine.mat.plan.plan import make_plan
+    from skyshine.mat.plan.size import check_size
     from skyshine.mat.plan.twins import twins_left_out
     from skyshine.mat.scene.check import check_scene
     from skyshine.mat.scene.sources import source_hours
@@ -29,6 +30,7 @@ def command(job: str, as_json: bool) -> None:
 
     loaded = load_job(job)
     plan = make_plan(loaded, load_library())
+    check_size(loaded, plan)
     check_scene(loaded)
     left_out = [*plan.left_out, *twins_left_out(loaded, plan.materials), *physics_left_out(loaded)]
     hours = source_hours(loaded.trimmed.on_date_of_state(1))

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.job.model import Job
-from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.atmosphere import air_of, atmospheric_state
 from skyshine.schemas.quantity import quantity
 
 
 def state_summaries(job: Job) -> list[dict]:
     """One dict a state: what it is made of, and its columns above the site's ground with their units."""
-    return [_summary(job.site, state) for state in job.states]
+    by_air = {air_of(state): state for state in reversed(job.states)}
+    summaries = {air: _summary(job.site, state) for air, state in by_air.items()}
+    return [summaries[air_of(state)] for state in job.states]
 
 
 def _summary(site, state) -> dict:

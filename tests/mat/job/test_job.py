@@ -12,7 +12,7 @@ from skyshine.mat.maintain import job_schema
 from skyshine.mat.scene.check import check_scene
 from skyshine.schemas.errors import InputError
 
-BAD_JOBS = sorted((Path(__file__).parents[1] / "data" / "bad_jobs").glob("*.yaml"))
+BAD_JOBS = sorted((Path(__file__).parents[2] / "data" / "bad_jobs").glob("*.yaml"))
 
 GOOD = """\
 skyshine: 1

@@ -25,6 +25,7 @@ from skyshine.schemas.hdf5_heaps import refuse_endless_heaps
 
 CONVENTIONS = "CF-1.11"
 JOB_LIMIT = 16_000_000  # bytes; variable-length text stands outside of its attribute, which holds less than 64 KiB
+PART = ".skyshine-part"  # ends the names of files that are not yet whole; no file of a user ends so
 PART_BYTES = 1 << 24  # read at a time where an array may be larger than memory
 DEPTH_LIMIT = 16  # of groups in groups
 # Deflate packs at most 1032 bytes into one (zlib technical details); a file that claims more holds a forged shape.
@@ -177,7 +178,7 @@ def write_file(
 
 def part_file(path: Path) -> Path:
     """Name under which this process writes a file until it is complete; unlike that of any other process or machine."""
-    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.part")
+    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}{PART}")
 
 
 def write_whole(path: Path, text: str) -> None:

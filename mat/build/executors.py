@@ -17,6 +17,7 @@ from pathlib import Path
 
 from skyshine.mat import threads
 from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.hdf5 import PART
 
 # One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what
 # cores are left over.
@@ -139,7 +140,7 @@ class _Pool(ProcessPoolExecutor):
                 process.terminate()
         self.shutdown(wait=True, cancel_futures=True)
         for process in workers:
-            for part in self.folder.glob(f".*.{process.pid}.part"):
+            for part in self.folder.glob(f".*.{process.pid}{PART}"):
                 part.unlink(missing_ok=True)
         if kind is BrokenProcessPool:
             raise CheckFailed(

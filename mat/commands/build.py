@@ -26,4 +26,6 @@ def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: 
         return
     for name, entry in report["files"].items():
         click.echo(f"  {name}  {'kept' if entry['kept'] else 'built'}")
+    if report["not_of_this_job"]:
+        click.echo(f"  not of this job, left as they are: {', '.join(report['not_of_this_job'])}")
     click.echo(f"{report['folder']}: {len(report['files'])} files in {report['seconds']:.1f} s")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 from functools import lru_cache
@@ -44,8 +43,8 @@ class _TypicalYear:
     name: str
     header: int
     label: np.timedelta64
-    columns: Mapping[str, tuple[str, float]]
-    radiation: Mapping[str, tuple[str, float]]
+    columns: dict[str, tuple[str, float]]
+    radiation: dict[str, tuple[str, float]]
 
 
 _COMMON = {
@@ -158,7 +157,7 @@ def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float,
         )
     hours = (np.asarray(begin.hour[rows]) + 1 + utc_offset_h - float(station["TZ"])) % 24.0
     order = np.argsort(hours)
-    found = {"time": list(hours[order]), "altitude_km": float(station["altitude"]) / 1e3}
+    found: dict[str, Any] = {"time": list(hours[order]), "altitude_km": float(station["altitude"]) / 1e3}
     for name, (source, factor) in (kind.columns | kind.radiation if radiation else kind.columns).items():
         if source not in data:
             raise InputError(f"has no {source}, which {kind.name} has; check its header", file=file)

@@ -4,6 +4,7 @@ scattered.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,13 +40,13 @@ class Negligible:
 
     @classmethod
     def of(
-        cls, job: Job, sources: list[str], state: AtmosphericState, response: SpectralResponse, bounds: Bounds
+        cls, job: Job, sources: Sequence[str], state: AtmosphericState, response: SpectralResponse, bounds: Bounds
     ) -> Negligible:
         """Decide for a job.
 
         Parameters
         ----------
-        sources : list of str
+        sources : sequence of str
             That `bounds` are for.
         bounds : Bounds
             Of the state in the band.

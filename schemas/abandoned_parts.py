@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from skyshine.schemas.hdf5 import part_file
+from skyshine.schemas.whole_files import PART, part_file
 
 
 def remove_abandoned(path: Path) -> None:
@@ -15,7 +15,7 @@ def remove_abandoned(path: Path) -> None:
     are removed: any other file, such as ``.NAME.part``, is the user's.
     """
     current = part_file(path).name
-    prefix, suffix = current.removesuffix(f"{os.getpid()}.part"), ".part"
+    prefix, suffix = current.removesuffix(f"{os.getpid()}{PART}"), PART
     try:
         names = os.listdir(path.parent)
     except OSError:

@@ -6,6 +6,7 @@ the text that the model's own field type then reads. Loading never constructs an
 
 from __future__ import annotations
 
+import datetime
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -14,7 +15,7 @@ from typing import Any, TypeVar
 
 import pydantic
 import yaml
-from pydantic_core import ErrorDetails, PydanticCustomError
+from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError, core_schema
 
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import StrPath
@@ -26,10 +27,61 @@ DEPTH_LIMIT = 64
 BYTE_LIMIT = 20_000_000
 
 
+def _whole_number(value: Any) -> Any:
+    if isinstance(value, bool | str):
+        raise PydanticCustomError("int_type", "Input should be a valid integer")
+    return value
+
+
+def _not_truth(value: Any) -> Any:
+    return _whole_number(value) if isinstance(value, bool) else value  # True equals 1
+
+
+_DAY = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
+
+
+def _day(value: Any) -> Any:
+    if not (isinstance(value, datetime.date) or (isinstance(value, str) and _DAY.fullmatch(value))):
+        raise PydanticCustomError("date_type", "Input should be a valid date, such as 2026-06-21")
+    return value
+
+
+_BEFORE = {"int": _whole_number, "date": _day}
+
+
+def _as_written(schema: Any) -> Any:
+    """A core schema that takes numbers, true and false, and dates as YAML writes them, and converts no text.
+
+    pydantic's own strict mode would refuse lists for tuples, and text for dates.
+    """
+    if isinstance(schema, list | tuple):
+        return type(schema)(_as_written(part) for part in schema)
+    if not isinstance(schema, dict):
+        return schema
+    kind = schema.get("type")
+    if kind in ("float", "bool"):
+        return schema | {"strict": True}
+    if kind in ("int", "date"):
+        return core_schema.no_info_before_validator_function(_BEFORE[kind], schema)
+    if kind == "literal" and any(isinstance(value, int) for value in schema["expected"]):
+        return core_schema.no_info_before_validator_function(_not_truth, schema)
+    if kind == "function-before" and schema["function"]["function"] in (*_BEFORE.values(), _not_truth):
+        return schema
+    skipped = ("metadata", "function", "serialization", "default", "config") if isinstance(kind, str) else ()
+    return {key: part if key in skipped else _as_written(part) for key, part in schema.items()}
+
+
 class StrictModel(pydantic.BaseModel):
-    """A frozen model that refuses keys it does not know and names the nearest one that it does."""
+    """A frozen model that refuses keys it does not know and names the nearest one that it does.
+
+    Numbers are numbers, not text or true or false; dates are text.
+    """
 
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, validate_default=True)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: pydantic.GetCoreSchemaHandler) -> CoreSchema:
+        return _as_written(handler(source))
 
     @pydantic.model_validator(mode="before")
     @classmethod

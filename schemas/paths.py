@@ -36,10 +36,16 @@ def job_path(folder: StrPath, name: str, *, written: bool = False) -> Path:
         raise ValueError(f"found {name!r}; allowed: a path without null characters")
     path = Path(folder, name)
     absolute = Path(name).is_absolute()
-    escapes = written if absolute else ".." in Path(os.path.normpath(name)).parts
+    escapes = written if absolute else not _inside(path, Path(folder))
     if escapes and os.environ.get(ALLOW_OUTSIDE) != "1":
         raise ValueError(
             f"found '{name}', which leads out of the job's folder; allowed: a path inside it; move it there, or give"
             f" --allow-outside (or set {ALLOW_OUTSIDE}=1)"
         )
     return path
+
+
+def _inside(path: Path, folder: Path) -> bool:
+    """Whether a path stays in a folder, both as it is written and after its links are followed."""
+    written = Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder))
+    return written and Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))

@@ -8,10 +8,12 @@ from pathlib import Path
 
 from skyshine.schemas.errors import InputError
 
+PART = ".skyshine-part"  # ends the names of files that are not yet whole; no file of a user ends so
+
 
 def part_file(path: Path) -> Path:
     """Name under which this process writes a file until it is complete; unlike that of any other process or machine."""
-    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.part")
+    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}{PART}")
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -25,11 +25,14 @@ class Build:
         Wall clock of the whole build.
     files : dict of str to dict
         By name: ``kept``, ``seconds``, ``processor_seconds``, ``stages``, ``peak_memory_bytes``, ``notes``.
+    not_of_this_job : list of str
+        Databases in the folder that this job does not build, left as they are.
     """
 
     folder: Path
     seconds: float
     files: dict[str, dict[str, Any]]
+    not_of_this_job: list[str]
 
     def open(self, name: str) -> Table:
         """Open one of the files, such as ``'s01.htt'``, with or without ``.h5``."""
@@ -108,4 +111,4 @@ def build(
     True
     """
     record = build_files(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
-    return Build(Path(record["folder"]), record["seconds"], record["files"])
+    return Build(Path(record["folder"]), record["seconds"], record["files"], record["not_of_this_job"])

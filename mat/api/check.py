@@ -12,6 +12,7 @@ from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.plan.plan import Plan, make_plan
+from skyshine.mat.plan.size import check_size
 from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.scene.sources import source_hours
@@ -89,6 +90,7 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
     """
     loaded = load_job(job)
     plan = make_plan(loaded, load_library())
+    check_size(loaded, plan)
     check_scene(loaded)
     return JobCheck(
         loaded,

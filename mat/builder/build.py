@@ -15,14 +15,16 @@ from filelock import FileLock, Timeout
 from skyshine.mat import threads
 from skyshine.mat.builder.executors import open_executor
 from skyshine.mat.builder.record import write_record
-from skyshine.mat.builder.tasks import run_task
+from skyshine.mat.builder.tasks import PICTURES, run_task
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import Kind, Plan, Task, make_plan, texture_file
+from skyshine.mat.plan.size import check_size
 from skyshine.mat.products.product import TaskReport
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.catalog import write_catalog
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.whole_files import PART
 
 LOCK = "build.lock"
 
@@ -62,7 +64,8 @@ def build(
     Returns
     -------
     dict
-        Folder, seconds, and for each file whether it was kept, its seconds, stages and peak memory.
+        Folder, seconds, databases of the folder that are not of this job, and for each file whether it was kept, its
+        seconds, stages and peak memory.
 
     Raises
     ------
@@ -75,6 +78,7 @@ def build(
     library = load_library()
     folder = Path(out).resolve() if out is not None else loaded.output_folder
     plan = make_plan(loaded, library)
+    check_size(loaded, plan)
     check_scene(loaded)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -84,19 +88,21 @@ def build(
         reports = _run_all(loaded, plan, folder, jobs or os.cpu_count() or 1, fresh, executor, progress)
         names = [name for report in reports for name in report.files]
         write_catalog(folder, names)
-        return write_record(folder, reports, time.perf_counter() - begin)
+        others = sorted({path.name for path in folder.glob("*.h5")} - set(names))
+        return write_record(folder, reports, others, time.perf_counter() - begin)
 
 
 @contextmanager
 def _only_build_in(folder: Path) -> Iterator[None]:
-    """Keep other builds out of a folder; clear what a killed one left half-written. The system frees the lock of a
-    killed process.
+    """Keep other builds out of a folder; remove part files of killed ones.
+
+    The system frees the lock of a killed process.
     """
     lock = FileLock(folder / LOCK, timeout=0)
     try:
         with lock:
-            for place in (folder, folder / "pictures"):
-                for part in [*place.glob(".*.part"), *place.glob(".*.part.png")]:
+            for place in (folder, folder / PICTURES):
+                for part in [*place.glob(f".*{PART}"), *place.glob(f".*{PART}.png")]:
                     part.unlink(missing_ok=True)
             yield
     except Timeout:
@@ -104,7 +110,9 @@ def _only_build_in(folder: Path) -> Iterator[None]:
             "another build writes into this folder; wait for it, or name another --out", file=folder
         ) from None
     except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror or error}; check space and rights", file=folder) from None
+        raise InputError(
+            f"cannot be written: {error.strerror or error}; check free space and permissions", file=folder
+        ) from None
 
 
 def _run_all(

@@ -12,11 +12,14 @@ import threading
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal
 
 from skyshine.mat import threads
 from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.whole_files import PART
 
 # One thread a process for linear algebra, which adds up in another order with more. Tables of lines of sight take what
 # cores are left over.
@@ -31,7 +34,9 @@ MEMORY_KEPT = {-1: 1 << 28, -3: 1 << 25, -8: 1}
 WORKERS_LOST = 5  # times that a task may lose its worker before it counts as the cause
 
 
-def open_executor(name: str | None, jobs: int, folder: Path, variables: Mapping[str, str] | None = None):
+def open_executor(
+    name: str | None, jobs: int, folder: Path, variables: Mapping[str, str] | None = None
+) -> AbstractContextManager[Executor]:
     """A context manager that gives the executor of a build.
 
     Parameters
@@ -99,14 +104,14 @@ def _dask(address: str) -> Iterator[Executor]:
             executor.shutdown(wait=False)
 
 
-def _worker_plugin():
+def _worker_plugin() -> Any:
     """Of the workers of a cluster, of those that come later too: one thread a task, and memory kept between arrays."""
     from distributed import WorkerPlugin
 
     class Prepared(WorkerPlugin):
         name, idempotent = "skyshine", True
 
-        def setup(self, worker):
+        def setup(self, worker: Any) -> None:
             prepare_worker()
 
     return Prepared()
@@ -119,8 +124,9 @@ def prepare_worker() -> None:
     os.environ.setdefault(threads.VARIABLE, "1")
     if os.environ.get("MALLOC_TRIM_THRESHOLD_") == DASK_TRIM and sys.platform == "linux":
         mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
-        for setting, value in MEMORY_KEPT.items() if mallopt else ():
-            mallopt(setting, value)
+        if mallopt is not None:
+            for setting, value in MEMORY_KEPT.items():
+                mallopt(setting, value)
 
 
 class _Pool(ProcessPoolExecutor):
@@ -132,14 +138,16 @@ class _Pool(ProcessPoolExecutor):
         super().__init__(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_follow_parent)
         self.folder = folder
 
-    def __exit__(self, kind, value, traceback):
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, traceback: TracebackType | None
+    ) -> Literal[False]:
         workers = list(multiprocessing.active_children())
         if kind is not None:
             for process in workers:
                 process.terminate()
         self.shutdown(wait=True, cancel_futures=True)
         for process in workers:
-            for part in self.folder.glob(f".*.{process.pid}.part"):
+            for part in self.folder.glob(f".*.{process.pid}{PART}"):
                 part.unlink(missing_ok=True)
         if kind is BrokenProcessPool:
             raise CheckFailed(
@@ -153,9 +161,12 @@ def _follow_parent() -> None:
     """Leave interrupts to the parent, and end with it: a killed parent cannot stop its processes itself."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    sentinel = parent.sentinel
 
     def end_with_parent() -> None:
-        multiprocessing.connection.wait([parent.sentinel])
+        multiprocessing.connection.wait([sentinel])
         os._exit(1)
 
     threading.Thread(target=end_with_parent, daemon=True).start()

@@ -7,16 +7,14 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
+from skyshine.mat.products.product import TaskReport
 from skyshine.mat.tables.build_record import NAME, cost_of
 from skyshine.schemas.whole_files import write_whole
 
-if TYPE_CHECKING:  # all of the physics behind it, which `mat info` does not wait for
-    from skyshine.mat.products.product import TaskReport
 
-
-def write_record(folder: Path, reports: Sequence[TaskReport], seconds: float) -> dict:
+def write_record(folder: Path, reports: Sequence[TaskReport], others: Sequence[str], seconds: float) -> dict[str, Any]:
     """Write what a build cost; files that it kept have the cost of the build that made them, where that is known.
 
     Parameters
@@ -24,26 +22,28 @@ def write_record(folder: Path, reports: Sequence[TaskReport], seconds: float) ->
     folder : Path
         Of the databases.
     reports : sequence of TaskReport
+    others : sequence of str
+        Databases in the folder that this build did not write or keep: of an earlier job, say.
     seconds : float
         Of the whole build, wall clock.
 
     Returns
     -------
     dict
-        What was written: folder, seconds, and for each file whether it was kept, its seconds by clock and processor,
-        stages, peak memory and notes.
+        What was written: folder, seconds, the others, and for each file whether it was kept, its seconds by clock and
+        processor, stages, peak memory and notes.
     """
     files = {}
     for report in reports:
         for name in report.files:
             before = cost_of(folder / name) if report.kept else None
             files[name] = {**before, "kept": True} if before else _entry(report)
-    result = {"folder": str(folder), "seconds": round(seconds, 3), "files": files}
+    result = {"folder": str(folder), "seconds": round(seconds, 3), "not_of_this_job": list(others), "files": files}
     write_whole(folder / NAME, json.dumps(result, indent=2) + "\n")
     return result
 
 
-def _entry(report: TaskReport) -> dict:
+def _entry(report: TaskReport) -> dict[str, Any]:
     return {
         "kept": report.kept,
         "seconds": round(report.seconds, 3),

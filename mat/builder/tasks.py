@@ -14,6 +14,7 @@ from skyshine.mat.products.product import Context, Identity, TaskReport
 from skyshine.mat.products.table import PRODUCTS
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.paths import job_path
 from skyshine.schemas.whole_files import part_file
 
 PICTURES = "pictures"  # folder in the output folder
@@ -70,11 +71,15 @@ def _draw(identity: Identity[Any], folder: Path, kept: bool) -> None:
     picture = folder / PICTURES / f"{identity.file.removesuffix('.h5')}.png"
     if kept and picture.is_file():
         return
-    part = part_file(picture).with_suffix(".part.png")
+    part = part_file(picture)
+    part = part.with_name(f"{part.name}.png")
     try:
+        job_path(folder, PICTURES, written=True)  # a link that stands there leads nowhere else
         picture.parent.mkdir(exist_ok=True)
         identity.draw(folder, part)
         os.replace(part, picture)
+    except ValueError as error:
+        raise InputError(str(error), file=picture.parent) from None
     except OSError as error:
         raise InputError(
             f"cannot be written: {error.strerror or error}; check free space and permissions", file=picture

@@ -21,8 +21,10 @@ def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: 
 
     built = build(job, out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
     if as_json:
-        emit_json({"folder": str(built.folder), "seconds": built.seconds, "files": built.files})
+        emit_json({**vars(built), "folder": str(built.folder)})
         return
     for name, entry in built.files.items():
         click.echo(f"  {name}  {'kept' if entry['kept'] else 'built'}")
+    if built.not_of_this_job:
+        click.echo(f"  not of this job, left as they are: {', '.join(built.not_of_this_job)}")
     click.echo(f"{built.folder}: {len(built.files)} files in {built.seconds:.1f} s")

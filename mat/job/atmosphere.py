@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import pydantic
 from pydantic import Field
@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.particles.cloud import TYPES as CLOUD_TYPES
 from skyshine.mat.atmosphere.particles.rain import RATES
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
-from skyshine.mat.job.fields import Fraction, Tolerance, axis, tolerance
+from skyshine.mat.job.fields import Fraction, Tolerance, axis, one_of, tolerance
 from skyshine.mat.job.files import JobFile
 from skyshine.mat.job.presets import presets, with_preset
 from skyshine.mat.job.series import Series
@@ -68,8 +68,8 @@ GasName = Annotated[
 class Cloud(StrictModel):
     """A layer of cloud: one of LOWTRAN7's types, what is written beside it in its place; or all of it written out."""
 
-    type: Literal[CLOUD_TYPES] | None = None
-    phase: Literal[PHASES] | None = Field(None, description="By default that of the type, else water.")
+    type: Annotated[str, one_of(CLOUD_TYPES)] | None = None
+    phase: Annotated[str, one_of(PHASES)] | None = Field(None, description="By default that of the type, else water.")
     height_km: Edges | None = Field(None, description="Base and top above the ground.")
     optical_depth: float | None = Field(None, ge=0, le=LARGEST_OPTICAL_DEPTH, description="Vertical, at 0.55 um.")
     water_path_g_m2: float | None = Field(
@@ -108,14 +108,24 @@ class Cloud(StrictModel):
         """
         typical = None if self.type is None else cloud_type(self.type)
         phase = self.phase or (typical.phase if typical else "water")
-        base, top = (1e3 * km for km in self.height_km) if self.height_km else (typical.base, typical.top)
-        own = typical is not None and typical.phase == phase
-        radius = self.effective_radius_um or (typical.effective_radius if own else DEFAULT_RADII[phase])
+        radius, depth = DEFAULT_RADII[phase], self.optical_depth
+        if typical is not None:
+            radius = typical.effective_radius if typical.phase == phase else radius
+            depth = typical.optical_depth if depth is None else depth
+        radius = self.effective_radius_um or radius
+        if self.height_km is not None:
+            base, top = (1e3 * km for km in self.height_km)
+        else:
+            assert typical is not None  # `_whole` asks for a height without a type
+            base, top = typical.base, typical.top
         try:
+            layer: CloudLayer
             if self.water_path_g_m2 is not None:
-                return CloudLayer.of_water_path(phase, base, top, radius, 1e-3 * self.water_path_g_m2)
-            depth = typical.optical_depth if self.optical_depth is None else self.optical_depth
-            return CloudLayer(phase, base, top, radius, depth)
+                layer = CloudLayer.of_water_path(phase, base, top, radius, 1e-3 * self.water_path_g_m2)
+            else:
+                assert depth is not None  # `_whole` asks for one without a type
+                layer = CloudLayer(phase, base, top, radius, depth)
+            return layer
         except InputError as error:
             raise ValueError(error.message) from None
 
@@ -127,7 +137,7 @@ class Rain(StrictModel):
     top_km: float = Field(3.0, ge=0.02, le=15, description="Above the ground.")
 
 
-def _preset_brings_the_rest(schema: dict) -> None:
+def _preset_brings_the_rest(schema: dict[str, Any]) -> None:
     """In the JSON Schema of a state, a preset stands for the keys that are required without one."""
     schema["properties"]["preset"] = {**schema["properties"]["preset"], "examples": list(presets())}
     schema["anyOf"] = [{"required": ["preset"]}, {"required": schema.pop("required")}]
@@ -150,17 +160,17 @@ class State(StrictModel):
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")
     co2_ppm: float = Field(420.0, ge=0, le=5000)
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
-    aerosol: Literal[(*BOUNDARY_MODELS, "none")] = Field("rural", description="Of the lowest 2 km.")
+    aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
     visibility_km: float | None = Field(
         None, ge=0.1, le=300, description="By default that which belongs to the aerosol."
     )
     air_mass: int = Field(
         DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental."
     )
-    stratosphere: Literal[tuple(STRATOSPHERES)] = Field(
+    stratosphere: Annotated[str, one_of(tuple(STRATOSPHERES))] = Field(
         "background", description="Volcanic loading, and age of its particles."
     )
-    season: Literal[SEASONS] | None = Field(
+    season: Annotated[str, one_of(SEASONS)] | None = Field(
         None, description="Of the aerosol profiles; by default that of the profile's name."
     )
     clouds: list[Cloud] = Field(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import pydantic
 from pydantic import Field
@@ -59,6 +59,11 @@ def axis(low: float, high: float) -> ReadAs:
     """A list of 1 to 512 strictly ascending numbers between two limits; for ``Annotated[list[float], ...]``."""
     number = Annotated[float, Field(ge=low, le=high)]
     return ReadAs(Annotated[list[number], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)])
+
+
+def one_of(names: tuple[str, ...]) -> ReadAs:
+    """One of some names; for ``Annotated[str, ...]``."""
+    return ReadAs(Literal[names])
 
 
 Span = tuple[float, float]

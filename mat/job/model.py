@@ -72,6 +72,15 @@ class Output(StrictModel):
 
     folder: str = Field("built", min_length=1, description="Relative to the job file.")
     pictures: bool = True
+    max_gigabytes: float = Field(
+        100.0, gt=0, le=1e6, description="Of all tables together, before compression; a larger job is refused."
+    )
+    max_file_gigabytes: float = Field(
+        1.0,
+        gt=0,
+        le=64,
+        description="Of one table, before compression; its computation takes some times as much memory.",
+    )
 
 
 class Job(StrictModel):

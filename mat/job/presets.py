@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 from skyshine import atmospheres
 from skyshine.schemas.documents import read_yaml
@@ -10,13 +11,13 @@ from skyshine.schemas.errors import nearest
 
 
 @lru_cache(maxsize=1)
-def presets() -> dict[str, dict]:
+def presets() -> dict[str, dict[str, Any]]:
     """Each preset's description and keys, by name."""
     files = sorted(atmospheres.path("presets").glob("*.yaml"))
     return {file.stem: read_yaml(file).data for file in files}
 
 
-def with_preset(state: dict) -> dict:
+def with_preset(state: dict[str, Any]) -> dict[str, Any]:
     """A state with the keys of the preset it names where it does not write them; weather and gases are joined key by
     key.
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import date, timedelta
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import pydantic
 from pydantic import Field
@@ -34,14 +34,19 @@ class Series(StrictModel):
         ),
     )
 
+    @property
+    def days(self) -> tuple[date, date] | None:
+        """First and last day of a span; None for a table."""
+        return None if self.first is None or self.last is None else (self.first, self.last)
+
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> Self:
-        days = self.first is not None and self.last is not None
-        if days == (self.table is not None) or (self.first is None) != (self.last is None):
+        days = self.days
+        if (days is None) == (self.table is None) or (self.first is None) != (self.last is None):
             raise ValueError("found neither or both; allowed: 'first' and 'last', or 'table'; give one of the two")
-        if days and self.last < self.first:
+        if days is not None and days[1] < days[0]:
             raise ValueError(f"found last {self.last} before first {self.first}; allowed: first to last; swap them")
-        if days and (self.last - self.first).days // self.step_days >= MEMBER_LIMIT:
+        if days is not None and (days[1] - days[0]).days // self.step_days >= MEMBER_LIMIT:
             raise ValueError(
                 f"found more than {MEMBER_LIMIT} days; allowed: at most that many; take a larger step_days"
             )
@@ -59,7 +64,7 @@ class Member:
     file, line : where it is written, for messages; None for a day of a span.
     """
 
-    changes: dict
+    changes: dict[str, Any]
     file: Path | None = None
     line: int | None = None
 
@@ -75,8 +80,10 @@ def members(series: Series, folder: Path) -> Iterator[Member]:
     if series.table is not None:
         yield from _rows(folder / series.table)
         return
-    day = series.first
-    while day <= series.last:
+    if series.days is None:
+        return
+    day, last = series.days
+    while day <= last:
         yield Member({"date": day.isoformat()})
         day += timedelta(days=series.step_days)
 
@@ -115,7 +122,7 @@ def _header(cells: list[str], file: Path, line: int) -> list[str]:
     return cells
 
 
-def changed(state: dict, changes: dict) -> dict:
+def changed(state: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """A state as a job writes it, with other values for some of its keys."""
     result = {key: value for key, value in state.items() if key != "series"}
     for path, value in changes.items():

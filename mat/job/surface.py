@@ -163,7 +163,7 @@ class Weather(StrictModel):
             return float(
                 np.mean(np.interp(np.arange(0, 24, 0.25), self.hourly.time, self.hourly.air_temperature_c, period=24))
             )
-        return float(np.mean(self.air_temperature_c))
+        return float(np.mean(np.asarray(self.air_temperature_c, float)))
 
 
 # Of a thing that is heated from inside: an exhaust pipe at most, liquid nitrogen at least.
@@ -221,7 +221,7 @@ class SurfaceGrid(StrictModel):
 
     @pydantic.field_validator("tolerance")
     @classmethod
-    def _in_kelvin(cls, value):
+    def _in_kelvin(cls, value: str | None) -> str | None:
         if value is not None and tolerance_parts(value)[1] != "K":
             raise ValueError(f"found '{value}'; allowed: kelvin, such as 0.1 K, for temperatures; write it so")
         return value

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pydantic
@@ -43,8 +44,8 @@ class _TypicalYear:
     name: str
     header: int
     label: np.timedelta64
-    columns: Mapping[str, tuple[str, float]]
-    radiation: Mapping[str, tuple[str, float]]
+    columns: dict[str, tuple[str, float]]
+    radiation: dict[str, tuple[str, float]]
 
 
 _COMMON = {
@@ -147,20 +148,8 @@ def _least(values: np.ndarray | None, limit: float) -> np.ndarray | None:
 def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float, radiation: bool) -> HourlyWeather:
     """The 24 readings of a day of a typical year, each at the end of its hour as both formats define it."""
     import pandas
-    from pvlib import iotools
 
-    try:
-        data, station = iotools.read_epw(file) if kind is _EPW else iotools.read_tmy3(file, map_variables=True)
-    except (
-        OSError,
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-        ArithmeticError,
-    ) as error:  # what pvlib stumbles over
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"is not a file that pvlib reads as {kind.name}: {reason}; check it", file=file) from None
+    data, station = _year(file, file.stat().st_mtime_ns, kind.name)
     begin = data.index - kind.label
     rows = np.flatnonzero((begin.month == day.month) & (begin.day == day.day))
     if rows.size != 24:
@@ -169,7 +158,7 @@ def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float,
         )
     hours = (np.asarray(begin.hour[rows]) + 1 + utc_offset_h - float(station["TZ"])) % 24.0
     order = np.argsort(hours)
-    found = {"time": list(hours[order]), "altitude_km": float(station["altitude"]) / 1e3}
+    found: dict[str, Any] = {"time": list(hours[order]), "altitude_km": float(station["altitude"]) / 1e3}
     for name, (source, factor) in (kind.columns | kind.radiation if radiation else kind.columns).items():
         if source not in data:
             raise InputError(f"has no {source}, which {kind.name} has; check its header", file=file)
@@ -189,7 +178,23 @@ def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float,
     return _hourly(file, found)
 
 
-def _hourly(file: Path, found: dict) -> HourlyWeather:
+@lru_cache(maxsize=4)
+def _year(file: Path, changed_ns: int, name: str) -> tuple[Any, dict[str, Any]]:
+    """All readings of a typical year with its station, read once for all states of a job."""
+    from pvlib import iotools
+
+    try:
+        if name == _EPW.name:
+            data, station = iotools.read_epw(file)
+        else:
+            data, station = iotools.read_tmy3(file, map_variables=True)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:  # pvlib's own
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"is not a file that pvlib reads as {name}: {reason}; check it", file=file) from None
+    return data, station
+
+
+def _hourly(file: Path, found: dict[str, Any]) -> HourlyWeather:
     """The model of values that were checked with their lines; what is left to refuse concerns the file as a whole."""
     plain = {
         name: [float(value) for value in values] if isinstance(values, np.ndarray) else values

@@ -68,9 +68,7 @@ def refined_axes(
     generator, size = random_stream(seed, Stream.TEMPERATURE_NODES), 0
     closed = {name: _closed(name, nodes) for name, nodes in base.items()}
     profiles = {name: _profile(name, temperature, closed, generator) for name in base}
-    places = {
-        name: np.mod(random_places(closed[name], n, generator), PERIODS.get(name, np.inf)) for name, n in _TESTS.items()
-    }
+    places = {name: within_period(name, random_places(closed[name], n, generator)) for name, n in _TESTS.items()}
     truth = temperature(places)
     share, reached = _FIRST_SHARE, ""
     for _ in range(_PASSES):
@@ -90,6 +88,11 @@ def refined_axes(
         f" most for the {widest.rsplit('_', 1)[0]}, {axes[widest].size}; raise it, shorten that axis, allow more with"
         " surface_grid.most_nodes, or name closer axes to start from"
     )
+
+
+def within_period(axis: str, values: Floats) -> Floats:
+    """Values of a periodic axis within its first period; those of another axis, also below 0, as they are."""
+    return np.mod(values, PERIODS[axis]) if axis in PERIODS else values
 
 
 def read_temperature(table: Floats, axes: Mapping[str, npt.ArrayLike], places: dict[str, Floats]) -> Floats:
@@ -117,7 +120,7 @@ def _profile(
         for name, nodes in closed.items()
     }
     wrapped = {
-        name: np.unique(np.mod(values, PERIODS[name])) if name in PERIODS else values for name, values in others.items()
+        name: np.unique(within_period(name, values)) if name in PERIODS else values for name, values in others.items()
     }
     table = np.moveaxis(temperature(wrapped), 1 + list(closed).index(axis), -1)
     values = table.reshape(-1, table.shape[-1]).astype(float)

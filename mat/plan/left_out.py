@@ -36,7 +36,7 @@ class LeftOut:
 
 
 def temperature_times(job: Job) -> list[float]:
-    return hours_around(job.surface_grid.time, job.query_limits and job.query_limits.hours)
+    return hours_around(job.surface_grid.time, None if job.query_limits is None else job.query_limits.hours)
 
 
 def tables_left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tuple[str, ...]) -> list[LeftOut]:

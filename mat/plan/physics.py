@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from typing import Any
 
 from skyshine.mat.atmosphere.band.compile import negligible_gases
 from skyshine.mat.atmosphere.band.points import band_points
@@ -25,45 +26,52 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     """Points, gases, particles and scattered light that bands of states do not need, with what each changes at most.
 
     Of states of one air, the first stands for all but their light. Bounds of particles and light are those at all
-    points of a band; a build takes those at the points that it computes tables from, which differ little.
+    points of a band; a build takes those at the points that it computes tables from, which differ little. Of more than
+    `STATES` states, so many stand for all.
     """
-    job, whole, grid = loaded.trimmed, loaded.requested, path_grid(loaded.requested)
-    bands, found, faint, known = {}, [], {}, {}
+    job, requested, grid = loaded.trimmed, loaded.requested, path_grid(loaded.requested)
+    bands, left_out = {}, []
+    faint: dict[str, list[tuple[float, float, str]]] = {}
+    known: dict[tuple[Any, ...], tuple[Bounds, Scattering]] = {}
+    looked_at = _spread(len(job.states))
     for number in job.needed_bands:
         response = response_of(job.bands[number - 1])
         bands[number] = (
             response,
             band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response),
         )
-        found += _points(job, bands[number][1].weight.size, number)
-    for (number, state), band in itertools.product(enumerate(job.states, 1), bands):
+        left_out += _points(job, bands[number][1].weight.size, number)
+    for number, band in itertools.product(looked_at, bands):
+        state = job.states[number - 1]
         key = band, air_key(state)
         place = f"{state_label(number, len(job.states))}b{band:02d}"
         air, (response, everything) = atmospheric_state(job.site, state), bands[band]
-        irradiance = irradiance_of_sources(whole.on_date_of_state(number), everything)
+        irradiance = irradiance_of_sources(requested.on_date_of_state(number), everything)
         if key not in known:
-            whole_air = SpectralAir.of(air, everything.points, everything.gases, everything.weight)
+            all_air = SpectralAir.of(air, everything.points, everything.gases, everything.weight)
             gases = negligible_gases(
-                whole_air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
+                all_air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
             )
             if gases:
-                found.append(_gases(gases, place))
-            known[key] = Bounds.of(whole_air, grid, irradiance, everything.radiance_weight), Scattering.of(whole_air)
+                left_out.append(_gases(gases, place))
+            known[key] = Bounds.of(all_air, grid, irradiance, everything.radiance_weight), Scattering.of(all_air)
         bounds, scattering = known[key]
         bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
-        left_out = Omission.of(job, whole.sources, air, response, bounds)
+        omission = Omission.of(job, requested.sources, air, response, bounds)
         changes = {
-            f"scattered light of the {source}": left_out.scattered[source]
+            f"scattered light of the {source}": omission.scattered[source]
             for source in job.sources
-            if source in left_out.scattered
+            if source in omission.scattered
         }
         for what, change in (
-            changes | {f"particles ({name})": change for name, change in left_out.names(air).items()}
+            changes | {f"particles ({name})": change for name, change in omission.names(air).items()}
         ).items():
-            faint.setdefault(what, []).append((change, change * left_out.radiance, place))
-    return found + [_faint(what, cases) for what, cases in faint.items()]
+            faint.setdefault(what, []).append((change, change * omission.radiance, place))
+    part = f" ({len(looked_at)} of {len(job.states):,} states looked at)" if len(looked_at) < len(job.states) else ""
+    return left_out + [_faint(what, cases, part) for what, cases in faint.items()]
 
 
+STATES = 12  # of a job with more, so many are looked at
 _RESTORE_SPECTRUM = "a smaller accuracy.spectral_tolerance"
 
 
@@ -81,13 +89,18 @@ def _gases(gases: dict[str, float], place: str) -> LeftOut:
     )
 
 
-def _faint(what: str, cases: list[tuple[float, float, str]]) -> LeftOut:
+def _spread(states: int) -> list[int]:
+    """Numbers of states, evenly spread over those of a job, counted from 1: a check of thousands takes seconds."""
+    return sorted({round(1 + k * (states - 1) / (STATES - 1)) for k in range(STATES)})
+
+
+def _faint(what: str, cases: list[tuple[float, float, str]], part: str) -> LeftOut:
     """Particles or light that can be left out at some places."""
     kelvin, radiance, _ = max(cases)
     places = [place for *_, place in cases]
     more = f" and {len(places) - 3} more" if len(places) > 3 else ""
     return LeftOut(
-        f"{what} in {', '.join(places[:3])}{more}",
+        f"{what} in {', '.join(places[:3])}{more}{part}",
         "too faint to be seen",
         f"at most {kelvin:.1e} K or {radiance:.1e} W m^-2 sr^-1 of what is seen",
         "a smaller accuracy.negligible_k; 0 leaves nothing out",

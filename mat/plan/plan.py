@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 
 from skyshine.mat.job.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.job.load import LoadedJob
@@ -91,7 +92,9 @@ def named_materials(loaded: LoadedJob) -> tuple[str, ...]:
     return tuple(sorted(names))
 
 
-def used_materials(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | None = None) -> tuple[str, ...]:
+def used_materials(
+    loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Path] | None = None
+) -> tuple[str, ...]:
     """Materials to build, in the order of their codes.
 
     Parameters
@@ -118,7 +121,7 @@ def used_materials(loaded: LoadedJob, library: MaterialLibrary, usage_files: lis
     return tuple(name for name in library.names if name in names)
 
 
-def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list | None = None) -> Plan:
+def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Path] | None = None) -> Plan:
     """Plan a job.
 
     Raises

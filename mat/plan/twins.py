@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.left_out import LeftOut
 from skyshine.mat.scene.surface import surface_materials
@@ -13,7 +15,7 @@ def twins_left_out(loaded: LoadedJob, materials: tuple[str, ...]) -> list[LeftOu
     library, job = load_library(), loaded.trimmed
     every = surface_materials([library[name] for name in materials], job.operated)
     solved = [material for material in every if material.name not in job.temperatures_c]
-    first: dict[tuple, str] = {}
+    first: dict[tuple[Any, ...], str] = {}
     twins = {
         each.name: first[each.physics] for each in solved if first.setdefault(each.physics, each.name) != each.name
     }

@@ -81,6 +81,8 @@ class AtmosphereProduct:
             compiled, origin = compiled_band(loaded, state, all_points)
         report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
         report.notes.append(origin.value)
+        if missed := _missed(compiled, job.accuracy.spectral_tolerance):
+            report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {missed}")
         if compiled.dropped:
             report.notes.append(f"gases left out: {_gases_left_out(compiled)}")
         air, requested = BandAtmosphere.of(state, compiled.band), loaded.requested
@@ -100,6 +102,8 @@ class AtmosphereProduct:
                 "left_out": text or "none",
                 "left_out_bound_kelvin": kelvin,
                 "left_out_bound": kelvin * left_out.radiance,
+                "spectral_tolerance": job.accuracy.spectral_tolerance,
+                "spectral_tolerance_missed": missed or "none",
             }
             if text:
                 report.notes.append(f"{source}: left out {text}")
@@ -118,6 +122,12 @@ def _scope(requested: Job) -> dict[str, Any]:
 def _gases_left_out(compiled: CompiledBand) -> str:
     """Gases left out of a compiled band, with the largest change each makes in a transmittance."""
     return ", ".join(f"{gas} ({change:.1e})" for gas, change in compiled.dropped.items()) or "none"
+
+
+def _missed(compiled: CompiledBand, tolerance: float) -> str:
+    """Quantities of a compiled band whose error is beyond the tolerance, with their error; empty where none is."""
+    errors = {kind: error["rms"] for kind, error in compiled.errors.items() if error["rms"] > tolerance}
+    return ", ".join(f"{kind} ({error:.1e} rms)" for kind, error in errors.items())
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.job.trim import hours_around
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
-from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes
+from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
@@ -167,7 +167,7 @@ def _places(requested: Axes, whole_day: bool, generator: np.random.Generator) ->
         if period is not None and nodes.size > 1 and (whole_day or name != "time_h"):
             nodes = np.append(nodes, nodes[0] + period)
         drawn = random_places(nodes, PROBES[name] if nodes.size > 1 else 1, generator)
-        places[name] = np.mod(drawn, period if period is not None else np.inf)
+        places[name] = within_period(name, drawn)
     return places
 
 

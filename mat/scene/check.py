@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.schemas.errors import InputError
 
@@ -26,7 +26,11 @@ def check_scene(loaded: LoadedJob) -> None:
             raise loaded.document.error(
                 ("bands", i), f"bands.{i}: found {found}; allowed: inside {spans}, which the band model covers"
             )
+    checked = set()
     for i, state in enumerate(loaded.trimmed.states):
+        if (air := air_key(state)) in checked:
+            continue
+        checked.add(air)
         try:
             atmospheric_state(loaded.trimmed.site, state)
         except InputError as error:

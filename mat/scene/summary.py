@@ -9,13 +9,15 @@ import numpy as np
 from skyshine.mat.job.atmosphere import Cloud, State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import Site
-from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.schemas.quantity import quantity
 
 
 def state_summaries(job: Job) -> list[dict[str, Any]]:
     """One dict a state: what it is made of, and its columns above the site's ground with their units."""
-    return [_summary(job.site, state) for state in job.states]
+    by_air = {air_key(state): state for state in reversed(job.states)}
+    summaries = {air: _summary(job.site, state) for air, state in by_air.items()}
+    return [summaries[air_key(state)] for state in job.states]
 
 
 def _summary(site: Site, state: State) -> dict[str, Any]:

@@ -6,14 +6,19 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.api.examples import example_names, starter_files
+from skyshine.mat.builder.build import build
+from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
-from skyshine.mat.plan.plan import make_plan
+from skyshine.mat.plan.plan import Kind, Task, make_plan
+from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.scene.sources import source_hours
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.verify import problems
 from skyshine.materials.library import load_library
 
-SCENES = ["airfield", "desert_vehicle", "ship", "urban_canyon", "year"]
+SCENES = ["airfield", "dead_sea", "desert_vehicle", "ship", "urban_canyon", "year"]
 
 
 def test_the_scenes_that_are_promised():
@@ -64,16 +69,29 @@ def _clock(text: str) -> float:
     return int(hours) + int(minutes) / 60
 
 
+def test_the_shore_of_the_dead_sea_is_built(tmp_path):
+    """On the shore, 430 m below the sea, a pressure of 1,064 hPa is usual; the lowest air is the warmest."""
+    (file,) = starter_files("dead_sea")
+    text = file.read_text(encoding="utf-8").replace("pictures: true", "pictures: false")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    loaded = load_job(tmp_path / "job.yaml")
+    report = build(loaded, jobs=1)
+    assert set(report["files"]) == {"s01.htt.h5", "s01b01.atmq.h5", "b01.band.h5"}
+    for name in report["files"]:
+        assert problems(tmp_path / "built" / name) == []
+    air = atmospheric_state(loaded.trimmed.site, loaded.trimmed.states[0])
+    assert air.pressure[0] == pytest.approx(106_400, rel=0.01)
+    table = open_table(tmp_path / "built" / "s01.htt.h5")
+    day = [table.temperature(material="limestone", altitude=km, azimuth=0, slope=0, time=6.0) for km in (-0.43, 0.0)]
+    assert day[0] > day[1]
+
+
 def test_unknown_example(tmp_path):
     result = CliRunner().invoke(main, ["init", str(tmp_path / "x"), "--example", "airfeld"])
     assert result.exit_code == 2 and "did you mean 'airfield'" in result.output and not (tmp_path / "x").exists()
 
 
 def test_a_state_is_built_on_its_own_date(tmp_path):
-    from skyshine.mat.builder.tasks import run_task
-    from skyshine.mat.plan.plan import Kind, Task
-    from skyshine.mat.tables.loader import open_table
-
     warm = "profile: midlatitude_summer, weather: {air_temperature_c: 15}"
     (tmp_path / "job.yaml").write_text(
         "skyshine: 1\nname: two days\nsite: {latitude_deg: 50, longitude_deg: 10, date: 2026-06-21, utc_offset_h:"

@@ -9,7 +9,7 @@ from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Header, write_file
 from skyshine.tmm.classify.calibration import IDENTITY, Calibration, fit_calibration
-from skyshine.tmm.classify.mapper import GaussianModel
+from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.classify.model_file import read_model, write_model
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.textured import MARGIN, SHADOW_LIGHT, features, in_shadow, light_planes, names

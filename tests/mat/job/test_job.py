@@ -12,7 +12,7 @@ from skyshine.mat.maintain import job_schema
 from skyshine.mat.scene.check import check_scene
 from skyshine.schemas.errors import InputError
 
-BAD_JOBS = sorted((Path(__file__).parents[1] / "data" / "bad_jobs").glob("*.yaml"))
+BAD_JOBS = sorted((Path(__file__).parents[2] / "data" / "bad_jobs").glob("*.yaml"))
 
 GOOD = """\
 skyshine: 1
@@ -45,6 +45,39 @@ def test_times_and_numbers_are_read_as_they_are_written(tmp_path):
     job = load_job(tmp_path / "job.yaml").trimmed
     assert job.surface_grid.time == [8.5, 12.5, 23 + 59 / 60]
     assert job.accuracy.spectral_tolerance == 0.001 and job.states[0].visibility_km == 15.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("latitude_deg: 48.1", "latitude_deg: true", "site.latitude_deg: found True; input should be a valid number"),
+        ("latitude_deg: 48.1", 'latitude_deg: "29.7"', "found '29.7'; input should be a valid number"),
+        ("latitude_deg: 48.1", "latitude_deg: 2_9.7", "found '2_9.7'; input should be a valid number"),
+        ("date: 2026-06-21", "date: 0", "site.date: found 0; input should be a valid date"),
+        ("date: 2026-06-21", "date: '20260621'", "found '20260621'; input should be a valid date"),
+        ("skyshine: 1", "skyshine: true", "skyshine: found True"),
+        ("accuracy: {", "accuracy: {seed: true, ", "accuracy.seed: found True; input should be a valid integer"),
+        ("accuracy: {", "accuracy: {seed: '1', ", "accuracy.seed: found '1'; input should be a valid integer"),
+        (
+            "materials:",
+            "output: {pictures: 1}\nmaterials:",
+            "output.pictures: found 1; input should be a valid boolean",
+        ),
+    ],
+)
+def test_text_and_truth_are_no_numbers(tmp_path, old, new, message):
+    assert old in GOOD
+    (tmp_path / "job.yaml").write_text(GOOD.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_job(tmp_path / "job.yaml")
+    assert message in str(caught.value)
+
+
+def test_whole_numbers_stand_for_numbers_and_the_other_way_round(tmp_path):
+    text = GOOD.replace("latitude_deg: 48.1", "latitude_deg: 48").replace("accuracy: {", "accuracy: {seed: 2e3, ")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    job = load_job(tmp_path / "job.yaml").trimmed
+    assert job.site.latitude_deg == 48.0 and job.accuracy.seed == 2000
 
 
 def test_local_hours_become_utc(tmp_path):

@@ -27,7 +27,7 @@ def test_every_file_is_there_with_its_picture_and_holds(small_build):
         assert problems(small_build / name) == []
         picture = (small_build / "pictures" / name).with_suffix(".png")
         assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and picture.stat().st_size > 10_000
-    assert not list(small_build.rglob("*.part"))
+    assert not list(small_build.rglob(".*part*"))
 
 
 def test_the_catalogue_names_every_file_with_type_versions_and_hash(small_build):

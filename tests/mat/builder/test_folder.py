@@ -1,0 +1,95 @@
+"""What a build leaves alone in its folder, and what it writes nowhere else."""
+
+import os
+import pty
+import subprocess
+import sys
+
+import pytest
+
+from skyshine.mat.builder.build import _only_build_in, build
+from skyshine.mat.builder.tasks import _draw
+from skyshine.mat.job.load import load_job
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import part_file
+from skyshine.schemas.paths import job_path
+
+ON_A_TERMINAL = """
+import sys
+from skyshine.schemas.commands import progress
+with progress(2, f"building {sys.argv[1]}") as advance:
+    advance(1)
+"""
+
+
+def test_part_files_of_a_killed_build_go_and_those_of_a_user_stay(tmp_path):
+    own, picture = part_file(tmp_path / "s01.htt.h5"), part_file(tmp_path / "s01.htt.png")
+    picture = picture.with_name(f"{picture.name}.png")
+    users = [tmp_path / ".x.part", tmp_path / ".x.part.png", tmp_path / "x.part"]
+    for file in (own, picture, *users):
+        file.write_text("half")
+    with _only_build_in(tmp_path):
+        assert not own.exists() and not picture.exists()
+    assert all(file.exists() for file in users)
+
+
+@pytest.mark.parametrize("name", ["link/../evil", "link", "link/deeper", "../evil", "inside/../../evil"])
+def test_a_path_through_a_link_leads_out_only_with_leave(tmp_path, monkeypatch, name):
+    for folder in ("job/inside", "elsewhere/deep"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "job" / "link").symlink_to(tmp_path / "elsewhere" / "deep")
+    with pytest.raises(ValueError, match="leads out of the job's folder"):
+        job_path(tmp_path / "job", name)
+    monkeypatch.setenv("SKYSHINE_ALLOW_OUTSIDE", "1")
+    assert job_path(tmp_path / "job", name) == tmp_path / "job" / name
+
+
+@pytest.mark.parametrize("name", ["inside", "inside/../new", "own", "."])
+def test_a_path_inside_is_taken_also_through_a_link(tmp_path, name):
+    (tmp_path / "inside").mkdir()
+    (tmp_path / "own").symlink_to(tmp_path / "inside")
+    assert job_path(tmp_path, name) == tmp_path / name
+
+
+def test_pictures_are_not_drawn_through_a_link_out_of_the_folder(tmp_path):
+    class Drawn:
+        file = "s01.htt.h5"
+
+        def draw(self, folder, picture):
+            picture.write_text("drawn")
+
+    for folder in ("built", "elsewhere"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "built" / "pictures").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="leads out of the job's folder"):
+        _draw(Drawn(), tmp_path / "built", False)
+    assert not list((tmp_path / "elsewhere").iterdir())
+    (tmp_path / "built" / "pictures").unlink()
+    _draw(Drawn(), tmp_path / "built", False)
+    assert (tmp_path / "built" / "pictures" / "s01.htt.png").read_text() == "drawn"
+    assert len(list((tmp_path / "built" / "pictures").iterdir())) == 1
+
+
+def test_databases_of_an_earlier_job_are_named(tiny_job, tmp_path):
+    (tmp_path / "job.yaml").write_text(tiny_job(), encoding="utf-8")
+    (tmp_path / "built").mkdir()
+    (tmp_path / "built" / "s02.htt.h5").write_text("of an earlier job")
+    report = build(load_job(tmp_path / "job.yaml"), jobs=1)
+    assert report["not_of_this_job"] == ["s02.htt.h5"] and (tmp_path / "built" / "s02.htt.h5").exists()
+
+
+def test_a_name_that_looks_like_markup_is_shown_on_a_terminal(tmp_path):
+    master, slave = pty.openpty()
+    command = [sys.executable, "-c", ON_A_TERMINAL, "x [/bold]"]
+    process = subprocess.Popen(command, stdout=slave, stderr=slave, env={**os.environ, "TERM": "xterm"})
+    os.close(slave)
+    shown = b""
+    while True:
+        try:
+            part = os.read(master, 4096)
+        except OSError:  # the other end is closed
+            break
+        if not part:
+            break
+        shown += part
+    assert process.wait() == 0 and b"building x [/bold]" in shown, shown

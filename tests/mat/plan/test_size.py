@@ -1,0 +1,82 @@
+"""Sizes of a job: known before anything is computed, limited by its own keys, in check and build alike."""
+
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from skyshine.mat.cli import main
+from skyshine.mat.job.load import load_job
+from skyshine.mat.plan.physics import STATES, physics_left_out
+from skyshine.mat.plan.plan import make_plan
+from skyshine.mat.plan.size import check_size
+from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Group, Header, open_database, write_file
+
+NODES = 512
+JOB = {
+    "skyshine": 1,
+    "name": "large",
+    "site": {"latitude_deg": 30, "longitude_deg": 0, "date": "2026-06-21", "utc_offset_h": 0},
+    "states": [{"profile": "us_standard", "weather": {"air_temperature_c": 15}}],
+    "bands": [{"wavelength_um": [8, 12]}],
+    "materials": ["asphalt_road"],
+    "surface_grid": {"altitude_km": [0], "azimuth_deg": [0], "slope_deg": [0], "time": ["12:00"]},
+}
+SMALL = {"range_km": [1], "altitude_km": [0.1], "elevation_deg": [0], "source_elevation_deg": [30]}
+SMALL |= {"source_azimuth_deg": [0]}
+FIRST_TO_LAST = {"first": "2001-01-01", "last": "2028-05-17"}  # 9,999 days
+
+
+def axis(low, high):
+    return [low + (high - low) * k / (NODES - 1) for k in range(NODES)]
+
+
+def written(folder, **changes):
+    (folder / "job.yaml").write_text(yaml.safe_dump(JOB | changes, sort_keys=False), encoding="utf-8")
+    return folder / "job.yaml"
+
+
+@pytest.fixture
+def huge(tmp_path):
+    """512 nodes on each of five axes: 3.5e13 values."""
+    names = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")
+    ends = ((0, 100), (0, 10), (-90, 90), (-90, 90), (0, 180))
+    grid = {name: axis(*limits) for name, limits in zip(names, ends, strict=True)}
+    return written(tmp_path, atmosphere_grid=grid)
+
+
+@pytest.mark.parametrize("command", ["check", "build"])
+def test_a_table_beyond_memory_is_one_clear_line(huge, command):
+    result = CliRunner().invoke(main, [command, str(huge)])
+    lines = result.output.splitlines()
+    assert result.exit_code == 2 and len(lines) == 1
+    assert "1.41e+05 GB, in s01b01.atmq.h5" in lines[0] and "output.max_file_gigabytes" in lines[0]
+    assert not (huge.parent / "built").exists()
+
+
+def test_many_small_tables_are_limited_together(tmp_path):
+    states = [JOB["states"][0] | {"series": FIRST_TO_LAST}]
+    loaded = load_job(written(tmp_path, states=states))
+    plan = make_plan(loaded, load_library())
+    # 24 ranges, 12 altitudes, 25 elevations, 13 heights of the source, 13 azimuths, of two sources; a surface.
+    lines = 24 * 12 * 25
+    assert plan.bytes == 9999 * 4 * (2 * lines * (1 + 13 * 2 + 13 * 13) + 1)
+    with pytest.raises(InputError, match=r"found 113 GB of tables in 29,998 files.*output.max_gigabytes"):
+        check_size(loaded, plan)
+    loaded = load_job(written(tmp_path, states=states, output={"max_gigabytes": 200}))
+    check_size(loaded, make_plan(loaded, load_library()))
+
+
+def test_of_thousands_of_states_a_few_are_looked_at_and_the_check_says_so(tmp_path):
+    states = [JOB["states"][0] | {"series": FIRST_TO_LAST}]
+    loaded = load_job(written(tmp_path, states=states, atmosphere_grid=SMALL, sources=["moon"]))
+    left_out = [item.what for item in physics_left_out(loaded)]
+    assert any(f"({STATES} of 9,999 states looked at)" in what for what in left_out)
+
+
+def test_a_job_text_of_a_megabyte_is_kept_with_its_file(tmp_path):
+    text = "weather: [1.5, 2.5]\n" * 60_000
+    write_file(tmp_path / "a.h5", Group(), Header("band", "1.0.0", "1", text))
+    with open_database(tmp_path / "a.h5", "band") as file:
+        assert file.attrs["job"] == text

@@ -333,8 +333,8 @@ def pass_gate(path: StrPath, file: h5py.File) -> None:
         return
     Gate(path, file, largest_text(path)).check()
     if time.time() - os.stat(path).st_mtime > _SETTLED:
-        while len(_passed) >= _REMEMBERED:
-            _passed.pop(next(iter(_passed)), None)
+        if len(_passed) >= _REMEMBERED:
+            _passed.clear()  # at once: several threads may be here
         _passed[name] = _stamp(path)
 
 

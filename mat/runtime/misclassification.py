@@ -143,8 +143,9 @@ def surface_radiance(
     names = tuple(names)
     times = np.mod(surface.root.axes["time"].values.astype(float), 24.0)
     altitude = float(surface.root.axes["altitude"].values[0]) if altitude is None else altitude
-    column = {"material": np.array(names)[:, np.newaxis], "altitude": altitude, "azimuth": azimuth, "slope": slope}
-    temperature = surface.temperature(**column, time=times)
+    temperature = surface.temperature(
+        material=np.array(names)[:, np.newaxis], altitude=altitude, azimuth=azimuth, slope=slope, time=times
+    )
     reflectance = band.value("reflectance", material=np.array(names))[:, np.newaxis]
     radiance = band.blackbody_radiance(temperature) * (1 - reflectance)  # (6)
     if air is not None:

@@ -190,7 +190,7 @@ def _read_index(folder: Path) -> tuple[Index, list[_Place]]:
     document = read_yaml(folder / "mat.yaml")
     index = parse_model(document, Index)
     places = [
-        _Place(entry, folder, document.where(("materials", position))[0])
+        _Place(entry, folder, document.where(("materials", position))[0] or 1)
         for position, entry in enumerate(index.materials)
     ]
     _refuse_repeats(document, index)

@@ -115,7 +115,7 @@ class Document:
 
     data: Any
     file: Path
-    places: dict[Location, tuple[int | None, int | None]] = field(repr=False)
+    places: Mapping[Location, tuple[int | None, int | None]] = field(repr=False)
 
     def where(self, location: Location) -> tuple[int | None, int | None]:
         """Line and column of the value at `location`, or of its nearest parent that the file holds."""
@@ -307,7 +307,7 @@ def _document(text: str, file: Path) -> Document:
         raise InputError("is empty; write at least one key", file=file)
     builder = _Builder(file)
     data = builder.build(node, ())
-    return Document(data=data, file=file, places=builder.places)
+    return Document(data=data, file=file, places=dict(builder.places))
 
 
 def parse_model(document: Document, model: type[Model], context: Any = None) -> Model:

@@ -5,7 +5,7 @@ Units stand in the key names here, at the edge; everything behind this module is
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, cast
 
 import pydantic
 import yaml
@@ -28,6 +28,8 @@ from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.model import MaterialName, TextureJob, check_distinct_names
 
+WaterContinuum = Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
+
 MaterialChoice = Annotated[
     Annotated[Literal["used", "all"], pydantic.Tag("word")]
     | Annotated[list[MaterialName], Field(min_length=1), pydantic.Tag("names")],
@@ -41,6 +43,10 @@ def _packaged_continuum(name: str) -> str:
     except InputError as error:
         raise ValueError(error.message) from None
     return name
+
+
+def _default_continuum() -> WaterContinuum:
+    return cast(WaterContinuum, packaged_water_continuum())
 
 
 class Accuracy(StrictModel):
@@ -103,10 +109,8 @@ class Job(StrictModel):
     atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
     surface_grid: SurfaceGrid = SurfaceGrid()
     accuracy: Accuracy = Accuracy()
-    water_continuum: Annotated[
-        Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"], pydantic.AfterValidator(_packaged_continuum)
-    ] = Field(
-        default_factory=packaged_water_continuum,
+    water_continuum: Annotated[WaterContinuum, pydantic.AfterValidator(_packaged_continuum)] = Field(
+        default_factory=_default_continuum,
         description=(
             "Water vapour continuum of the bands. By default that of the packaged band model: mt_ckd_4.3, or lowtran7"
             " in a package built without MT_CKD. mt_ckd_2.4 is for comparison with codes of its time, lowtran7 is in"

@@ -74,7 +74,7 @@ class TemperatureProduct:
         if job.surface_grid.tolerance is not None:
             with report.stage("grid"):
                 refined = refined_axes(
-                    lambda at: solver.table(at, steps).temperature,
+                    lambda at: solver.table(at, steps).temperature.astype(float),
                     requested,
                     len(materials),
                     tolerance_parts(job.surface_grid.tolerance)[0],

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.band.selection import select_points
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, SpectralPoints
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance

@@ -9,7 +9,7 @@ from typing import Any
 
 from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.errors import InputError
-from skyshine.schemas.hdf5 import part_file
+from skyshine.schemas.whole_files import part_file
 
 
 def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:

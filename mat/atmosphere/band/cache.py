@@ -154,14 +154,14 @@ def _write(path: Path, key: str, compiled: CompiledBand) -> None:
         "errors": compiled.errors,
         "dropped": compiled.dropped,
     }
-    arrays = {
-        "index": compiled.index,
-        "weight": compiled.band.weight,
-        "ladder": compiled.ladder,
-        "about": np.array(json.dumps(about)),
-    }
     content = io.BytesIO()
-    np.savez(content, **arrays)
+    np.savez(
+        content,
+        index=compiled.index,
+        weight=compiled.band.weight,
+        ladder=compiled.ladder,
+        about=np.array(json.dumps(about)),
+    )
     part = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -221,7 +221,7 @@ def _fits_band(
     those that were not left out.
     """
     size = band.weight.size
-    kinds = (index.dtype.kind, weight.dtype, ladder.dtype) == ("i", np.float64, np.float64)
+    kinds = index.dtype.kind == "i" and weight.dtype == np.float64 and ladder.dtype == np.float64
     if not kinds or not index.shape == weight.shape == (index.size,) or ladder.ndim != 1 or not index.size:
         return False
     numbers = [error[name] for error in about["errors"].values() for name in STATISTICS]

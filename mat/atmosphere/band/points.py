@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.gases.absorption import SpectralPoints
+from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError

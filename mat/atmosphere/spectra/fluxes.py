@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine import atmospheres
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable, SpectralPoints
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, forward_scattered, sky_irradiance

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from skyshine.mat.atmosphere.gases.absorption import SpectralPoints
+from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics

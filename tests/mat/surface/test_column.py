@@ -188,3 +188,16 @@ def test_material_file_needs_its_optical_values(tmp_path):
 def test_job_and_forcing_exclude_each_other(tmp_path):
     result = CliRunner().invoke(command, ["--material", "concrete"])
     assert isinstance(result.exception, InputError) and "both or neither" in str(result.exception)
+
+
+def test_temperature_at_depth_lies_on_the_line_to_a_steady_back(tmp_path):
+    """At rest the profile is straight: a surface in vacuum that takes up 150 W/m2 through 0.1 m and 5 m of 1 W/mK is
+    280 + 150 x 5.1 K warm, and 280 + 150 x 5 K at the bottom of the first layer, 15 K less."""
+    fixed = "{value: fixed, source: test}\n  temperature: {value: 280, source: test}"
+    (tmp_path / "body.yaml").write_text(MATERIAL.replace("{value: adiabatic, source: test}", fixed))
+    file = write(tmp_path, *minutes(lambda angle: 150.0))
+    arguments = ["--material", str(tmp_path / "body.yaml"), "--forcing", str(file), "--json", "--depth", "0.1"]
+    result = CliRunner().invoke(command, [*arguments, "--solar-absorptance", "1", "--thermal-emissivity", "0"])
+    output = json.loads(result.output)
+    assert output["temperature"]["values"] == pytest.approx(1440 * [280 + 150 * 5.1], abs=1e-2)
+    assert output["temperature_at_depth"]["values"] == pytest.approx(1440 * [280 + 150 * 5.0], abs=1e-2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -51,7 +52,10 @@ def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict[str, Any]]:
     """Number, mean colour, share and name of each cluster."""
     from skimage.color import lab2rgb
 
-    colours = np.rint(255 * lab2rgb(model.means[:, :3])).astype(int)
+    with warnings.catch_warnings():
+        # A mean of high dynamic range may lie beyond what sRGB shows; it is drawn at the border.
+        warnings.filterwarnings("ignore", message="Conversion from CIE-LAB", category=UserWarning)
+        colours = np.rint(255 * lab2rgb(model.means[:, :3])).astype(int)
     return [
         {
             "number": number,

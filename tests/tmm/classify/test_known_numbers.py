@@ -7,8 +7,10 @@ from skyshine.tmm.classify.calibration import Calibration, fit_calibration
 from skyshine.tmm.classify.gaussian import fit
 from skyshine.tmm.classify.trained import Network
 from skyshine.tmm.images.georeference import _affine
-from skyshine.tmm.inputs.seeds import _divide
-from skyshine.tmm.mapping.ways import palette_colour
+from skyshine.tmm.images.texture import Texture
+from skyshine.tmm.inputs.seeds import _divide, _settle
+from skyshine.tmm.job.model import Palette, TextureJob
+from skyshine.tmm.mapping.ways import nearest_palette, palette_colour
 from skyshine.tmm.quality.counts import Tally
 
 
@@ -122,3 +124,22 @@ def test_geotiff_tags_by_hand():
     assert _affine(tags | {"GTRasterTypeGeoKey": 2}) == pytest.approx([2, 0, 979, 0, -3, 5061.5])
     matrix = np.array([[1, 2, 0, 3], [4, 5, 0, 6], [0, 0, 0, 0], [0, 0, 0, 1.0]])
     assert _affine({"ModelTransformation": matrix.ravel()}) == pytest.approx([1, 2, 3, 4, 5, 6])
+
+
+def test_texels_of_two_materials_are_no_seeds(tmp_path):
+    texture = Texture(np.zeros((2, 3, 3), np.uint8), np.ones((2, 3), bool), "srgb")
+    job = TextureJob(image="a.png", material="a")
+    # Texel 1 is claimed by both materials, texels 0 and 5 by one each.
+    claims = np.array([[0, 1, 5], [0, 0, 1], [0, 1, 1], [0, 0, 1]])
+    seeds = _settle(job, ("a", "b"), texture, tmp_path, *claims)
+    assert seeds.rows.tolist() == [0, 1] and seeds.columns.tolist() == [0, 2] and seeds.material.tolist() == [0, 1]
+    assert seeds.conflicting == 1
+
+
+def test_the_spread_of_a_palette_is_a_standard_deviation(tmp_path):
+    texture = Texture(np.zeros((1, 1, 3), np.uint8), np.ones((1, 1), bool), "srgb")
+    palette = Palette(colours={"#000000": "a", "#FFFFFF": "b"}, match="nearest", spread=3.0)
+    model, material = nearest_palette(palette, ("a", "b"), texture, tmp_path)
+    np.testing.assert_allclose(model.covariances, np.stack([9 * np.eye(3)] * 2))
+    np.testing.assert_allclose(model.means, [[0, 0, 0], [100, 0, 0]], atol=0.02)
+    assert material.tolist() == [0, 1]

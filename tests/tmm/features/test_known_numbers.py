@@ -57,8 +57,8 @@ def test_the_limit_of_shadow_lies_above_the_skylight_of_a_clear_day():
     # Skylight is 0.2 to 0.35 of clear-sky irradiance; half a material's light is within the spread of a material.
     light = np.ones(9)
     assert 0.35 < shadow_limits(light, np.zeros(9, int), 1)[0] < 0.5
-    # The median, which a few dark texels do not move.
-    light[:4] = 0.01
+    # The median, which a few dark and bright texels do not move.
+    light[:3], light[6:] = 0.01, 20
     assert 0.35 < shadow_limits(light, np.zeros(9, int), 1)[0] < 0.5
 
 
@@ -77,6 +77,13 @@ def test_gradient_of_light_that_grows_by_a_tenth_a_column():
     np.testing.assert_allclose(ramp["log_gradient_4"][middle], 0.5 * np.log(0.01 + 1e-4), atol=1e-3)
     np.testing.assert_allclose(ramp["coherence_4"][middle], 0.01 / (0.01 + 1e-4), atol=1e-3)
     np.testing.assert_allclose(ramp["log_gradient_12"][30, 30], 0.5 * np.log(0.01 + 1e-4), atol=1e-3)
+
+
+def test_a_gradient_across_rows_and_columns_is_as_coherent_as_one_across_columns():
+    rows, columns = np.indices((60, 60))
+    ramp = _features(0.01 * np.exp(0.05 * (rows + columns)) - 0.004)
+    energy = 2 * 0.05**2  # all of it in one direction, the diagonal
+    np.testing.assert_allclose(ramp["coherence_4"][30, 30], energy / (energy + 1e-4), atol=1e-3)
 
 
 def test_deviation_of_a_chequerboard():

@@ -19,6 +19,6 @@ C1_WAVELENGTH = 2.0 * PLANCK * LIGHT_SPEED**2 * 1e24  # W m^-2 sr^-1 um^4
 # Second radiation constant, h c / k.
 C2_WAVENUMBER = PLANCK * LIGHT_SPEED / BOLTZMANN * 1e2  # cm K
 C2_WAVELENGTH = PLANCK * LIGHT_SPEED / BOLTZMANN * 1e6  # um K
-# The same to ten digits (CODATA 2018). Line intensities, continua and the packaged absorption table are computed with
-# it; the exact value would change their last digits.
+# The same cut after ten digits, as CODATA 2018 prints it. Line intensities, continua and the packaged absorption table
+# are computed with it; the exact value would change their last digits.
 C2 = 1.438776877  # cm K

@@ -28,7 +28,7 @@ def test_all_wavelengths_give_stefan_boltzmann(temperature):
 
 
 @pytest.mark.parametrize("product, fraction", [(2000.0, 0.066728), (3000.0, 0.273232), (6000.0, 0.737818)])
-def test_blackbody_fraction_table(product, fraction):
+def test_blackbody_fractions_agree_with_the_published_table(product, fraction):
     """Fraction of blackbody radiation below a wavelength-temperature product [um K]; Incropera, table 12.1."""
     temperature = 500.0
     below = SpectralResponse.rectangular(100.0 / temperature, product / temperature)
@@ -36,7 +36,7 @@ def test_blackbody_fraction_table(product, fraction):
     assert band_radiance(below, temperature) / total == pytest.approx(fraction, abs=2e-4)
 
 
-def test_wien_displacement():
+def test_the_peak_follows_wiens_displacement_law():
     wavelength = np.linspace(9.0, 10.0, 100_001)
     peak = wavelength[np.argmax(planck_wavelength(wavelength, 300.0))]
     assert peak * 300.0 == pytest.approx(2897.771955, abs=0.01)  # CODATA
@@ -48,7 +48,7 @@ def test_wavenumber_and_wavelength_forms_agree():
     assert per_wavenumber * 1e4 / wavelength**2 == pytest.approx(planck_wavelength(wavelength, 300.0), rel=1e-12)
 
 
-def test_extremes_are_finite():
+def test_radiance_of_extreme_temperatures_is_finite():
     with np.errstate(all="raise", under="ignore"):
         values = planck_wavelength(np.array([[0.1], [100.0]]), np.array([0.0, 3.0, 300.0, 6000.0]))
         band_radiance(SpectralResponse.rectangular(0.1, 100.0), np.array([0.0, 3.0, 6000.0]))
@@ -57,7 +57,7 @@ def test_extremes_are_finite():
 
 
 @pytest.mark.parametrize("temperature", [-1.0, np.nan, np.inf])
-def test_impossible_temperature(temperature):
+def test_impossible_temperatures_are_refused(temperature):
     with pytest.raises(InputError, match="finite and not negative"):
         planck_wavenumber(1000.0, temperature)
     with pytest.raises(InputError, match="finite and not negative"):
@@ -65,7 +65,7 @@ def test_impossible_temperature(temperature):
 
 
 @pytest.mark.parametrize("temperature", [50.0, 150.0, 300.0, 1500.0])
-def test_band_radiance_against_adaptive_quadrature(temperature):
+def test_band_radiance_agrees_with_adaptive_quadrature(temperature):
     table = SpectralResponse([3.0, 3.4, 4.1, 4.4, 5.0], [0.0, 0.8, 2.0, 0.5, 0.3])
 
     def integrand(wavelength):
@@ -78,7 +78,7 @@ def test_band_radiance_against_adaptive_quadrature(temperature):
 
 
 @given(st.floats(20.0, 3000.0))
-def test_brightness_temperature_inverts(temperature):
+def test_brightness_temperature_inverts_band_radiance(temperature):
     for response in (LWIR, MWIR):
         assert brightness_temperature(response, band_radiance(response, temperature)) == pytest.approx(
             temperature, rel=1e-12
@@ -94,7 +94,7 @@ def test_brightness_temperature_is_monotone_and_keeps_shape():
 
 
 @pytest.mark.parametrize("radiance", [-1e-9, np.nan, np.inf])
-def test_impossible_radiance(radiance):
+def test_impossible_radiances_are_refused(radiance):
     with pytest.raises(InputError, match="brightness temperature"):
         brightness_temperature(LWIR, radiance)
 
@@ -124,12 +124,12 @@ def test_response_is_scaled_to_its_peak():
         ([8.0, 9.0], [0.0, 0.0], "0 everywhere"),
     ],
 )
-def test_what_is_no_response(wavelength, response, message):
+def test_tables_that_are_no_response_are_refused(wavelength, response, message):
     with pytest.raises(InputError, match=message):
         SpectralResponse(wavelength, response)
 
 
 @pytest.mark.parametrize("lower, upper", [(12.0, 8.0), (8.0, 8.0), (-1.0, 8.0), (np.nan, 8.0), (8.0, np.inf)])
-def test_what_is_no_band(lower, upper):
+def test_bands_that_are_empty_or_reversed_are_refused(lower, upper):
     with pytest.raises(InputError, match="from a lower to a higher"):
         SpectralResponse.rectangular(lower, upper)

@@ -32,7 +32,7 @@ TABLE_1 = [
 
 
 @pytest.mark.parametrize("width, exponent, mean, lowest, highest", TABLE_1)
-def test_table_1(width, exponent, mean, lowest, highest):
+def test_normalisation_is_that_of_table_1(width, exponent, mean, lowest, highest):
     result = CliRunner().invoke(main, ["specular", "--fwhm", str(width), "--json"])
     assert result.exit_code == 0
     printed = json.loads(result.output)
@@ -50,7 +50,7 @@ def test_table_1(width, exponent, mean, lowest, highest):
 
 
 @pytest.mark.parametrize("width, angle", [(40.0, 60.0), (180.0, 0.0), (180.0, 75.0), (180.0, 89.0), (20.0, 80.0)])
-def test_lobe_integral_by_brute_force(width, angle):
+def test_lobe_integral_agrees_with_direct_quadrature(width, angle):
     """Gauss in cos(theta), equal steps in azimuth, with the solid angle sin(theta) dtheta dphi."""
     exponent = shininess(width)
     node, weight = np.polynomial.legendre.leggauss(400)
@@ -95,18 +95,18 @@ def test_narrow_lobe_tends_to_a_mirror():
     assert normalisation(0.1) == pytest.approx((shininess(0.1) + 2.0) / 4.0, rel=1e-9)
 
 
-def test_widths_by_array():
+def test_arrays_of_widths_give_what_single_widths_give():
     assert shininess(np.array([25.0, 180.0])) == pytest.approx([116.27, 2.0], abs=0.005)
 
 
 @pytest.mark.parametrize("width", ["0", "0.05", "180.5", "360", "-30", "nan", "inf"])
-def test_impossible_width(width):
+def test_impossible_widths_are_refused(width):
     result = CliRunner().invoke(main, ["specular", "--fwhm", width])
     assert result.exit_code == 2
     assert "allowed: 0.1 to 180 degree" in result.output
 
 
 @pytest.mark.parametrize("angle", [-1.0, 90.0, np.nan])
-def test_impossible_source_angle(angle):
+def test_impossible_source_angles_are_refused(angle):
     with pytest.raises(InputError, match="below 90 degree"):
         normalisation(30.0, [angle])

@@ -43,7 +43,7 @@ def test_grey_material_is_grey_everywhere(ground_spectrum):
     assert thermal_emissivity(grey) == pytest.approx(0.75, rel=1e-12)
 
 
-def test_flat_mean_of_a_ramp_with_a_triangular_response():
+def test_flat_mean_of_a_ramp_under_a_triangular_response_is_its_middle():
     """Ramp lambda - 8 under a triangle of base 8 to 10 um and apex at 9: mean 1 by symmetry, over 2."""
     ramp = sample([8.0, 10.0], [0.0, 1.0])
     assert band_reflectance(ramp, SpectralResponse([8.0, 9.0, 10.0], [0.0, 1.0, 0.0])) == pytest.approx(0.5, rel=1e-12)
@@ -84,7 +84,7 @@ def test_library_obeys_kirchhoff(library):
         ("glass_window", 0.88),
     ],
 )
-def test_known_emissivities(library, name, expected):
+def test_emissivities_agree_with_published_ones(library, name, expected):
     assert band_emissivity(library[name], SPLIT_WINDOW, 300.0) == pytest.approx(expected, abs=0.012)
 
 
@@ -147,7 +147,7 @@ def test_solar_range_belongs_to_the_irradiance():
         ({"weighting": "solar", "irradiance": ([0.3, 2.5], [0.0, 0.0])}, "not 0 everywhere"),
     ],
 )
-def test_what_is_refused(arguments, message):
+def test_wrong_weightings_and_missing_inputs_are_refused(arguments, message):
     with pytest.raises(InputError, match=message):
         band_reflectance(sample([0.3, 14.0], [0.1, 0.1]), LWIR, **arguments)
 

@@ -58,13 +58,13 @@ def test_a_rectangle_in_wavenumbers_is_the_one_in_wavelengths():
         (",response", ",wavenumber[cm-1]", "r.csv:2:1: found the columns wavelength and wavenumber; allowed: response"),
     ],
 )
-def test_bad_tables_say_where(old, new, message):
+def test_bad_tables_are_refused_with_line_and_column(old, new, message):
     assert old in TABLE
     with pytest.raises(InputError) as caught:
         parse_response(TABLE.replace(old, new, 1), "r.csv")
     assert str(caught.value).startswith(message)
 
 
-def test_a_response_of_nothing_is_refused():
+def test_a_response_of_0_everywhere_is_refused():
     with pytest.raises(InputError, match="0 in every row"):
         parse_response("wavelength[um],response\n8,0\n9,0\n", "r.csv")

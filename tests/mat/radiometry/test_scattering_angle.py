@@ -19,7 +19,7 @@ from skyshine.mat.radiometry.scattering_angle import azimuth_at, scattering_angl
         (45, 45, 90, 60),
     ],
 )
-def test_known_angles(line, source, azimuth, angle):
+def test_angles_of_known_directions_are_exact(line, source, azimuth, angle):
     assert scattering_angle(line, source, azimuth) == pytest.approx(angle, abs=1e-6)
 
 
@@ -36,7 +36,7 @@ def test_azimuth_and_angle_lead_back_to_each_other():
     assert np.abs(rest).max() < 1e-6
 
 
-def test_where_no_azimuth_does_the_nearest_is_taken_and_the_rest_told():
+def test_angles_out_of_reach_take_the_nearest_azimuth_and_state_the_excess():
     azimuth, rest = azimuth_at(*np.radians([[10.0, 10.0, 90.0], [40.0, 40.0, 20.0], [5.0, 170.0, 75.0]]))
     np.testing.assert_allclose(np.degrees(azimuth[:2]), [0, 180], atol=1e-6)
     np.testing.assert_allclose(np.degrees(rest), [5 - 30, 170 - 130, 75 - 70], atol=1e-6)

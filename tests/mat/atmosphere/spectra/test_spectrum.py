@@ -27,7 +27,7 @@ def values(entry):
     return np.array(entry["values"])
 
 
-def test_keys_and_units(spectrum):
+def test_spectra_name_their_quantities_and_units(spectrum):
     assert spectrum["wavenumber"]["units"] == "cm^-1"
     assert values(spectrum["wavenumber"]) == pytest.approx(np.arange(1102.5, 1200, 5))
     radiance, irradiance = "W m^-2 sr^-1 (cm^-1)^-1", "W m^-2 (cm^-1)^-1"
@@ -40,7 +40,7 @@ def test_keys_and_units(spectrum):
     assert spectrum["range"] == {"units": "km", "value": 5.0}
 
 
-def test_bounds(spectrum):
+def test_spectra_stay_within_their_bounds(spectrum):
     total = values(spectrum["transmittance"])
     for gas in spectrum["transmittance_by_gas"].values():
         assert np.all((values(gas) >= total - 1e-9) & (values(gas) <= 1))

@@ -37,7 +37,7 @@ def until(rays, row, distance):
     return column, rays.altitude[row, node], rays.central_angle[row, node], rays.direction[row, node]
 
 
-def test_refraction_at_the_horizon(shells):
+def test_refraction_at_the_horizon_agrees_with_the_almanac(shells):
     bending = geometry.departure_angle(geometry.trace(shells, np.zeros(1), np.zeros(1)))[0] - np.pi / 2
     assert np.degrees(bending) * 60 == pytest.approx(34, abs=1.5)  # arc minutes; almanacs take 34
 
@@ -54,14 +54,14 @@ def test_refraction_above_the_horizon(shells, altitude):
 @pytest.mark.parametrize(
     ("elevation", "tolerance"), [(90, 1e-3), (60, 1e-3), (30, 1e-3), (10, 1e-3), (5, 2e-3), (1, 2e-3), (0, 0.01)]
 )
-def test_air_mass_of_kasten_and_young(shells, elevation, tolerance):
+def test_air_mass_agrees_with_kasten_and_young(shells, elevation, tolerance):
     # Kasten and Young 1989, Appl. Opt. 28, 4735, equation (3).
     expected = 1 / (np.sin(np.radians(elevation)) + 0.50572 * (elevation + 6.07995) ** -1.6364)
     slant, zenith = air(geometry.trace(shells, np.zeros(2), np.radians([elevation, 90.0])))
     assert slant / zenith == pytest.approx(expected, rel=tolerance)
 
 
-def test_straight_chords(straight):
+def test_paths_without_refraction_are_straight_chords(straight):
     top = RADIUS + straight.top
     altitude, elevation = np.array([0.0, 0.0, 20e3, 700e3]), np.radians([0.0, 35.0, -2.0, -25.0])
     rays = geometry.trace(straight, altitude, elevation)

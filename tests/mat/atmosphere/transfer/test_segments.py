@@ -52,7 +52,7 @@ def test_isothermal_air_emits_as_much_as_it_absorbs(synthetic_points, isothermal
     assert air.thermal_radiance(segments, Depths(depth)).sum(axis=0) == pytest.approx(expected, rel=1e-6)
 
 
-def test_transparent_air_is_dark(synthetic_points):
+def test_transparent_air_emits_nothing(synthetic_points):
     state = AtmosphericState.from_profile("tropical", aerosol=Aerosol("none"))
     air = SpectralAir.of(state, synthetic_points(EDGES, {"CO2": np.zeros(2)}))
     clear = replace(air.optics, extinction=np.zeros_like(air.optics.extinction))
@@ -61,7 +61,7 @@ def test_transparent_air_is_dark(synthetic_points):
     assert np.all(air.thermal_radiance(segments, Depths(depth)) == 0.0)
 
 
-def test_beer_and_lambert(synthetic_points, isothermal):
+def test_optical_depth_is_cross_section_times_amount_of_gas(synthetic_points, isothermal):
     state = isothermal()
     air = SpectralAir.of(state, synthetic_points(EDGES, {"CO2": SECTIONS[3:]}))
     for distance in (1e-3, 1.0, 100.0):
@@ -71,7 +71,7 @@ def test_beer_and_lambert(synthetic_points, isothermal):
         assert depth.sum(axis=0) == pytest.approx((per_metre + rayleigh) * distance, rel=1e-6)
 
 
-def test_weights_of_the_source_at_any_optical_depth():
+def test_source_weights_are_exact_at_any_optical_depth():
     depth = np.concatenate([[0.0], np.geomspace(1e-12, 1e5, 400)])
     near, far = source_weights(depth)
     assert near + far == pytest.approx(-np.expm1(-depth), rel=1e-12)

@@ -117,7 +117,7 @@ def _good_databases() -> list[bytes]:
 
 
 def _structure(path: Path) -> None:
-    """Read a good database with changed arrays, attributes, scales and links; the input is the seed of the draw."""
+    """Read a good database whose structure is changed; the input is the seed of the draw."""
     draw = random.Random(path.read_bytes())
     path.write_bytes(draw.choice(_good_databases()))
     hostile_random.mutate_apart(path, draw)

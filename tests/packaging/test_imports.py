@@ -57,8 +57,8 @@ FLOOR = {folder: number for number, folders in enumerate(FLOORS) for folder in f
 LOOSE = {"mat.cli", "mat.threads", "tmm.cli"}  # modules beside the folders; the packages themselves are the public API
 TABLES_OF_TMM = ("mat.tables", "mat.runtime")  # what tmm may read of mat
 TERMINAL = {"click", "rich"}
-NOT_YET = ("tmm.report.radiance_cost",)
-KNOWS_TERMINAL = (*NOT_YET, "mat.cli", "mat.commands", "tmm.cli", "tmm.commands", "mat.maintain", "schemas.commands")
+
+KNOWS_TERMINAL = ("mat.cli", "mat.commands", "tmm.cli", "tmm.commands", "mat.maintain", "schemas.commands")
 
 
 @dataclass(frozen=True)

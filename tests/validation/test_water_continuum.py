@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.profiles import BOLTZMANN
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.bench import lowtran
@@ -46,7 +47,7 @@ def test_transmittance_by_the_continuum_is_that_of_lowtran7(lowtran_program, ban
 
 
 def _isothermal_state(temperature, h2o_fraction):
-    state = AtmosphericState.from_profile("us_standard", aerosol="none")
+    state = AtmosphericState.from_profile("us_standard", aerosol=Aerosol("none"))
     levels = {name: getattr(state, name)[::2] for name in ("altitude", "pressure")}  # LOWTRAN7 takes 34 levels
     fractions = {gas: values[::2] for gas, values in state.mole_fraction.items()}
     fractions["H2O"] = np.full_like(fractions["H2O"], h2o_fraction)

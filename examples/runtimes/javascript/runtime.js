@@ -85,6 +85,6 @@ async function main(path) {
 }
 
 main(process.argv[2]).catch((error) => {
-  console.error(String(error.message).split("\n")[0]);
+  console.error(String(error.message).replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "?"));
   process.exitCode = 1;
 });

@@ -349,7 +349,8 @@ def main(path: str) -> None:
     except KeyError as error:
         sys.exit(f"the scene lacks {error}")
     except (SceneError, OSError, ValueError, TypeError) as error:
-        sys.exit(str(error))
+        # Texts of a file may hold what ends a line.
+        sys.exit("".join(character if character.isprintable() else "?" for character in str(error)))
 
 
 if __name__ == "__main__":

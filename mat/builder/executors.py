@@ -150,11 +150,25 @@ class _Pool(ProcessPoolExecutor):
             for part in self.folder.glob(f".*.{process.pid}{PART}"):
                 part.unlink(missing_ok=True)
         if kind is BrokenProcessPool:
-            raise CheckFailed(
-                "a process of the build died, perhaps for want of memory; finished files are kept: run it again, "
-                "with fewer --jobs"
-            ) from value
+            raise CheckFailed(f"a process of the build died; {_remedy()}") from value
         return False
+
+
+def _remedy() -> str:
+    """What to do when a process of the pool has died.
+
+    Each process imports the main module again. A script that builds outside of ``if __name__ == "__main__":`` then
+    starts a build in every process, and a program read from standard input cannot be imported at all; the commands
+    run as modules of the package or from a guarded script.
+    """
+    main = sys.modules["__main__"]
+    script = getattr(main, "__file__", None)
+    if main.__spec__ is None and (script is None or Path(script).stem not in ("mat", "tmm", "pytest")):
+        return (
+            'a script that builds must do so under: if __name__ == "__main__": (each process imports the script);'
+            " if it does, memory may have run out: run it again with fewer jobs, finished files are kept"
+        )
+    return "memory may have run out; finished files are kept: run it again with fewer --jobs"
 
 
 def _follow_parent() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import time
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from skyshine.mat.products.table import PRODUCTS
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
+from skyshine.schemas.process_memory import peak_memory
 from skyshine.schemas.whole_files import part_file
 
 PICTURES = "pictures"  # folder in the output folder
@@ -62,7 +62,7 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
                 _draw(identity, folder, report.kept)
     report.seconds = time.perf_counter() - begin
     report.processor_seconds = time.process_time() - spent
-    report.peak_memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    report.peak_memory = peak_memory()
     return report
 
 

@@ -54,7 +54,7 @@ class TaskReport:
         Of the whole process meanwhile.
     stages : dict of str to float
         Seconds by stage.
-    peak_memory : int
+    peak_memory : int or None
         Largest resident size of the process so far, bytes.
     notes : list of str
         What was left out inside the task, and the like.
@@ -65,7 +65,7 @@ class TaskReport:
     seconds: float = 0.0
     processor_seconds: float = 0.0
     stages: dict[str, float] = field(default_factory=dict)
-    peak_memory: int = 0
+    peak_memory: int | None = None
     notes: list[str] = field(default_factory=list)
 
     @contextmanager

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from skyshine.schemas.commands import allow_outside_option, echo_table, emit_json, json_option, progress
+from skyshine.schemas.process_memory import peak_memory
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
@@ -42,11 +42,11 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
             advance(1)
     if picture:
         bench.plot(rows, Path(picture))
-    peak = _peak_memory()
+    peak = peak_memory()
     result = {
         "job": job,
         "distinct_colours": colours,
-        "peak_memory": None if peak is None else quantity(peak, "MiB"),
+        "peak_memory": None if peak is None else quantity(peak / 2**20, "MiB"),
         "orfeo_toolbox": (
             "installed; compare by its own commands" if shutil.which("otbcli_ImageClassifier") else "not installed"
         ),
@@ -56,16 +56,6 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
         emit_json(result)
     else:
         _print(result)
-
-
-def _peak_memory() -> float | None:
-    """MiB that this process has held at most; None where the system does not say, as on Windows."""
-    try:
-        import resource
-    except ModuleNotFoundError:
-        return None
-    unit = 1 if sys.platform == "darwin" else 1024  # bytes there, kibibytes elsewhere
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 2**20
 
 
 def _report(row: Row) -> dict[str, Any]:

@@ -1,0 +1,35 @@
+"""A script that builds outside of its main guard is told so."""
+
+import subprocess
+import sys
+
+
+def test_a_script_without_a_main_guard_gets_the_right_advice(tmp_path, tiny_job):
+    (tmp_path / "job.yaml").write_text(tiny_job(), encoding="utf-8")
+    script = tmp_path / "script.py"
+    script.write_text("import skyshine.mat\nskyshine.mat.build('job.yaml', jobs=1)\n", encoding="utf-8")
+    done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode != 0
+    assert 'do so under: if __name__ == "__main__":' in done.stderr.splitlines()[-1]
+
+
+def test_memory_is_unknown_where_the_system_does_not_say(monkeypatch):
+    from skyshine.schemas.process_memory import peak_memory
+
+    assert peak_memory() > 1e7
+    monkeypatch.setitem(sys.modules, "resource", None)
+    assert peak_memory() is None
+
+
+def test_commands_start_without_posix_modules(tmp_path, tiny_job):
+    (tmp_path / "job.yaml").write_text(tiny_job(), encoding="utf-8")
+    code = (
+        "import sys\n"
+        "for name in ('resource', 'fcntl', 'pwd', 'grp', 'termios', 'tty', 'pty'):\n"
+        "    sys.modules[name] = None\n"
+        "from skyshine.mat.cli import main\n"
+        "main(['check', 'job.yaml'])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert "s01.htt.h5" in done.stdout

@@ -46,7 +46,7 @@ ATTRIBUTES = {
     "data_version": "version of the data that the file was computed from",
     "generator": "program and version",
     "job": "the part of the job that the file depends on, as YAML",
-    "digest_version": "version of the rule of `content_sha256`; absent in older files, whose digest covers arrays alone",
+    "digest_version": "version of the rule of `content_sha256`; absent in older files, whose digest covers arrays only",
     "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one (`schemas/hdf5_digest.py`)",
 }
 

@@ -162,7 +162,7 @@ class State(StrictModel):
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
     visibility_km: float | None = Field(
-        None, ge=0.1, le=300, description="By default that which belongs to the aerosol."
+        None, ge=0.1, le=300, description="By default the visibility of the aerosol."
     )
     air_mass: int = Field(
         DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental."
@@ -233,7 +233,7 @@ class Band(StrictModel):
             edges = getattr(self, name)
             if name != "response" and not 0 < edges[0] < edges[1]:
                 raise ValueError(
-                    f"found {name} [{edges[0]:g}, {edges[1]:g}]; allowed: 0 < lower < upper; swap or mend them"
+                    f"found {name} [{edges[0]:g}, {edges[1]:g}]; allowed: 0 < lower < upper; swap or fix them"
                 )
         return self
 

@@ -151,7 +151,7 @@ class _Pool(ProcessPoolExecutor):
                 part.unlink(missing_ok=True)
         if kind is BrokenProcessPool:
             raise CheckFailed(
-                "a process of the build died, perhaps for want of memory; finished files are kept: run it again, "
+                "a process of the build died, perhaps out of memory; finished files are kept: run it again, "
                 "with fewer --jobs"
             ) from value
         return False

@@ -161,9 +161,7 @@ class State(StrictModel):
     co2_ppm: float = Field(420.0, ge=0, le=5000)
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
-    visibility_km: float | None = Field(
-        None, ge=0.1, le=300, description="By default the visibility of the aerosol."
-    )
+    visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default the visibility of the aerosol.")
     air_mass: int = Field(
         DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental."
     )

@@ -1,4 +1,4 @@
-"""Packaged data of the atmosphere: profiles, aerosol, Sun and Moon, absorption."""
+"""Packaged data of the atmosphere: profiles, aerosol, cloud, Sun and Moon, continua, gas absorption, presets."""
 
 from importlib.resources import files
 from pathlib import Path

@@ -1,1 +1,1 @@
-"""Jobs and textures that run as they are."""
+"""Example jobs and a texture, packaged, and example runtimes that read the databases."""

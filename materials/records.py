@@ -1,4 +1,4 @@
-"""What is known of a material, as plain frozen records in SI units."""
+"""The data of a material, as frozen records in SI units."""
 
 from __future__ import annotations
 

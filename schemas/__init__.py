@@ -1,4 +1,4 @@
-"""What every file and every command output of the project looks like: documents, HDF5 layouts, messages."""
+"""File formats and their schemas, readers of YAML, CSV and HDF5, and error messages."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A check of the heaps of HDF5 files, in which libhdf5 turns for ever where they are damaged."""
+"""A check of the heaps of HDF5 files: a damaged heap makes libhdf5 loop without end."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The functions behind `skyshine.mat` and its commands, one module each, and the small objects that they return."""
+"""The public functions of `skyshine.mat`, one module each, and the objects that they return."""

@@ -1,1 +1,1 @@
-"""Error against run time of each part, and the peers it is compared with."""
+"""Benchmarks: error against run time of each part of `mat`, beside other codes, and stability tests."""

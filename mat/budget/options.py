@@ -1,4 +1,4 @@
-"""What a runtime gains that reads more than the classic tables, and what that costs it.
+"""Gain and cost of a runtime that reads more than the classic tables.
 
 Each option is measured where it acts: the same error before and after. Tables that the job's build has written are read
 as a runtime reads them, interpolation included, on both sides; what it has not written is computed exactly on both

@@ -1,1 +1,1 @@
-"""From a plan to files: tasks, executors, what is kept, the record of cost."""
+"""Building the files of a plan: tasks, executors, kept files, the record of cost."""

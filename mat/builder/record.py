@@ -1,5 +1,5 @@
-"""``build.json``: what each file of a folder cost. The files themselves hold nothing of it, so that the same job gives
-the same bytes.
+"""``build.json``: what each file of a folder cost. The databases do not contain these figures, so that the same job
+gives the same bytes.
 """
 
 from __future__ import annotations

@@ -1,0 +1,1 @@
+"""The commands of `mat`, one module each."""

@@ -42,7 +42,7 @@ from skyshine.schemas.quantity import quantity
         " fog_radiation, or none."
     ),
 )
-@click.option("--visibility", type=float, help="km; by default that which belongs to the aerosol (rural: 23).")
+@click.option("--visibility", type=float, help="km; by default that of the aerosol (rural: 23).")
 @click.option(
     "--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert and navy_maritime aerosols."
 )

@@ -161,9 +161,7 @@ class State(StrictModel):
     co2_ppm: float = Field(420.0, ge=0, le=5000)
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
-    visibility_km: float | None = Field(
-        None, ge=0.1, le=300, description="By default that which belongs to the aerosol."
-    )
+    visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default the visibility of the aerosol.")
     air_mass: int = Field(
         DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental."
     )
@@ -233,7 +231,7 @@ class Band(StrictModel):
             edges = getattr(self, name)
             if name != "response" and not 0 < edges[0] < edges[1]:
                 raise ValueError(
-                    f"found {name} [{edges[0]:g}, {edges[1]:g}]; allowed: 0 < lower < upper; swap or mend them"
+                    f"found {name} [{edges[0]:g}, {edges[1]:g}]; allowed: 0 < lower < upper; swap or fix them"
                 )
         return self
 

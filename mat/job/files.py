@@ -40,7 +40,7 @@ def _read(value: object, info: pydantic.ValidationInfo) -> TextFile:
         raise ValueError(f"found {value!r}; allowed: the path of a file, relative to the job")
     path = job_path((info.context or {}).get("folder", "."), value)
     if not path.is_file():
-        raise ValueError(f"found '{value}', which is no file at {path}; allowed: a path relative to the job; mend it")
+        raise ValueError(f"found '{value}', which is no file at {path}; allowed: a path relative to the job; fix it")
     return TextFile(value, str(path), read_text(path))
 
 

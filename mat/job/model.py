@@ -101,7 +101,7 @@ class Job(StrictModel):
     textures: Annotated[tuple[TextureJob, ...], Field(max_length=10_000)] = ()
     materials: MaterialChoice = Field("used", description="Those the textures use, all of the library, or names.")
     operated: dict[MaterialName, Operation] = Field(
-        {}, description="What goes on behind materials in operation: engines, heated rooms, cold stores."
+        {}, description="Back boundaries of materials in operation: engines, heated rooms, cold stores."
     )
     temperatures_c: dict[MaterialName, Annotated[float | list[float], by_hour(OperatedCelsius)]] = Field(
         {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."

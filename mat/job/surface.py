@@ -172,7 +172,7 @@ OperatedHeat = Annotated[float, Field(ge=-1e4, le=1e4)]
 
 
 class Operation(StrictModel):
-    """What goes on behind a material in operation, in place of its own back."""
+    """Back boundary of a material in operation, in place of the library's."""
 
     kind: Literal["fixed", "convective", "heated"] = Field(
         description="A temperature, air of a temperature with a transfer coefficient, or a heat flux outwards."

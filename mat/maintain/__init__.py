@@ -1,1 +1,1 @@
-"""Programs for maintainers: they derive the packaged data, the JSON Schemas and the format pages."""
+"""Programs for maintainers: packaged data, JSON Schemas, format pages, a package without MT_CKD."""

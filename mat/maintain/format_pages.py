@@ -32,21 +32,21 @@ TYPES = {
     "text": "UTF-8 text of variable length",
 }
 INTRODUCTION = """\
-An HDF5 file that netCDF-4 and xarray open as it is. Arrays are little-endian, in row-major order of the axes named below, packed
-with deflate, shuffle and Fletcher-32. Every axis is a dimension scale of its group, with the attributes `units`, `long_name` and,
-where a runtime interpolates on it, `interpolation` (`linear`, `linear_periodic`, `linear_folded`, `exact`), `period` and
-`out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` says how each is read. Arrays on a material axis name the array
-`material_name` in the attribute `coordinates`, where the group has it. A reader of format {major} reads every {major}.x and
-refuses any other number before the first point.
+An HDF5 file that netCDF-4 and xarray open without conversion. Arrays are little-endian, in row-major order of the axes named below,
+compressed with the filters shuffle and deflate and protected by Fletcher-32. Every axis is a dimension scale of its group, with the
+attributes `units`, `long_name` and, where a runtime interpolates on it, `interpolation` (`linear`, `linear_periodic`,
+`linear_folded`, `exact`), `period` and `out_of_range` (`error` or `clamp`); `examples/runtimes/README.md` defines the rules. In a
+group that has the array `material_name`, the arrays on a material axis name it in their attribute `coordinates`. A reader of
+format {major} reads every version {major}.x and refuses other major versions.
 """  # noqa: E501
 ATTRIBUTES = {
-    "Conventions": "of the netCDF Climate and Forecast metadata",
+    "Conventions": "version of the netCDF Climate and Forecast metadata conventions",
     "filetype": "this format",
-    "format_version": "of the layout: a new first number breaks readers, a new second one adds fields",
-    "data_version": "of the data that the file was computed from",
+    "format_version": "version of the layout: a new major version breaks readers, a new minor version adds fields",
+    "data_version": "version of the data that the file was computed from",
     "generator": "program and version",
     "job": "the part of the job that the file depends on, as YAML",
-    "digest_version": "of the rule of `content_sha256`: 2, or absent in older files, whose digest covers arrays alone",
+    "digest_version": "version of the rule of `content_sha256`; absent in older files, whose digest covers arrays only",
     "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one (`schemas/hdf5_digest.py`)",
 }
 

@@ -1,1 +1,1 @@
-"""What every build measures: probes, error scales, profiles along axes, nodes placed by tolerance."""
+"""Errors that every build measures: random probes, error scales, axis profiles, nodes placed by tolerance."""

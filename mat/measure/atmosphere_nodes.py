@@ -1,17 +1,17 @@
-"""Grids of the atmospheric tables by tolerance: for each quantity the axes that hold it.
+"""Grids of the atmospheric tables by tolerance: for each quantity the axes that meet the tolerance.
 
-Each axis is first looked at by itself: along it the quantity is computed at many places, at random values of the other
-axes, and the fewest of the places are kept that hold the tolerance. Then the table is measured on random lines of
-sight, and where it is worse, cells of the axis that bends most there are halved, those first that help most for their
-cost, until fresh lines show that the tolerance holds.
+Each axis is first treated alone: the quantity is computed at many places along the axis, at random values of the other
+axes, and the fewest places that meet the tolerance are kept as nodes. Then the table is measured on random lines of
+sight. Where its error exceeds the tolerance, cells of the axis with the largest curvature are halved, those first that
+gain most for their cost, until new random lines show that the tolerance holds.
 
-The path radiance is placed by scattering angle where the job's azimuths go all the way round.
+The nodes of path radiance are placed by scattering angle if the job's azimuths cover the full circle.
 
 Direct light begins with a step when the source rises over the horizon of a surface, at an elevation that falls with the
 surface's height. No grid of linear cells holds a step to twice a tolerance: in cells with the horizon inside, the
-tolerance bounds the share of reads that are worse, not the worst of them, and what is left is measured apart. Of other
-reads of path radiance and direct light, too, a few in ten thousand may be worse than twice: lines that skim the ground
-towards a low Sun.
+tolerance bounds the share of reads with a larger error, not their largest error, and that error is measured separately.
+Of the other reads of path radiance and direct light, too, a few in ten thousand may err by more than twice the
+tolerance: lines along the ground towards a low Sun.
 """
 
 from __future__ import annotations

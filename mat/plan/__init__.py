@@ -1,1 +1,1 @@
-"""What a job will build, what it leaves out and why, and what that costs."""
+"""The plan of a job: files, size and cost of its build, and the omitted parts with their bounds."""

@@ -25,9 +25,9 @@ from skyshine.mat.tables.files import state_label
 def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     """Points, gases, particles and scattered light that bands of states do not need, with what each changes at most.
 
-    Of states of one air, the first stands for all but their light. Bounds of particles and light are those at all
-    points of a band; a build takes those at the points that it computes tables from, which differ little. Of more than
-    `STATES` states, so many stand for all.
+    States of the same air are represented by the first of them, except for their light. Bounds of particles and light
+    are those at all points of a band; a build takes the bounds at the points of its tables, which differ little. More
+    than `STATES` states are represented by `STATES` of them.
     """
     job, requested, grid = loaded.trimmed, loaded.requested, path_grid(loaded.requested)
     bands, left_out = {}, []
@@ -71,7 +71,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     return left_out + [_faint(what, cases, part) for what, cases in faint.items()]
 
 
-STATES = 12  # of a job with more, so many are looked at
+STATES = 12  # assessed of a job with more states
 _RESTORE_SPECTRUM = "a smaller accuracy.spectral_tolerance"
 
 
@@ -79,7 +79,7 @@ def _points(job: Job, count: int, band: int) -> list[LeftOut]:
     """Spectral points of a band, which has so many."""
     bound = f"about {job.accuracy.spectral_tolerance:g} of a value, rms; the file holds what is measured"
     what = f"all but {MAX_POINTS} or fewer of {count:,} spectral points in b{band:02d}"
-    return [LeftOut(what, "a few stand for all", bound, _RESTORE_SPECTRUM)] if count > MAX_POINTS else []
+    return [LeftOut(what, "a few represent all", bound, _RESTORE_SPECTRUM)] if count > MAX_POINTS else []
 
 
 def _gases(gases: dict[str, float], place: str) -> LeftOut:

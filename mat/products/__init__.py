@@ -1,1 +1,1 @@
-"""The products of a build, one module a file type: what each depends on and how it is computed."""
+"""The products of a build, one module per file type: dependencies and computation of each."""

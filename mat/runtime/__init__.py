@@ -1,1 +1,1 @@
-"""What a runtime computes from the tables."""
+"""Computations of a scene runtime with the tables: the radiance error of a wrong material."""

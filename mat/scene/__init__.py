@@ -1,1 +1,1 @@
-"""From a job to physics: states of the air, bands, sources, surfaces."""
+"""The physics of a job: states of the air, bands, sources, surfaces, omitted terms."""

@@ -1,0 +1,1 @@
+"""Surface temperature: the heat balance of a three-layer column under sunlight, sky longwave and weather."""

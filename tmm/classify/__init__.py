@@ -1,1 +1,1 @@
-"""Classifiers of texels: colour, texture, the average over a box, calibrated confidence."""
+"""Classifiers of texels: Gaussian maximum likelihood, trained models, box averages, calibrated confidence."""

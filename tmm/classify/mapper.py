@@ -1,4 +1,4 @@
-"""What a classifier says of each texel, and a colour model applied to a texture."""
+"""Results of a classifier for each texel, and a colour model applied to a texture."""
 
 from __future__ import annotations
 

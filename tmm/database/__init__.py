@@ -1,1 +1,1 @@
-"""The texture database ``.tmm.h5``: its layout, its mip levels, reading it."""
+"""The texture database ``.tmm.h5``: layout, mip levels, reader, checks, shares of materials."""

@@ -1,4 +1,4 @@
-"""Which materials textures use, and how much of them: what `mat` reads to leave out the others."""
+"""Materials that textures use, and their shares; `mat` reads these to omit the other materials."""
 
 from __future__ import annotations
 

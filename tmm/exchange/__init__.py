@@ -1,1 +1,1 @@
-"""Material textures in the formats of others: OGC CDB, glTF, DIRSIG, indexed PNG."""
+"""Export and import of material textures: OGC CDB, glTF, DIRSIG, indexed PNG."""

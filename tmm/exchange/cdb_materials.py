@@ -1,4 +1,4 @@
-"""Our materials as composite materials of a CDB, and a CDB's composites as mixtures of ours.
+"""Materials of the library as composite materials of a CDB, and composites of a CDB as mixtures of materials.
 
 Which base material stands for which of ours is data: ``materials/exchange/cdb.yaml``, or a file of the same layout.
 """
@@ -79,7 +79,7 @@ class CdbMaterials:
         Raises
         ------
         InputError
-            A base material has no counterpart in the map, or only ones that count for nothing.
+            A base material has no counterpart in the map, or only counterparts without weight.
         """
         if composite.name in self.library:
             return {self.library[composite.name].code: 1.0}
@@ -99,9 +99,7 @@ class CdbMaterials:
                 code = self.library[name].code
                 shares[code] = shares.get(code, 0.0) + weight
         if not shares:
-            raise InputError(
-                f"'{composite.name}' is made of base materials that count for nothing alone; map one of them"
-            )
+            raise InputError(f"'{composite.name}' consists only of base materials without weight; map one of them")
         ranked = sorted(shares.items(), key=lambda item: (-item[1], item[0]))[:COMPONENTS]
         total = sum(share for _, share in ranked)
         return {code: share / total for code, share in ranked}

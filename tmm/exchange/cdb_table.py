@@ -85,7 +85,7 @@ def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
         root: Any = etree.fromstring(text, parser)
     except etree.XMLSyntaxError as error:
         line, column = (int(number) for number in error.position)
-        raise InputError(f"is not XML: {error.msg}; mend it here", file=path, line=line, column=column) from None
+        raise InputError(f"is not XML: {error.msg}; fix it here", file=path, line=line, column=column) from None
     table: dict[int, Composite] = {}
     for element in root.iter("{*}Composite_Material"):
         composite = _composite(element, path)

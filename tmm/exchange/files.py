@@ -28,7 +28,7 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
         part.write_bytes(content)
         os.replace(part, path)
     except OSError as error:
-        raise InputError(f"cannot be written: {error.strerror}; check space and rights", file=path) from None
+        raise InputError(f"cannot be written: {error.strerror}; check free space and permissions", file=path) from None
     finally:
         part.unlink(missing_ok=True)
 

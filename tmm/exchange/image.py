@@ -1,4 +1,4 @@
-"""What every exchange format sees of a texture: materials by code, and up to three of them in a texel."""
+"""A texture as all exchange formats take it: materials by code, at most three of them in a texel."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def read_legend(path: str | os.PathLike[str], library: MaterialLibrary) -> dict[
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
     except (ValueError, RecursionError) as error:
         line, column = getattr(error, "lineno", None), getattr(error, "colno", None)
-        raise InputError("is not JSON; mend it here", file=path, line=line, column=column) from None
+        raise InputError("is not JSON; fix it here", file=path, line=line, column=column) from None
     entries = content.get("materials") if isinstance(content, dict) else None
     if not isinstance(entries, dict) or not entries:
         raise InputError("has no 'materials'; allowed: an object of numbers, each with a 'name'", file=path)

@@ -1,1 +1,1 @@
-"""What a classifier sees of a texel."""
+"""Features of texels for classification: colour, texture at several scales, shadow."""

@@ -1,1 +1,1 @@
-"""Image files: texels, colours, labels, and where they lie on the ground."""
+"""Image files: texels, colours, labels and georeferences."""

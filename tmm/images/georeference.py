@@ -68,7 +68,7 @@ def _geotiff(image: Path) -> GeoReference | None:
         affine = _affine(tags)
         return None if affine is None else GeoReference(_six(affine), _crs(tags))
     except (ValueError, TypeError):
-        raise InputError("has GeoTIFF tags that cannot be read; mend them or take them away", file=image) from None
+        raise InputError("has GeoTIFF tags that cannot be read; fix or remove them", file=image) from None
 
 
 def _affine(tags: dict[str, Any]) -> list[float] | None:
@@ -106,9 +106,9 @@ def _world(image: Path) -> GeoReference | None:
     try:
         a, d, b, e, c, f = (float(word) for word in place.read_text(encoding="utf-8").split())
     except (ValueError, OSError):
-        raise InputError("is no world file: it must hold six numbers; mend it or take it away", file=place) from None
+        raise InputError("is no world file: it must hold six numbers; fix or remove it", file=place) from None
     if not (np.isfinite([a, b, c, d, e, f]).all() and a * e - b * d):
-        raise InputError("maps the image to a line; mend its first four numbers or take it away", file=place)
+        raise InputError("maps the image to a line; fix its first four numbers or remove it", file=place)
     return GeoReference(_six(_from_centre([a, b, c, d, e, f])), "")
 
 

@@ -1,1 +1,1 @@
-"""What a job names, read: images, seed polygons and seed texels."""
+"""Readers of the inputs of a job: images, seed polygons and seed texels."""

@@ -1,1 +1,1 @@
-"""What a job of `tmm` says: its types, and reading it from a file."""
+"""The job of `tmm`: typed models and the reader of job files."""

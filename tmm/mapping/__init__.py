@@ -1,1 +1,1 @@
-"""From a job to the written databases of its textures."""
+"""Mapping of a job's textures to materials, and writing of their databases."""

@@ -1,4 +1,4 @@
-"""From a texture job to a map of the texture: who finds the material of its texels, and how good the answer is."""
+"""From a texture job to a map of the texture: the choice of the classifier, the map and its quality."""
 
 from __future__ import annotations
 

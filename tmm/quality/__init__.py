@@ -1,1 +1,1 @@
-"""How good a classification is: confusion, calibration, texels held out."""
+"""Quality of a classification: confusion, calibration, held-out texels."""

@@ -1,4 +1,4 @@
-"""Quality of a classification: confusion, and whether it is as often right as its confidence says."""
+"""Quality of a classification: confusion, and calibration of the confidence."""
 
 from __future__ import annotations
 

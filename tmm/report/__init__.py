@@ -1,1 +1,1 @@
-"""What people ask to see of a texture database: scores, costs, pictures; and the bench of the classifiers."""
+"""Scores, radiance costs and previews of texture databases, and the benchmark of the classifiers."""

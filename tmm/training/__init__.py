@@ -1,1 +1,1 @@
-"""Training of classifiers, on the seeds of one texture or of a library of textures."""
+"""Training of classifiers on the seeds of one texture or of a library of textures."""

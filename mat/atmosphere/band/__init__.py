@@ -1,1 +1,1 @@
-"""Compiled bands: the spectral points of a sensor band, chosen and weighted so that few of them stand for all."""
+"""Compiled bands: a few weighted spectral points that replace all points of a sensor band."""

@@ -1,1 +1,1 @@
-"""Absorption cross sections of gases at the spectral points of the band model."""
+"""Absorption cross sections of gases at the spectral points, interpolated in pressure and temperature."""

@@ -1,1 +1,1 @@
-"""Sun and Moon: where they stand and what they radiate."""
+"""Sun and Moon: positions in the sky and spectral irradiance."""

@@ -1,1 +1,1 @@
-"""Spectra and fluxes of one state: a line of sight point by point, broadband fluxes on the ground."""
+"""Spectra of one line of sight and broadband fluxes on the ground, for one atmospheric state."""

@@ -1,1 +1,1 @@
-"""The state of the air by level: profiles, soundings, humidity, gas amounts, particles."""
+"""The state of the air by level: profiles, soundings, humidity, gas amounts."""

@@ -1,1 +1,1 @@
-"""Transfer of light: geometry of refracted paths, optical depths, source functions, multiple scattering."""
+"""Radiative transfer: refracted lines of sight, optical depths, source functions, scattering."""

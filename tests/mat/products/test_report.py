@@ -11,7 +11,13 @@ from click.testing import CliRunner
 
 from skyshine.mat.budget.budget import Prepared, error_budget
 from skyshine.mat.budget.quantisation import BITS, PixelScale
-from skyshine.mat.budget.runtime_terms import Finish, Readings, reflection, runtime_radiance, spectral_radiance
+from skyshine.mat.budget.runtime_terms import (
+    AtmosphereReadings,
+    Finish,
+    reflection,
+    runtime_radiance,
+    spectral_radiance,
+)
 from skyshine.mat.budget.summary import describe, measures
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
@@ -55,7 +61,7 @@ def test_grey_surface_through_grey_air(honest, prepared):
     kelvin = np.array([[250.0, 300.0], [280.0, 330.0], [310.0, 290.0]])
     bounce = reflection(views, views.normal, finish)
     glow = planck_wavenumber(band.wavenumber, kelvin[..., None]) @ band.radiance_weight
-    shown = runtime_radiance(Readings.integrated(lines, band), glow, bounce, finish)
+    shown = runtime_radiance(AtmosphereReadings.integrated(lines, band), glow, bounce, finish)
     grey = np.repeat(finish.reflectance[:, None], shape[1], axis=1)
     np.testing.assert_allclose(shown, spectral_radiance(lines, band, kelvin, grey, bounce), rtol=1e-12)
 

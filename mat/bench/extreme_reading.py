@@ -8,6 +8,7 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance, b
 from skyshine.mat.radiometry.lobe import FWHM_LIMITS, lobe_integral, normalisation, shininess, specular_lobe
 from skyshine.mat.tables.axes import FOLDED, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 _ANGLES = (0.0, 45.0, 75.0, 89.0, 89.99)  # degree, of the source
@@ -92,7 +93,7 @@ def table_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]
     }
 
 
-def _random_axis(generator, number: int) -> AxisRule:
+def _random_axis(generator: np.random.Generator, number: int) -> AxisRule:
     count = int(generator.choice([1, 2, 3, 7]))
     steps = 10.0 ** generator.uniform(-6, 6, count)
     nodes = float(generator.choice([0.0, -1e3, 1e3])) + np.cumsum(steps)
@@ -105,5 +106,5 @@ def _random_axis(generator, number: int) -> AxisRule:
     return AxisRule(f"a{number}", nodes)
 
 
-def _some_of(generator, values: np.ndarray, ends: np.ndarray) -> np.ndarray:
+def _some_of(generator: np.random.Generator, values: Floats, ends: Floats) -> Floats:
     return np.where(generator.random(values.size) < 0.3, generator.choice(ends, values.size), values)

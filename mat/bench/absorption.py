@@ -1,9 +1,9 @@
 """Error against run time of gas absorption: line by line, the band model from all points to a few, LOWTRAN7.
 
-One atmosphere without particles, of a profile on which no spectral point was chosen, and one set of lines of sight that
-no choice has seen. Errors are those of transmittance against line by line (against all points where there are no line
-lists); a gas that the lists do not hold is taken out of the atmosphere for everyone. Times are medians of repeats, in
-seconds of processor time, which other work on the machine does not change much; give the process one thread.
+The atmosphere has no particles; its profile and the lines of sight were not used to choose spectral points. Errors are
+those of transmittance against line by line, or against all points where there are no line lists. A gas that the line
+lists do not contain is removed from the atmosphere for all methods. Times are medians of repeats in seconds of
+processor time, which hardly depends on the load of the machine; give the process one thread.
 """
 
 from __future__ import annotations

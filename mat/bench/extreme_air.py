@@ -1,4 +1,4 @@
-"""Lines of sight and skies that no kind scene has, through air between none of its water and fog of 100 m."""
+"""Random extreme lines of sight and skies, through air from completely dry to fog of 100 m visibility."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _FARTHEST_DAYS = 73_000  # from 2000, 200 years either way
 
 
 def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Lines of sight that no kind scene has, through a state between those of no water and of fog."""
+    """Random extreme lines of sight through a state from completely dry to fog."""
     table = absorption_table()
     state = _random_state(generator)
     start, end = table.coverage[generator.integers(len(table.coverage))]
@@ -60,7 +60,7 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
     q = air.at_points(*places, sun)
     values = np.concatenate([q.beta_star, q.path_radiance_ratio, q.ambient, q.direct, q.transmittance])
     hottest = max(float(state.temperature.max()), float(state.surface_temperature))
-    # The path may emit, or let through, what is brightest in the band alone: no more than if all of it were as bright.
+    # A path may pass the brightest part of the band alone: the bound takes the whole band as bright as that part.
     black, light = (
         float(np.max(spectrum * band.radiance_weight / band.weight) * band.weight.sum())
         for spectrum in (planck_wavenumber(band.wavenumber, hottest), sun / np.pi)
@@ -79,9 +79,7 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
             1 + _ROUNDING,
         ),
     }
-    if (
-        not light
-    ):  # nothing but emission: no path is brighter than a black body as temperature as the warmest air or ground
+    if not light:  # with emission alone no path is brighter than a black body of the highest temperature
         result["path over a black body"] = (float(q.path_radiance_ratio.max()) / black if black else 0.0, 1 + _ROUNDING)
     return result
 

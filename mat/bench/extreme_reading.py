@@ -1,4 +1,4 @@
-"""Bands, lobes and tables that no kind scene has: filters of a hair's breadth, mirrors and chalk, cells of any size."""
+"""Random extreme bands, lobes and tables: very narrow filters, mirrors and diffusers, cells of any size."""
 
 from __future__ import annotations
 
@@ -61,9 +61,7 @@ def lobe_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
 
 
 def table_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Tables of up to five axes, nodes a hair or a continent apart, values of any size; read inside, on and beyond the
-    nodes.
-    """
+    """Tables of up to five axes, nodes 1e-6 to 1e6 apart, values of any size; read inside, on and beyond the nodes."""
     rules = [_random_axis(generator, number) for number in range(int(generator.integers(1, 6)))]
     values = 10.0 ** generator.uniform(-300, 300, [rule.nodes.size for rule in rules]) * generator.choice([-1.0, 1.0])
     where = {}

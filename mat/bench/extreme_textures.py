@@ -1,4 +1,4 @@
-"""Classifiers and textures that no kind scene has: one seed a material, one texel, flat, grey, not a number, holes."""
+"""Random extreme classifiers and textures: one seed a material, one texel, one colour, grey, not a number."""
 
 from __future__ import annotations
 

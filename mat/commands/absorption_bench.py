@@ -33,7 +33,7 @@ def absorption(
 ) -> None:
     """Gas absorption: line by line, all points, wider intervals, compiled bands, LOWTRAN7.
 
-    Errors are of transmittance, on a profile and on lines of sight that no choice of points has seen. Without --lines
+    Errors are of transmittance, on a profile and lines of sight not used to choose points. Without --lines
     they are against all points of the table. Line by line over both bands takes several minutes.
 
     \b
@@ -119,7 +119,7 @@ def _print(bench: AbsorptionBench) -> None:
     click.echo(f"{bench.band}: errors of transmittance against {bench.reference}; gases {', '.join(bench.gases)}")
     if bench.left_out:
         click.echo(
-            f"without {', '.join(bench.left_out)}: no complete line lists, left out of the atmosphere for everyone"
+            f"without {', '.join(bench.left_out)}: no complete line lists, removed from the atmosphere for all methods"
         )
     header = [
         "",

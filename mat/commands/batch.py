@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.mat.bench.batch import BatchTiming, Size
 
 
 @click.command()
@@ -52,33 +56,44 @@ def batch(job: str, count: int, workers: int, as_json: bool) -> None:
     sample, size = Size.of(few), Size.of(loaded)
     whole = [timing.whole(sample, size) for timing in timings]
     if as_json:
-        emit_json(
+        emit_json(_describe(timings, whole, sample, size, tasks, planned))
+    else:
+        _print(timings, whole, sample, size, tasks, planned)
+
+
+def _describe(
+    timings: list[BatchTiming], whole: list[float], sample: Size, size: Size, tasks: int, planned: float
+) -> dict[str, Any]:
+    """Timings of the sample, and seconds of the whole batch by place, as plain values."""
+    return {
+        "states": size.states,
+        "airs": size.airs,
+        "sampled_states": sample.states,
+        "sampled_airs": sample.airs,
+        "tasks": tasks,
+        "planning": quantity(planned, "s"),
+        "places": [
             {
-                "states": size.states,
-                "airs": size.airs,
-                "sampled_states": sample.states,
-                "sampled_airs": sample.airs,
-                "tasks": tasks,
-                "planning": quantity(planned, "s"),
-                "places": [
-                    {
-                        "name": timing.place,
-                        "workers": timing.workers,
-                        "time": quantity(timing.seconds, "s"),
-                        "processor_time": quantity(timing.processor_seconds, "s"),
-                        "same_bytes": timing.same,
-                        "speed": quantity(timings[0].seconds / timing.seconds, "1"),
-                        "further_state": quantity(timing.further, "s"),
-                        "choice_of_points": quantity(timing.choice, "s"),
-                        "all_states": quantity(seconds, "s"),
-                        "all_states_speed": quantity(whole[0] / seconds, "1"),
-                        "stages": {stage: quantity(spent, "s") for stage, spent in timing.stages.items()},
-                    }
-                    for timing, seconds in zip(timings, whole, strict=True)
-                ],
+                "name": timing.place,
+                "workers": timing.workers,
+                "time": quantity(timing.seconds, "s"),
+                "processor_time": quantity(timing.processor_seconds, "s"),
+                "same_bytes": timing.same,
+                "speed": quantity(timings[0].seconds / timing.seconds, "1"),
+                "further_state": quantity(timing.further, "s"),
+                "choice_of_points": quantity(timing.choice, "s"),
+                "all_states": quantity(seconds, "s"),
+                "all_states_speed": quantity(whole[0] / seconds, "1"),
+                "stages": {stage: quantity(spent, "s") for stage, spent in timing.stages.items()},
             }
-        )
-        return
+            for timing, seconds in zip(timings, whole, strict=True)
+        ],
+    }
+
+
+def _print(
+    timings: list[BatchTiming], whole: list[float], sample: Size, size: Size, tasks: int, planned: float
+) -> None:
     click.echo(f"{size.states} states of {size.airs} airs, {tasks} tasks, planned in {planned:.1f} s")
     click.echo(f"{sample.states} states of {sample.airs} airs built, without kept bands:")
     stages = list(timings[0].stages)

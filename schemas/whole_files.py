@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import platform
 from pathlib import Path
@@ -32,4 +33,5 @@ def write_whole(path: Path, text: str) -> None:
         words = error.strerror or error
         raise InputError(f"cannot be written: {words}; check free space and permissions", file=path) from None
     finally:
-        part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # no folder, no part
+            part.unlink(missing_ok=True)

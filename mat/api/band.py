@@ -23,7 +23,7 @@ def band(
     response: str | os.PathLike[str] | None = None,
     materials: Sequence[str] | None = None,
 ) -> BandTable:
-    """What a runtime needs of a band beside the atmosphere, computed now; the same table as a ``.band`` file.
+    """Blackbody radiance, reflectance and specular lobes of a band: the same table as a ``.band`` file.
 
     Parameters
     ----------

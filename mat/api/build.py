@@ -16,7 +16,7 @@ from skyshine.mat.tables.loader import Table, open_table
 
 @dataclass(frozen=True, repr=False)
 class Build:
-    """What a build wrote.
+    """Files and times of a build.
 
     Attributes
     ----------

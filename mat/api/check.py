@@ -1,4 +1,4 @@
-"""What a job will build, what it leaves out and why, and what that takes."""
+"""The plan of a job: its files, its omissions with their reasons, its size and time."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from skyshine.materials.library import load_library
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JobCheck:
-    """A job that holds, with its plan.
+    """A valid job with its plan.
 
     Attributes
     ----------
     loaded : LoadedJob
     plan : Plan
     left_out : list of LeftOut
-        What is left out, why, the bound of the change and how to restore it.
+        Each omission with its reason, the bound of the change and the way to restore it.
     source_up : dict of str to list of (str, str)
         Local clock times between which each source is up, on the day of the first state.
     states : list of dict
-        What each state is.
+        Summary of each state.
     seconds : dict of str to float
         Processor seconds by stage, estimated within a factor of two.
     """

@@ -45,10 +45,10 @@ class SurfaceTemperature(ColumnResult):
             "bound_excess": self.bound_excess,
             "method": self.method,
         }
-        found = dataset({"time": ("h" if local else "UTC", time)}, variables, attributes)
+        over_time = dataset({"time": ("h" if local else "UTC", time)}, variables, attributes)
         if not local:
-            del found["time"].attrs["units"]  # a date needs none, and xarray writes its own
-        return found
+            del over_time["time"].attrs["units"]  # a date needs none, and xarray writes its own
+        return over_time
 
     def __repr__(self) -> str:
         low, high = np.argmin(self.temperature), np.argmax(self.temperature)

@@ -1,21 +1,24 @@
 """Error against run time of gas absorption: line by line, the band model from all points to a few, LOWTRAN7.
 
-One atmosphere without particles, of a profile on which no spectral point was chosen, and one set of lines of sight that
-no choice has seen. Errors are those of transmittance against line by line (against all points where there are no line
-lists); a gas that the lists do not hold is taken out of the atmosphere for everyone. Times are medians of repeats, in
-seconds of processor time, which other work on the machine does not change much; give the process one thread.
+The atmosphere has no particles; its profile and the lines of sight were not used to choose spectral points. Errors are
+those of transmittance against line by line, or against all points where there are no line lists. A gas that the line
+lists do not contain is removed from the atmosphere for all methods. Times are medians of repeats in seconds of
+processor time, which hardly depends on the load of the machine; give the process one thread.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import Shells, trace
@@ -24,8 +27,14 @@ from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
 from skyshine.mat.bench import ladders, lowtran
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.spectroscopy.training import HELD_OUT_PROFILE
+from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
+if TYPE_CHECKING:
+    from skyshine.mat.spectroscopy.continua import ContinuumModel
+    from skyshine.mat.spectroscopy.gases import LineLibrary
+
+Result = TypeVar("Result")
 BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}
 QUICK_BANDS = {"4.7-5 um": (4.7, 5.0), "10.5-12 um": (10.5, 12.0)}
 WIDTHS = (10.0, 20.0, 40.0)  # cm^-1
@@ -52,7 +61,7 @@ SIGHTS = {
         lowtran.Sight(4300.0, 0.0, 22000.0),
     ),
 }
-_REPEATS, _LEAST_SECONDS = 7, 0.3  # of each measurement: at least so many, and for so long
+_REPEATS, _LEAST_SECONDS = 7, 0.3  # lower limits of each measurement
 REFERENCE_NAME, PEER_NAME = "line by line", "LOWTRAN7"
 
 
@@ -74,20 +83,20 @@ class Means:
         Processor seconds for the state, once, and for each line of sight.
     """
 
-    group: np.ndarray
-    transmittance: np.ndarray
-    radiance: np.ndarray
-    in_band: np.ndarray
-    in_band_radiance: np.ndarray
+    group: Integers
+    transmittance: Floats
+    radiance: Floats
+    in_band: Floats
+    in_band_radiance: Floats
     points: int
     prepare: float
     line: float
 
 
-class Scene:
+class AbsorptionScene:
     """The atmosphere, the lines of sight and the intervals of one band."""
 
-    def __init__(self, band, gases):
+    def __init__(self, band: tuple[float, float], gases: Sequence[str]) -> None:
         self.response = SpectralResponse.rectangular(*band)
         self.state = _bench_state(gases)
         self.table = AbsorptionTable.open()
@@ -95,7 +104,7 @@ class Scene:
         self.band = band_points(self.points, self.response)
         edges = self.points.interval_edges
         self.low, self.high = float(edges[0, 0]), float(edges[-1, 1])
-        # of each interval in the band: um, and cm^-1 for radiance
+        # Of each interval in the band: um, and cm^-1 for radiance.
         count = len(edges)
         self.weight = np.bincount(self.band.points.interval, self.band.weight, count)
         self.radiance_weight = np.bincount(self.band.points.interval, self.band.radiance_weight, count)
@@ -108,7 +117,7 @@ class Scene:
         """Band radiance of a black body at the temperature of the lowest air, W m^-2 sr^-1."""
         return float(self.radiance_weight @ planck_wavenumber(self.middle, self.state.temperature[0]))
 
-    def rays(self):
+    def rays(self) -> tuple[Shells, list[Segments]]:
         """The traced lines of sight: layers, and the segments of each."""
         shells = Shells.of(self.state.altitude, self.state.number_density, 0.5 * (self.low + self.high))
         altitude, elevation, distance = (
@@ -116,17 +125,15 @@ class Scene:
         )
         reach = np.minimum(distance, np.finfo(float).max)[:, None]
         rays = trace(shells, altitude, np.radians(elevation), reach)
-        segments = []
-        for row, length in enumerate(distance):
-            segments.append(Segments.of(rays, row).within(length))
-        return shells, segments
+        return shells, [Segments.of(rays, row).within(length) for row, length in enumerate(distance)]
 
-    def in_band(self, transmittance, radiance):
+    def in_band(self, transmittance: Floats, radiance: Floats) -> tuple[Floats, Floats]:
         """In-band means of interval means (M, I)."""
         return transmittance @ self.weight / self.weight.sum(), radiance @ self.radiance_weight
 
 
-def _bench_state(gases):
+def _bench_state(gases: Sequence[str]) -> AtmosphericState:
+    """The profile at the levels that LOWTRAN7 takes too, with some of its gases and without particles."""
     full = AtmosphericState.from_profile(HELD_OUT_PROFILE, aerosol=Aerosol("none"))
     level = np.unique([int(np.argmin(np.abs(full.altitude - altitude))) for altitude in _LEVELS])
     fractions = {gas: values[level] for gas, values in full.mole_fraction.items() if gas in gases}
@@ -139,7 +146,9 @@ def _bench_state(gases):
     )
 
 
-def line_quantities(segments, extinction, emission, levels):
+def line_quantities(
+    segments: Sequence[Segments], extinction: Floats, emission: Floats, levels: Floats
+) -> tuple[Floats, Floats]:
     """Transmittance and thermal path radiance of each line of sight, (M, P) arrays.
 
     Parameters
@@ -159,9 +168,9 @@ def line_quantities(segments, extinction, emission, levels):
     return np.array(through), np.array(radiance)
 
 
-def _median(action):
+def _median(action: Callable[[], Result]) -> tuple[Result, float]:
     """Result and median processor seconds of an action."""
-    seconds = []
+    seconds: list[float] = []
     while len(seconds) < _REPEATS or sum(seconds) < _LEAST_SECONDS:
         start = time.process_time()
         result = action()
@@ -169,7 +178,13 @@ def _median(action):
     return result, float(np.median(seconds))
 
 
-def line_by_line(scene, library, continua, gases, advance=None) -> Means:
+def line_by_line(
+    scene: AbsorptionScene,
+    library: LineLibrary,
+    continua: ContinuumModel,
+    gases: Sequence[str],
+    advance: Callable[[int], object] | None = None,
+) -> Means:
     """The reference; `advance` is called after each interval."""
     from skyshine.mat.bench.line_by_line import absorption_at_levels
     from skyshine.mat.spectroscopy.linebyline import interval_grid
@@ -196,13 +211,20 @@ def line_by_line(scene, library, continua, gases, advance=None) -> Means:
         wavenumbers += wavenumber.size
         if advance:
             advance(1)
-    in_band = scene.in_band(transmittance, radiance)
-    return Means(np.arange(intervals), transmittance, radiance, *in_band, wavenumbers, prepare, line / count)
+    in_band, in_band_radiance = scene.in_band(transmittance, radiance)
+    return Means(
+        np.arange(intervals), transmittance, radiance, in_band, in_band_radiance, wavenumbers, prepare, line / count
+    )
 
 
-def with_points(scene, index=None, weight=None, group=None) -> Means:
+def with_points(
+    scene: AbsorptionScene,
+    index: Integers | None = None,
+    weight: Floats | None = None,
+    group: Integers | None = None,
+) -> Means:
     """The band model at all points, or at some of them with other weights in wider intervals."""
-    points = scene.points if index is None else scene.points.subset(index, weight)
+    points = scene.points if index is None or weight is None else scene.points.subset(index, weight)
     group = np.arange(len(scene.middle)) if group is None else group
     values, prepare, line = _computed(scene, points)
     place = group[points.interval]
@@ -210,22 +232,23 @@ def with_points(scene, index=None, weight=None, group=None) -> Means:
     transmittance, radiance = (
         np.array([np.bincount(place, share * row, group[-1] + 1) for row in value]) for value in values
     )
-    in_band = scene.in_band(transmittance[:, group], radiance[:, group])
-    return Means(group, transmittance, radiance, *in_band, points.wavenumber.size, prepare, line)
+    in_band, in_band_radiance = scene.in_band(transmittance[:, group], radiance[:, group])
+    return Means(group, transmittance, radiance, in_band, in_band_radiance, points.wavenumber.size, prepare, line)
 
 
-def with_compiled(scene, count) -> Means:
+def with_compiled(scene: AbsorptionScene, count: int) -> Means:
     """The band compiled to a number of points."""
     band = ladders.compiled(scene.state, scene.points, scene.response, count).band
     (transmittance, radiance), prepare, line = _computed(scene, band.points)
-    none = np.zeros((len(transmittance), 0))
-    in_band = transmittance @ band.weight / band.weight.sum(), radiance @ band.radiance_weight
-    return Means(np.full(len(scene.middle), -1), none, none, *in_band, band.weight.size, prepare, line)
+    no_interval = np.zeros((len(transmittance), 0))
+    in_band, in_band_radiance = transmittance @ band.weight / band.weight.sum(), radiance @ band.radiance_weight
+    group = np.full(len(scene.middle), -1)
+    return Means(group, no_interval, no_interval, in_band, in_band_radiance, band.weight.size, prepare, line)
 
 
-def _compiled_ladder(scene):
-    """Compiled bands of more and more points, until more are not taken."""
-    ladder = []
+def _compiled_ladder(scene: AbsorptionScene) -> list[Means]:
+    """Compiled bands of more and more points, until the compiler takes no more."""
+    ladder: list[Means] = []
     for count in COUNTS:
         means = with_compiled(scene, count)
         if ladder and means.points <= ladder[-1].points:
@@ -234,10 +257,11 @@ def _compiled_ladder(scene):
     return ladder
 
 
-def _computed(scene, points):
+def _computed(scene: AbsorptionScene, points: SpectralPoints) -> tuple[tuple[Floats, Floats], float, float]:
+    """Transmittance and radiance (M, P), and processor seconds of the state and of each line of sight."""
     optics, prepare = _median(lambda: spectral_optics(scene.state, points))
 
-    def lines():
+    def lines() -> tuple[Floats, Floats]:
         shells, segments = scene.rays()
         return line_quantities(segments, optics.extinction, optics.emission, shells.altitude)
 
@@ -245,7 +269,7 @@ def _computed(scene, points):
     return values, prepare, seconds / len(scene.sights)
 
 
-def with_lowtran(scene, program) -> Means:
+def with_lowtran(scene: AbsorptionScene, program: Path) -> Means:
     """The peer, in wide intervals of its own resolution; it computes every 5 cm^-1."""
     spectra = lowtran.run(program, scene.state, scene.sights, scene.low, scene.high, repeats=4 * _REPEATS)
     transmittance, radiance = (
@@ -253,20 +277,23 @@ def with_lowtran(scene, program) -> Means:
     )
     if transmittance.shape[1] != len(scene.middle):
         raise InputError("the absorption table has intervals of another width than LOWTRAN7; leave it out")
-    in_band = scene.in_band(transmittance, radiance)
+    in_band, in_band_radiance = scene.in_band(transmittance, radiance)
     group = np.floor((scene.middle - scene.low) / lowtran.RESOLUTION).astype(int)
-    wide = [_grouped(value, group) for value in (transmittance, radiance)]
+    wide, wide_radiance = (_grouped(value, group) for value in (transmittance, radiance))
     line = float(np.median(spectra.seconds[1:]))
-    return Means(group, *wide, *in_band, spectra.wavenumber.size, 0.0, line)
+    return Means(group, wide, wide_radiance, in_band, in_band_radiance, spectra.wavenumber.size, 0.0, line)
 
 
-def _grouped(values, group):
+def _grouped(values: Floats, group: Integers) -> Floats:
     """Means (M, G) of interval means (M, I)."""
     count = np.bincount(group)
     return np.array([np.bincount(group, row) / count for row in values])
 
 
-def errors(scene, means: Means, reference: Means) -> dict:
+Errors = dict[str, dict[str, float | None]]  # by kind of path and measure
+
+
+def errors(scene: AbsorptionScene, means: Means, reference: Means) -> Errors:
     """Errors of transmittance and thermal path radiance against the reference, by kind of path and of all.
 
     Returns
@@ -280,7 +307,7 @@ def errors(scene, means: Means, reference: Means) -> dict:
     interval = None
     if means.transmittance.size:
         interval = means.transmittance - _grouped(reference.transmittance, means.group)
-    result = {}
+    result: Errors = {}
     for kind in ("all", *SIGHTS):
         of_kind = np.ones(scene.kind.size, bool) if kind == "all" else scene.kind == kind
         result[kind] = {
@@ -293,36 +320,44 @@ def errors(scene, means: Means, reference: Means) -> dict:
     return result
 
 
-def _rms(values):
+def _rms(values: Floats) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def _largest(values):
+def _largest(values: Floats) -> float:
     return float(np.max(np.abs(values)))
 
 
 @dataclass(frozen=True, eq=False)
-class Rung:
+class AbsorptionRung:
     """One way of computing a band, with its errors by kind of path (`errors`)."""
 
     name: str
     width: float | None
     means: Means
-    errors: dict
+    errors: Errors
 
 
 @dataclass(frozen=True, eq=False)
-class BandBench:
+class AbsorptionBench:
     """The rungs of one band, from exact to fast; `reference` names the first."""
 
     band: str
     reference: str
     gases: list[str]
     left_out: list[str]
-    rungs: list[Rung]
+    rungs: list[AbsorptionRung]
 
 
-def bench_band(band, limits, *, library=None, continua=None, program=None, advance=None) -> BandBench:
+def bench_band(
+    band: str,
+    limits: tuple[float, float],
+    *,
+    library: LineLibrary | None = None,
+    continua: ContinuumModel | None = None,
+    program: Path | None = None,
+    advance: Callable[[int], object] | None = None,
+) -> AbsorptionBench:
     """Measure one band.
 
     Parameters
@@ -331,24 +366,25 @@ def bench_band(band, limits, *, library=None, continua=None, program=None, advan
         Its name.
     limits : (float, float)
         um.
-    library, continua : LineLibrary, Continua, optional
-        Without them all points are the reference.
+    library, continua : LineLibrary, ContinuumModel, optional
+        Both or neither; without them all points are the reference.
     program : Path, optional
         LOWTRAN7, from `lowtran.build`.
     advance : callable, optional
         Called after each interval of line by line.
     """
     table = AbsorptionTable.open()
-    gases, left_out = table.gases, []
-    if library is not None:
+    gases: Sequence[str] = table.gases
+    left_out: list[str] = []
+    if library is not None and continua is not None:
         from skyshine.mat.bench.line_by_line import judged_gases
 
         gases, left_out = judged_gases(library, table, 1e4 / limits[1], 1e4 / limits[0])
-    scene = Scene(limits, gases)
+    scene = AbsorptionScene(limits, gases)
     width = float(np.max(np.diff(scene.points.interval_edges, axis=1)))
-    computed = (
-        [] if library is None else [(REFERENCE_NAME, width, line_by_line(scene, library, continua, gases, advance))]
-    )
+    computed: list[tuple[str, float | None, Means]] = []
+    if library is not None and continua is not None:
+        computed.append((REFERENCE_NAME, width, line_by_line(scene, library, continua, gases, advance)))
     computed.append((f"all points, {width:g} cm-1", width, with_points(scene)))
     for wide in WIDTHS:
         chosen = ladders.merged_intervals(scene.points, wide, ladders.with_continuum(gases))
@@ -358,11 +394,11 @@ def bench_band(band, limits, *, library=None, continua=None, program=None, advan
     if program is not None:
         computed.append((PEER_NAME, lowtran.RESOLUTION, with_lowtran(scene, program)))
     reference = computed[0][2]
-    rungs = [Rung(name, width, means, errors(scene, means, reference)) for name, width, means in computed]
-    return BandBench(band, computed[0][0], list(gases), left_out, rungs)
+    rungs = [AbsorptionRung(name, width, means, errors(scene, means, reference)) for name, width, means in computed]
+    return AbsorptionBench(band, computed[0][0], list(gases), left_out, rungs)
 
 
-def plot(benches, path) -> Path:
+def plot(benches: Sequence[AbsorptionBench], path: Path) -> None:
     """Draw error against time per line of sight, a panel a band, both axes logarithmic."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -393,4 +429,3 @@ def plot(benches, path) -> Path:
         axes.grid(alpha=0.3, which="both")
         axes.legend(fontsize=8)
     figure.savefig(path, dpi=110, metadata={"Software": None})
-    return Path(path)

@@ -9,13 +9,17 @@ from __future__ import annotations
 
 import resource
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from types import TracebackType
+from typing import TypeVar
 
 import numpy as np
 
 from skyshine.mat.atmosphere.band.compile import compile_band
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -25,25 +29,27 @@ from skyshine.mat.bench import lowtran
 from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.schemas.arrays import Floats, Integers
 
+Result = TypeVar("Result")
 BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}
 QUICK_BANDS = {"10-10.5 um": (10.0, 10.5)}
 PROFILE, VISIBILITY = "midlatitude_summer", 23.0  # km
 POINTS = (4, 16, 64)
 DIRECTIONS = (2, 4, 8, 16)
 _PEER_CELLS = 24
-_PEER_TOP = (
-    60e3  # m; with levels above, or with as many as it takes otherwise, its multiple scattering gives no numbers
-)
+# m; with levels above, or with as many levels as it takes otherwise, its multiple scattering gives no numbers.
+_PEER_TOP = 60e3
 _PEER_LEVELS = lowtran.MAX_LEVELS - 1
 # Cells on which the ladders of points and layers are judged.
 _SMALL = PathGrid(
-    range_km=[0.3, 2.0, 9.0, 60.0],
-    altitude_km=[0.1, 2.7, 11.0],
-    elevation_deg=[-37.0, -4.0, 1.5, 24.0],
-    source_elevation_deg=[8.0, 50.0],
-    source_azimuth_deg=[15.0, 100.0],
+    range_km=np.array([0.3, 2.0, 9.0, 60.0]),
+    altitude_km=np.array([0.1, 2.7, 11.0]),
+    elevation_deg=np.array([-37.0, -4.0, 1.5, 24.0]),
+    source_elevation_deg=np.array([8.0, 50.0]),
+    source_azimuth_deg=np.array([15.0, 100.0]),
 )
 _QUANTITIES = ("transmittance", "path_radiance_ratio", "ambient", "direct")
 # Errors count relative to the quantity, or to this share of its largest value where it is below.
@@ -51,7 +57,7 @@ _FLOOR = 0.1
 
 
 @dataclass(frozen=True)
-class Rung:
+class AtmosphereRung:
     """One setting of a ladder: processor seconds, and the rms error of each quantity (relative)."""
 
     name: str
@@ -60,8 +66,8 @@ class Rung:
 
 
 @dataclass(frozen=True)
-class BandBench:
-    """What was measured in one band.
+class AtmosphereBench:
+    """Measurements of one band.
 
     Attributes
     ----------
@@ -76,7 +82,7 @@ class BandBench:
         Of the process until then, bytes.
     peer_seconds : float or None
         Of LOWTRAN7 for each cell, mean.
-    ladders : dict of list of Rung
+    ladders : dict of list of AtmosphereRung
         "points", "directions", "layers".
     """
 
@@ -87,7 +93,7 @@ class BandBench:
     seconds: dict[str, tuple[float, float]]
     peak_memory: int
     peer_seconds: float | None
-    ladders: dict[str, list[Rung]]
+    ladders: dict[str, list[AtmosphereRung]]
 
     @property
     def cells_per_second(self) -> float:
@@ -100,7 +106,14 @@ class BandBench:
         return None if self.peer_seconds is None else self.cells_per_second * self.peer_seconds
 
 
-def bench_band(name, limits, *, program=None, quick=False, advance=None) -> BandBench:
+def bench_band(
+    name: str,
+    limits: tuple[float, float],
+    *,
+    program: Path | None = None,
+    quick: bool = False,
+    advance: Callable[[int], object] = lambda _: None,
+) -> AtmosphereBench:
     """Measure one band.
 
     Parameters
@@ -115,11 +128,10 @@ def bench_band(name, limits, *, program=None, quick=False, advance=None) -> Band
     advance : callable, optional
         Called after each of the five stages.
     """
-    advance = advance or (lambda count: None)
     grid = _SMALL if quick else default_grid()
     state = AtmosphericState.from_profile(PROFILE, aerosol=Aerosol("rural", visibility_km=VISIBILITY))
     response = SpectralResponse.rectangular(*limits)
-    seconds = {}
+    seconds: dict[str, tuple[float, float]] = {}
     with _Stopwatch(seconds, "compile"):
         everything = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
         sun = solar_irradiance(everything.wavenumber, everything.width)
@@ -130,29 +142,33 @@ def bench_band(name, limits, *, program=None, quick=False, advance=None) -> Band
     advance(1)
     peer = None if program is None else peer_seconds(program, state, grid, limits)
     advance(1)
-    found = {"points": points_ladder(state, everything, grid, sun)}
+    rungs = {"points": points_ladder(state, everything, grid, sun)}
     advance(1)
-    found["directions"] = directions_ladder(state, compiled.band)
+    rungs["directions"] = directions_ladder(state, compiled.band)
     advance(1)
-    found["layers"] = layers_ladder(state, compiled.band, sun[compiled.index])
+    rungs["layers"] = layers_ladder(state, compiled.band, sun[compiled.index])
     advance(1)
     cells = int(np.prod(grid.shape))
-    return BandBench(name, cells, compiled.index.size, compiled.total_points, seconds, peak, peer, found)
+    return AtmosphereBench(name, cells, compiled.index.size, compiled.total_points, seconds, peak, peer, rungs)
 
 
 def default_grid() -> PathGrid:
     """The axes that a job has by default."""
     axes = AtmosphereGrid()
     return PathGrid(
-        axes.range_km, OBSERVER_HEIGHTS_KM, axes.elevation_deg, axes.source_elevation_deg, axes.source_azimuth_deg
+        np.array(axes.range_km),
+        np.array(OBSERVER_HEIGHTS_KM),
+        np.array(axes.elevation_deg),
+        np.array(axes.source_elevation_deg),
+        np.array(axes.source_azimuth_deg),
     )
 
 
-def peer_seconds(program, state, grid, limits) -> float:
+def peer_seconds(program: Path, state: AtmosphericState, grid: PathGrid, limits: tuple[float, float]) -> float:
     """Mean processor seconds of LOWTRAN7 for a cell of a grid, at cells above the ground drawn at random."""
     generator = np.random.default_rng(0)
     low, high = (5.0 * round(1e4 / edge / 5.0) for edge in reversed(limits))
-    highest = np.searchsorted(state.altitude, _PEER_TOP, side="right") - 1
+    highest = int(np.searchsorted(state.altitude, _PEER_TOP, side="right")) - 1
     levels = np.unique(np.linspace(0, highest, _PEER_LEVELS).astype(int))
     air = thinned(replace(state, aerosols=()), levels)
     up = grid.elevation_deg[(grid.elevation_deg > 0) & (grid.elevation_deg < 90)]
@@ -172,20 +188,25 @@ def peer_seconds(program, state, grid, limits) -> float:
     return float(lowtran.run(program, air, sights, low, high, haze=haze).seconds.mean())
 
 
-def points_ladder(state, everything, grid, sun) -> list[Rung]:
+def points_ladder(state: AtmosphericState, everything: BandPoints, grid: PathGrid, sun: Floats) -> list[AtmosphereRung]:
     """Compiled bands of a few points to many, against all points; by two streams, as bands are compiled."""
     exact = BandAtmosphere.of(state, everything, streams=False).table(_SMALL, sun)
     rungs = []
     for count in POINTS:
         few = compile_band(state, everything, grid, sun, tolerance=1e-6, max_points=count)
-        table, seconds = _timed(
-            lambda few=few: BandAtmosphere.of(state, few.band, streams=False).table(_SMALL, sun[few.index])
-        )
-        rungs.append(Rung(f"{few.index.size} points", seconds, _errors(table, exact)))
+        table, seconds = _timed(partial(_small_table, state, few.band, sun[few.index], streams=False))
+        rungs.append(AtmosphereRung(f"{few.index.size} points", seconds, _errors(table, exact)))
     return rungs
 
 
-def directions_ladder(state, band) -> list[Rung]:
+def _small_table(
+    state: AtmosphericState, band: BandPoints, sun: Floats, *, streams: bool = True
+) -> AtmosphericQuantities:
+    """The quantities on the cells of the ladders."""
+    return BandAtmosphere.of(state, band, streams=streams).table(_SMALL, sun)
+
+
+def directions_ladder(state: AtmosphericState, band: BandPoints) -> list[AtmosphereRung]:
     """Sky irradiance of two streams by directions of its quadrature, zenith angles by azimuths, against 24 x 24."""
     air = BandAtmosphere.of(state, band, streams=False).air
     air.prepare()
@@ -193,28 +214,28 @@ def directions_ladder(state, band) -> list[Rung]:
     exact = sky_irradiance(air, *place, zeniths=24, azimuths=24)
     rungs = []
     for count in DIRECTIONS:
-        sky, seconds = _timed(lambda count=count: sky_irradiance(air, *place, zeniths=count, azimuths=count // 2))
+        sky, seconds = _timed(partial(sky_irradiance, air, *place, zeniths=count, azimuths=count // 2))
         errors = {}
         for name in ("thermal", "scattered"):
             ours, theirs = (getattr(one, name) @ band.radiance_weight for one in (sky, exact))
             errors[name] = float(np.sqrt(np.mean((ours / theirs - 1) ** 2)))
-        rungs.append(Rung(f"{count} x {count // 2}", seconds, errors))
+        rungs.append(AtmosphereRung(f"{count} x {count // 2}", seconds, errors))
     return rungs
 
 
-def layers_ladder(state, band, sun) -> list[Rung]:
+def layers_ladder(state: AtmosphericState, band: BandPoints, sun: Floats) -> list[AtmosphereRung]:
     """Every fourth level of the state to all of them, against all of them cut in two."""
     exact = BandAtmosphere.of(halved(state), band).table(_SMALL, sun)
     rungs = []
     for step in (4, 2, 1):
         levels = np.unique(np.append(np.arange(0, state.altitude.size, step), state.altitude.size - 1))
         air = thinned(state, levels)
-        table, seconds = _timed(lambda air=air: BandAtmosphere.of(air, band).table(_SMALL, sun))
-        rungs.append(Rung(f"{levels.size} levels", seconds, _errors(table, exact)))
+        table, seconds = _timed(partial(_small_table, air, band, sun))
+        rungs.append(AtmosphereRung(f"{levels.size} levels", seconds, _errors(table, exact)))
     return rungs
 
 
-def thinned(state, levels) -> AtmosphericState:
+def thinned(state: AtmosphericState, levels: Integers) -> AtmosphericState:
     """A state at some of its levels, by their indices."""
     return replace(
         state,
@@ -226,13 +247,11 @@ def thinned(state, levels) -> AtmosphericState:
     )
 
 
-def halved(state) -> AtmosphericState:
-    """A state with a level more in the middle of each layer, as the layer has its air there: exponential pressure, all
-    else linear.
-    """
+def halved(state: AtmosphericState) -> AtmosphericState:
+    """A state with one more level in the middle of each layer: pressure exponential, all else linear in altitude."""
     altitude = np.sort(np.append(state.altitude, 0.5 * (state.altitude[1:] + state.altitude[:-1])))
 
-    def at(values):
+    def at(values: Floats) -> Floats:
         return np.interp(altitude, state.altitude, values)
 
     return replace(
@@ -245,7 +264,7 @@ def halved(state) -> AtmosphericState:
     )
 
 
-def plot(benches, path) -> Path:
+def plot(benches: Sequence[AtmosphereBench], path: Path) -> None:
     """Draw error against time of each ladder, a row a band, both axes logarithmic."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -272,10 +291,9 @@ def plot(benches, path) -> Path:
             axes.grid(alpha=0.3, which="both")
             axes.legend(fontsize=8)
     figure.savefig(path, dpi=110, metadata={"Software": None})
-    return Path(path)
 
 
-def _errors(table, exact):
+def _errors(table: AtmosphericQuantities, exact: AtmosphericQuantities) -> dict[str, float]:
     """Rms relative error of each quantity on the cells above the ground."""
     errors = {}
     for name in _QUANTITIES:
@@ -285,7 +303,8 @@ def _errors(table, exact):
     return errors
 
 
-def _timed(action):
+def _timed(action: Callable[[], Result]) -> tuple[Result, float]:
+    """Result and processor seconds of an action."""
     start = time.process_time()
     result = action()
     return result, time.process_time() - start
@@ -294,11 +313,13 @@ def _timed(action):
 class _Stopwatch:
     """Writes (processor, wall) seconds of a `with` block into a dict."""
 
-    def __init__(self, into, name):
-        self.into, self.name = into, name
+    def __init__(self, seconds: dict[str, tuple[float, float]], name: str) -> None:
+        self.seconds, self.name = seconds, name
 
-    def __enter__(self):
+    def __enter__(self) -> None:
         self.start = time.process_time(), time.perf_counter()
 
-    def __exit__(self, *_):
-        self.into[self.name] = time.process_time() - self.start[0], time.perf_counter() - self.start[1]
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.seconds[self.name] = time.process_time() - self.start[0], time.perf_counter() - self.start[1]

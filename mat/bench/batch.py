@@ -1,6 +1,4 @@
-"""A batch of many states, timed on a few of them: where the tasks run, by stage, and what that makes of the whole
-batch.
-"""
+"""A batch of many states, timed on a sample: by place and stage, with an estimate for the whole batch."""
 
 from __future__ import annotations
 
@@ -8,10 +6,11 @@ import dataclasses
 import os
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -90,15 +89,15 @@ def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] 
 
     No band comes from the cache folder; what a process keeps, it keeps for this job alone.
     """
-    found: list[BatchTiming] = []
+    timings: list[BatchTiming] = []
     with tempfile.TemporaryDirectory() as place, _no_cache():
         first = Path(place) / "1"
 
-        def timed(name: str, count: int, folder: Path, **where) -> None:
+        def timed(name: str, count: int, folder: Path, **where: Any) -> None:
             begin = time.perf_counter()
             report = build(loaded, out=folder, **where)
             seconds = time.perf_counter() - begin
-            found.append(_timing(name, count, seconds, report, _contents(folder) == _contents(first)))
+            timings.append(_timing(name, count, seconds, report, _contents(folder) == _contents(first)))
             advance(1)
 
         timed("one process", 1, first, jobs=1)
@@ -106,15 +105,15 @@ def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] 
         try:
             import distributed
         except ImportError:
-            return found
+            return timings
         with distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:
             timed(
                 f"Dask, {workers} workers", workers, Path(place) / "dask", executor=f"dask:{cluster.scheduler_address}"
             )
-    return found
+    return timings
 
 
-def _timing(place: str, workers: int, seconds: float, report: dict, same: bool) -> BatchTiming:
+def _timing(place: str, workers: int, seconds: float, report: dict[str, Any], same: bool) -> BatchTiming:
     # One entry a task: the tables of Sun and Moon, s01b01.atmq and s01b01.lunar_atmq, share theirs.
     tasks = {name.split(".")[0]: entry for name, entry in report["files"].items()}
     of_states = {name: entry for name, entry in tasks.items() if name.startswith("s")}
@@ -140,7 +139,8 @@ def _contents(folder: Path) -> dict[str, bytes]:
 
 
 @contextmanager
-def _no_cache():
+def _no_cache() -> Iterator[None]:
+    """Without the folder of kept bands."""
     before = os.environ.get(CACHE_VARIABLE)
     os.environ[CACHE_VARIABLE] = ""
     try:

@@ -13,6 +13,7 @@ import resource
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,11 +46,11 @@ Zone, inside;
 
 def package() -> Path | None:
     """Folder of the package, None where it is not installed."""
-    found = importlib.util.find_spec("pyenergyplus")
-    return Path(found.origin).parent if found and found.origin else None
+    spec = importlib.util.find_spec("pyenergyplus")
+    return Path(spec.origin).parent if spec and spec.origin else None
 
 
-def _surface(name: str, kind: str, boundary: str, corners) -> str:
+def _surface(name: str, kind: str, boundary: str, corners: Sequence[tuple[float, ...]]) -> str:
     exposure = "SunExposed, WindExposed" if boundary == "Outdoors" else "NoSun, NoWind"
     points = ", ".join(f"{value:.4f}" for corner in corners for value in corner)
     return (
@@ -71,7 +72,7 @@ def model(days: int, walls: int = WALLS) -> str:
 
 
 @dataclass(frozen=True)
-class Cost:
+class RunTime:
     """Processor seconds of a column-day in a year and of a column of one periodic day, None where not measured; and
     about the run.
     """
@@ -81,23 +82,23 @@ class Cost:
     note: str
 
 
-def measure() -> Cost:
+def measure() -> RunTime:
     """Run the prism over a year and over a day."""
     folder = package()
     if folder is None:
-        return Cost(None, None, "left out: pyenergyplus-lbnl is not installed")
+        return RunTime(None, None, "left out: pyenergyplus-lbnl is not installed")
     weather = sorted((folder / "data" / "weather").glob("*.epw"))
     if not weather:
-        return Cost(None, None, "left out: the package holds no weather")
+        return RunTime(None, None, "left out: the package holds no weather")
     seconds = {}
     for days in (YEAR, 1):
         seconds[days], report = _run(model(days), weather[0])
         if "Completed Successfully" not in report:
             faults = [line.strip() for line in report.splitlines() if "Severe" in line or "Fatal" in line]
-            return Cost(None, None, f"left out: EnergyPlus failed: {faults[0] if faults else 'no report'}")
+            return RunTime(None, None, f"left out: EnergyPlus failed: {faults[0] if faults else 'no report'}")
     version = report.split(",")[2].strip()
     note = f"EnergyPlus {version}: {COLUMNS} outdoor surfaces, weather {weather[0].name}"
-    return Cost(seconds[YEAR] / (YEAR * COLUMNS), seconds[1] / COLUMNS, note)
+    return RunTime(seconds[YEAR] / (YEAR * COLUMNS), seconds[1] / COLUMNS, note)
 
 
 def _run(text: str, weather: Path) -> tuple[float, str]:

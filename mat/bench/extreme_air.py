@@ -1,4 +1,4 @@
-"""Extreme lines of sight and skies, through air from completely dry to fog of 100 m visibility."""
+"""Random extreme lines of sight and skies, through air from completely dry to fog of 100 m visibility."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.formulas import BETA_CAP_KM, BETA_FACTOR
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.scene.bands import absorption_table
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 _ROUNDING = 5e-5  # relative: attenuation along lines of sight is kept and summed in single precision
@@ -39,7 +40,7 @@ _FARTHEST_DAYS = 73_000  # from 2000, 200 years either way
 
 
 def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Extreme lines of sight, through a state between completely dry air and fog."""
+    """Random extreme lines of sight through a state from completely dry to fog."""
     table = absorption_table()
     state = _random_state(generator)
     start, end = table.coverage[generator.integers(len(table.coverage))]
@@ -59,7 +60,7 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
     q = air.at_points(*places, sun)
     values = np.concatenate([q.beta_star, q.path_radiance_ratio, q.ambient, q.direct, q.transmittance])
     hottest = max(float(state.temperature.max()), float(state.surface_temperature))
-    # The path may emit, or let through, what is brightest in the band alone: no more than if all of it were as bright.
+    # A path may pass the brightest part of the band alone: the bound takes the whole band as bright as that part.
     black, light = (
         float(np.max(spectrum * band.radiance_weight / band.weight) * band.weight.sum())
         for spectrum in (planck_wavenumber(band.wavenumber, hottest), sun / np.pi)
@@ -78,7 +79,7 @@ def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, fl
             1 + _ROUNDING,
         ),
     }
-    if not light:  # nothing but emission: no path is brighter than a black body as warm as the warmest air or ground
+    if not light:  # with emission alone no path is brighter than a black body of the highest temperature
         result["path over a black body"] = (float(q.path_radiance_ratio.max()) / black if black else 0.0, 1 + _ROUNDING)
     return result
 
@@ -114,8 +115,8 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     }
 
 
-def _random_state(generator) -> AtmosphericState:
-    """A state that is not refused: clouds that must freeze or melt are, as they should be, and drawn again."""
+def _random_state(generator: np.random.Generator) -> AtmosphericState:
+    """A valid state: one with clouds that must freeze or melt is refused and drawn again."""
     while True:
         try:
             return _any_state(generator)
@@ -123,7 +124,7 @@ def _random_state(generator) -> AtmosphericState:
             continue
 
 
-def _any_state(generator) -> AtmosphericState:
+def _any_state(generator: np.random.Generator) -> AtmosphericState:
     aerosol = str(generator.choice([*BOUNDARY_MODELS, "none"]))
     profile = str(generator.choice(list(PROFILES)))
     sounding = generator.random() < 0.3
@@ -153,10 +154,8 @@ def _any_state(generator) -> AtmosphericState:
     )
 
 
-def _random_cloud(generator) -> CloudLayer:
-    """From nothing to more than any sky holds, in the thinnest and the thickest layers, at any height whatever the air
-    there.
-    """
+def _random_cloud(generator: np.random.Generator) -> CloudLayer:
+    """A cloud of any allowed depth and thickness, at any height."""
     phase = str(generator.choice(PHASES))
     thickness = float(np.exp(generator.uniform(np.log(THINNEST), np.log(TOP_LIMIT / 2))))
     base = float(generator.choice([0.0, generator.uniform(0.0, TOP_LIMIT - thickness)]))
@@ -168,19 +167,21 @@ def _random_cloud(generator) -> CloudLayer:
     return CloudLayer(phase, base, base + thickness, float(generator.uniform(*RADII[phase])), depth)
 
 
-def _random_sounding(generator, name: str) -> Profile:
-    """What a balloon may bring home: inversions, layers without water between wet ones, few levels."""
+def _random_sounding(generator: np.random.Generator, name: str) -> Profile:
+    """A sounding with inversions, layers without water between wet ones, few levels."""
     levels = np.sort(generator.uniform(0.0, 30.0, int(generator.integers(3, 40))))
     levels = np.unique(np.round(levels, 3))
-    warm = np.clip(288.0 - 6.5 * np.minimum(levels, 11.0) + generator.normal(0.0, 12.0, levels.size), 190.0, 320.0)
-    wet = np.where(generator.random(levels.size) < 0.2, 0.0, generator.uniform(0.0, 100.0, levels.size))
-    scale = _SCALE_HEIGHT * (warm[1:] + warm[:-1]) / 2  # of the air between two levels, km
+    temperature = np.clip(
+        288.0 - 6.5 * np.minimum(levels, 11.0) + generator.normal(0.0, 12.0, levels.size), 190.0, 320.0
+    )
+    humidity = np.where(generator.random(levels.size) < 0.2, 0.0, generator.uniform(0.0, 100.0, levels.size))
+    scale = _SCALE_HEIGHT * (temperature[1:] + temperature[:-1]) / 2  # of the air between two levels, km
     pressure = 1013.0 * np.exp(-levels[0] / 7.5 - np.cumsum(np.append(0.0, np.diff(levels) / scale)))
-    rows = (f"{z},{p:.6f},{t:.2f},{u:.2f}" for z, p, t, u in zip(levels, pressure, warm, wet, strict=True))
+    rows = (f"{z},{p:.6f},{t:.2f},{u:.2f}" for z, p, t, u in zip(levels, pressure, temperature, humidity, strict=True))
     text = "\n".join(["altitude[km],pressure[hPa],temperature[K],relative_humidity[%]", *rows]) + "\n"
     return read_sounding(text, Path("drawn.csv"), load_profile(name))
 
 
-def _extreme(generator, values: np.ndarray, ends: tuple[float, ...]) -> np.ndarray:
-    """The values, some of them replaced by the ends of what is allowed."""
+def _extreme(generator: np.random.Generator, values: Floats, ends: tuple[float, ...]) -> Floats:
+    """The values, some of them replaced by the ends of the allowed range."""
     return np.where(generator.random(values.size) < 0.3, generator.choice(ends, values.size), values)

@@ -1,4 +1,4 @@
-"""Extreme bands, lobes and tables: very narrow filters, mirrors and matt surfaces, cells of any size."""
+"""Random extreme bands, lobes and tables: very narrow filters, mirrors and diffusers, cells of any size."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance, b
 from skyshine.mat.radiometry.lobe import FWHM_LIMITS, lobe_integral, normalisation, shininess, specular_lobe
 from skyshine.mat.tables.axes import FOLDED, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 _ANGLES = (0.0, 45.0, 75.0, 89.0, 89.99)  # degree, of the source
@@ -60,9 +61,7 @@ def lobe_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
 
 
 def table_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
-    """Tables of up to five axes, nodes a hair or a continent apart, values of any size; read inside, on and beyond the
-    nodes.
-    """
+    """Tables of up to five axes, nodes 1e-6 to 1e6 apart, values of any size; read inside, on and beyond the nodes."""
     rules = [_random_axis(generator, number) for number in range(int(generator.integers(1, 6)))]
     values = 10.0 ** generator.uniform(-300, 300, [rule.nodes.size for rule in rules]) * generator.choice([-1.0, 1.0])
     where = {}
@@ -92,7 +91,7 @@ def table_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]
     }
 
 
-def _random_axis(generator, number: int) -> AxisRule:
+def _random_axis(generator: np.random.Generator, number: int) -> AxisRule:
     count = int(generator.choice([1, 2, 3, 7]))
     steps = 10.0 ** generator.uniform(-6, 6, count)
     nodes = float(generator.choice([0.0, -1e3, 1e3])) + np.cumsum(steps)
@@ -105,5 +104,5 @@ def _random_axis(generator, number: int) -> AxisRule:
     return AxisRule(f"a{number}", nodes)
 
 
-def _some_of(generator, values: np.ndarray, ends: np.ndarray) -> np.ndarray:
+def _some_of(generator: np.random.Generator, values: Floats, ends: Floats) -> Floats:
     return np.where(generator.random(values.size) < 0.3, generator.choice(ends, values.size), values)

@@ -1,11 +1,13 @@
-"""Extreme classifiers and textures: one seed per material, one texel, one colour, grey, NaN, holes."""
+"""Random extreme classifiers and textures: one seed a material, one texel, one colour, grey, not a number."""
 
 from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import tifffile
 
 from skyshine.mat.tables.verify import problems
@@ -52,7 +54,7 @@ def texture_case(generator: np.random.Generator) -> dict[str, tuple[float, float
     """
     library = load_library()
     with tempfile.TemporaryDirectory() as folder:
-        height, width = (int(generator.choice([1, 2, 3, generator.integers(4, _LARGEST)])) for _ in range(2))
+        height, width = (int(generator.choice([1, 2, 3, int(generator.integers(4, _LARGEST))])) for _ in range(2))
         pixels = _random_pixels(generator, height, width)
         tifffile.imwrite(Path(folder) / "drawn.tif", pixels, photometric="rgb" if pixels.shape[2] > 2 else "minisblack")
         job = TextureJob.model_validate({"image": "drawn.tif", **_random_way(generator, height, width)})
@@ -61,19 +63,19 @@ def texture_case(generator: np.random.Generator) -> dict[str, tuple[float, float
             write_texture(mapped, Path(folder) / "drawn.tmm.h5")
         except InputError as error:
             return {"refused in more than a line": (float("\n" in str(error)), 0.0)}
-        found = problems(Path(folder) / "drawn.tmm.h5")
+        wrong = problems(Path(folder) / "drawn.tmm.h5")
         with open_tmm(Path(folder) / "drawn.tmm.h5") as file:
             code, confidence = (file.array(f"levels/0/{name}").astype(float) for name in ("code", "confidence"))
     allowed = np.append(mapped.codes, 0)
     return {
         "not finite": (float(np.count_nonzero(~np.isfinite(confidence))), 0.0),
-        "problems of the database": (float(len(found)), 0.0),
+        "problems of the database": (float(len(wrong)), 0.0),
         "codes that no material has": (float(np.count_nonzero(~np.isin(code, allowed))), 0.0),
         "confidence outside 0 to 1": (float(max(0.0, -confidence.min(), confidence.max() - 1)), 1e-6),
     }
 
 
-def _random_pixels(generator, height: int, width: int) -> np.ndarray:
+def _random_pixels(generator: np.random.Generator, height: int, width: int) -> npt.NDArray[Any]:
     kind = str(generator.choice(["uint8", "uint16", "float32"]))
     channels = int(generator.choice([1, 3, 4]))
     top = np.iinfo(kind).max if kind != "float32" else 1.0
@@ -88,10 +90,11 @@ def _random_pixels(generator, height: int, width: int) -> np.ndarray:
     if kind == "float32":
         bad = generator.random((height, width)) < generator.choice([0.0, 0.1])
         pixels[bad] = generator.choice([np.nan, np.inf, -1.0, 1e30])
-    return pixels.astype(kind)
+    typed: npt.NDArray[Any] = pixels.astype(kind)
+    return typed
 
 
-def _random_way(generator, height: int, width: int) -> dict:
+def _random_way(generator: np.random.Generator, height: int, width: int) -> dict[str, Any]:
     """One of the ways of a texture job, with polygons of one texel to the whole texture."""
     way = str(generator.choice(["material", "seeds", "clusters", "palette", "rules"]))
     chosen = [

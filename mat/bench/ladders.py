@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from skyshine.mat.atmosphere.band.compile import compile_band
+from skyshine.mat.atmosphere.band.compile import CompiledBand, compile_band
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.band.selection import select_points
-from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.optics import gas_absorption
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.spectroscopy.training import TRAINING_PROFILES
+from skyshine.schemas.arrays import Floats, Integers
 
 # Choice of points in wider intervals: as many as an interval of the table has, as exact.
 _MOST_POINTS, _TOLERANCE = 16, 4e-4
@@ -34,7 +38,7 @@ GRID = PathGrid(
 )
 
 
-def merged_intervals(points, width: float, gases):
+def merged_intervals(points: SpectralPoints, width: float, gases: Sequence[str]) -> tuple[Integers, Floats, Integers]:
     """Points of wider intervals, chosen among those of the narrow ones.
 
     Parameters
@@ -58,13 +62,13 @@ def merged_intervals(points, width: float, gases):
     index, weight = [], []
     for number in range(group[-1] + 1):
         member = np.flatnonzero(group[points.interval] == number)
-        own = points.weight[member]
+        member_weight = points.weight[member]
         chosen, share, _ = select_points(
             rows[:, member].T,
-            rows[:, member] @ own / own.sum(),
+            rows[:, member] @ member_weight / member_weight.sum(),
             tolerance=_TOLERANCE,
             max_points=_MOST_POINTS,
-            total_weight=own.sum(),
+            total_weight=member_weight.sum(),
         )
         order = np.argsort(member[chosen])
         index.append(member[chosen][order])
@@ -72,11 +76,12 @@ def merged_intervals(points, width: float, gases):
     return np.concatenate(index), np.concatenate(weight), group
 
 
-def _paths(points, name, gases):
+def _paths(points: SpectralPoints, name: str, gases: Sequence[str]) -> Floats:
     """Transmittances (R, P) of vertical and level paths through a standard profile."""
-    held = {gas for gas in gases if gas in load_profile(name).mole_fraction} | {"H2O_continuum"}
+    in_profile = {gas for gas in gases if gas in load_profile(name).mole_fraction} | {"H2O_continuum"}
     state = AtmosphericState.from_profile(name, aerosol=Aerosol("none"))
-    total = sum(gas_absorption(state, points, [gas for gas in gases if gas in held]).values())
+    absorption = gas_absorption(state, points, [gas for gas in gases if gas in in_profile])
+    total = sum(absorption.values(), np.zeros((state.altitude.size, points.wavenumber.size)))
     column = _trapezoid(state.altitude, state.number_density)
     rows = []
     for bottom in _BOTTOMS:
@@ -87,12 +92,14 @@ def _paths(points, name, gases):
     return np.array(rows)
 
 
-def _trapezoid(altitude, density):
+def _trapezoid(altitude: Floats, density: Floats) -> Floats:
+    """Column of each level by the trapezoidal rule."""
     step = np.diff(altitude)
-    return density * 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
+    column: Floats = density * 0.5 * (np.append(step, 0.0) + np.append(0.0, step))
+    return column
 
 
-def compiled(state, points, response, count: int):
+def compiled(state: AtmosphericState, points: SpectralPoints, response: SpectralResponse, count: int) -> CompiledBand:
     """A band compiled to a number of points.
 
     Parameters
@@ -111,6 +118,6 @@ def compiled(state, points, response, count: int):
     return compile_band(state, band, GRID, sun, tolerance=_COMPILE_TOLERANCE, max_points=count)
 
 
-def with_continuum(gases) -> list[str]:
+def with_continuum(gases: Sequence[str]) -> list[str]:
     """Names as `SpectralPoints.cross_sections` takes them: the water vapour continuum follows water vapour."""
     return [part for gas in gases for part in ((gas, CONTINUUM) if gas == "H2O" else (gas,))]

@@ -1,27 +1,27 @@
-"""Run time saved and results changed by omission: a job built with and without omissions, both read at random points
-inside the job's `needs`.
-"""
+"""Savings and errors of a job's omissions: built with and without them, both read at random places."""
 
 from __future__ import annotations
 
 import resource
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.tables.loader import AtmosphereTable, open_table
+from skyshine.schemas.arrays import Floats
 
-# What the plan says at most: of a value, and in K, where columns are solved in other batches to the solver's residual.
+# Bounds that the plan states: relative, and in K where columns are solved in other batches to the solver's residual.
 VALUE_BOUND, KELVIN_BOUND = 1e-3, 0.01
 _READS = 5000
 _SINGLE = 1e-6  # of a value in single precision, after a few products
 
 
 @dataclass(frozen=True)
-class Cost:
+class BuildCost:
     """Of a build: processor seconds, which other work on the machine hardly changes, and bytes of its files."""
 
     seconds: float
@@ -32,8 +32,8 @@ class Cost:
 class Comparison:
     """The job as it is and whole; largest differences of reads, by file, with what is allowed."""
 
-    kept: Cost
-    whole: Cost
+    kept: BuildCost
+    whole: BuildCost
     differences: dict[str, tuple[float, float]]
 
 
@@ -62,9 +62,9 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
         before = _processor_seconds()
         result = build(one, out=folder / name, jobs=1, fresh=True)
         size = sum((folder / name / file).stat().st_size for file in result["files"])
-        costs[name] = Cost(_processor_seconds() - before, size)
+        costs[name] = BuildCost(_processor_seconds() - before, size)
     generator = np.random.default_rng(seed)
-    differences = {}
+    differences: dict[str, tuple[float, float]] = {}
     for file in sorted((folder / "kept").glob("s*.h5")):
         differences |= _differences(file, folder / "whole" / file.name, generator)
     return Comparison(costs["kept"], costs["whole"], differences)
@@ -76,10 +76,10 @@ def _processor_seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def _differences(kept_file: Path, whole_file: Path, generator) -> dict[str, tuple[float, float]]:
+def _differences(kept_file: Path, whole_file: Path, generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     kept, whole = open_table(kept_file), open_table(whole_file)
     axes = {name: np.asarray(axis.values) for name, axis in kept.root.axes.items()}
-    places = {
+    places: dict[str, Any] = {
         name: generator.choice(nodes, _READS) if name == "material" else generator.uniform(nodes[0], nodes[-1], _READS)
         for name, nodes in axes.items()
     }
@@ -88,22 +88,24 @@ def _differences(kept_file: Path, whole_file: Path, generator) -> dict[str, tupl
         before_ground = kept.value("valid", **{axis: places[axis] for axis in kept.root.variables["valid"].dims}) == 1
         places = {name: values[before_ground] for name, values in places.items()}
     if kept.root.groups["accuracy"].attributes.get("left_out_bound_kelvin", 0.0) > 0:
-        return _seen_differences(kept, whole, places)
-    found = {}
+        if not isinstance(kept, AtmosphereTable) or not isinstance(whole, AtmosphereTable):
+            raise TypeError(f"{kept_file.name}: only atmospheric tables state a bound in kelvin")
+        return _radiance_differences(kept, whole, places)
+    differences = {}
     for name, variable in kept.root.variables.items():
         if variable.kind != "f":
             continue
         where = {axis.removeprefix(f"{name}_"): places[axis] for axis in variable.dims}
-        one, other = (np.asarray(table.value(name, **where)) for table in (kept, whole))
+        one, other = (table.value(name, **where) for table in (kept, whole))
         kelvin = variable.units == "K"
         scale = 1.0 if kelvin else np.maximum(np.abs(other), np.median(np.abs(other)))
         difference = np.abs(one - other) / np.where(scale > 0, scale, 1.0)
-        found[f"{kept_file.name}: {name}"] = float(difference.max()), KELVIN_BOUND if kelvin else VALUE_BOUND
-    return found
+        differences[f"{kept_file.name}: {name}"] = float(difference.max()), KELVIN_BOUND if kelvin else VALUE_BOUND
+    return differences
 
 
-def _seen_differences(
-    kept: AtmosphereTable, whole: AtmosphereTable, places: dict[str, np.ndarray]
+def _radiance_differences(
+    kept: AtmosphereTable, whole: AtmosphereTable, places: dict[str, Floats]
 ) -> dict[str, tuple[float, float]]:
     """Of radiances at the observer, K, where light or particles are left out.
 
@@ -112,19 +114,21 @@ def _seen_differences(
     other_steps = kept.root.axes["range"].values.size < whole.root.axes["range"].values.size
     notes = kept.root.groups["accuracy"].attributes
     bound, radiance = (float(notes[name]) for name in ("left_out_bound_kelvin", "left_out_bound"))
-    share, found = VALUE_BOUND if other_steps else _SINGLE, {}
-    for (name, one), other in zip(_seen(kept, places).items(), _seen(whole, places).values(), strict=True):
-        beyond = np.abs(one - other) - share * np.maximum(np.abs(other), np.median(np.abs(other)))
-        found[f"{kept.path.name}: {name}, K"] = float(np.max(beyond, initial=0.0)) * bound / radiance, bound
-    return found
+    share = VALUE_BOUND if other_steps else _SINGLE
+    differences = {}
+    for (name, one), other in zip(_radiances(kept, places).items(), _radiances(whole, places).values(), strict=True):
+        excess = np.abs(one - other) - share * np.maximum(np.abs(other), np.median(np.abs(other)))
+        differences[f"{kept.path.name}: {name}, K"] = float(np.max(excess, initial=0.0)) * bound / radiance, bound
+    return differences
 
 
-def _seen(table: AtmosphereTable, places: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _radiances(table: AtmosphereTable, places: dict[str, Floats]) -> dict[str, Floats]:
     """Radiances of path, sky and source at the observer, (9), (11), (19) and (35), of a surface that reflects all."""
 
-    def read(name):
+    def read(name: str) -> Floats:
         axes = [axis.removeprefix(f"{name}_") for axis in table.root.variables[name].dims]
-        return np.asarray(table.value(name, **{axis: places[axis] for axis in axes}))
+        where: dict[str, Any] = {axis: places[axis] for axis in axes}
+        return table.value(name, **where)
 
     through = table.transmittance(range=places["range"], beta_star=read("beta_star"))
     return {

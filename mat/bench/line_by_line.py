@@ -33,7 +33,8 @@ def judged_gases(library: LineLibrary, table: AbsorptionTable, low: float, high:
         A gas is among the others where the table has it from another source than lines somewhere in the range.
     """
     listed = {gas.name for gas in library.gases}
-    judged, others = [], []
+    judged: list[str] = []
+    others: list[str] = []
     for gas in table.gases:
         parts = [(a, b) for a, b, text in table.provenance(gas) if text not in _WITHOUT_SOURCE and a < high and b > low]
         if not parts:

@@ -13,6 +13,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.schemas.arrays import Floats
 
 REPEATS = 3  # the fastest is kept: other programs on the machine only ever slow one down
 
@@ -43,14 +44,14 @@ def bench_loader(shape: tuple[int, ...], points: int, seed: int = 1) -> LoaderBe
     values = draw.random(shape).astype(np.float32)
     where = {f"axis{k}": draw.uniform(axis[0], axis[-1], points) for k, axis in enumerate(nodes)}
     rules = [AxisRule(name, axis) for name, axis in zip(where, nodes, strict=True)]
-    own, found = _fastest(lambda: interpolate(values, rules, where))
+    seconds, values_read = _fastest(lambda: interpolate(values, rules, where))
     peer = RegularGridInterpolator(nodes, values.astype(float))
     stacked = np.stack(list(where.values()), axis=1)
-    other, expected = _fastest(lambda: peer(stacked))
-    return LoaderBench(shape, points / own, points / other, float(np.max(np.abs(found - expected))))
+    peer_seconds, expected = _fastest(lambda: peer(stacked))
+    return LoaderBench(shape, points / seconds, points / peer_seconds, float(np.max(np.abs(values_read - expected))))
 
 
-def _fastest(work: Callable[[], np.ndarray]) -> tuple[float, np.ndarray]:
+def _fastest(work: Callable[[], Floats]) -> tuple[float, Floats]:
     times = []
     for _ in range(REPEATS):
         begin = time.process_time()

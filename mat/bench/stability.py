@@ -1,8 +1,7 @@
 """Extreme and stiff cases of every part, from surfaces to textures, drawn at random for a given time.
 
-Nothing here is a kind scene: foil in a vacuum, fog of 100 m beside a range to space, air without water and air full of
-it, one seed a material. What must hold is what physics and probability demand: finite numbers, bounds, balances that
-close.
+The cases are extreme: foil in a vacuum, fog of 100 m beside a range to space, air without water and saturated air, one
+seed a material. Each must give finite numbers, keep the bounds of physics and probability, and close its balances.
 """
 
 from __future__ import annotations
@@ -10,21 +9,25 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 
 from skyshine.mat.bench.extreme_air import atmosphere_case, sky_case
 from skyshine.mat.bench.extreme_reading import band_case, lobe_case, table_case
 from skyshine.mat.bench.extreme_textures import classifier_case, texture_case
-from skyshine.mat.surface.solver import TOLERANCE, Solution, solve_columns
+from skyshine.mat.surface.relaxation import TOLERANCE
+from skyshine.mat.surface.solver import Solution, solve_columns
 from skyshine.mat.surface.stress import random_forcing, random_material, random_snow
 
+Measures: TypeAlias = dict[str, tuple[float, float]]  # value and upper bound of each measure
+Case: TypeAlias = Callable[[np.random.Generator], Measures]
 SURFACE_BOUND = 0.5  # K beyond the instantaneous equilibria, for a solver with a time step
 
 
 @dataclass(eq=False)
 class Trial:
-    """What one part came to.
+    """Results of one part.
 
     Attributes
     ----------
@@ -45,7 +48,7 @@ class Trial:
     slowest_case: str = ""
 
 
-def run(seconds: float, seed: int, parts: dict[str, Callable] | None = None) -> dict[str, Trial]:
+def run(seconds: float, seed: int, parts: dict[str, Case] | None = None) -> dict[str, Trial]:
     """Try random cases of each part in turn until the time is up, at least one of each.
 
     Parameters
@@ -70,20 +73,20 @@ def run(seconds: float, seed: int, parts: dict[str, Callable] | None = None) -> 
     return trials
 
 
-def _one(trial: Trial, case: Callable, name: str, seed: int, number: int) -> None:
+def _one(trial: Trial, case: Case, name: str, seed: int, number: int) -> None:
     label = f"{name}, seed {seed}, case {number}"
     begin = time.process_time()
     try:
         with np.errstate(all="ignore"):
-            found = case(np.random.default_rng([seed, number]))
+            measures = case(np.random.default_rng([seed, number]))
     except Exception as error:
         trial.failures.append(f"{label}: {type(error).__name__}: {error}")
-        found = {}
+        measures = {}
     spent = time.process_time() - begin
     trial.cases += 1
     if spent > trial.slowest:
         trial.slowest, trial.slowest_case = spent, label
-    for measure, (value, allowed) in found.items():
+    for measure, (value, allowed) in measures.items():
         trial.worst[measure] = max(trial.worst.get(measure, 0.0), value if np.isfinite(value) else np.inf)
         if not value <= allowed:
             trial.failures.append(f"{label}: {measure} {value:.3g}, allowed {allowed:.3g}")
@@ -112,7 +115,7 @@ def _surface_measures(solution: Solution) -> dict[str, tuple[float, float]]:
     }
 
 
-PARTS = {
+PARTS: dict[str, Case] = {
     "surface": surface_case,
     "snow": snow_case,
     "atmosphere": atmosphere_case,

@@ -8,11 +8,13 @@ a large batch whose forcing is known, medians of repeats. EnergyPlus gives run t
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -24,7 +26,11 @@ from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
 from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.schemas.arrays import Floats
 
+Inputs: TypeAlias = tuple[SunPath, NearSurfaceAir, Sky]
+ForcingBySteps: TypeAlias = Callable[[int], Forcing]  # by steps a day
+Solve: TypeAlias = Callable[[SurfaceMaterial, ForcingBySteps], Floats]  # surface temperatures (columns, steps), K
 MATERIALS = (
     "soil_sand",
     "soil_loam_wet",
@@ -57,7 +63,7 @@ _REPEATS = 3
 
 
 @dataclass(frozen=True)
-class Rung:
+class SurfaceRung:
     """One method: error [K] against the oracle (None: not compared) and processor seconds a column."""
 
     name: str
@@ -81,22 +87,22 @@ class Speed:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A material, the forcing of a batch and of a few planes by steps a day, and the oracle's temperatures (planes, n)
-    of the few.
+    """A material, forcing of a batch and of a few planes, and the oracle's temperatures (planes, n) of the few planes.
 
     The forcing is computed once: a table shares it among all materials.
     """
 
     material: SurfaceMaterial
-    batch: Callable[[int], Forcing]
-    few: Callable[[int], Forcing]
-    reference: np.ndarray
+    batch: ForcingBySteps
+    few: ForcingBySteps
+    reference: Floats
     oracle_seconds: float
 
 
-def forcing_of(sun: SunPath, weather: NearSurfaceAir, sky: Sky, planes) -> Callable[[int], Forcing]:
+def forcing_of(inputs: Inputs, planes: Sequence[tuple[float, float]]) -> ForcingBySteps:
     """Forcing of planes (slope, azimuth) at the site by steps a day, each computed once."""
     slope, azimuth = np.array(planes, float).T
+    sun, weather, sky = inputs
     return lru_cache(maxsize=None)(Scene(sun, weather, sky, np.array([sun.altitude]), slope, azimuth).forcing)
 
 
@@ -105,114 +111,127 @@ def batch_planes() -> list[tuple[float, float]]:
     return [(slope, azimuth) for slope in _SLOPES for azimuth in _AZIMUTHS] * _COPIES
 
 
-def forcing_between(forcing: Forcing, column: int):
+def forcing_between(forcing: Forcing, column: int) -> Callable[[Floats], Forcing]:
     """Forcing of one column at any times [s], linear between its own times of the day."""
     one = forcing.columns(np.array([column]))
     steps = forcing.shape[1]
-    at = np.arange(steps) * (DAY / steps)
+    times = np.arange(steps) * (DAY / steps)
 
-    def forcing_at(seconds):
+    def forcing_at(seconds: Floats) -> Forcing:
         values = {}
         for name, series in vars(one).items():
             series = np.asarray(series, float)
             moving = series.shape[-1] > 1
-            values[name] = np.interp(seconds, at, series[0], period=DAY)[None, :] if moving else series
+            values[name] = np.interp(seconds, times, series[0], period=DAY)[None, :] if moving else series
         return Forcing(**values)
 
     return forcing_at
 
 
-def case_of(material: SurfaceMaterial, inputs, intervals: int = 192, cells: int = 40) -> Case:
+def case_of(material: SurfaceMaterial, inputs: Inputs, intervals: int = 192, cells: int = 40) -> Case:
     """Solve the oracle's columns of a material; intervals must divide SUN_STEPS."""
-    few = forcing_of(*inputs, _ORACLE_PLANES)
+    few = forcing_of(inputs, _ORACLE_PLANES)
     forcing = few(SUN_STEPS)
     begin = time.process_time()
-    found = [
+    temperatures = [
         solve_oracle(material, forcing_between(forcing, column), intervals=intervals, cells=cells).surface
         for column in range(len(_ORACLE_PLANES))
     ]
     seconds = (time.process_time() - begin) / len(_ORACLE_PLANES)
-    reference = np.roll(np.array(found), 1, axis=1)  # from the ends of intervals to times from 0
-    return Case(material, forcing_of(*inputs, batch_planes()), few, reference, seconds)
+    reference = np.roll(np.array(temperatures), 1, axis=1)  # from the ends of intervals to times from 0
+    return Case(material, forcing_of(inputs, batch_planes()), few, reference, seconds)
 
 
-def run(cases: list[Case], advance=None) -> tuple[list[Rung], list[str]]:
-    """All rungs, and what is left out of the explicit scheme."""
-    rungs = []
-
-    def add(name, family, solve, cases=cases):
-        differences, seconds = [], []
-        columns = 0
-        for case in cases:
-            differences.append(_difference(solve(case.material, case.few), case.reference))
-            solve(case.material, case.batch)  # computes the forcing
-            seconds.append(_median_seconds(lambda: solve(case.material, case.batch)))  # noqa: B023
-            columns += len(batch_planes())
-            if advance:
-                advance(1)
-        each = np.concatenate([difference.ravel() for difference in differences])
-        rms, largest = float(np.sqrt(np.mean(each**2))), float(np.abs(each).max())
-        rungs.append(Rung(name, family, rms, largest, sum(seconds) / columns, columns))
-
-    for steps in STEPS:
-        add(
-            f"periodic, N = {steps}", "periodic", lambda material, forcing, n=steps: _solved(material, forcing, n, None)
-        )
-    add("periodic, default", "default", lambda material, forcing: _solved(material, forcing, 96, 288))
+def run(
+    cases: Sequence[Case], advance: Callable[[int], object] = lambda _: None
+) -> tuple[list[SurfaceRung], list[str]]:
+    """All rungs, and the materials that the explicit scheme leaves out."""
+    rungs = [
+        measured(f"periodic, N = {steps}", "periodic", partial(_solved, steps=steps, fine_steps=None), cases, advance)
+        for steps in STEPS
+    ]
+    rungs.append(measured("periodic, default", "default", partial(_solved, steps=96, fine_steps=288), cases, advance))
+    names = [case.material.name for case in cases]
     for name, steps, days, cells, theta in MARCHES:
-        add(
-            name,
-            "marching",
-            lambda material, forcing, n=steps, d=days, c=cells, t=theta: march(material, forcing(n), n, d, c, t),
+        rungs.append(
+            measured(name, "marching", _marching(days, cells, theta, dict.fromkeys(names, steps)), cases, advance)
         )
-    name, days, cells = EXPLICIT
-    steps = {case.material.name: Grid.of(case.material, cells).explicit_steps for case in cases}
-    stable = [case for case in cases if steps[case.material.name] <= MOST_EXPLICIT_STEPS]
+    explicit, days, cells = EXPLICIT
+    stable_steps = {case.material.name: Grid.of(case.material, cells).explicit_steps for case in cases}
+    stable = [case for case in cases if stable_steps[case.material.name] <= MOST_EXPLICIT_STEPS]
     if stable:
-        add(
-            name,
-            "marching",
-            lambda material, forcing: march(material, forcing(96), steps[material.name], days, cells, 0.0),
-            stable,
-        )
+        solve = _marching(days, cells, 0.0, stable_steps, forcing_steps=96)
+        rungs.append(measured(explicit, "marching", solve, stable, advance))
     oracle = float(np.mean([case.oracle_seconds for case in cases]))
-    rungs.append(Rung("oracle (reference)", "oracle", None, None, oracle, len(cases) * len(_ORACLE_PLANES)))
+    rungs.append(SurfaceRung("oracle (reference)", "oracle", None, None, oracle, len(cases) * len(_ORACLE_PLANES)))
     left_out = [
-        f"{case.material.name} ({steps[case.material.name]} steps a day)" for case in cases if case not in stable
+        f"{case.material.name} ({stable_steps[case.material.name]} steps a day)" for case in cases if case not in stable
     ]
     return rungs, left_out
 
 
-def speeds(materials: dict[str, SurfaceMaterial], inputs) -> list[Speed]:
+def measured(
+    name: str, family: str, solve: Solve, cases: Sequence[Case], advance: Callable[[int], object]
+) -> SurfaceRung:
+    """Error of a method on the oracle's columns, and its time a column of the batch; `advance` is called by case."""
+    differences, seconds = [], []
+    for case in cases:
+        differences.append(_difference(solve(case.material, case.few), case.reference).ravel())
+        solve(case.material, case.batch)  # computes the forcing
+        seconds.append(_median_seconds(partial(solve, case.material, case.batch)))
+        advance(1)
+    difference = np.concatenate(differences)
+    rms, largest = float(np.sqrt(np.mean(difference**2))), float(np.abs(difference).max())
+    columns = len(batch_planes()) * len(cases)
+    return SurfaceRung(name, family, rms, largest, sum(seconds) / columns, columns)
+
+
+def _marching(
+    days: int,
+    cells: int,
+    theta: float,
+    steps_of: Mapping[str, int],
+    forcing_steps: int | None = None,
+) -> Solve:
+    """A marching scheme, with steps a day by material; its forcing has as many unless `forcing_steps` says fewer."""
+
+    def solve(material: SurfaceMaterial, forcing: ForcingBySteps) -> Floats:
+        steps = steps_of[material.name]
+        return march(material, forcing(forcing_steps or steps), steps, days, cells, theta)
+
+    return solve
+
+
+def speeds(materials: dict[str, SurfaceMaterial], inputs: Inputs) -> list[Speed]:
     """Time a column of materials by kind, in the batch of `batch_planes`."""
-    forcing = forcing_of(*inputs, batch_planes())
-    found = []
+    forcing = forcing_of(inputs, batch_planes())
+    speeds_by_kind = []
     for kind, material in materials.items():
-        steps = _solved(material, forcing, 96, 288).shape[1]  # computes the forcing
-        spent = [
-            _median_seconds(lambda: _solved(material, forcing, 96, fine)) / len(batch_planes())  # noqa: B023
+        steps = _solved(material, forcing, steps=96, fine_steps=288).shape[1]  # computes the forcing
+        with_96, by_default = (
+            _median_seconds(partial(_solved, material, forcing, steps=96, fine_steps=fine)) / len(batch_planes())
             for fine in (None, 288)
-        ]
-        found.append(Speed(kind, material.name, *spent, steps))
-    return found
+        )
+        speeds_by_kind.append(Speed(kind, material.name, with_96, by_default, steps))
+    return speeds_by_kind
 
 
-def _solved(
-    material: SurfaceMaterial, forcing: Callable[[int], Forcing], steps: int, fine_steps: int | None
-) -> np.ndarray:
-    ((_, found),) = (
+def _solved(material: SurfaceMaterial, forcing: ForcingBySteps, *, steps: int, fine_steps: int | None) -> Floats:
+    """Temperatures of columns that the solver keeps in one part."""
+    ((_, solution),) = (
         part for part in solve_columns(material, forcing, steps=steps, fine_steps=fine_steps) if len(part[0])
     )
-    return found.temperature
+    return solution.temperature
 
 
-def _difference(found: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Found less reference [K] at the times that both have."""
-    steps = np.gcd(found.shape[1], reference.shape[1])
-    return found[:, :: found.shape[1] // steps] - reference[:, :: reference.shape[1] // steps]
+def _difference(temperature: Floats, reference: Floats) -> Floats:
+    """Temperature less reference [K] at the times that both have."""
+    steps = math.gcd(temperature.shape[1], reference.shape[1])
+    difference: Floats = temperature[:, :: temperature.shape[1] // steps] - reference[:, :: reference.shape[1] // steps]
+    return difference
 
 
-def _median_seconds(action) -> float:
+def _median_seconds(action: Callable[[], object]) -> float:
     spent = []
     for _ in range(_REPEATS):
         begin = time.process_time()
@@ -221,7 +240,7 @@ def _median_seconds(action) -> float:
     return float(np.median(spent))
 
 
-def plot(rungs: list[Rung], path) -> Path:
+def plot(rungs: Sequence[SurfaceRung], path: Path) -> None:
     """Draw error against time a column, both axes logarithmic."""
     from matplotlib.figure import Figure
 
@@ -230,10 +249,11 @@ def plot(rungs: list[Rung], path) -> Path:
     axes.set(ylabel="rms error of surface temperature [K]", title="Surface temperature against casadi's oracle")
     for family, marker in (("periodic", "o-"), ("default", "*"), ("marching", "s")):
         chosen = [rung for rung in rungs if rung.family == family]
-        axes.plot([1e6 * rung.seconds for rung in chosen], [rung.rms for rung in chosen], marker, label=family)
-        for rung in chosen:
+        points = [(1e6 * rung.seconds, rung.rms) for rung in chosen if rung.rms is not None]
+        axes.plot([x for x, _ in points], [y for _, y in points], marker, label=family)
+        for rung, point in zip(chosen, points, strict=True):
             text = rung.name.replace("periodic, ", "")
-            axes.annotate(text, (1e6 * rung.seconds, rung.rms), textcoords="offset points", xytext=(4, 4), fontsize=7)
+            axes.annotate(text, point, textcoords="offset points", xytext=(4, 4), fontsize=7)
     for rung in rungs:
         if rung.rms is None:
             axes.axvline(1e6 * rung.seconds, color="grey", linestyle=":")
@@ -243,4 +263,3 @@ def plot(rungs: list[Rung], path) -> Path:
     axes.grid(alpha=0.3, which="both")
     axes.legend(fontsize=8)
     figure.savefig(path, dpi=110, metadata={"Software": None})
-    return Path(path)

@@ -1,6 +1,4 @@
-"""Error against run time of the whole tool: the ladders of its parts side by side, and which setting is the default and
-why.
-"""
+"""Error against run time of the whole tool: the ladders of its parts, with the default of each and its reason."""
 
 from __future__ import annotations
 
@@ -12,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.quantity import quantity
@@ -58,10 +57,10 @@ def _beats(one: Rung, other: Rung) -> bool:
     return no_worse and (one.error < other.error or one.seconds < other.seconds)
 
 
-def from_absorption(found: dict) -> list[Ladder]:
+def from_absorption(result: dict[str, Any]) -> list[Ladder]:
     """Ladders of spectral points from ``mat bench absorption --json``."""
     ladders = []
-    for band, content in found["bands"].items():
+    for band, content in result["bands"].items():
         compiled = [rung["name"] for rung in content["rungs"] if rung["name"].startswith("compiled")]
         # The compiler stops where its tolerance holds, at 64 points at most.
         default = max(
@@ -90,7 +89,7 @@ def from_absorption(found: dict) -> list[Ladder]:
     return ladders
 
 
-def from_atmosphere(found: dict) -> list[Ladder]:
+def from_atmosphere(result: dict[str, Any]) -> list[Ladder]:
     """Ladders of directions of the sky and of layers from ``mat bench atmosphere --json``; the error of the worst
     quantity.
     """
@@ -101,7 +100,7 @@ def from_atmosphere(found: dict) -> list[Ladder]:
         "layers": "the levels of the state, as they are given",
     }
     ladders = []
-    for band, content in found["bands"].items():
+    for band, content in result["bands"].items():
         for name, reason in why.items():
             rungs = [
                 Rung(
@@ -120,7 +119,7 @@ def from_atmosphere(found: dict) -> list[Ladder]:
     return ladders
 
 
-def from_surface(found: dict) -> list[Ladder]:
+def from_surface(result: dict[str, Any]) -> list[Ladder]:
     """The ladder of solver steps from ``mat bench surface --json``."""
     rungs = [
         Rung(
@@ -130,18 +129,18 @@ def from_surface(found: dict) -> list[Ladder]:
             rung["family"] == "default",
             rung["family"] in ("oracle", "energyplus", "peer"),
         )
-        for rung in found["rungs"]
+        for rung in result["rungs"]
         if rung["rms_error"] is not None
     ]
     why = "it begins with 96 steps, and takes 288 for surfaces that follow their forcing within a step"
     return [Ladder("surface solver, steps a day", "a column and day", "K, rms", tuple(rungs), why)]
 
 
-def from_textures(found: dict) -> list[Ladder]:
+def from_textures(result: dict[str, Any]) -> list[Ladder]:
     """The ladder of classifiers from ``tmm bench --json``."""
     rungs = [
         Rung(row["name"], 1 / max(row["rate"]["value"], 1e-9), 1 - row["overall_accuracy"]["value"], number == 0)
-        for number, row in enumerate(found["classifiers"])
+        for number, row in enumerate(result["classifiers"])
     ]
     why = "the first is what a job gets that names none: no training but its own seeds"
     return [Ladder("classifiers", "a million texels", "share of wrong texels", tuple(rungs), why)]
@@ -169,10 +168,11 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
     air, sun = BandAtmosphere.of(state, band), solar_irradiance(band.wavenumber)
     scale, generator = Scale.kelvin(response), np.random.default_rng(1)
     places = [random_places(getattr(GRID, name), 200, generator) for name in FIELDS]
-    truth = air.at_points(*places, sun)
+    ranges, altitudes, elevations, source_elevations, source_azimuths = places
+    truth = air.at_points(ranges, altitudes, elevations, source_elevations, source_azimuths, sun)
     rungs = []
 
-    def rung(name, tables_of, default=False):
+    def rung(name: str, tables_of: Callable[[], dict[str, Gridded]], default: bool = False) -> None:
         begin = time.process_time()
         tables = tables_of()
         spent = time.process_time() - begin
@@ -180,13 +180,13 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
         nodes = sum(table.values.size for table in tables.values())
         rungs.append(Rung(f"{name}, {nodes:,} nodes", spent, float(np.percentile(worst, 95)), default))
 
-    def thinned(stride):
+    def thinned(stride: int) -> dict[str, Gridded]:
         axes = (getattr(GRID, name) for name in FIELDS)
         grid = PathGrid(*(np.unique(np.append(axis[::stride], axis[-1])) for axis in axes))
         return Gridded.all_of(air.table(grid, sun), grid)
 
-    def held(tolerance):
-        found = placed_grids(
+    def placed(tolerance: float) -> dict[str, Gridded]:
+        grids = placed_grids(
             lambda grid, key: air.table(grid, sun, wanted=(key,)),
             lambda drawn, key, count: Probes.drawn(
                 air, GRID, sun, drawn, sky=count if key == "ambient" else 0, count=count, wanted=(key,)
@@ -196,24 +196,21 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
             seed=1,
             max_nodes=20_000_000,
         )
-        return {name: placed.table for name, placed in found.items()}
+        return {name: grid.table for name, grid in grids.items()}
 
     for stride in strides:
         rung("the job's axes" if stride == 1 else f"one in {stride} of them", partial(thinned, stride), stride == 1)
     for tolerance in tolerances:
         try:
-            rung(f"tolerance {tolerance:g} K", partial(held, tolerance))
-        except CheckFailed:  # a ladder ends where a rung cannot be had
+            rung(f"tolerance {tolerance:g} K", partial(placed, tolerance))
+        except CheckFailed:  # no affordable grid meets this tolerance or a smaller one
             break
-    why = (
-        "axes written out are read and understood at a glance; a tolerance takes more seconds once and holds what it"
-        " says"
-    )
+    why = "axes written out are easy to read; a tolerance takes more build time and guarantees the error"
     low, high = band_um
     return [Ladder(f"grid of the tables, {low:g}-{high:g} um", "a table", "K, 95 % of reads", tuple(rungs), why)]
 
 
-def run_command(program: str, *arguments: str) -> dict:
+def run_command(program: str, *arguments: str) -> dict[str, Any]:
     """The JSON of a command of this package, run in a process of its own so that its clock counts it alone.
 
     Raises
@@ -222,14 +219,15 @@ def run_command(program: str, *arguments: str) -> dict:
         The command failed.
     """
     code = f"from skyshine.{program}.cli import main; main()"
-    done = subprocess.run([sys.executable, "-c", code, *arguments, "--json"], capture_output=True, text=True)
-    if done.returncode:
-        raise CheckFailed(f"{program} {' '.join(arguments)}: {done.stderr.strip() or done.returncode}")
-    return json.loads(done.stdout)
+    process = subprocess.run([sys.executable, "-c", code, *arguments, "--json"], capture_output=True, text=True)
+    if process.returncode:
+        raise CheckFailed(f"{program} {' '.join(arguments)}: {process.stderr.strip() or process.returncode}")
+    result: dict[str, Any] = json.loads(process.stdout)
+    return result
 
 
 def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[], list[Ladder]]]:
-    """What there is to measure, by name.
+    """Parts of the tool to measure, by name.
 
     Parameters
     ----------
@@ -239,7 +237,7 @@ def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[
         Job of textures and labels, as ``tmm bench`` takes them.
     """
     short = ("--quick",) if quick else ()
-    found = {
+    parts_by_name = {
         "spectral points": lambda: from_absorption(run_command("mat", "bench", "absorption", *short)),
         "directions and layers": lambda: from_atmosphere(run_command("mat", "bench", "atmosphere", *short)),
         "surface solver": lambda: from_surface(run_command("mat", "bench", "surface", *short)),
@@ -248,11 +246,11 @@ def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[
         ),
     }
     if textures:
-        found["classifiers"] = lambda: from_textures(run_command("tmm", "bench", *textures))
-    return found
+        parts_by_name["classifiers"] = lambda: from_textures(run_command("tmm", "bench", *textures))
+    return parts_by_name
 
 
-def describe(ladders: Sequence[Ladder], seconds: dict[str, float]) -> dict:
+def describe(ladders: Sequence[Ladder], seconds: dict[str, float]) -> dict[str, Any]:
     """All ladders as plain values; `seconds` of wall clock that each part took."""
     return {
         "ladders": [

@@ -1,30 +1,30 @@
 """The error budget of a built database: each source of error switched on alone, and all together.
 
 The reference is the spectral integral over all points of the band, at the pixel itself, with temperatures solved there.
-Sources are those of DSTO-TN-0193; every one is the difference that it makes alone.
+The sources are those of DSTO-TN-0193; each error is the change of radiance that one source makes alone.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.budget.built_tables import Tables, frame_centres, vertices
+from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres, vertices
 from skyshine.mat.budget.columns import temperatures_at
 from skyshine.mat.budget.options import (
     FIELDS_OF_VIEW,
+    BudgetViews,
     Option,
-    Seen,
     frame_errors,
     options_of_averages,
     options_of_frames,
 )
 from skyshine.mat.budget.runtime_terms import (
+    AtmosphereReadings,
     Finish,
-    Readings,
     exact_normalisation,
     reflection,
     runtime_radiance,
@@ -43,6 +43,7 @@ from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.arrays import Floats, Integers
 
 FINE_STEPS = 288  # solver times of the reference temperatures
 SOURCES = {
@@ -80,15 +81,16 @@ class Budget:
     radiance : (n, M) array
         The reference, W m^-2 sr^-1.
     errors : dict of str to (n, M) array
-        Of each source (`SOURCES`), W m^-2 sr^-1; that of misclassification (n, M, M), by the material found.
-    found_share : (M, M) array or None
-        Share of the texels of each material that are found to be each other.
+        Of each source (`SOURCES`), W m^-2 sr^-1; that of misclassification (n, M, M), by the material
+        assigned.
+    assigned_share : (M, M) array or None
+        Share of the texels of each material that the classifier assigns to each material.
     extrapolation : dict of str to (F, n, M) array
         The two errors of extrapolation for each of `FIELDS_OF_VIEW`.
     frames : dict of str to (F, n, M) array
         Errors of the stored tables off the centre of a frame, for each of `options.READINGS` and `FIELDS_OF_VIEW`.
     options : dict of str to Option
-        Errors that other tables and readings remove, what is left of them, and what that costs.
+        Errors before and after other tables and readings, and what these cost.
     """
 
     state: int
@@ -97,11 +99,11 @@ class Budget:
     materials: tuple[str, ...]
     views: Views
     response: SpectralResponse
-    radiance: np.ndarray
-    errors: dict[str, np.ndarray] = field(default_factory=dict)
-    found_share: np.ndarray | None = None
-    extrapolation: dict[str, np.ndarray] = field(default_factory=dict)
-    frames: dict[str, np.ndarray] = field(default_factory=dict)
+    radiance: Floats
+    errors: dict[str, Floats] = field(default_factory=dict)
+    assigned_share: Floats | None = None
+    extrapolation: dict[str, Floats] = field(default_factory=dict)
+    frames: dict[str, Floats] = field(default_factory=dict)
     options: dict[str, Option] = field(default_factory=dict)
 
 
@@ -161,11 +163,12 @@ def error_budget(
 
 
 class _Scene:
-    """Everything that the budget of one state, band and source takes."""
+    """Tables, materials and forcing of the budget of one state, band and source."""
 
-    def __init__(self, prepared, library, tables, source):
+    def __init__(self, prepared: Prepared, library: MaterialLibrary, tables: Tables, source: str) -> None:
         job = prepared.loaded.trimmed
-        self.tables, self.numbers, self.source = tables, (prepared.state, prepared.band), source
+        self.tables, self.source = tables, source
+        self.state, self.band = prepared.state, prepared.band
         self.response, self.grid = prepared.response, path_grid(job)
         self.exact, self.few = prepared.exact, prepared.few
         self.light, self.few_light = (
@@ -178,122 +181,152 @@ class _Scene:
         micron = 1e4 / self.exact.band.wavenumber
         self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
 
-    def budget(self, views: Views, generator) -> Budget:
+    def budget(self, views: Views, generator: np.random.Generator) -> Budget:
         band, tables, finish = self.exact.band, self.tables, self.tables.finish
         place = (views.range, views.altitude, views.elevation, views.source_elevation, views.relative_azimuth)
         lines = self.exact.spectral_at_points(*place, self.light)
         best = self._finish(views, views.normal)
         bounce = reflection(views, views.normal, best)
-        fine, own = (
+        fine, coarse = (
             self._temperature(views, views.normal, views.surface_altitude, steps) for steps in (FINE_STEPS, self.steps)
         )
         truth = spectral_radiance(lines, band, fine, self.reflectance, bounce)
-        full, few = Readings.integrated(lines, band), Readings.of(self.few.at_points(*place, self.few_light))
+        full, few = (
+            AtmosphereReadings.integrated(lines, band),
+            AtmosphereReadings.of(self.few.at_points(*place, self.few_light)),
+        )
         read = tables.readings(views)
         glow = tables.blackbody(fine)
         base = runtime_radiance(full, glow, bounce, finish)
-        budget = Budget(*self.numbers, self.source, tables.materials, views, self.response, truth)
+        budget = Budget(self.state, self.band, self.source, tables.materials, views, self.response, truth)
         flat = np.repeat(finish.reflectance[:, None], band.weight.size, axis=1)
         outside = np.repeat(full.transmittance, band.weight.size, axis=1)
         errors = budget.errors
         errors["reflectance"] = spectral_radiance(lines, band, fine, flat, bounce) - truth
         errors["transmittance"] = spectral_radiance(lines, band, fine, self.reflectance, bounce, outside) - truth
         errors["compiled_band"] = runtime_radiance(few, glow, bounce, finish) - base
-        errors["solver_steps"] = runtime_radiance(full, tables.blackbody(own), bounce, finish) - base
-        self._of_tables(budget, views, own, few, read, bounce)
-        self._of_faces_and_frames(budget, views, own, few, bounce, generator)
+        errors["solver_steps"] = runtime_radiance(full, tables.blackbody(coarse), bounce, finish) - base
+        self._of_tables(budget, views, coarse, few, read, bounce)
+        self._of_faces_and_frames(budget, views, coarse, few, bounce, generator)
         mean = reflection(views, views.normal, finish)
         errors["normalisation"] = runtime_radiance(full, glow, mean, finish) - base
         self._of_materials(budget, full, glow, bounce, best)
-        seen = Seen(views, lines, band, self.reflectance, fine, glow, bounce, full, truth, base)
+        seen = BudgetViews(views, lines, band, self.reflectance, fine, glow, bounce, full, truth, base)
         budget.options = options_of_averages(tables, seen, errors["normalisation"]) | budget.options
         return budget
 
-    def _finish(self, views, normal) -> Finish:
-        """The tables' finish with N_s of the very angles."""
-        f = self.tables.finish
-        return Finish(f.reflectance, f.specular_fraction, f.shininess, exact_normalisation(f.shininess, views, normal))
+    def _finish(self, views: Views, normal: Floats) -> Finish:
+        """The tables' finish with N_s at the exact angles of incidence."""
+        finish = self.tables.finish
+        return replace(finish, normalisation=exact_normalisation(finish.shininess, views, normal))
 
-    def _temperature(self, views, normal, altitude, steps):
+    def _temperature(self, views: Views, normal: Floats, altitude: Floats, steps: int) -> Floats:
         slope, azimuth = self.tables.facing(normal)
         return temperatures_at(
             self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps, given=self.given
         )
 
-    def _of_tables(self, budget, views, own, few, read, bounce):
+    def _of_tables(
+        self,
+        budget: Budget,
+        views: Views,
+        temperature: Floats,
+        few: AtmosphereReadings,
+        read: AtmosphereReadings,
+        bounce: Floats,
+    ) -> None:
         """Interpolation: of each quantity, then of all; against direct computation with the same points and solver."""
         tables, finish = self.tables, self.tables.finish
-        warm, cold = (
-            tables.blackbody(tables.temperature(views, views.normal, views.surface_altitude)),
-            tables.blackbody(own),
-        )
-        direct = runtime_radiance(few, cold, bounce, finish)
-        budget.errors["temperature_table"] = runtime_radiance(few, warm, bounce, finish) - direct
-        parts = vars(few)
+        read_glow = tables.blackbody(tables.temperature(views, views.normal, views.surface_altitude))
+        glow = tables.blackbody(temperature)
+        direct = runtime_radiance(few, glow, bounce, finish)
+        budget.errors["temperature_table"] = runtime_radiance(few, read_glow, bounce, finish) - direct
         for name, key in (
             ("beta_star_table", "transmittance"),
             ("path_radiance_table", "path_radiance_ratio"),
             ("ambient_table", "ambient"),
             ("direct_table", "direct"),
         ):
-            one = Readings(**{**parts, key: getattr(read, key)})
-            budget.errors[name] = runtime_radiance(one, cold, bounce, finish) - direct
-        budget.errors["tables"] = runtime_radiance(read, warm, bounce, finish) - direct
+            one_read = replace(few, **{key: getattr(read, key)})
+            budget.errors[name] = runtime_radiance(one_read, glow, bounce, finish) - direct
+        budget.errors["tables"] = runtime_radiance(read, read_glow, bounce, finish) - direct
 
-    def _of_faces_and_frames(self, budget, views, own, few, bounce, generator):
+    def _of_faces_and_frames(
+        self,
+        budget: Budget,
+        views: Views,
+        temperature: Floats,
+        few: AtmosphereReadings,
+        bounce: Floats,
+        generator: np.random.Generator,
+    ) -> None:
         """Faces, extrapolation from the centre pixel, and everything together."""
         tables, finish = self.tables, self.tables.finish
-        here = runtime_radiance(few, tables.blackbody(own), bounce, finish)
+        glow = tables.blackbody(temperature)
+        here = runtime_radiance(few, glow, bounce, finish)
         ends = vertices(views, self.grid, tables)
-        across = 0.0
-        for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
-            kelvin = self._temperature(views, end.normal, end.surface_altitude, self.steps)
-            q = Readings.of(self.few.at_points(*end.place(views), self.few_light))
-            light = reflection(views, end.normal, self._finish(views, end.normal))
-            across = across + weight[:, None] * runtime_radiance(q, tables.blackbody(kelvin), light, finish)
-        budget.errors["face"] = across - here
+        budget.errors["face"] = self._across_faces(views, ends) - here
         offset = generator.uniform(-0.5, 0.5, (2, len(views)))
         chosen = generator.integers(len(FIELDS_OF_VIEW), size=len(views))
-        found = {"transmittance_extrapolation": [], "radiance_extrapolation": []}
+        assigned = tables.assigned_materials(generator, (here.shape[0], here.shape[1]))
+        errors: dict[str, list[Floats]] = {"transmittance_extrapolation": [], "radiance_extrapolation": []}
         together = np.empty_like(here)
-        names = tables.found_names(generator, here.shape)
         for number, width in enumerate(FIELDS_OF_VIEW):
             centre = frame_centres(views, self.grid, offset * width)
-            q = Readings.of(self.few.at_points(*centre.place(views), self.few_light))
-            own_tau = Readings(q.at_range(centre.range, views.range), few.path_radiance_ratio, few.ambient, few.direct)
-            rest = Readings(few.transmittance, q.path_radiance_ratio, q.ambient, q.direct)
-            for name, readings in zip(found, (own_tau, rest), strict=True):
-                found[name].append(runtime_radiance(readings, tables.blackbody(own), bounce, finish) - here)
+            at_centre = AtmosphereReadings.of(self.few.at_points(*centre.place(views), self.few_light))
+            extrapolated = (
+                replace(few, transmittance=at_centre.at_range(centre.range, views.range)),
+                replace(at_centre, transmittance=few.transmittance),
+            )
+            for name, readings in zip(errors, extrapolated, strict=True):
+                errors[name].append(runtime_radiance(readings, glow, bounce, finish) - here)
             rows = chosen == number
-            together[rows] = self._all_together(views, ends, tables.readings(views, centre), centre, names)[rows]
-        budget.extrapolation = {name: np.array(values) for name, values in found.items()}
+            together[rows] = self._all_together(views, ends, tables.readings(views, centre), centre, assigned)[rows]
+        budget.extrapolation = {name: np.array(values) for name, values in errors.items()}
         row = np.arange(len(views))
-        for name, values in budget.extrapolation.items():
-            budget.errors[name] = values[chosen, row]
+        for name, by_field in budget.extrapolation.items():
+            budget.errors[name] = by_field[chosen, row]
         budget.errors["all"] = together - budget.radiance
-        cold = tables.blackbody(own)
         budget.frames = frame_errors(
-            tables, views, self.grid, offset, here, lambda read: runtime_radiance(read, cold, bounce, finish)
+            tables, views, self.grid, offset, here, lambda read: runtime_radiance(read, glow, bounce, finish)
         )
         budget.options |= options_of_frames(tables, views, self.grid, budget.frames, chosen)
 
-    def _all_together(self, views, ends, read, centre, names):
-        """What the runtime shows: tables at the centre pixel, vertices, mean N_s, the materials that the textures
-        name.
-        """
-        tables, finish, shown = self.tables, self.tables.finish, 0.0
+    def _across_faces(self, views: Views, ends: tuple[ViewLine, ViewLine]) -> Floats:
+        """Radiance (n, M) interpolated between the vertices, with quantities and temperatures computed there."""
+        radiance = np.zeros((len(views), len(self.materials)))
         for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
-            tau = read.at_range(centre.range, end.range)
-            readings = Readings(tau, read.path_radiance_ratio, read.ambient, read.direct)
+            glow = self.tables.blackbody(self._temperature(views, end.normal, end.surface_altitude, self.steps))
+            readings = AtmosphereReadings.of(self.few.at_points(*end.place(views), self.few_light))
+            bounce = reflection(views, end.normal, self._finish(views, end.normal))
+            radiance = radiance + weight[:, None] * runtime_radiance(readings, glow, bounce, self.tables.finish)
+        return radiance
+
+    def _all_together(
+        self,
+        views: Views,
+        ends: tuple[ViewLine, ViewLine],
+        read: AtmosphereReadings,
+        centre: ViewLine,
+        assigned: Integers,
+    ) -> Floats:
+        """Radiance (n, M) of a runtime: tables at the centre pixel, vertices, mean N_s, materials of the textures."""
+        tables, finish = self.tables, self.tables.finish
+        shown = np.zeros(assigned.shape)
+        for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
+            readings = replace(read, transmittance=read.at_range(centre.range, end.range))
             glow = tables.blackbody(tables.temperature(views, end.normal, end.surface_altitude))
             values = runtime_radiance(readings, glow, reflection(views, end.normal, finish), finish)
-            shown = shown + weight[:, None] * np.take_along_axis(values, names, axis=1)
+            shown = shown + weight[:, None] * np.take_along_axis(values, assigned, axis=1)
         return shown
 
-    def _of_materials(self, budget, full, glow, bounce, finish):
-        share = self.tables.found_share
+    def _of_materials(
+        self, budget: Budget, full: AtmosphereReadings, glow: Floats, bounce: Floats, finish: Finish
+    ) -> None:
+        """Change of radiance where a texture names another material."""
+        share = self.tables.assigned_share
         if share is None:
             return
-        each = runtime_radiance(full, glow, bounce, finish)
-        budget.found_share = share
-        budget.errors["misclassification"] = each[:, None, :] - each[:, :, None]
+        radiance = runtime_radiance(full, glow, bounce, finish)
+        budget.assigned_share = share
+        budget.errors["misclassification"] = radiance[:, None, :] - radiance[:, :, None]

@@ -1,22 +1,23 @@
-"""Reading built databases as a runtime does, for an error budget: the pixel, the centre of its frame, the vertices of
-its face.
-"""
+"""Reading built databases as a runtime does: at the pixel, the centre of its frame and the vertices of its face."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
-from skyshine.mat.budget.runtime_terms import Finish, Readings
+from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Finish
 from skyshine.mat.budget.views import Views, direction, fold, on_axes, slope_and_azimuth
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
+from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, ThermalTable, open_table
+from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm
 
@@ -26,16 +27,16 @@ _FARTHEST = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
-    """Another line of sight from the same observers: (n,) arrays as `Views`; normals (n, 3) of what it meets."""
+class ViewLine:
+    """Another line of sight from the same observers: (n,) arrays as `Views`; normals (n, 3) of the surface it meets."""
 
-    range: np.ndarray
-    elevation: np.ndarray
-    heading: np.ndarray
-    surface_altitude: np.ndarray
-    normal: np.ndarray
+    range: Floats
+    elevation: Floats
+    heading: Floats
+    surface_altitude: Floats
+    normal: Floats
 
-    def place(self, views: Views):
+    def place(self, views: Views) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Range, altitude, elevation, source elevation and relative azimuth, as `BandAtmosphere.at_points` takes
         them.
         """
@@ -56,7 +57,7 @@ class Tables:
     band: BandTable
     air: AtmosphereTable
     thermal: ThermalTable | None
-    found_share: np.ndarray | None
+    assigned_share: Floats | None
 
     @classmethod
     def open(cls, folder: Path, state: int, band: int, source: str, job: Job) -> Tables:
@@ -65,7 +66,7 @@ class Tables:
         Raises
         ------
         InputError
-            One is missing, damaged, or of other materials than the rest.
+            One is missing or damaged, or two hold different materials.
         """
         names = [
             state_file(state, len(job.states)),
@@ -77,9 +78,15 @@ class Tables:
         for name in names:
             if not (folder / name).is_file():
                 raise InputError(f"holds no {name}; build the job first: mat build", file=folder)
-        surface, properties, air, *rest = (open_table(folder / name) for name in names)
-        for name, other in ((names[1], properties), *zip(names[3:], rest, strict=True)):
-            if list(surface.materials.values()) != list(other.materials.values()):
+        surface = _open(TemperatureTable, folder / names[0])
+        properties = _open(BandTable, folder / names[1])
+        air = _open(AtmosphereTable, folder / names[2])
+        thermal = _open(ThermalTable, folder / names[3]) if len(names) > 3 else None
+        others = [(names[1], properties.materials)]
+        if thermal is not None:
+            others.append((names[3], thermal.materials))
+        for name, materials in others:
+            if list(surface.materials.values()) != list(materials.values()):
                 raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
         if NORMALISATION_BY_ANGLE in job.extra_tables and "normalisation_fine" not in properties.root.variables:
             raise InputError(
@@ -87,8 +94,8 @@ class Tables:
                 file=folder,
             )
         textures = [folder / f"{texture.name}.tmm.h5" for texture in job.textures]
-        share = _found_shares([file for file in textures if file.is_file()], list(surface.materials))
-        return cls(surface, properties, air, rest[0] if rest else None, share)
+        share = _assigned_shares([file for file in textures if file.is_file()], list(surface.materials))
+        return cls(surface, properties, air, thermal, share)
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -96,7 +103,7 @@ class Tables:
         return tuple(self.surface.materials)
 
     @property
-    def surface_axes(self) -> dict[str, np.ndarray]:
+    def surface_axes(self) -> dict[str, Floats]:
         """Nodes of the temperature table's axes of place and time."""
         return {
             name: np.asarray(self.surface.root.axes[name].values, float)
@@ -109,11 +116,11 @@ class Tables:
         names = ("reflectance", "specular_fraction", "shininess", "normalisation")
         return Finish(*(self.band.root.variables[name].data.astype(float) for name in names))
 
-    def facing(self, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def facing(self, normal: Floats) -> tuple[Floats, Floats]:
         """Slope and azimuth of normals, as the axes have them."""
         return slope_and_azimuth(on_axes(normal, self.surface_axes))
 
-    def temperature(self, views: Views, normal: np.ndarray, altitude: np.ndarray) -> np.ndarray:
+    def temperature(self, views: Views, normal: Floats, altitude: Floats) -> Floats:
         """Interpolated temperatures (n, M), K."""
         slope, azimuth = self.facing(normal)
         codes = np.array(list(self.surface.materials.values()))
@@ -122,26 +129,26 @@ class Tables:
             material=codes, out_of_range="clamp", **{name: values[:, None] for name, values in columns.items()}
         )
 
-    def blackbody(self, temperature: np.ndarray) -> np.ndarray:
+    def blackbody(self, temperature: Floats) -> Floats:
         """Band radiance of black bodies."""
         return self.band.blackbody_radiance(temperature)
 
-    def readings(self, views: Views, sight: Sight | None = None) -> Readings:
-        """The interpolated quantities of the views, or of other sights of the same observers."""
-        sight = sight or Sight(views.range, views.elevation, views.heading, views.surface_altitude, views.normal)
+    def readings(self, views: Views, line: ViewLine | None = None) -> AtmosphereReadings:
+        """Interpolated quantities of the views, or of other lines of sight of the same observers."""
+        line = line or ViewLine(views.range, views.elevation, views.heading, views.surface_altitude, views.normal)
         names = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
-        place = dict(zip(names, sight.place(views), strict=True))
+        place = dict(zip(names, line.place(views), strict=True))
         path = {name: place[name] for name in names[:3]}
         source = path | {"source_elevation": place["source_elevation"]}
 
-        def read(name, where):
+        def read(name: str, where: Mapping[str, Floats]) -> Floats:
             return self.air.value(name, out_of_range="clamp", **where)
 
-        tau = self.air.transmittance(range=sight.range, beta_star=read("beta_star", path))
+        tau = self.air.transmittance(range=line.range, beta_star=read("beta_star", path))
         values = read("path_radiance_ratio", place), read("ambient_radiance", source), read("direct_radiance", source)
-        return Readings(*(value[:, None] for value in (tau, *values)))
+        return AtmosphereReadings(*(value[:, None] for value in (tau, *values)))
 
-    def weighted_reflectance(self, temperature: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def weighted_reflectance(self, temperature: Floats) -> tuple[Floats, Floats]:
         """Reflectance weighted by Planck radiance at the temperatures (n, M), and by sunlight (M,)."""
         codes = np.array(list(self.band.materials.values()))
         planck = self.band.value(
@@ -149,21 +156,23 @@ class Tables:
         )
         return planck, self.band.root.variables["reflectance_solar"].data.astype(float)
 
-    def normalisation_at(self, cosine: np.ndarray) -> np.ndarray:
+    def normalisation_at(self, cosine: Floats) -> Floats:
         """N_s of the materials at cosines of incidence (n, 1), (n, M)."""
         codes = np.array(list(self.band.materials.values()))
         angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
         return self.band.value("normalisation_by_angle", material=codes, source_angle=angle, out_of_range="clamp")
 
-    def normalisation_to_grazing(self, cosine: np.ndarray) -> np.ndarray:
+    def normalisation_to_grazing(self, cosine: Floats) -> Floats:
         """The same from the finer table that a job may ask for."""
         codes = np.array(list(self.band.materials.values()))
         return self.band.normalisation(material=codes, angle=np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0))))
 
-    def emitted_transmittance(self, views: Views, temperature: np.ndarray) -> np.ndarray:
+    def emitted_transmittance(self, views: Views, temperature: Floats) -> Floats:
         """Transmittance (n, M) of what the materials emit at their temperatures (n, M), from the table that a job may
         ask for.
         """
+        if self.thermal is None:
+            raise ValueError("the job builds no table of weighted transmittance")
         codes = np.array(list(self.thermal.materials.values()))
         distance, altitude, elevation = (values[:, None] for values in (views.range, views.altitude, views.elevation))
         beta = self.thermal.beta_star(
@@ -176,65 +185,79 @@ class Tables:
         )
         return self.thermal.transmittance(range=distance, beta_star=beta)
 
-    def found_names(self, generator: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
-        """Which material each of (n, M) texels is found to be, drawn from the shares."""
+    def assigned_materials(self, generator: np.random.Generator, shape: tuple[int, int]) -> Integers:
+        """Material that the classifier assigns to each of (n, M) texels, drawn from the shares."""
         true = np.broadcast_to(np.arange(shape[1]), shape)
-        if self.found_share is None:
+        if self.assigned_share is None:
             return np.array(true)
         drawn = generator.random(shape)[..., None]
-        return np.argmax(np.cumsum(self.found_share, axis=1)[true] > drawn, axis=-1)
+        assigned: Integers = np.argmax(np.cumsum(self.assigned_share, axis=1)[true] > drawn, axis=-1)
+        return assigned
 
 
-def _found_shares(files: list[Path], names: list[str]) -> np.ndarray | None:
-    """Of the texels of each material (M,), the share found to be each other, (M, M), from held-out seeds.
+def _assigned_shares(files: list[Path], names: list[str]) -> Floats | None:
+    """Share of the texels of each material that the classifier assigns to each material, (M, M), from held-out seeds.
 
-    Texels found to be unknown, or of materials that are not built, are left out. A material that was not tested is
-    right.
+    Texels assigned to no material, or to one that is not built, are not counted. A material that was not tested counts
+    as always right.
     """
     total = np.zeros((len(names), len(names)))
-    at = {name: number for number, name in enumerate(names)}
+    index = {name: number for number, name in enumerate(names)}
     for file in files:
         with open_tmm(file) as texture:
             labels, confusion = list(texture.materials.values()), texture.array("quality/confusion")[:, 1:]
-        known = [number for number, name in enumerate(labels) if name in at]
-        rows = [at[labels[number]] for number in known]
+        known = [number for number, name in enumerate(labels) if name in index]
+        rows = [index[labels[number]] for number in known]
         total[np.ix_(rows, rows)] += confusion[np.ix_(known, known)]
     if not total.any():
         return None
     tested = total.sum(axis=1) > 0
     total[~tested] = np.eye(len(names))[~tested]
-    return total / total.sum(axis=1, keepdims=True)
+    shares: Floats = total / total.sum(axis=1, keepdims=True)
+    return shares
 
 
-def vertices(views: Views, grid: PathGrid, tables: Tables) -> tuple[Sight, Sight]:
+TableType = TypeVar("TableType", bound=Table)
+
+
+def _open(kind: type[TableType], path: Path) -> TableType:
+    """Open a database that must be of one kind."""
+    table = open_table(path)
+    if not isinstance(table, kind):
+        raise InputError(
+            f"holds a table of type {table.filetype}, which its name does not say; build the job again: mat build",
+            file=path,
+        )
+    return table
+
+
+def vertices(views: Views, grid: PathGrid, tables: Tables) -> tuple[ViewLine, ViewLine]:
     """The two vertices between which a pixel's radiance is interpolated."""
-    found = []
-    for share in (-views.share, 1 - views.share):
-        step = views.along * (share * views.face)[:, None] * 1e-3
-        line = direction(views.elevation, views.heading) * views.range[:, None] + step
-        distance = np.linalg.norm(line, axis=1)
-        # The Earth curves too little along a face to be seen: only the difference to the pixel counts.
-        elevation = views.elevation + np.degrees(
-            np.arcsin(np.clip(line[:, 2] / distance, -1, 1)) - np.arcsin(np.sin(np.radians(views.elevation)))
-        )
-        heading = np.degrees(np.arctan2(line[:, 0], line[:, 1]))
-        normal = views.normal + views.along * (np.tan(views.bend) * share)[:, None]
-        normal = on_axes(normal / np.linalg.norm(normal, axis=1, keepdims=True), tables.surface_axes)
-        low, high = tables.surface_axes["altitude"][[0, -1]]
-        altitude = np.clip(views.surface_altitude + step[:, 2], low, high)
-        found.append(
-            Sight(
-                np.clip(distance, grid.range_km[0], grid.range_km[-1]),
-                np.clip(elevation, grid.elevation_deg[0], grid.elevation_deg[-1]),
-                heading,
-                altitude,
-                normal,
-            )
-        )
-    return tuple(found)
+    first, second = (_face_point(views, grid, tables, share) for share in (-views.share, 1 - views.share))
+    return first, second
 
 
-def frame_centres(views: Views, grid: PathGrid, offset: np.ndarray) -> Sight:
+def _face_point(views: Views, grid: PathGrid, tables: Tables, share: Floats) -> ViewLine:
+    """Line of sight to the point of the face that is `share` (n,) of its length from the pixel."""
+    step = views.along * (share * views.face)[:, None] * 1e-3
+    line = direction(views.elevation, views.heading) * views.range[:, None] + step
+    distance = np.linalg.norm(line, axis=1)
+    # The Earth curves too little along a face to be seen: only the difference to the pixel counts.
+    elevation = views.elevation + np.degrees(
+        np.arcsin(np.clip(line[:, 2] / distance, -1, 1)) - np.arcsin(np.sin(np.radians(views.elevation)))
+    )
+    normal = views.normal + views.along * (np.tan(views.bend) * share)[:, None]
+    low, high = tables.surface_axes["altitude"][[0, -1]]
+    return ViewLine(
+        np.clip(distance, grid.range_km[0], grid.range_km[-1]),
+        np.clip(elevation, grid.elevation_deg[0], grid.elevation_deg[-1]),
+        heading=np.degrees(np.arctan2(line[:, 0], line[:, 1])),
+        surface_altitude=np.clip(views.surface_altitude + step[:, 2], low, high),
+        normal=on_axes(normal / np.linalg.norm(normal, axis=1, keepdims=True), tables.surface_axes),
+    )
+
+
+def frame_centres(views: Views, grid: PathGrid, offset: Floats) -> ViewLine:
     """Lines of sight of the centre pixels, `offset` (2, n) degree across and down from the views."""
     elevation = np.clip(views.elevation + offset[1], grid.elevation_deg[0], grid.elevation_deg[-1])
     heading = views.heading + offset[0] / np.maximum(np.cos(np.radians(views.elevation)), 0.05)
@@ -245,4 +268,4 @@ def frame_centres(views: Views, grid: PathGrid, offset: np.ndarray) -> Sight:
     far = _FARTHEST * views.range
     distance = np.where((inside >= 0) & (level > 0), np.minimum(level, far), far)
     distance = np.clip(distance, grid.range_km[0], grid.range_km[-1])
-    return Sight(distance, elevation, heading, views.surface_altitude, views.normal)
+    return ViewLine(distance, elevation, heading, views.surface_altitude, views.normal)

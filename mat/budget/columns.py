@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import at_hours
+from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.schemas.arrays import Floats, Integers
 
 _BATCH = 24  # places whose altitudes x planes are set up together; only the pairs asked for are solved
 
@@ -19,21 +21,21 @@ _BATCH = 24  # places whose altitudes x planes are set up together; only the pai
 def temperatures_at(
     materials: Sequence[SurfaceMaterial],
     inputs: tuple[SunPath, NearSurfaceAir, Sky],
-    altitude_km,
-    azimuth_deg,
-    slope_deg,
-    time_h,
+    altitude_km: Floats,
+    azimuth_deg: Floats,
+    slope_deg: Floats,
+    time_h: Floats,
     *,
     steps: int,
     given: Mapping[str, float | tuple[float, ...]] | None = None,
-) -> np.ndarray:
+) -> Floats:
     """Temperature of every material at every place.
 
     Parameters
     ----------
     materials : sequence of M SurfaceMaterial
     inputs : SunPath, NearSurfaceAir, Sky
-        Of `surface_inputs.scene_inputs`.
+        Of `scene.surface.scene_inputs`.
     altitude_km, azimuth_deg, slope_deg, time_h : (n,) arrays
     steps : int
         Solver times of a day, a divisor of 576.
@@ -52,14 +54,8 @@ def temperatures_at(
         part = slice(start, min(start + _BATCH, count))
         altitude, azimuth, slope, time = (column[part] for column in columns)
         scene = Scene(*inputs, altitude * 1e3, slope, azimuth)
-        own = np.arange(altitude.size) * (altitude.size + 1)  # the pairs of one place, among altitudes x planes
-        forcings: dict[int, object] = {}
-
-        def forcing_at(n, scene=scene, own=own, forcings=forcings):
-            if n not in forcings:
-                forcings[n] = scene.forcing(n).columns(own)
-            return forcings[n]
-
+        # Of all pairs of altitude and plane, those that belong to one place.
+        forcing_at = _forcing_of(scene, np.arange(altitude.size) * (altitude.size + 1))
         for number, material in enumerate(materials):
             if given and material.name in given:
                 result[part, number] = at_hours(given[material.name], time)
@@ -69,10 +65,23 @@ def temperatures_at(
     return result
 
 
-def _at_time(temperature: np.ndarray, time_h: np.ndarray) -> np.ndarray:
-    """Periodic temperatures (n, N), each row at its own hour."""
+def _forcing_of(scene: Scene, columns: Integers) -> Callable[[int], Forcing]:
+    """Forcing of some columns of a scene by the number of times, each number set up once."""
+    forcings: dict[int, Forcing] = {}
+
+    def forcing_at(count: int) -> Forcing:
+        if count not in forcings:
+            forcings[count] = scene.forcing(count).columns(columns)
+        return forcings[count]
+
+    return forcing_at
+
+
+def _at_time(temperature: Floats, time_h: Floats) -> Floats:
+    """Interpolate periodic temperatures (n, N), each row at its own hour."""
     steps = temperature.shape[1]
     place = np.mod(time_h, 24.0) * steps / 24.0
     before = np.floor(place).astype(int)
     share, row = place - before, np.arange(len(temperature))
-    return temperature[row, before % steps] * (1 - share) + temperature[row, (before + 1) % steps] * share
+    at_time: Floats = temperature[row, before % steps] * (1 - share) + temperature[row, (before + 1) % steps] * share
+    return at_time

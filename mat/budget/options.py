@@ -1,22 +1,22 @@
-"""Gain and cost of a runtime that reads more than the classic tables.
+"""Errors that a runtime avoids when it reads more than the classic tables, and the cost of doing so.
 
-Each option is measured where it acts: the same error before and after. Tables that the job's build has written are read
-as a runtime reads them, interpolation included, on both sides; what it has not written is computed exactly on both
-sides.
+Each option is measured as the same error before and after. Tables that the job's build has written are read as a
+runtime reads them, with interpolation, both before and after; other tables are replaced by exact computation in both.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.budget.built_tables import Sight, Tables, frame_centres
+from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres
 from skyshine.mat.budget.runtime_terms import (
+    AtmosphereReadings,
     Finish,
-    Readings,
     incidence,
     reflection,
     runtime_radiance,
@@ -28,6 +28,8 @@ from skyshine.mat.quantities.emission import emission_weights
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.tables.build_record import cost_of
+from skyshine.mat.tables.loader import AtmosphereTable
+from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 
 FIELDS_OF_VIEW = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0)  # degree
@@ -37,14 +39,15 @@ _STARRED = ("beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radi
 
 @dataclass(frozen=True)
 class Cost:
-    """What an option takes.
+    """What an option costs.
 
     Attributes
     ----------
     bytes : int or None
         Of its arrays or file, packed; None where the job has not written it.
     seconds : float or None
-        Of its build; None where it was not built, where its record is lost, or where it is part of another table's.
+        Of its build; None where it was not built, where its record is missing, or where another table's build
+        includes it.
     per_frame, per_pixel : float
         Table values that a runtime reads beyond the 72 a frame of the classic tables (fewer where an axis has one
         node); not a number where the number of classes is not known.
@@ -58,7 +61,7 @@ class Cost:
 
 @dataclass(frozen=True, eq=False)
 class Option:
-    """What an option does to an error.
+    """An error before and after an option.
 
     Attributes
     ----------
@@ -71,15 +74,15 @@ class Option:
         Before and after, computed exactly.
     """
 
-    before: np.ndarray
-    after: np.ndarray
+    before: Floats
+    after: Floats
     stored: bool
     cost: Cost
-    exact: tuple[np.ndarray, np.ndarray] | None = None
+    exact: tuple[Floats, Floats] | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class BudgetViews:
     """n views of M materials as the error budget has them.
 
     Attributes
@@ -92,7 +95,7 @@ class Seen:
         Temperature of the surfaces, and (7) there.
     bounce : (n, M) array
         From `runtime.reflection` with N_s of the very angle.
-    full : Readings
+    full : AtmosphereReadings
         Integrated over all points.
     truth, base : (n, M) arrays
         Radiance by the integrals, and by the runtime's equations with exact quantities.
@@ -101,16 +104,16 @@ class Seen:
     views: Views
     lines: SpectralLines
     band: BandPoints
-    reflectance: np.ndarray
-    kelvin: np.ndarray
-    glow: np.ndarray
-    bounce: np.ndarray
-    full: Readings
-    truth: np.ndarray
-    base: np.ndarray
+    reflectance: Floats
+    kelvin: Floats
+    glow: Floats
+    bounce: Floats
+    full: AtmosphereReadings
+    truth: Floats
+    base: Floats
 
 
-def options_of_averages(tables: Tables, seen: Seen, normalisation: np.ndarray) -> dict[str, Option]:
+def options_of_averages(tables: Tables, seen: BudgetViews, normalisation: Floats) -> dict[str, Option]:
     """Options against averages over band and source angle; `normalisation` is the error (n, M) of the mean N_s."""
     return {
         "weighted_reflectance": _weighted_reflectance(tables, seen),
@@ -119,62 +122,67 @@ def options_of_averages(tables: Tables, seen: Seen, normalisation: np.ndarray) -
     }
 
 
-def _weighted_reflectance(tables, seen) -> Option:
-    held = sum(tables.band.stored_bytes(name) for name in ("reflectance_planck", "reflectance_solar"))
+def _weighted_reflectance(tables: Tables, seen: BudgetViews) -> Option:
+    size = sum(tables.band.stored_bytes(name) for name in ("reflectance_planck", "reflectance_solar"))
     after = _shown(tables, seen, seen.full, seen.full.transmittance) - seen.truth
-    return Option(seen.base - seen.truth, after, True, Cost(held, None, 0, 3))
+    return Option(seen.base - seen.truth, after, True, Cost(size, None, 0, 3))
 
 
-def _shown(tables, seen, readings: Readings, emitted_transmittance: np.ndarray) -> np.ndarray:
+def _shown(tables: Tables, seen: BudgetViews, readings: AtmosphereReadings, emitted_transmittance: Floats) -> Floats:
     """Equation (1) with weighted reflectances and another transmittance in (6)."""
     rho, solar = tables.weighted_reflectance(seen.kelvin)
     reflected = readings.ambient * tables.finish.reflectance + readings.direct * seen.bounce * solar
     path = readings.path_radiance_ratio * (1 - readings.transmittance)
-    return seen.glow * (1 - rho) * emitted_transmittance + reflected * readings.transmittance + path
+    radiance: Floats = seen.glow * (1 - rho) * emitted_transmittance + reflected * readings.transmittance + path
+    return radiance
 
 
-def _weighted_transmittance(tables, seen) -> Option:
-    """Beside the weighted reflectances, which it goes with; what is left without interpolation is measured in the
-    thermal term alone.
+def _weighted_transmittance(tables: Tables, seen: BudgetViews) -> Option:
+    """Used together with the weighted reflectances.
+
+    The error without interpolation is measured in the thermal term alone.
     """
     emitted = seen.glow * (1 - tables.weighted_reflectance(seen.kelvin)[0])
     thermal = spectral_thermal(seen.lines.transmittance, seen.band, seen.kelvin, seen.reflectance)
-    exact = emitted * seen.full.transmittance - thermal, emitted * _exact(seen) - thermal
+    exact = emitted * seen.full.transmittance - thermal, emitted * _emitted_transmittance(seen) - thermal
     if tables.thermal is None:
-        return Option(*exact, False, Cost(None, None, float("nan"), 4), exact)
+        before, after = exact
+        return Option(before, after, False, Cost(None, None, float("nan"), 4), exact)
     read = tables.readings(seen.views)
-    own = read.transmittance, tables.emitted_transmittance(seen.views, seen.kelvin)
+    emitted_transmittance = tables.emitted_transmittance(seen.views, seen.kelvin)
+    before, after = (
+        _shown(tables, seen, read, values) - seen.truth for values in (read.transmittance, emitted_transmittance)
+    )
     axes, path = tables.thermal.root.axes, tables.thermal.path
     groups, nodes = (axes[name].values.size for name in ("material_class", "planck_temperature"))
     cost = Cost(
         path.stat().st_size, _seconds(path), groups * nodes * _corners(tables.thermal.root, "beta_star_thermal") // 2, 4
     )
-    return Option(*(_shown(tables, seen, read, tau) - seen.truth for tau in own), True, cost, exact)
+    return Option(before, after, True, cost, exact)
 
 
-def _exact(seen) -> np.ndarray:
+def _emitted_transmittance(seen: BudgetViews) -> Floats:
     """Transmittance of what each material emits at its own temperature, (n, M)."""
-    found = np.empty(seen.kelvin.shape)
+    transmittance = np.empty(seen.kelvin.shape)
     for row, kelvins in enumerate(seen.kelvin):
         for column, kelvin in enumerate(kelvins):
-            found[row, column] = (
+            transmittance[row, column] = (
                 emission_weights(seen.band, seen.reflectance[[column]], kelvin)[0] @ seen.lines.transmittance[row]
             )
-    return found
+    return transmittance
 
 
-def _by_angle(tables, seen, normalisation) -> dict[str, Option]:
+def _by_angle(tables: Tables, seen: BudgetViews, normalisation: Floats) -> dict[str, Option]:
     finish, cosine = tables.finish, incidence(seen.views, seen.views.normal)
 
-    def left(values) -> np.ndarray:
+    def error_with(values: Floats) -> Floats:
         lobes = Finish(finish.reflectance, finish.specular_fraction, finish.shininess, values)
-        return (
-            runtime_radiance(seen.full, seen.glow, reflection(seen.views, seen.views.normal, lobes), finish) - seen.base
-        )
+        bounce = reflection(seen.views, seen.views.normal, lobes)
+        return runtime_radiance(seen.full, seen.glow, bounce, finish) - seen.base
 
     coarse = Option(
         normalisation,
-        left(tables.normalisation_at(cosine)),
+        error_with(tables.normalisation_at(cosine)),
         True,
         Cost(tables.band.stored_bytes("normalisation_by_angle"), None, 0, 2),
     )
@@ -186,13 +194,18 @@ def _by_angle(tables, seen, normalisation) -> dict[str, Option]:
     cost = Cost(
         tables.band.stored_bytes("normalisation_fine"), _seconds(tables.band.path, NORMALISATION_BY_ANGLE), 0, 2
     )
-    fine = Option(normalisation, left(tables.normalisation_to_grazing(cosine)), True, cost)
+    fine = Option(normalisation, error_with(tables.normalisation_to_grazing(cosine)), True, cost)
     return {"normalisation_in_steps": coarse, NORMALISATION_BY_ANGLE: fine}
 
 
 def frame_errors(
-    tables: Tables, views: Views, grid: PathGrid, offset: np.ndarray, here: np.ndarray, shown
-) -> dict[str, np.ndarray]:
+    tables: Tables,
+    views: Views,
+    grid: PathGrid,
+    offset: Floats,
+    here: Floats,
+    shown: Callable[[AtmosphereReadings], Floats],
+) -> dict[str, Floats]:
     """Errors (F, n, M) of the stored tables off the centre of frames, by `FIELDS_OF_VIEW`, for each of `READINGS`.
 
     Parameters
@@ -202,9 +215,9 @@ def frame_errors(
     here : (n, M) array
         Radiance with the quantities computed at the pixels.
     shown : callable
-        Radiance (n, M) with other `Readings`.
+        Radiance (n, M) with other `AtmosphereReadings`.
     """
-    found: dict[str, list] = {name: [] for name in READINGS}
+    errors: dict[str, list[Floats]] = {name: [] for name in READINGS}
     pixel = tables.readings(views)
     for width in FIELDS_OF_VIEW:
         centre = frame_centres(views, grid, offset * width)
@@ -212,16 +225,16 @@ def frame_errors(
         tau = read.at_range(centre.range, views.range)
         # The same line of sight, ended at the pixel's own range.
         along = tables.readings(
-            views, Sight(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal)
+            views, ViewLine(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal)
         )
-        ways = Readings(tau, read.path_radiance_ratio, read.ambient, read.direct), along, pixel
+        ways = AtmosphereReadings(tau, read.path_radiance_ratio, read.ambient, read.direct), along, pixel
         for name, readings in zip(READINGS, ways, strict=True):
-            found[name].append(shown(readings) - here)
-    return {name: np.array(values) for name, values in found.items()}
+            errors[name].append(shown(readings) - here)
+    return {name: np.array(values) for name, values in errors.items()}
 
 
 def options_of_frames(
-    tables: Tables, views: Views, grid: PathGrid, errors: dict[str, np.ndarray], chosen: np.ndarray
+    tables: Tables, views: Views, grid: PathGrid, errors: dict[str, Floats], chosen: Integers
 ) -> dict[str, Option]:
     """Options against extrapolation, each view in the field of view that `chosen` (n,) counts.
 
@@ -238,10 +251,10 @@ def options_of_frames(
     azimuth = fold(views.source_azimuth - views.heading)
     parts: dict[str, list[Cost]] = {"profile": [], "frame": []}
     for i in range(len(views)):
-        still = {"altitude": views.altitude[i], "source_elevation": views.source_elevation[i]}
-        parts["frame"].append(_cost(tables.air, still | {"elevation": (low[i], high[i])}))
+        fixed_axes = {"altitude": views.altitude[i], "source_elevation": views.source_elevation[i]}
+        parts["frame"].append(_cost(tables.air, fixed_axes | {"elevation": (low[i], high[i])}))
         parts["profile"].append(
-            _cost(tables.air, still | {"elevation": views.elevation[i], "source_azimuth": azimuth[i]})
+            _cost(tables.air, fixed_axes | {"elevation": views.elevation[i], "source_azimuth": azimuth[i]})
         )
     return {
         f"{name}_of_the_tables": Option(
@@ -259,7 +272,7 @@ def options_of_frames(
     }
 
 
-def _cost(table, where) -> Cost:
+def _cost(table: AtmosphereTable, where: Mapping[str, float | tuple[float, float]]) -> Cost:
     """Of one frame's part of a table: bytes of its values as float32, values read to make it, and for each pixel."""
     part = table.part(out_of_range="clamp", **where).root
     sizes = {name: part.variables[name].data.size for name in _STARRED}
@@ -268,17 +281,18 @@ def _cost(table, where) -> Cost:
 
 
 def _seconds(path: Path, stage: str | None = None) -> float | None:
-    """What the build of a file took without its picture, or one stage of it."""
+    """Seconds that a file's build took without its picture, or those of one stage."""
     cost = cost_of(path)
     if cost is None:
         return None
-    stages = cost["stages"]
-    return cost["seconds"] - stages.get("pictures", 0.0) if stage is None else stages.get(stage)
+    stages: dict[str, float] = cost["stages"]
+    return float(cost["seconds"]) - stages.get("pictures", 0.0) if stage is None else stages.get(stage)
 
 
 def _corners(root: Group, name: str) -> int:
     """Table values that one reading of a quantity takes."""
     dims = root.variables[name].dims
-    return 2 ** sum(
+    interpolated = sum(
         root.axes[dim].values.size > 1 and root.axes[dim].attributes.get("interpolation") != "exact" for dim in dims
     )
+    return int(2**interpolated)

@@ -1,4 +1,4 @@
-"""The error budget as one HTML page that needs nothing else."""
+"""The error budget as one HTML page that needs no other file."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Sequence
 from importlib import resources
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +18,8 @@ _TEMPLATE = "report.html.j2"
 _LABELS = {"transmittance_extrapolation": "transmittance", "radiance_extrapolation": "path, ambient, direct"}
 
 
-def render(report: dict, budgets: Sequence[Budget]) -> str:
-    """The page.
+def render(report: dict[str, Any], budgets: Sequence[Budget]) -> str:
+    """Write the page of a report.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def _short(value: float | None) -> str:
     return "-" if value is None else f"{value:.3g}"
 
 
-def _plot(described: dict, budget: Budget) -> str:
+def _plot(described: dict[str, Any], budget: Budget) -> str:
     """Errors by source, by field of view and slant, and by radiance, as SVG."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG

@@ -1,10 +1,13 @@
-"""Pixel values, equation (44): gain, buffer gain and offset for a range of radiance, and what they leave of it."""
+"""Pixel values, equation (44): gain, buffer gain and offset for a range of radiance, and the inverse."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.arrays import Floats, Integers
 
 BITS = (8, 12, 14, 16)
 
@@ -38,17 +41,19 @@ class PixelScale:
     @property
     def step(self) -> float:
         """Radiance from one pixel value to the next, W m^-2 sr^-1."""
-        return self.gain / (self.buffer_gain * 2**self.bits)
+        return self.gain / (self.buffer_gain * float(2**self.bits))
 
-    def pixel(self, radiance) -> np.ndarray:
-        """Pixel values of radiances, (44); L/G is held to 0 to 1, and the value to those of the buffer."""
+    def pixel(self, radiance: npt.ArrayLike) -> Integers:
+        """Pixel values of radiances, (44); L/G is clipped to 0 to 1, and the value to the range of the buffer."""
         share = np.clip(np.asarray(radiance, float) / self.gain, 0.0, 1.0)
         value = np.trunc(2**self.bits * self.buffer_gain * (share - self.offset) - 0.5)
-        return np.clip(value, 0, 2**self.bits - 1).astype(np.int64)
+        pixel: Integers = np.clip(value, 0, 2**self.bits - 1).astype(np.int64)
+        return pixel
 
-    def radiance(self, pixel) -> np.ndarray:
+    def radiance(self, pixel: npt.ArrayLike) -> Floats:
         """Radiance in the middle of those that give a pixel value, W m^-2 sr^-1."""
-        pixel = np.asarray(pixel)
-        middle = np.where(pixel == 0, 0.75, pixel + 1.0)  # -0.5 is cut to 0 like 0.5: the lowest value spans 0 to 1.5
-        middle = np.where(pixel == 2**self.bits - 1, 2**self.bits - 0.25, middle)
-        return self.gain * (middle / (2**self.bits * self.buffer_gain) + self.offset)
+        values = np.asarray(pixel)
+        middle = np.where(values == 0, 0.75, values + 1.0)  # -0.5 is cut to 0 like 0.5: the lowest value spans 0 to 1.5
+        middle = np.where(values == 2**self.bits - 1, 2**self.bits - 0.25, middle)
+        radiance: Floats = self.gain * (middle / (2**self.bits * self.buffer_gain) + self.offset)
+        return radiance

@@ -1,4 +1,4 @@
-"""The radiance that a runtime computes, and the spectral integrals that it stands for; n views of M materials."""
+"""The radiance that a runtime computes, and the spectral integrals that it approximates; n views of M materials."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.quantities.results import AtmosphericQuantities, SpectralLines
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.lobe import lobe_integral, specular_lobe
+from skyshine.schemas.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Readings:
-    """What a runtime reads of the atmosphere for n views, (n, 1) each.
+class AtmosphereReadings:
+    """Atmospheric quantities that a runtime reads for n views, (n, 1) each.
 
     Attributes
     ----------
@@ -25,18 +26,18 @@ class Readings:
         W m^-2 sr^-1.
     """
 
-    transmittance: np.ndarray
-    path_radiance_ratio: np.ndarray
-    ambient: np.ndarray
-    direct: np.ndarray
+    transmittance: Floats
+    path_radiance_ratio: Floats
+    ambient: Floats
+    direct: Floats
 
     @classmethod
-    def of(cls, q: AtmosphericQuantities) -> Readings:
+    def of(cls, q: AtmosphericQuantities) -> AtmosphereReadings:
         """From quantities at n points."""
         return cls(*(a[:, None] for a in (q.transmittance, q.path_radiance_ratio, q.ambient, q.direct)))
 
     @classmethod
-    def integrated(cls, lines: SpectralLines, band: BandPoints) -> Readings:
+    def integrated(cls, lines: SpectralLines, band: BandPoints) -> AtmosphereReadings:
         """From spectral lines of sight: the definitions (8), (10), (20) and (36)."""
         tau = lines.transmittance @ band.weight / band.weight.sum()
         absorbed = np.maximum((1 - lines.transmittance) @ band.weight / band.weight.sum(), np.finfo(float).tiny)
@@ -44,16 +45,17 @@ class Readings:
         ambient, direct = (np.sum(weight * part, axis=1) for part in (lines.sky_irradiance, lines.direct_irradiance))
         return cls(*(a[:, None] for a in (tau, lines.path_radiance / absorbed, ambient, direct)))
 
-    def at_range(self, centre_range, own_range) -> np.ndarray:
-        """Transmittance over `own_range` from that of the centre pixel over `centre_range`: (8) and (9)."""
+    def at_range(self, centre_range: Floats, pixel_range: Floats) -> Floats:
+        """Transmittance over `pixel_range` from that of the centre pixel over `centre_range`: (8) and (9)."""
         tau = np.maximum(self.transmittance[:, 0], np.finfo(float).tiny)
         beta = BETA_FACTOR * centre_range / np.maximum(-np.log(tau), 1e-12)
-        return np.exp(-BETA_FACTOR * own_range / beta)[:, None]
+        transmittance: Floats = np.exp(-BETA_FACTOR * pixel_range / beta)[:, None]
+        return transmittance
 
 
 @dataclass(frozen=True, eq=False)
 class Finish:
-    """What reflects: (M,) or (n, M) arrays.
+    """Band means of the materials' reflection.
 
     Attributes
     ----------
@@ -63,20 +65,22 @@ class Finish:
         N_s, one for all source angles or of each view.
     """
 
-    reflectance: np.ndarray
-    specular_fraction: np.ndarray
-    shininess: np.ndarray
-    normalisation: np.ndarray
+    reflectance: Floats
+    specular_fraction: Floats
+    shininess: Floats
+    normalisation: Floats
 
 
-def incidence(views: Views, normal: np.ndarray) -> np.ndarray:
-    """Cosine of the angle between normals and source, (n, 1), 0 where it stands behind."""
-    return np.maximum(np.sum(normal * views.to_source, axis=1), 0.0)[:, None]
+def incidence(views: Views, normal: Floats) -> Floats:
+    """Cosine of the angle between normals and source, (n, 1); 0 where the source is behind the surface."""
+    cosine: Floats = np.maximum(np.sum(normal * views.to_source, axis=1), 0.0)[:, None]
+    return cosine
 
 
-def reflection(views: Views, normal: np.ndarray, finish: Finish) -> np.ndarray:
-    """Radiance over (direct * reflectance * transmittance) of diffuse and specular reflection, (34) and (35), (n,
-    M).
+def reflection(views: Views, normal: Floats, finish: Finish) -> Floats:
+    """Radiance over (direct * reflectance * transmittance) of diffuse and specular reflection, (n, M).
+
+    Equations (34) and (35).
     """
     cosine = incidence(views, normal)
     lobe = specular_lobe(finish.shininess, views.to_source[:, None], views.to_observer[:, None], normal[:, None])
@@ -84,30 +88,30 @@ def reflection(views: Views, normal: np.ndarray, finish: Finish) -> np.ndarray:
     return cosine * (1 - finish.specular_fraction) + specular * finish.specular_fraction
 
 
-def runtime_radiance(readings: Readings, blackbody: np.ndarray, bounce: np.ndarray, finish: Finish) -> np.ndarray:
+def runtime_radiance(readings: AtmosphereReadings, blackbody: Floats, bounce: Floats, finish: Finish) -> Floats:
     """Equation (1) with (6), (11), (19), (34) and (35): W m^-2 sr^-1, (n, M).
 
     Parameters
     ----------
-    readings : Readings
+    readings : AtmosphereReadings
     blackbody : (n, M) array
         (7) at the surface's temperature.
     bounce : (n, M) array
         From `reflection`.
     """
     tau, rho = readings.transmittance, finish.reflectance
-    seen = blackbody * (1 - rho) + (readings.ambient + readings.direct * bounce) * rho
-    return seen * tau + readings.path_radiance_ratio * (1 - tau)
+    leaving = blackbody * (1 - rho) + (readings.ambient + readings.direct * bounce) * rho
+    return leaving * tau + readings.path_radiance_ratio * (1 - tau)
 
 
 def spectral_radiance(
     lines: SpectralLines,
     band: BandPoints,
-    temperature: np.ndarray,
-    reflectance: np.ndarray,
-    bounce: np.ndarray,
-    thermal_transmittance: np.ndarray | None = None,
-) -> np.ndarray:
+    temperature: Floats,
+    reflectance: Floats,
+    bounce: Floats,
+    thermal_transmittance: Floats | None = None,
+) -> Floats:
     """The accurate forms (5), (18), (26), (33) and the path radiance: W m^-2 sr^-1, (n, M).
 
     Parameters
@@ -131,10 +135,8 @@ def spectral_radiance(
     )
 
 
-def spectral_thermal(
-    transmittance: np.ndarray, band: BandPoints, temperature: np.ndarray, reflectance: np.ndarray
-) -> np.ndarray:
-    """Equation (5), (n, M), from transmittances (n, P); the rest as `spectral_radiance`."""
+def spectral_thermal(transmittance: Floats, band: BandPoints, temperature: Floats, reflectance: Floats) -> Floats:
+    """Equation (5), (n, M), from transmittances (n, P); the other arguments as for `spectral_radiance`."""
     thermal = np.empty(temperature.shape)
     for number, kelvin in enumerate(temperature.T):
         emitted = planck_wavenumber(band.wavenumber, kelvin[:, None])
@@ -142,7 +144,7 @@ def spectral_thermal(
     return thermal
 
 
-def exact_normalisation(shininess: np.ndarray, views: Views, normal: np.ndarray) -> np.ndarray:
+def exact_normalisation(shininess: Floats, views: Views, normal: Floats) -> Floats:
     """N_s of each lobe at the very angle of incidence, (43), (n, M); grazing light counts as from 89.9 degrees."""
     cosine = np.maximum(incidence(views, normal)[:, 0], np.cos(np.radians(89.9)))
     angle = np.degrees(np.arccos(np.minimum(cosine, 1.0)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from skyshine.mat.budget.options import FIELDS_OF_VIEW
 from skyshine.mat.budget.quantisation import BITS, PixelScale
 from skyshine.mat.radiometry.blackbody import brightness_temperature
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.quantity import quantity
 
 RADIANCE = "W m^-2 sr^-1"
@@ -52,16 +54,16 @@ OPTIONS = {
 }
 
 
-def kelvin(budget: Budget, error: np.ndarray) -> np.ndarray:
+def kelvin(budget: Budget, error: Floats) -> Floats:
     """Errors of radiance as differences of equivalent blackbody temperature, K; not a number below 2.5 um."""
     if budget.response.upper < SHORTEST:
         return np.full(error.shape, np.nan)
     radiance = budget.radiance[..., None] if error.ndim == 3 else budget.radiance
-    warm = brightness_temperature(budget.response, np.maximum(radiance + error, 0.0))
-    return warm - brightness_temperature(budget.response, radiance)
+    with_error = brightness_temperature(budget.response, np.maximum(radiance + error, 0.0))
+    return with_error - brightness_temperature(budget.response, radiance)
 
 
-def measures(values: np.ndarray, weight: np.ndarray | None = None) -> dict[str, float]:
+def measures(values: Floats, weight: Floats | None = None) -> dict[str, float]:
     """Mean, rms, 95th percentile and largest size of errors, each counted by its weight."""
     size = np.abs(values).ravel()
     share = np.ones(size.size) if weight is None else np.broadcast_to(weight, values.shape).ravel()
@@ -70,12 +72,12 @@ def measures(values: np.ndarray, weight: np.ndarray | None = None) -> dict[str, 
     return {
         "mean": float(np.sum(values.ravel() * share) / share.sum()),
         "rms": float(np.sqrt(np.sum(size**2 * share) / share.sum())),
-        "p95": float(size[order][min(np.searchsorted(reached, 0.95), size.size - 1)]),
+        "p95": float(size[order][min(int(np.searchsorted(reached, 0.95)), size.size - 1)]),
         "maximum": float(size[share > 0].max()),
     }
 
 
-def describe(budget: Budget) -> dict:
+def describe(budget: Budget) -> dict[str, Any]:
     """All numbers of a budget, in the shape of every command's JSON."""
     return {
         "state": budget.state,
@@ -90,7 +92,8 @@ def describe(budget: Budget) -> dict:
             "slant": [quantity(list(span), "degree") for span in SLANTS],
             "rms_kelvin": {name: quantity(_by_slant(budget, e), "K") for name, e in budget.extrapolation.items()},
             "rms": {
-                name: quantity(_by_slant(budget, e, own=True), RADIANCE) for name, e in budget.extrapolation.items()
+                name: quantity(_by_slant(budget, e, in_radiance=True), RADIANCE)
+                for name, e in budget.extrapolation.items()
             },
         },
         "frames": {
@@ -109,20 +112,20 @@ def describe(budget: Budget) -> dict:
     }
 
 
-def _source(budget: Budget, name: str) -> dict:
+def _source(budget: Budget, name: str) -> dict[str, Any]:
     error = budget.errors[name]
-    weight = budget.found_share if error.ndim == 3 else None
-    warm = kelvin(budget, error)
+    weight = budget.assigned_share if error.ndim == 3 else None
+    error_kelvin = kelvin(budget, error)
     by_material = [
         measures(part[:, number], None if weight is None else weight[number])["rms"]
-        for part in (error, warm)
+        for part in (error, error_kelvin)
         for number in range(len(budget.materials))
     ]
     count = len(budget.materials)
     return {
         "what": SOURCES[name],
         "radiance": {key: quantity(value, RADIANCE) for key, value in measures(error, weight).items()},
-        "temperature": {key: quantity(value, "K") for key, value in measures(warm, weight).items()},
+        "temperature": {key: quantity(value, "K") for key, value in measures(error_kelvin, weight).items()},
         "rms_by_material": {
             material: {
                 "radiance": quantity(by_material[i], RADIANCE),
@@ -133,21 +136,21 @@ def _source(budget: Budget, name: str) -> dict:
     }
 
 
-def _by_slant(budget: Budget, error: np.ndarray, own: bool = False) -> list[list[float]]:
+def _by_slant(budget: Budget, error: Floats, in_radiance: bool = False) -> list[list[float]]:
     """Rms by field of view and slant; not a number where no view has the slant."""
     slant = np.abs(budget.views.elevation)
     rows = []
     for values in error:
-        values = values if own else kelvin(budget, values)
+        values = values if in_radiance else kelvin(budget, values)
         inside = [(slant >= low) & ((slant < high) | (high == 90)) for low, high in SLANTS]
         rows.append([measures(values[part])["rms"] if part.any() else float("nan") for part in inside])
     return rows
 
 
-def _option(budget: Budget, name: str) -> dict:
+def _option(budget: Budget, name: str) -> dict[str, Any]:
     option = budget.options[name]
     pair = option.before, option.after
-    warm = [kelvin(budget, error) for error in pair]
+    pair_kelvin = [kelvin(budget, error) for error in pair]
     what, removes, source = OPTIONS[name]
     cost = option.cost
     return {
@@ -155,7 +158,7 @@ def _option(budget: Budget, name: str) -> dict:
         "removes": removes,
         "from": source,
         "basis": "stored tables" if option.stored else "computed exactly: the job does not ask for the table",
-        "rms_kelvin": quantity([measures(error)["rms"] for error in warm], "K"),
+        "rms_kelvin": quantity([measures(error)["rms"] for error in pair_kelvin], "K"),
         "rms": quantity([measures(error)["rms"] for error in pair], RADIANCE),
         **(
             {}
@@ -170,7 +173,7 @@ def _option(budget: Budget, name: str) -> dict:
         "rms_by_material": {
             material: {
                 "radiance": quantity([measures(error[:, i])["rms"] for error in pair], RADIANCE),
-                "temperature": quantity([measures(error[:, i])["rms"] for error in warm], "K"),
+                "temperature": quantity([measures(error[:, i])["rms"] for error in pair_kelvin], "K"),
             }
             for i, material in enumerate(budget.materials)
         },
@@ -183,26 +186,25 @@ def _option(budget: Budget, name: str) -> dict:
     }
 
 
-def _scale(budget: Budget, bits: int) -> dict:
-    """Gain, buffer gain and offset of (44) for the radiance of these views, and the error they leave."""
+def _scale(budget: Budget, bits: int) -> dict[str, Any]:
+    """Gain, buffer gain and offset of (44) for the radiance of these views, and the error of the pixel values."""
     scale = PixelScale.of(float(budget.radiance.min()), float(budget.radiance.max()), bits)
     error = scale.radiance(scale.pixel(budget.radiance)) - budget.radiance
-    warm = measures(kelvin(budget, error))
-    own = measures(error)
+    in_kelvin, in_radiance = measures(kelvin(budget, error)), measures(error)
     return {
         "bits": bits,
         "G": quantity(scale.gain, RADIANCE),
         "BG": quantity(scale.buffer_gain, "1"),
         "DC": quantity(scale.offset, "1"),
         "step": quantity(scale.step, RADIANCE),
-        "rms": quantity(own["rms"], RADIANCE),
-        "maximum": quantity(own["maximum"], RADIANCE),
-        "rms_kelvin": quantity(warm["rms"], "K"),
-        "maximum_kelvin": quantity(warm["maximum"], "K"),
+        "rms": quantity(in_radiance["rms"], RADIANCE),
+        "maximum": quantity(in_radiance["maximum"], RADIANCE),
+        "rms_kelvin": quantity(in_kelvin["rms"], "K"),
+        "maximum_kelvin": quantity(in_kelvin["maximum"], "K"),
     }
 
 
-def describe_all(budgets: Sequence[Budget], notes: Sequence[str], *, job: str, seed: int) -> dict:
+def describe_all(budgets: Sequence[Budget], notes: Sequence[str], *, job: str, seed: int) -> dict[str, Any]:
     """The report as plain values."""
     return {
         "job": job,

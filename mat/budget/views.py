@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trace
@@ -13,6 +15,7 @@ from skyshine.mat.job.site import local_times_utc
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.schemas.arrays import Booleans, Floats
 
 RANGES_KM = (0.05, 40.0)  # drawn evenly in their logarithm, as far as the tables reach
 FACES_M = (1.0, 100.0)  # lengths of faces, likewise
@@ -44,62 +47,62 @@ class Views:
         Length [m]; place of the pixel between the vertices, 0 to 1; angle between their normals [rad].
     """
 
-    altitude: np.ndarray
-    surface_altitude: np.ndarray
-    range: np.ndarray
-    elevation: np.ndarray
-    heading: np.ndarray
-    time: np.ndarray
-    source_elevation: np.ndarray
-    source_azimuth: np.ndarray
-    normal: np.ndarray
-    along: np.ndarray
-    face: np.ndarray
-    share: np.ndarray
-    bend: np.ndarray
+    altitude: Floats
+    surface_altitude: Floats
+    range: Floats
+    elevation: Floats
+    heading: Floats
+    time: Floats
+    source_elevation: Floats
+    source_azimuth: Floats
+    normal: Floats
+    along: Floats
+    face: Floats
+    share: Floats
+    bend: Floats
 
     def __len__(self) -> int:
-        return self.range.size
+        return len(self.range)
 
-    def take(self, chosen) -> Views:
+    def take(self, chosen: slice | Booleans) -> Views:
         """Some of the views."""
         return Views(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
     @property
-    def relative_azimuth(self) -> np.ndarray:
+    def relative_azimuth(self) -> Floats:
         """Azimuth of the source from the line of sight, 0 to 180 degree."""
         return fold(self.source_azimuth - self.heading)
 
     @property
-    def to_source(self) -> np.ndarray:
+    def to_source(self) -> Floats:
         """Unit vectors (n, 3)."""
         return direction(self.source_elevation, self.source_azimuth)
 
     @property
-    def to_observer(self) -> np.ndarray:
+    def to_observer(self) -> Floats:
         """Unit vectors (n, 3), as if the Earth were flat between."""
         return -direction(self.elevation, self.heading)
 
 
-def fold(azimuth) -> np.ndarray:
+def fold(azimuth: npt.ArrayLike) -> Floats:
     """An azimuth difference as 0 to 180 degree."""
     return np.abs(np.mod(np.asarray(azimuth) + 180.0, 360.0) - 180.0)
 
 
-def direction(elevation, azimuth) -> np.ndarray:
+def direction(elevation: npt.ArrayLike, azimuth: npt.ArrayLike) -> Floats:
     """Unit vectors (..., 3), east, north, up, of directions in degree."""
     up, turn = np.radians(elevation), np.radians(azimuth)
     return np.stack([np.cos(up) * np.sin(turn), np.cos(up) * np.cos(turn), np.sin(up)], axis=-1)
 
 
-def slope_and_azimuth(normal) -> tuple[np.ndarray, np.ndarray]:
+def slope_and_azimuth(normal: Floats) -> tuple[Floats, Floats]:
     """Slope 0 to 180 and azimuth 0 to 360 degree of normals (..., 3)."""
     slope = np.degrees(np.arccos(np.clip(normal[..., 2], -1.0, 1.0)))
     return slope, np.mod(np.degrees(np.arctan2(normal[..., 0], normal[..., 1])), 360.0)
 
 
 def random_views(
-    job: Job, source: str, grid: PathGrid, surface_axes: dict, shells: Shells, count: int, seed: int
+    job: Job, source: str, grid: PathGrid, surface_axes: Mapping[str, Floats], shells: Shells, count: int, seed: int
 ) -> Views:
     """Draw views whose every coordinate lies on the axes of the tables, with the source above the horizon.
 
@@ -120,18 +123,24 @@ def random_views(
         say.
     """
     generator = random_stream(seed, Stream.VIEWS, int(source == "moon"))
-    found, held = [], 0
+    batches: list[Views] = []
     for _ in range(_TRIES):
-        part = _candidates(job, source, grid, surface_axes, shells, generator)
-        found.append(part)
-        held += len(part)
-        if held >= count:
+        batches.append(_candidates(job, source, grid, surface_axes, shells, generator))
+        if sum(map(len, batches)) >= count:
             break
-    joined = Views(*(np.concatenate([getattr(part, field.name) for part in found]) for field in fields(Views)))
+    joined = Views(*(np.concatenate([getattr(batch, field.name) for batch in batches]) for field in fields(Views)))
     return joined.take(slice(count))
 
 
-def _candidates(job, source, grid, axes, shells, generator) -> Views:
+def _candidates(
+    job: Job,
+    source: str,
+    grid: PathGrid,
+    axes: Mapping[str, Floats],
+    shells: Shells,
+    generator: np.random.Generator,
+) -> Views:
+    """Draw a batch of views and keep those that lie on the axes."""
     low, high = axes["altitude"][0], axes["altitude"][-1]
     altitude = random_places(grid.altitude_km, _BATCH, generator)
     surface = generator.uniform(low, np.clip(altitude, low, high))
@@ -140,15 +149,19 @@ def _candidates(job, source, grid, axes, shells, generator) -> Views:
     sine = _sine_of_elevation(altitude, surface, distance)
     elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
     heading = generator.uniform(0.0, 360.0, _BATCH)
-    part = (
-        job.query_limits is not None and job.query_limits.hours is not None
-    )  # the times are those asked for, beyond 24 after midnight
-    day = (axes["time"][0], axes["time"][-1]) if part else (0.0, 24.0)
-    time = np.mod(generator.uniform(*day, _BATCH), 24.0) if axes["time"].size > 1 else np.full(_BATCH, axes["time"][0])
+    # With query limits the table holds only the hours asked for; those after midnight count beyond 24.
+    limited = job.query_limits is not None and job.query_limits.hours is not None
+    first, last = (axes["time"][0], axes["time"][-1]) if limited else (0.0, 24.0)
+    time = (
+        np.mod(generator.uniform(first, last, _BATCH), 24.0)
+        if axes["time"].size > 1
+        else np.full(_BATCH, axes["time"][0])
+    )
     where = position(source, local_times_utc(job.site, time), job.site.latitude_deg, job.site.longitude_deg)
     normal = _normals(axes, direction(where.elevation, where.azimuth), -direction(elevation, heading), generator)
     along = np.cross(normal, generator.normal(size=(_BATCH, 3)))
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    log_shortest, log_longest = np.log(FACES_M)
     views = Views(
         altitude,
         surface,
@@ -160,7 +173,7 @@ def _candidates(job, source, grid, axes, shells, generator) -> Views:
         where.azimuth,
         normal,
         along,
-        np.exp(generator.uniform(*np.log(FACES_M), _BATCH)),
+        np.exp(generator.uniform(log_shortest, log_longest, _BATCH)),
         generator.random(_BATCH),
         np.radians(generator.uniform(0.0, BEND_DEG, _BATCH)),
     )
@@ -175,24 +188,26 @@ def _candidates(job, source, grid, axes, shells, generator) -> Views:
     return _ending_on_the_ground(views.take(keep), shells, grid)
 
 
-def _sine_of_elevation(altitude, surface, distance):
+def _sine_of_elevation(altitude: Floats, surface: Floats, distance: Floats) -> Floats:
     """Of the straight line between two altitudes [km] over a round Earth."""
     start, end = EARTH_RADIUS * 1e-3 + altitude, EARTH_RADIUS * 1e-3 + surface
     return (end**2 - start**2 - distance**2) / (2 * distance * start)
 
 
-def _normals(axes, to_source, to_observer, generator):
-    """Half of the surfaces lie anyhow, half nearly mirror the source into the observer."""
+def _normals(
+    axes: Mapping[str, Floats], to_source: Floats, to_observer: Floats, generator: np.random.Generator
+) -> Floats:
+    """Half of the surfaces have a random direction, half nearly mirror the source into the observer."""
     count = len(to_source)
     slope = random_places(axes["slope"], count, generator)
-    anyhow = direction(90.0 - slope, generator.uniform(0.0, 360.0, count))
+    unrelated = direction(90.0 - slope, generator.uniform(0.0, 360.0, count))
     mirror = to_source + to_observer + 2 * np.sin(np.radians(GLINT_DEG) / 2) * generator.normal(size=(count, 3))
     mirror /= np.maximum(np.linalg.norm(mirror, axis=1, keepdims=True), 1e-12)
-    return on_axes(np.where(generator.random((count, 1)) < 0.5, mirror, anyhow), axes)
+    return on_axes(np.where(generator.random((count, 1)) < 0.5, mirror, unrelated), axes)
 
 
-def on_axes(normal, axes) -> np.ndarray:
-    """Normals (..., 3) turned into the slopes and azimuths that the temperature table has."""
+def on_axes(normal: Floats, axes: Mapping[str, Floats]) -> Floats:
+    """Turn normals (..., 3) into the slopes and azimuths of the temperature table's axes."""
     slope, azimuth = slope_and_azimuth(normal)
     slope = np.clip(slope, axes["slope"][0], axes["slope"][-1])
     if axes["azimuth"].size == 1:
@@ -200,12 +215,12 @@ def on_axes(normal, axes) -> np.ndarray:
     return direction(90.0 - slope, azimuth)
 
 
-def _ending_on_the_ground(views: Views, shells, grid) -> Views:
-    """Lines that refraction bends into the ground before the surface end on it."""
+def _ending_on_the_ground(views: Views, shells: Shells, grid: PathGrid) -> Views:
+    """Shorten lines that refraction bends into the ground before the surface, and drop those too short."""
     if not len(views):
         return views
     rays = trace(shells, views.altitude * 1e3, np.radians(views.elevation))
     ends = np.where(rays.ground, rays.end * 1e-3, np.inf)
     distance = np.minimum(views.range, ends)
-    kept = Views(*(distance if field.name == "range" else getattr(views, field.name) for field in fields(Views)))
-    return kept.take((distance >= grid.range_km[0]) & (distance > 0))
+    shortened = Views(*(distance if field.name == "range" else getattr(views, field.name) for field in fields(Views)))
+    return shortened.take((distance >= grid.range_km[0]) & (distance > 0))

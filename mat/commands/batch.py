@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.mat.bench.batch import BatchTiming, Size
 
 
 @click.command()
@@ -28,7 +32,7 @@ from skyshine.schemas.quantity import quantity
     help="Processes, and workers of the cluster.",
 )
 @json_option
-def batch(job, count, workers, as_json):
+def batch(job: str, count: int, workers: int, as_json: bool) -> None:
     """Many states: a sample of those of JOB in one process, in several, and on a local Dask cluster, by stage.
 
     The time of all states is that of the sample, and for each further state what its tasks took without the choice of
@@ -48,65 +52,76 @@ def batch(job, count, workers, as_json):
     planned = time.perf_counter() - begin
     few = sampled(loaded, count)
     with progress(3, "building the sample") as advance:
-        found = bench_batch(few, workers, advance)
+        timings = bench_batch(few, workers, advance)
     sample, size = Size.of(few), Size.of(loaded)
-    whole = [each.whole(sample, size) for each in found]
+    whole = [timing.whole(sample, size) for timing in timings]
     if as_json:
-        emit_json(
+        emit_json(_describe(timings, whole, sample, size, tasks, planned))
+    else:
+        _print(timings, whole, sample, size, tasks, planned)
+
+
+def _describe(
+    timings: list[BatchTiming], whole: list[float], sample: Size, size: Size, tasks: int, planned: float
+) -> dict[str, Any]:
+    """Timings of the sample, and seconds of the whole batch by place, as plain values."""
+    return {
+        "states": size.states,
+        "airs": size.airs,
+        "sampled_states": sample.states,
+        "sampled_airs": sample.airs,
+        "tasks": tasks,
+        "planning": quantity(planned, "s"),
+        "places": [
             {
-                "states": size.states,
-                "airs": size.airs,
-                "sampled_states": sample.states,
-                "sampled_airs": sample.airs,
-                "tasks": tasks,
-                "planning": quantity(planned, "s"),
-                "places": [
-                    {
-                        "name": each.place,
-                        "workers": each.workers,
-                        "time": quantity(each.seconds, "s"),
-                        "processor_time": quantity(each.processor_seconds, "s"),
-                        "same_bytes": each.same,
-                        "speed": quantity(found[0].seconds / each.seconds, "1"),
-                        "further_state": quantity(each.further, "s"),
-                        "choice_of_points": quantity(each.choice, "s"),
-                        "all_states": quantity(seconds, "s"),
-                        "all_states_speed": quantity(whole[0] / seconds, "1"),
-                        "stages": {stage: quantity(spent, "s") for stage, spent in each.stages.items()},
-                    }
-                    for each, seconds in zip(found, whole, strict=True)
-                ],
+                "name": timing.place,
+                "workers": timing.workers,
+                "time": quantity(timing.seconds, "s"),
+                "processor_time": quantity(timing.processor_seconds, "s"),
+                "same_bytes": timing.same,
+                "speed": quantity(timings[0].seconds / timing.seconds, "1"),
+                "further_state": quantity(timing.further, "s"),
+                "choice_of_points": quantity(timing.choice, "s"),
+                "all_states": quantity(seconds, "s"),
+                "all_states_speed": quantity(whole[0] / seconds, "1"),
+                "stages": {stage: quantity(spent, "s") for stage, spent in timing.stages.items()},
             }
-        )
-        return
+            for timing, seconds in zip(timings, whole, strict=True)
+        ],
+    }
+
+
+def _print(
+    timings: list[BatchTiming], whole: list[float], sample: Size, size: Size, tasks: int, planned: float
+) -> None:
     click.echo(f"{size.states} states of {size.airs} airs, {tasks} tasks, planned in {planned:.1f} s")
     click.echo(f"{sample.states} states of {sample.airs} airs built, without kept bands:")
-    stages = list(found[0].stages)
+    stages = list(timings[0].stages)
     rows = [
         [
-            each.place,
-            f"{each.seconds:.1f}",
-            *_scaling(found[0].seconds / each.seconds, each.workers),
-            f"{each.processor_seconds:.1f}",
-            *(f"{each.stages.get(stage, 0.0):.1f}" for stage in stages),
-            "yes" if each.same else "no",
+            timing.place,
+            f"{timing.seconds:.1f}",
+            *_scaling(timings[0].seconds / timing.seconds, timing.workers),
+            f"{timing.processor_seconds:.1f}",
+            *(f"{timing.stages.get(stage, 0.0):.1f}" for stage in stages),
+            "yes" if timing.same else "no",
         ]
-        for each in found
+        for timing in timings
     ]
     echo_table(["where", "seconds", "times one", "per worker", "processor s", *stages, "same bytes"], rows)
     click.echo(f"\nall {size.states} states: the sample, and the further states by what its own took a process:")
     rows = [
         [
-            each.place,
-            f"{each.further:.2f}",
-            f"{each.choice:.1f}",
+            timing.place,
+            f"{timing.further:.2f}",
+            f"{timing.choice:.1f}",
             f"{seconds / 3600:.2f}",
-            *_scaling(whole[0] / seconds, each.workers),
+            *_scaling(whole[0] / seconds, timing.workers),
         ]
-        for each, seconds in zip(found, whole, strict=True)
+        for timing, seconds in zip(timings, whole, strict=True)
     ]
     echo_table(["where", "s a state", "s an air", "hours", "times one", "per worker"], rows)
-    if len(found) < 3:
+    if len(timings) < 3:
         click.echo("Dask is not installed: pip install 'skyshine[dask]'")
 
 

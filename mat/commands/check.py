@@ -12,6 +12,8 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
+    from pydantic import BaseModel
+
     from skyshine.mat.api.check import JobCheck
 
 MANY_STATES = 12  # beyond these their files are not listed one by one
@@ -33,9 +35,8 @@ def command(job: str, as_json: bool) -> None:
 
 
 _UNKNOWN = (
-    "how many it takes is not known before the build has computed the {0}, so size and time come on top: at most {1:,}"
-    " nodes, 4 bytes each, in a table; a build that cannot hold it with so many stops and names the axis that takes the"
-    " most"
+    "their number is not known before the build has computed the {0}, so the size and time above do not include them:"
+    " at most {1:,} nodes of 4 bytes in a table; a build that needs more stops and names the axis that needs the most"
 )
 
 
@@ -43,12 +44,12 @@ def _table(grid: str) -> str:
     return "air along each axis" if grid == "atmosphere_grid" else "temperatures along each axis"
 
 
-def _tolerance_text(tolerance) -> str:
+def _tolerance_text(tolerance: str | BaseModel) -> str:
     if isinstance(tolerance, str):
         return tolerance
     named = {name: value for name, value in tolerance if value is not None}
     if len(named) == len(type(tolerance).model_fields) and len(set(named.values())) == 1:
-        return next(iter(named.values()))
+        return str(next(iter(named.values())))
     return ", ".join(f"{value} of {name}" for name, value in named.items()) or "nothing"
 
 

@@ -14,15 +14,15 @@ from skyshine.schemas.errors import InputError
 )
 @click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder to write into.")
 def command(files: tuple[str, ...], raw: bool, out: str) -> None:
-    """Write FILES, or every database of a folder, in a form for others."""
+    """Write FILES, or every database of a folder, in another form."""
     from skyshine.mat.tables.raw import export_raw
 
     if not raw:
         raise InputError("no form is named; allowed: --raw")
     for name in files:
         path = Path(name)
-        found = sorted(path.glob("*.h5")) if path.is_dir() else [path]
-        if not found:
+        databases = sorted(path.glob("*.h5")) if path.is_dir() else [path]
+        if not databases:
             raise InputError("holds no database; build one with 'mat build'", file=path)
-        for each in found:
-            click.echo(export_raw(each, out))
+        for database in databases:
+            click.echo(export_raw(database, out))

@@ -1,18 +1,23 @@
-"""``mat info``: what a database holds."""
+"""``mat info``: the content of a database."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.quantity import quantity
 
+if TYPE_CHECKING:
+    from skyshine.schemas.hdf5 import Group
+
 
 @click.command(epilog="Example: mat info built/s01b02.atmq.h5")
 @click.argument("file", type=click.Path())
 @json_option
 def command(file: str, as_json: bool) -> None:
-    """Show what FILE holds: versions, axes, quantities, their stated errors, and what the build beside it says they
-    cost.
-    """
+    """Show the content of FILE: versions, axes, quantities, their stated errors and the cost of their build."""
     from pathlib import Path
 
     from skyshine.mat.tables.build_record import cost_of
@@ -26,7 +31,7 @@ def command(file: str, as_json: bool) -> None:
         _print(file, content)
 
 
-def _content(root, attributes: dict) -> dict:
+def _content(root: Group, attributes: dict[str, Any]) -> dict[str, Any]:
     axes = {
         name: {"units": axis.units, "nodes": len(axis.values), "long_name": axis.long_name}
         | ({"from": float(axis.values[0]), "to": float(axis.values[-1])} if axis.values.dtype.kind != "O" else {})
@@ -46,11 +51,11 @@ def _content(root, attributes: dict) -> dict:
     }
 
 
-def _accuracy(root) -> dict:
+def _accuracy(root: Group) -> dict[str, Any]:
     group = root.groups.get("accuracy")
     if group is None:
         return {}
-    result: dict = {"attributes": {name: str(value) for name, value in group.attributes.items()}}
+    result: dict[str, Any] = {"attributes": {name: str(value) for name, value in group.attributes.items()}}
     for name, variable in group.variables.items():
         labels = group.axes[variable.dims[0]].values
         result[name] = {
@@ -60,19 +65,19 @@ def _accuracy(root) -> dict:
     return result
 
 
-def _cost(entry: dict | None) -> dict:
-    """Seconds by stage; those of a file's task, which may have written others too."""
+def _cost(entry: dict[str, Any] | None) -> dict[str, Any]:
+    """Seconds by stage of the task that wrote a file; the task may have written other files too."""
     stages = {} if entry is None else entry["stages"]
     return {str(stage): quantity(spent, "s") for stage, spent in stages.items() if isinstance(spent, int | float)}
 
 
-def _finite(value):
+def _finite(value: object) -> object:
     import math
 
     return value if not isinstance(value, float) or math.isfinite(value) else None
 
 
-def _print(file: str, content: dict) -> None:
+def _print(file: str, content: dict[str, Any]) -> None:
     click.echo(file)
     for name, value in content["attributes"].items():
         click.echo(f"  {name}: {value}")
@@ -91,11 +96,11 @@ def _print(file: str, content: dict) -> None:
         click.echo(f"  cost, with the files of the same task: {stages}")
 
 
-def _print_accuracy(accuracy: dict) -> None:
+def _print_accuracy(accuracy: dict[str, Any]) -> None:
     measures = {name: value for name, value in accuracy.items() if name != "attributes"}
     for spectral in (False, True):
         chosen = {name: m["values"] for name, m in measures.items() if name.startswith("spectral_") is spectral}
-        rows = next(iter(chosen.values()), {})
+        rows: dict[str, Any] = next(iter(chosen.values()), {})
         cells = [(row, *(_number(values[row]) for values in chosen.values())) for row in rows]
         echo_table(("stated error", *chosen), cells)
     for name, value in accuracy.get("attributes", {}).items():

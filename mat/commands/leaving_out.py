@@ -1,4 +1,4 @@
-"""``mat bench leaving-out``: what a job leaves out, measured against the whole."""
+"""``mat bench leaving-out``: the omissions of a job, measured against a build without them."""
 
 import click
 
@@ -11,8 +11,8 @@ from skyshine.schemas.quantity import quantity
 @click.argument("job", type=click.Path())
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the places that are read.")
 @json_option
-def leaving_out(job, seed, as_json):
-    """Build JOB as it is and whole, and compare: processor time, bytes, and every answer within what it needs.
+def leaving_out(job: str, seed: int, as_json: bool) -> None:
+    """Build JOB with and without its omissions, and compare processor time, bytes and values read inside its limits.
 
     \b
     Example:
@@ -26,31 +26,31 @@ def leaving_out(job, seed, as_json):
     from skyshine.mat.job.load import load_job
 
     loaded = load_job(job)
-    os.environ["SKYSHINE_CACHE"] = ""  # or the second build would find what the first has compiled
+    os.environ["SKYSHINE_CACHE"] = ""  # without a cache, or the second build would use the bands of the first
     with tempfile.TemporaryDirectory() as folder:
-        found = compare(loaded, Path(folder), seed)
+        comparison = compare(loaded, Path(folder), seed)
     if as_json:
         emit_json(
             {
                 "differences": {
-                    name: {"largest": value, "bound": bound} for name, (value, bound) in found.differences.items()
+                    name: {"largest": value, "bound": bound} for name, (value, bound) in comparison.differences.items()
                 },
                 **{
                     name: {"time": quantity(cost.seconds, "s"), "size": quantity(cost.size, "byte")}
-                    for name, cost in (("as_it_is", found.kept), ("whole", found.whole))
+                    for name, cost in (("as_it_is", comparison.kept), ("whole", comparison.whole))
                 },
             }
         )
     else:
         rows = [
             (name, f"{cost.seconds:.2f}", f"{cost.size / 1e6:.2f}")
-            for name, cost in (("as it is", found.kept), ("whole", found.whole))
+            for name, cost in (("as it is", comparison.kept), ("whole", comparison.whole))
         ]
         echo_table(("build", "processor seconds", "MB"), rows)
         echo_table(
             ("largest difference", "found", "bound"),
-            [(n, f"{a:.2g}", f"{b:g}") for n, (a, b) in found.differences.items()],
+            [(n, f"{a:.2g}", f"{b:g}") for n, (a, b) in comparison.differences.items()],
         )
-    beyond = [name for name, (value, bound) in found.differences.items() if not value <= bound]
-    if beyond:
-        raise CheckFailed(f"answers differ by more than stated: {', '.join(beyond)}")
+    exceeded = [name for name, (value, bound) in comparison.differences.items() if not value <= bound]
+    if exceeded:
+        raise CheckFailed(f"answers differ by more than stated: {', '.join(exceeded)}")

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import click
 
 from skyshine.schemas.commands import emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
+if TYPE_CHECKING:
+    from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+
 
 @click.group("lines", epilog="Example: mat lines info --json")
-def command():
+def command() -> None:
     """Band model from line lists: build the absorption table, or show what a table holds."""
 
 
-def _ranges(_context, _parameter, texts):
+def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> list[tuple[float, float]]:
+    """Limits LO:HI of each option."""
     pairs = []
     for text in texts:
         try:
@@ -49,7 +55,18 @@ def _ranges(_context, _parameter, texts):
 @click.option("--tolerance", default=4e-4, show_default=True, help="Error of the choice at which fewer points suffice.")
 @click.option("--parts", type=click.Path(), help="Folder of finished intervals; default: OUT.parts.")
 @click.option("--out", required=True, type=click.Path(), help="The table to write.")
-def build(lines, continua, lookups, lowtran, cross_sections, ranges, points, tolerance, parts, out):
+def build(
+    lines: str,
+    continua: str,
+    lookups: str | None,
+    lowtran: str | None,
+    cross_sections: str | None,
+    ranges: list[tuple[float, float]],
+    points: int,
+    tolerance: float,
+    parts: str | None,
+    out: str,
+) -> None:
     """Build an absorption table from line lists.
 
     Finished intervals are kept in a folder beside the table; the same command resumes an interrupted build, and several
@@ -97,7 +114,7 @@ def build(lines, continua, lookups, lowtran, cross_sections, ranges, points, tol
 )
 @click.option("--out", required=True, type=click.Path(), help="The file to write.")
 @json_option
-def broadband(table, points, tolerance, out, as_json):
+def broadband(table: str | None, points: int, tolerance: float, out: str, as_json: bool) -> None:
     """Choose the points for broadband longwave and shortwave fluxes from an absorption table.
 
     \b
@@ -108,24 +125,27 @@ def broadband(table, points, tolerance, out, as_json):
     from skyshine.mat.spectroscopy.broadband import build
 
     with progress(4, "stages") as advance:
-        done = build(
+        result = build(
             out, AbsorptionTable.open(table), tolerance=tolerance, max_points=points, progress=lambda: advance(1)
         )
     if as_json:
         errors = {
-            name: {key: quantity(value, "W m-2") for key, value in one.items()} for name, one in done["errors"].items()
+            name: {key: quantity(value, "W m-2") for key, value in error.items()}
+            for name, error in result["errors"].items()
         }
-        emit_json({"file": str(out), "points": done["points"], "errors": errors})
+        emit_json({"file": str(out), "points": result["points"], "errors": errors})
         return
-    click.echo(f"{out}: {done['points']['longwave']} thermal points, {done['points']['shortwave']} solar points")
-    for name, one in done["errors"].items():
-        click.echo(f"  {name}: rms {one['rms']:.2g}, largest {one['max']:.2g} W m-2 on states not used in the choice")
+    click.echo(f"{out}: {result['points']['longwave']} thermal points, {result['points']['shortwave']} solar points")
+    for name, error in result["errors"].items():
+        click.echo(
+            f"  {name}: rms {error['rms']:.2g}, largest {error['max']:.2g} W m-2 on states not used in the choice"
+        )
 
 
 @command.command()
 @click.argument("file", required=False, type=click.Path())
 @json_option
-def info(file, as_json):
+def info(file: str | None, as_json: bool) -> None:
     """Show coverage, gases, provenance and errors of an absorption table (default: the packaged one).
 
     \b
@@ -155,7 +175,7 @@ def info(file, as_json):
         )
     for name, gas in about["gases"].items():
         click.echo(f"{name}: rms error alone {gas['rms_error']['value']:.2g}")
-        ranges = {}
+        ranges: dict[str, list[str]] = {}
         for low, high, text in gas["provenance"]:
             ranges.setdefault(text, []).append(f"{low:g}-{high:g}")
         for text in sorted(set(ranges) - {"negligible"}):
@@ -164,8 +184,8 @@ def info(file, as_json):
             click.echo(f"  terms: {text}")
 
 
-def describe(table) -> dict:
-    """What `mat lines info` prints, as plain values."""
+def describe(table: AbsorptionTable) -> dict[str, Any]:
+    """Content of an absorption table as plain values."""
     import numpy as np
 
     gases = {}
@@ -193,7 +213,7 @@ def describe(table) -> dict:
     }
 
 
-def _regions(table):
+def _regions(table: AbsorptionTable) -> list[dict[str, Any]]:
     """Points and errors of successive intervals of one width."""
     import numpy as np
 

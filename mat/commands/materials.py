@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -10,6 +12,11 @@ import numpy as np
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from skyshine.materials.library import Material, MaterialLibrary
 
 BANDS = ((3.0, 5.0), (8.0, 12.0))
 TEMPERATURE = 300.0
@@ -42,11 +49,11 @@ def command(name: str | None, plot: Path | None, as_json: bool) -> None:
         _list(library, chosen, summaries)
 
 
-def _find(library, name):
+def _find(library: MaterialLibrary, name: str) -> Material:
     return library.by_code(int(name)) if name.isdecimal() else library[name]
 
 
-def _summary(material):
+def _summary(material: Material) -> dict[str, float]:
     """Solar absorptance and the emissivities of a material, by name."""
     from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
     from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -62,7 +69,7 @@ def _summary(material):
     return summary
 
 
-def _list(library, materials, summaries):
+def _list(library: MaterialLibrary, materials: list[Material], summaries: dict[str, dict[str, float]]) -> None:
     click.echo(f"material library {library.version}, {len(library)} materials")
     click.echo(f"{'code':>5}  {'name':<30} {'group':<11} {'solar':>6} {'3-5':>6} {'8-12':>6} {'thermal':>7}")
     click.echo(f"{'':>5}  {'':<30} {'':<11} {'absorp':>6} {'emissivity at 300 K':>21}")
@@ -71,12 +78,12 @@ def _list(library, materials, summaries):
         click.echo(f"{material.code:5d}  {material.name:<30} {material.group:<11} {values}")
 
 
-def _show(library, material, summary):
+def _show(library: MaterialLibrary, material: Material, summary: dict[str, float]) -> None:
     click.echo(f"{material.code}  {material.name}  ({material.group}): {material.description}")
     for key, value in summary.items():
         click.echo(f"  {key:<34} {value:.4f}")
-    for key, value, units in _numbers(material):
-        shown = f"{value:g}" if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)
+    for key, number, units in _numbers(material):
+        shown = f"{number:g}" if isinstance(number, (int, float)) and not isinstance(number, bool) else str(number)
         click.echo(f"  {key:<34} {shown} {units}".rstrip() + f"    {material.sources[key]}")
     click.echo("reflectance")
     for stretch in material.ranges:
@@ -90,7 +97,7 @@ def _show(library, material, summary):
         click.echo(f"  [{key}] {text}")
 
 
-def _numbers(material):
+def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
     """Each sourced value of a material as (field, value, units)."""
     units = {"thickness": "m", "conductivity": "W m^-1 K^-1", "density": "kg m^-3", "heat_capacity": "J kg^-1 K^-1"}
     layers = (("skin", material.thermal.skin), *((f"layers.{n}", x) for n, x in enumerate(material.thermal.layers, 1)))
@@ -100,8 +107,10 @@ def _numbers(material):
     back = material.thermal.back
     yield "back.kind", back.kind, ""
     if back.kind in ("fixed", "convective"):
-        held = back.temperature is not None
-        yield "back.temperature", back.temperature if held else "daily mean air", "K" if held else ""
+        if back.temperature is None:
+            yield "back.temperature", "daily mean air", ""
+        else:
+            yield "back.temperature", back.temperature, "K"
     if back.kind == "convective":
         yield "back.coefficient", back.coefficient, "W m^-2 K^-1"
     if back.kind == "heated":
@@ -116,14 +125,18 @@ def _numbers(material):
     yield "lobe_fwhm", material.lobe_fwhm, "degree"
 
 
-def _cited(library, material):
+def _cited(library: MaterialLibrary, material: Material) -> dict[str, str]:
+    """References that the sources of a material's values cite, by key."""
     text = " ".join(material.sources.values())
     return {key: reference for key, reference in library.references.items() if f"[{key}]" in text}
 
 
-def _json(library, materials, summaries, single):
+def _json(
+    library: MaterialLibrary, materials: list[Material], summaries: dict[str, dict[str, float]], single: bool
+) -> dict[str, Any]:
+    """The list, or one material with its values and spectrum, as plain values."""
     entries = [_entry(material, summaries[material.name]) for material in materials]
-    result = {"data_version": library.version}
+    result: dict[str, Any] = {"data_version": library.version}
     if not single:
         return {**result, "materials": entries}
     material = materials[0]
@@ -144,7 +157,7 @@ def _json(library, materials, summaries, single):
     return {**result, **entries[0], "values": numbers, "spectrum": spectrum, "references": _cited(library, material)}
 
 
-def _entry(material, summary):
+def _entry(material: Material, summary: dict[str, float]) -> dict[str, Any]:
     return {
         "code": material.code,
         "name": material.name,
@@ -155,7 +168,8 @@ def _entry(material, summary):
     }
 
 
-def _plot(materials, file):
+def _plot(materials: list[Material], file: Path) -> None:
+    """Draw reflectance against wavelength."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import ScalarFormatter
 
@@ -180,7 +194,7 @@ def _plot(materials, file):
         raise InputError(f"cannot write '{file}': {error}; give a path that ends in .png") from None
 
 
-def _shade_filled(axes, material):
+def _shade_filled(axes: Axes, material: Material) -> None:
     """Hatch where the spectrum was not measured on the material itself."""
     for stretch in material.ranges:
         if stretch.kind not in ("measured", "modelled", "fresnel"):

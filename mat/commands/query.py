@@ -37,8 +37,8 @@ def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: 
             )
 
 
-def _units(measure: str, own: str) -> str:
-    return "K" if measure.endswith("_kelvin") else "1" if measure == "points" else own
+def _units(measure: str, units: str) -> str:
+    return "K" if measure.endswith("_kelvin") else "1" if measure == "points" else units
 
 
 def _pair(text: str) -> tuple[str, float | str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -26,7 +27,9 @@ from skyshine.schemas.errors import InputError
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random views.")
 @click.option("--band", type=click.IntRange(1), default=None, help="One band, counted from 1; by default all.")
 @json_option
-def command(job, built, out, scenes, seed, band, as_json) -> None:
+def command(
+    job: str, built: str | None, out: str | None, scenes: int, seed: int, band: int | None, as_json: bool
+) -> None:
     """Measure the error budget of the databases of JOB, or of the folder DIR that holds a job.yaml.
 
     Random scenes go through the runtime's equations with the tables, and through the accurate spectral integrals; each
@@ -59,7 +62,7 @@ def _job_file(given: str) -> Path:
     raise InputError("holds no job.yaml; name the job's file, and --built for another folder of databases", file=path)
 
 
-def _print(report: dict) -> None:
+def _print(report: dict[str, Any]) -> None:
     for budget in report["budgets"]:
         low, high = budget["wavelength"]["values"]
         click.echo(f"state {budget['state']}, {low:g} to {high:g} um, {budget['source']}: {budget['views']} views")

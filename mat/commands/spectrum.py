@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.mat.api.dataset import Column
+    from skyshine.mat.api.spectrum import Spectrum
 
 
 @click.command("spectrum")
@@ -77,28 +82,28 @@ from skyshine.schemas.quantity import quantity
 )
 @json_option
 def command(
-    atmosphere,
-    above,
-    co2_ppm,
-    altitude,
-    elevation,
-    range_text,
-    wavenumber,
-    wavelength,
-    resolution,
-    aerosol,
-    visibility,
-    wind,
-    stratosphere,
-    clouds,
-    rain,
-    source,
-    source_elevation,
-    water_continuum,
-    source_azimuth,
-    picture,
-    as_json,
-):
+    atmosphere: str,
+    above: str,
+    co2_ppm: float | None,
+    altitude: float | None,
+    elevation: float,
+    range_text: str,
+    wavenumber: str | None,
+    wavelength: str | None,
+    resolution: float | None,
+    aerosol: str,
+    visibility: float | None,
+    wind: float,
+    stratosphere: str,
+    clouds: tuple[str, ...],
+    rain: float | None,
+    source: Literal["sun", "moon", "none"],
+    source_elevation: float,
+    water_continuum: str | None,
+    source_azimuth: float,
+    picture: str | None,
+    as_json: bool,
+) -> None:
     """Transmittance and radiance along one line of sight, for each spectral interval.
 
     Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
@@ -149,16 +154,18 @@ def command(
             click.echo(",".join(f"{value:.8g}" for value in row))
 
 
-def _print_json(result, columns):
+def _print_json(result: Spectrum, columns: dict[str, Column]) -> None:
     gases = {f"transmittance_{gas}" for gas in result.transmittance_by_gas}
-    shown = {name: quantity(values, unit) for name, (unit, values) in columns.items() if name not in gases}
+    shown: dict[str, Any] = {
+        name: quantity(values, unit) for name, (unit, values) in columns.items() if name not in gases
+    }
     shown["transmittance_by_gas"] = {gas: quantity(values, "1") for gas, values in result.transmittance_by_gas.items()}
     shown["range"] = quantity(result.range / 1e3, "km")
     shown["ends_at_ground"] = result.ground
     emit_json(shown)
 
 
-def _limits(text):
+def _limits(text: str | None) -> tuple[float, float] | None:
     """The two numbers of LO:HI; None where the option is not given."""
     if text is None:
         return None
@@ -171,7 +178,7 @@ def _limits(text):
     return low, high
 
 
-def _range(text):
+def _range(text: str) -> float:
     """Range in km, infinite for space."""
     if text == "space":
         return math.inf

@@ -15,7 +15,7 @@ from skyshine.schemas.quantity import quantity
     "--seed", type=click.IntRange(0), default=1, show_default=True, help="Case k is drawn from seed and k alone."
 )
 @json_option
-def stability(seconds, seed, as_json):
+def stability(seconds: float, seed: int, as_json: bool) -> None:
     """Extreme and stiff cases of surface, air, sky, bands, lobes, tables and textures, at random for a given time.
 
     Reports the worst residual and violation of a bound, and the slowest case; anything not finite or out of bounds

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -33,21 +33,21 @@ if TYPE_CHECKING:
 @click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
 @json_option
 def command(
-    material,
-    slope,
-    azimuth,
-    job,
-    state,
-    altitude,
-    forcing,
-    latitude,
-    longitude,
-    ground_albedo,
-    depth,
-    solar_absorptance,
-    thermal_emissivity,
-    as_json,
-):
+    material: str,
+    slope: float,
+    azimuth: float,
+    job: str | None,
+    state: int,
+    altitude: float | None,
+    forcing: str | None,
+    latitude: float | None,
+    longitude: float | None,
+    ground_albedo: float,
+    depth: float | None,
+    solar_absorptance: float | None,
+    thermal_emissivity: float | None,
+    as_json: bool,
+) -> None:
     """Temperature and every flux of one surface through the day.
 
     Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
@@ -79,7 +79,7 @@ def command(
 
 
 def _emit_json(result: ColumnResult) -> None:
-    output = {
+    output: dict[str, Any] = {
         "time": {"units": result.time_units, "values": list(result.time)},
         "temperature": quantity(result.temperature, "K"),
     }

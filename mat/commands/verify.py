@@ -13,13 +13,13 @@ def command(files: tuple[str, ...], as_json: bool) -> None:
     """Check layout, units, finite values, physical laws and digest of FILES; exit status 1 if one does not hold."""
     from skyshine.mat.tables.verify import problems
 
-    found = {file: problems(file) for file in files}
+    problems_of = {file: problems(file) for file in files}
     if as_json:
-        emit_json({"files": found, "holds": not any(found.values())})
+        emit_json({"files": problems_of, "holds": not any(problems_of.values())})
     else:
-        for file, wrong in found.items():
+        for file, wrong in problems_of.items():
             for line in wrong or ["holds"]:
                 click.echo(f"{file}: {line}")
-    bad = [file for file, wrong in found.items() if wrong]
+    bad = [file for file, wrong in problems_of.items() if wrong]
     if bad:
         raise CheckFailed(f"{len(bad)} of {len(files)} files do not hold: {', '.join(bad)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 from pathlib import Path
@@ -30,7 +31,8 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check free space and permissions", file=path) from None
     finally:
-        part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # no folder, no part
+            part.unlink(missing_ok=True)
 
 
 def write_json(path: str | os.PathLike[str], content: dict[str, Any]) -> None:

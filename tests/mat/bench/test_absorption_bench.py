@@ -19,7 +19,7 @@ NARROW = (11.0, 11.3)
 
 @pytest.fixture(scope="module")
 def scene():
-    return bench.Scene(NARROW, AbsorptionTable.open().gases)
+    return bench.AbsorptionScene(NARROW, AbsorptionTable.open().gases)
 
 
 @pytest.fixture(scope="module")

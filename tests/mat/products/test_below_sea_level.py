@@ -49,7 +49,7 @@ def test_a_tolerance_places_nodes_below_the_sea():
         shape = [1, *(np.size(nodes) for nodes in axes.values())]
         return np.broadcast_to(300 - 6.5 * np.reshape(axes["altitude_km"], (1, -1, 1, 1, 1)), shape)
 
-    refined = refined_axes(temperature, base, 1, 0.1, seed=1, most=1000)
+    refined = refined_axes(temperature, base, 1, 0.1, seed=1, max_nodes=1000)
     assert list(refined.axes["altitude_km"]) == [-0.43, -0.1] and refined.maximum < 1e-6
 
 

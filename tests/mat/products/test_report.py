@@ -10,14 +10,22 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.budget.budget import Prepared, error_budget
+from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.quantisation import BITS, PixelScale
-from skyshine.mat.budget.runtime_terms import Finish, Readings, reflection, runtime_radiance, spectral_radiance
+from skyshine.mat.budget.runtime_terms import (
+    AtmosphereReadings,
+    Finish,
+    reflection,
+    runtime_radiance,
+    spectral_radiance,
+)
 from skyshine.mat.budget.summary import describe, measures
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
 
 SCENES = 4
 
@@ -55,7 +63,7 @@ def test_grey_surface_through_grey_air(honest, prepared):
     kelvin = np.array([[250.0, 300.0], [280.0, 330.0], [310.0, 290.0]])
     bounce = reflection(views, views.normal, finish)
     glow = planck_wavenumber(band.wavenumber, kelvin[..., None]) @ band.radiance_weight
-    shown = runtime_radiance(Readings.integrated(lines, band), glow, bounce, finish)
+    shown = runtime_radiance(AtmosphereReadings.integrated(lines, band), glow, bounce, finish)
     grey = np.repeat(finish.reflectance[:, None], shape[1], axis=1)
     np.testing.assert_allclose(shown, spectral_radiance(lines, band, kelvin, grey, bounce), rtol=1e-12)
 
@@ -149,3 +157,11 @@ def test_a_database_is_no_job(small_build, capsys):
 def test_not_built_yet(prepared, budget_of, tmp_path):
     with pytest.raises(Exception, match="build the job first"):
         budget_of(tmp_path)
+
+
+def test_a_file_of_another_type_than_its_name_says(small_job, small_build, tmp_path):
+    for name in ("s01.htt.h5", "s01b01.atmq.h5"):
+        shutil.copy(small_build / name, tmp_path / name)
+    shutil.copy(small_build / "s01.htt.h5", tmp_path / "b01.band.h5")
+    with pytest.raises(InputError, match=r"b01\.band\.h5: holds a table of type htt, which its name does not say"):
+        Tables.open(tmp_path, 1, 1, "sun", load_job(small_job).trimmed)

@@ -12,7 +12,7 @@ def job_on(tmp_path, tiny_job):
     def on(day: str):
         file = tmp_path / "job.yaml"
         file.write_text(tiny_job().replace("2026-06-28", day), encoding="utf-8")
-        return load_job(file).job
+        return load_job(file).trimmed
 
     return on
 

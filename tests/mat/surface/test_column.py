@@ -161,7 +161,7 @@ def test_command_on_the_two_layer_wall(tmp_path):
 
 def test_slope_without_a_place_is_refused(tmp_path):
     result = run(tmp_path, "--slope", "30")
-    assert isinstance(result.exception, InputError) and "--latitude" in str(result.exception)
+    assert isinstance(result.exception, InputError) and "latitude" in str(result.exception)
 
 
 def test_slope_takes_the_sun_of_its_place(tmp_path):
@@ -182,7 +182,7 @@ def test_material_file_needs_its_optical_values(tmp_path):
     material = tmp_path / "solid.yaml"
     material.write_text(MATERIAL)
     result = CliRunner().invoke(command, ["--material", str(material), "--forcing", "x.csv"])
-    assert isinstance(result.exception, InputError) and "--solar-absorptance" in str(result.exception)
+    assert isinstance(result.exception, InputError) and "solar_absorptance" in str(result.exception)
 
 
 def test_job_and_forcing_exclude_each_other(tmp_path):

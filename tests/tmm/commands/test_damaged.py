@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from skyshine.schemas.hdf5_digest import DIGEST, content_hash
 from skyshine.tmm.cli import main
 
 GREEN, GREY = "grass_green", "asphalt_road"
@@ -165,6 +166,13 @@ def test_commands_refuse_a_classifier_that_no_training_gives(method, two_halves,
         shutil.copy(sound, path)
         with h5py.File(path, "r+") as file:
             damage(file)
+        changed = run("check", tmp_path / "job.yaml")
+        assert refused(changed, "content_sha256 does not match" if case != "no materials" else ""), (
+            case,
+            changed.output,
+        )
+        with h5py.File(path, "r+") as file:  # as a forger would
+            file.attrs[DIGEST] = content_hash(file)
         for command in ("check", "classify"):
             result = run(command, tmp_path / "job.yaml")
             assert refused(result, what), (case, command, result.output, result.exception)

@@ -1,11 +1,11 @@
 """tmm runs where modules of POSIX are missing, and warns of nothing on any texture."""
 
-import json
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+import yaml
 
 WITHOUT_POSIX = """
 import sys, pkgutil, importlib
@@ -21,6 +21,7 @@ main(["check", sys.argv[1]])
 
 WARNINGS_ARE_ERRORS = """
 import json, sys, traceback
+import yaml
 from pathlib import Path
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
@@ -29,7 +30,7 @@ from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.run import check
 from skyshine.tmm.report.preview import draw
 folder, library = Path(sys.argv[1]), load_library()
-for entry in json.loads((folder / "jobs.json").read_text()):
+for entry in yaml.safe_load((folder / "jobs.yaml").read_text()):
     job = TextureJob.model_validate(entry)
     try:
         if job.clusters is not None:
@@ -90,7 +91,7 @@ def test_no_texture_makes_a_library_warn(write_image, tmp_path):
     for name, values in TEXTURES.items():
         write_image(name, values, "float" if values.dtype.kind == "f" else "uint8")
         jobs += _jobs(name, *values.shape[:2])
-    (tmp_path / "jobs.json").write_text(json.dumps(jobs))
+    (tmp_path / "jobs.yaml").write_text(yaml.safe_dump(jobs))
     command = [sys.executable, "-W", "error", "-c", WARNINGS_ARE_ERRORS, str(tmp_path)]
     result = subprocess.run(command, capture_output=True, text=True)
     assert result.returncode == 0 and not result.stdout and not result.stderr, result.stdout + result.stderr

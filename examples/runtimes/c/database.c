@@ -266,16 +266,17 @@ static char **read_names(const struct source *from, size_t count)
 
 void open_database(struct database *database, const char *path, const char *filetype, const struct json *clamped)
 {
-    char found[NAME], version[NAME];
+    char found[NAME] = "", version[NAME] = "";
     struct stat on_disk;
     struct source from = {H5I_INVALID_HID, path, 0};
     if (stat(path, &on_disk) == 0 && S_ISREG(on_disk.st_mode)) from.file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (from.file < 0) fail("%s: is not a readable HDF5 file", path);
     from.bytes = (double)PACKING * (double)on_disk.st_size + SMALL;
     const int air = !strcmp(filetype, "atmq"), known = read_text(from.file, "filetype", found);
+    const int versioned = known && read_text(from.file, "format_version", version);
     const char *major = air ? "2." : "1.";
-    if (!known || (strcmp(found, filetype) && !(air && !strcmp(found, "lunar_atmq"))) || !read_text(from.file, "format_version", version) || strncmp(version, major, 2))
-        fail("%s: holds '%s' %s; allowed: %s %sx", path, found, known ? version : "", filetype, major);
+    if (!known || (strcmp(found, filetype) && !(air && !strcmp(found, "lunar_atmq"))) || !versioned || strncmp(version, major, 2))
+        fail("%s: holds '%s' %s; allowed: %s %sx", path, found, version, filetype, major);
     database->path = path;
     const struct layout *layout = air ? ATMOSPHERE : !strcmp(filetype, "band") ? BAND : SURFACE;
     for (size_t i = 0; layout[i].name; ++i) read_array(&from, &layout[i], &database->arrays[i], clamped);

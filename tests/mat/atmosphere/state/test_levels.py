@@ -44,6 +44,8 @@ def test_edges_are_levels_and_no_level_stands_close_by():
     levels = level_altitudes(0.0, PLAIN, edges=[510.0, 1375.0, 200e3, -5.0])
     assert {510.0, 1375.0} <= set(levels.tolist()) and 200e3 not in levels and levels[0] == 0.0
     assert 500.0 not in levels  # 10 m from an edge: it gives way
+    ends = level_altitudes(0.0, PLAIN, edges=[20.0, TOP - 20.0])
+    assert ends[:2].tolist() == [0.0, 20.0] and ends[-2:].tolist() == [TOP - 20.0, TOP]
 
 
 def test_an_inversion_between_the_levels_is_followed_within_half_a_kelvin():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.budget.built_tables import frame_centres
 from skyshine.mat.budget.options import FIELDS_OF_VIEW, READINGS, frame_errors, options_of_frames
 from skyshine.mat.quantities.grid import PathGrid
 
@@ -65,3 +66,18 @@ def test_costs_follow_from_the_axes_that_are_left(tables, views, errors):
     assert frame.per_pixel > profile.per_pixel == 8 and frame.bytes > profile.bytes == 4 * nodes
     assert narrow["frame_of_the_tables"].cost.bytes < frame.bytes
     assert profile.seconds is None and frame.per_frame > profile.per_frame
+
+
+def test_transmittance_of_the_centre_is_taken_to_the_range_of_the_pixel(tables, views):
+    """Equation (9) with beta* of the centre and the range of the pixel."""
+    still = np.zeros((2, 40))
+    found = frame_errors(tables, views, GRID, still, np.zeros((40, 1)), lambda readings: readings.transmittance)
+    centre = frame_centres(views, GRID, still)
+    beta = tables.air.value("beta_star", range=centre.range, altitude=views.altitude, elevation=centre.elevation)
+    assert found["centre"][0, :, 0] == pytest.approx(np.exp(-5.5 * views.range / beta), rel=1e-6)
+
+
+def test_across_a_frame_path_radiance_follows_the_azimuth_of_the_source(tables, views):
+    across, here = np.array([[0.5] * 40, [0.0] * 40]), tables.readings(views).path_radiance_ratio
+    found = frame_errors(tables, views, GRID, across, here, lambda readings: readings.path_radiance_ratio)
+    assert np.all(np.abs(found["profile"]).max(axis=(1, 2)) > 0)

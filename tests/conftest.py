@@ -134,6 +134,8 @@ def own_axes(tmp_path_factory):
         axes = [np.unique(np.concatenate([limits, draw.uniform(*limits, 2 + number)])) for limits in ends]
         grid = (ScatteringGrid if count == 5 else PathGrid)(*axes)
         values = draw.uniform(1.0, 9.0, grid.shape[:count]).astype(np.float32)
+        if name == "beta_star":  # less over longer ranges, so that transmittance falls with range
+            values = np.sort(values, axis=0)[::-1]
         tables[name] = Gridded(grid, values, np.ones(grid.shape[:3], bool))
     file = tmp_path_factory.mktemp("own") / "s01b01.atmq.h5"
     group = atmq_group(tables, Group(), {"source": "sun", "state": "none", "wavelength_um": [8.0, 12.0]})

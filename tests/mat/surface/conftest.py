@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.job.load import load_job
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.weather import from_extremes
@@ -46,26 +45,3 @@ def sky():
     sine = np.maximum(np.sin(np.radians(elevation)), 1e-3)
     direct = np.where(elevation > 0, 1361.0 * np.exp(-0.35 * np.exp(-z / 8000)[:, None] / sine), 0.0)
     return Sky(z, 101325 * np.exp(-z / 8000), elevation, direct, 0.2 * direct * sine, 0.8 - z / 4e4, 0.2)
-
-
-WEATHER_JOB = """\
-skyshine: 1
-name: weather
-site: {{latitude_deg: 39.7, longitude_deg: -105.2, date: 2026-06-22, utc_offset_h: -7, altitude_km: 1.8}}
-states:
-  - profile: midlatitude_summer
-    weather: {weather}
-bands: [{{wavelength_um: [8, 12]}}]
-materials: [concrete]
-"""
-
-
-@pytest.fixture
-def load_weather(tmp_path):
-    """Loads a job in `tmp_path` with the weather given as YAML."""
-
-    def load(weather):
-        (tmp_path / "job.yaml").write_text(WEATHER_JOB.format(weather=weather), encoding="utf-8")
-        return load_job(tmp_path / "job.yaml").trimmed
-
-    return load

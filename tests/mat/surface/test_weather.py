@@ -1,19 +1,12 @@
-"""Weather through the day: extremes, tables by hour, other altitudes, and files with the place of what is wrong."""
-
-from datetime import date
-from pathlib import Path
+"""Weather through the day: extremes, tables by hour, other altitudes, saturation."""
 
 import numpy as np
-import pvlib
 import pytest
 
-from skyshine.mat.job.weather_files import read_weather
-from skyshine.mat.scene.surface import scene_inputs
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.sun_path import sun_hours
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.mat.surface.weather import air_temperature, from_extremes, from_hours
-from skyshine.schemas.errors import InputError
 
 HOURS = np.arange(24.0)
 
@@ -64,120 +57,6 @@ def test_cloud_of_the_afternoon_darkens_the_afternoon(sun_path, sky):
     forcing = Scene(sun_path, weather, sky, np.array([0.0]), np.array([0.0]), np.array([0.0])).forcing(96)
     assert forcing.shortwave_direct[0, 10 * 4] > 500 and forcing.shortwave_direct[0, 15 * 4] == 0
     assert forcing.longwave_sky[0, 15 * 4] > forcing.longwave_sky[0, 10 * 4] + 50
-
-
-EPW_STATION = "LOCATION,Test,CO,USA,TMY3,724666,39.74,-105.18,-7.0,1829.0"
-
-
-def epw(folder, change=()):
-    """Two June days: the temperature is the hour, the wind half of it; `change` puts cells (reading, column, text)."""
-    rows = []
-    for day in (21, 22):
-        for hour in range(1, 25):
-            cells = ["1999", "6", str(day), str(hour), "0", "?", str(float(hour)), "1.0", "40", "82000"]
-            cells += ["0"] * 11 + [str(0.5 * hour), "5", "4", *["0"] * 11]
-            rows.append(cells)
-    for reading, column, text in change:
-        rows[reading][column] = text
-    file = folder / "test.epw"
-    file.write_text("\n".join([EPW_STATION, *["HEADER"] * 7, *(",".join(row) for row in rows)]) + "\n")
-    return file
-
-
-def test_epw_hours_end_where_the_file_says(tmp_path):
-    """Hour 14 of local standard time (UTC-7) is 15:00 on a clock that is an hour ahead (UTC-6)."""
-    weather = read_weather(epw(tmp_path), date(2026, 6, 22), -6)
-    at = weather.time.index(15.0)
-    assert (weather.air_temperature_c[at], weather.wind_speed_m_s[at]) == (14.0, 7.0)
-    assert (weather.cloud_fraction[at], weather.pressure_hpa[at], weather.altitude_km) == (0.5, 820.0, 1.829)
-    assert sorted(weather.time) == weather.time and len(weather.time) == 24
-
-
-@pytest.mark.parametrize(
-    "day, change, message",
-    [
-        (date(2026, 6, 20), (), "test.epw: found 0 hours of 20 June; allowed: the 24 of a day"),
-        (
-            date(2026, 6, 22),
-            [(24 + 5, 6, "99.9")],
-            "test.epw:38: temp_air: found 99.9; allowed: numbers worth -90 to 70",
-        ),
-        (date(2026, 6, 21), [(2, 22, "99")], "test.epw:11: total_sky_cover: found 99"),
-        (date(2026, 6, 21), [(0, 1, "June")], "is not a file that pvlib reads as EPW"),
-    ],
-)
-def test_wrong_epw_files_are_placed(tmp_path, day, change, message):
-    with pytest.raises(InputError, match=message):
-        read_weather(epw(tmp_path, change), day, -7)
-
-
-def test_tmy3_of_greensboro():
-    """pvlib's own sample file; its reading of 21 June 14:00 stands in line 4120."""
-    file = Path(pvlib.__file__).parent / "data" / "723170TYA.CSV"
-    if not file.is_file():
-        pytest.skip("this pvlib comes without its sample file")
-    cells = file.read_text().splitlines()[2 + 24 * 171 + 13].split(",")
-    assert cells[:2] == ["06/21/1988", "14:00"] or (cells[0].startswith("06/21") and cells[1] == "14:00")
-    weather = read_weather(file, date(2026, 6, 21), -5)
-    at = weather.time.index(14.0)
-    assert weather.air_temperature_c[at] == float(cells[31]) and weather.altitude_km == 0.273
-
-
-def csv(folder, rows, header="time,air_temperature[C],wind_speed[km/h],cloud_fraction[%]"):
-    file = folder / "day.csv"
-    file.write_text("\n".join([header, *rows]) + "\n")
-    return file
-
-
-def test_csv_by_time_of_day(tmp_path):
-    weather = read_weather(
-        csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(0, 24, 3)]), date(2026, 6, 21), 0
-    )
-    assert weather.air_temperature_c == pytest.approx(np.arange(0, 24, 3)) and weather.relative_humidity_percent is None
-    assert weather.wind_speed_m_s == pytest.approx([10.0] * 8) and weather.cloud_fraction == pytest.approx([0.5] * 8)
-
-
-@pytest.mark.parametrize(
-    "rows, message",
-    [
-        ([f"{hour:02d}:00,20,5,0" for hour in (0, 3, 6, 12, 15, 18, 21, 23)], r"day.csv:5:1: found a gap of 6.0 h"),
-        ([f"{hour:02d}:00,20,5,0" for hour in range(4, 24, 2)], r"day.csv:2:1: found a gap of 6.0 h"),
-        ([f"{hour:02d}:00,20,5,{40 * hour}" for hour in range(9)], r"day.csv:5:12: cloud_fraction: found '120'"),
-        (["2026-06-21T00:00,20,5,0"] * 8, r"day.csv:2:1: time: found '2026-06-21T00:00'; allowed: a time of day"),
-    ],
-)
-def test_wrong_csv_files_are_placed(tmp_path, rows, message):
-    with pytest.raises(InputError, match=message):
-        read_weather(csv(tmp_path, rows), date(2026, 6, 21), 0)
-
-
-def test_a_job_takes_a_file_and_its_own_keys_before_it(tmp_path, load_weather):
-    epw(tmp_path)
-    job = load_weather("{file: test.epw, cloud_fraction: 0}")
-    _, weather, _ = scene_inputs(job, 1)
-    noon = 12 * len(sun_hours()) // 24
-    assert weather.air_temperature[noon] == pytest.approx(273.15 + 12) and weather.altitude == 1829.0
-    assert np.all(weather.cloud_fraction == 0) and weather.pressure[noon] == pytest.approx(82e3)
-    assert job.states[0].weather.mean_air_temperature_c == pytest.approx(12.5, abs=0.3)
-
-
-def test_a_job_takes_one_temperature_for_the_day(tmp_path, load_weather):
-    _, weather, _ = scene_inputs(load_weather("{air_temperature_c: 20}"), 1)
-    assert np.all(weather.air_temperature == 293.15) and weather.altitude == 1800.0
-
-
-def test_a_missing_file_is_placed_in_the_job(tmp_path, load_weather):
-    with pytest.raises(InputError, match=r"job.yaml:6:21: states.0.weather.file: found 'none.epw', which is no file"):
-        load_weather("{file: none.epw}")
-
-
-def test_a_tmy3_file_with_times_that_are_numbers_is_refused_in_one_line(tmp_path):
-    file = tmp_path / "year.csv"
-    file.write_text(
-        "723170,TEST,NC,-5.0,36.1,-79.95,273\nDate (MM/DD/YYYY),Time (HH:MM),ETR (W/m^2)\n06/21/1988,1400,0\n"
-    )
-    with pytest.raises(InputError, match="year.csv: is not a file that pvlib reads as TMY3: .*; check it"):
-        read_weather(file, date(2026, 6, 21), -5)
 
 
 def test_humidity_of_the_extremes_holds_at_their_mean(sun_path):

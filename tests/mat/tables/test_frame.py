@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.tables.axes import EXACT, FOLDED, table_axis
+from skyshine.mat.tables.axes import EXACT, FOLDED, AxisRule, table_axis
+from skyshine.mat.tables.frame import part_of
 from skyshine.mat.tables.loader import Table
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Variable
@@ -71,3 +72,38 @@ def test_ends_outside_the_axis_clamp_where_asked(table):
 def test_what_is_refused(table, where, words):
     with pytest.raises(InputError, match=words):
         table.part(**where)
+
+
+@pytest.fixture
+def plane():
+    """x + 10 y on two axes, a variable of y alone and one of neither."""
+    x, y = np.array([0.0, 1.0, 2.0, 4.0]), np.array([0.0, 5.0])
+    axes = {"x": table_axis(x, "1", "x"), "y": table_axis(y, "1", "y"), "z": table_axis(np.array([7.0]), "1", "z")}
+    variables = {
+        "sum": Variable(("x", "y"), x[:, None] + 10 * y, "K", "sum", {"error": "0.1"}),
+        "flag": Variable(("y",), np.ones(2), "1", "flag"),
+        "other": Variable(("z",), np.ones(1), "1", "other"),
+    }
+    return Group(axes, variables, {}, {"made": "here"}), {"sum": [AxisRule("x", x), AxisRule("y", y)]}
+
+
+def test_a_value_is_interpolated_and_its_axis_gone(plane):
+    root, rules = plane
+    part = part_of(root, rules, {"sum": {"y": 2.0}})
+    assert part.variables["sum"].dims == ("x",) and set(part.axes) == {"x", "z"}
+    assert part.variables["sum"].data == pytest.approx([20, 21, 22, 24])
+    assert part.variables["sum"].attributes == {"error": "0.1"} and part.attributes == {"made": "here"}
+    assert set(part.variables) == {"sum", "other"}  # what else has the axis has no meaning without it
+
+
+@pytest.mark.parametrize("pair, nodes", [((0.5, 1.5), [0, 1, 2]), ((1.0, 1.0), [1, 2]), ((3.0, 4.0), [2, 4])])
+def test_a_pair_keeps_the_nodes_around_it(plane, pair, nodes):
+    part = part_of(*plane, {"sum": {"x": pair}})
+    assert part.axes["x"].values.tolist() == nodes
+    assert part.variables["sum"].data[:, 0].tolist() == nodes
+
+
+@pytest.mark.parametrize("pair", [(2.0, 1.0), (0.0, 1.0, 2.0)])
+def test_what_is_neither_a_number_nor_a_rising_pair_is_refused(plane, pair):
+    with pytest.raises(InputError, match=r"x: found \[.*\]; allowed: a number, or the least and the most"):
+        part_of(*plane, {"sum": {"x": pair}})

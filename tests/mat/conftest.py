@@ -1,4 +1,4 @@
-"""Fixtures of the tests of the atmosphere."""
+"""Fixtures of synthetic air."""
 
 import numpy as np
 import pytest

@@ -1,0 +1,43 @@
+"""Two builds compared: equal files differ by nothing, and a planted difference shows at its size."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.bench.leaving_out import KELVIN_BOUND, VALUE_BOUND, _differences
+from skyshine.mat.tables.axes import table_axis
+from skyshine.schemas.hdf5 import Group, Header, Variable, write_file
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Writes a table of a temperature and of a plain value over one axis."""
+
+    def written(folder, kelvin=0.0, share=0.0):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        axis = table_axis(np.array([0.0, 1.0, 3.0]), "km", "altitude")
+        variables = {
+            "temperature": Variable(("altitude",), np.array([280.0, 290.0, 300.0]) + kelvin, "K", "t"),
+            "share": Variable(("altitude",), np.array([2.0, 4.0, 8.0]) * (1 + share), "1", "s"),
+        }
+        file = tmp_path / folder / "s01.htt.h5"
+        accuracy = Group(attributes={"left_out_bound_kelvin": 0.0})
+        write_file(file, Group({"altitude": axis}, variables, {"accuracy": accuracy}), Header("htt", "1.0", "d", "j"))
+        return file
+
+    return written
+
+
+def compare(kept, whole):
+    return _differences(kept, whole, np.random.default_rng(1))
+
+
+def test_equal_files_differ_by_nothing(write):
+    found = compare(write("kept"), write("whole"))
+    assert found == {"s01.htt.h5: temperature": (0.0, KELVIN_BOUND), "s01.htt.h5: share": (0.0, VALUE_BOUND)}
+
+
+def test_temperatures_differ_in_kelvin_and_values_by_their_share(write):
+    found = compare(write("kept"), write("whole", kelvin=0.5, share=0.25))
+    assert found["s01.htt.h5: temperature"][0] == pytest.approx(0.5, rel=1e-3)
+    # Relative to the value of the whole table, or to the median where it is less.
+    assert found["s01.htt.h5: share"][0] == pytest.approx(0.2, rel=1e-3)

@@ -1,0 +1,84 @@
+"""The estimate of a build's cost: in proportion to states, bands and materials, and nothing for what is not built."""
+
+import pytest
+
+from skyshine.mat.job.load import load_job
+from skyshine.mat.plan.cost import distinct_airs, estimate
+from skyshine.mat.plan.plan import make_plan
+from skyshine.materials.library import load_library
+
+STATE = "\n  - {profile: midlatitude_summer, date: 2026-06-28, weather: {air_temperature_c: [22, 33]}}"
+
+
+@pytest.fixture
+def load(tmp_path, tiny_job):
+    def loaded(*changes):
+        text = tiny_job()
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+        return load_job(tmp_path / "job.yaml")
+
+    return loaded
+
+
+@pytest.fixture
+def cost(load):
+    def of(*changes):
+        loaded = load(*changes)
+        return estimate(loaded, make_plan(loaded, load_library()))
+
+    return of
+
+
+def test_twice_the_states_take_twice_the_tables(cost):
+    one, two = cost(), cost(("bands:", "  - {profile: tropical, weather: {air_temperature_c: 30}}\nbands:"))
+    for stage in ("compile", "atmosphere", "accuracy", "temperature"):
+        assert two[stage] == pytest.approx(2 * one[stage]) and one[stage] > 0, stage
+
+
+def test_both_sources_take_twice_the_tables_of_one(cost):
+    one, both = cost(), cost(("sources: [sun]", "sources: [sun, moon]"))
+    assert both["atmosphere"] == pytest.approx(2 * one["atmosphere"])
+    assert both["temperature"] == one["temperature"] and both["compile"] == one["compile"]
+
+
+def test_a_wider_band_takes_longer_to_compile(cost):
+    assert cost(("[10.0, 10.2]", "[8.0, 12.0]"))["compile"] > 2 * cost()["compile"]
+
+
+def test_each_further_material_costs_the_same(cost):
+    few = ["asphalt_road", "asphalt_road, grass_green", "asphalt_road, grass_green, concrete"]
+    one, two, three = (cost(("[asphalt_road]", f"[{names}]"))["temperature"] for names in few)
+    assert three - two == pytest.approx(two - one) and two > one
+    # Part of a material's cost is that of its columns, which are as many again at another altitude.
+    high = ("altitude_km: [0]", "altitude_km: [0, 1]")
+    first, second = (cost(("[asphalt_road]", f"[{names}]"), high)["temperature"] for names in few[:2])
+    assert 1.001 * (two - one) < second - first < 1.5 * (two - one)
+
+
+def test_level_surfaces_count_once_whatever_their_azimuths(cost):
+    changed = [
+        ("slope_deg: [0, 45]", "slope_deg: [0]"),
+        ("[0], azimuth_deg: [0, 180]", "[0], azimuth_deg: [0, 90, 180, 270]"),
+    ]
+    assert cost(*changed)["temperature"] == pytest.approx(cost(changed[0])["temperature"])
+    assert cost(changed[1])["temperature"] > cost()["temperature"]
+
+
+def test_what_is_not_built_costs_nothing(cost):
+    plain = cost()
+    assert plain["pictures"] == plain["textures"] == plain["weighted transmittance"] == 0
+    drawn = cost(("pictures: false", "pictures: true"))
+    assert drawn["pictures"] > 0 and drawn["atmosphere"] == plain["atmosphere"]
+    extra = cost(("output:", "extra_tables: [weighted_transmittance]\noutput:"))
+    assert extra["weighted transmittance"] > 0
+
+
+def test_states_of_one_air_choose_their_points_once_by_sunlight_and_each_day_by_moonlight(load):
+    more = ("bands:", STATE.lstrip("\n") + "\n" + STATE.lstrip("\n").replace("06-28", "07-05") + "\nbands:")
+    moon = ("sources: [sun]", "sources: [sun, moon]")
+    assert distinct_airs(load(more)) == 1
+    assert distinct_airs(load(more, moon)) == 2
+    assert distinct_airs(load(("bands:", "  - {profile: tropical, weather: {air_temperature_c: 30}}\nbands:"))) == 2

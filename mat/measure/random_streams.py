@@ -20,17 +20,18 @@ class Stream(StrEnum):
     EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
 
 
-# Joined to the seed. The seed alone also belongs to layers below: the choice of spectral points
-# (`skyshine.mat.atmosphere.band`) and the test angles of a band (`skyshine.mat.tables.band`).
-NUMBERS: dict[Stream, tuple[int, ...]] = {
-    Stream.ATMOSPHERE_ERROR: (),
-    Stream.TEMPERATURE_ERROR: (),
-    Stream.VIEWS: (),
-    Stream.BUDGET: (2,),
-    Stream.ATMOSPHERE_NODES: (3,),
-    Stream.TEMPERATURE_NODES: (4,),
-    Stream.EMISSION_CLASSES: (4,),
-    Stream.EMISSION_ERROR: (5,),
+# Joined to the seed, each once. None is 0: numpy gives [seed, 0] the numbers of the seed alone, which belongs to layers
+# below: the choice of spectral points (`skyshine.mat.atmosphere.band`), the test angles of a band
+# (`skyshine.mat.tables.band`).
+NUMBERS: dict[Stream, int] = {
+    Stream.ATMOSPHERE_ERROR: 6,
+    Stream.TEMPERATURE_ERROR: 7,
+    Stream.VIEWS: 1,
+    Stream.BUDGET: 2,
+    Stream.ATMOSPHERE_NODES: 3,
+    Stream.TEMPERATURE_NODES: 4,
+    Stream.EMISSION_CLASSES: 8,
+    Stream.EMISSION_ERROR: 5,
 }
 
 
@@ -45,4 +46,4 @@ def random_stream(seed: int, stream: Stream, *parts: int) -> np.random.Generator
     parts : int
         Of streams that are divided further: the number of the quantity or source.
     """
-    return np.random.default_rng([seed, *NUMBERS[stream], *parts])
+    return np.random.default_rng([seed, NUMBERS[stream], *parts])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.budget.built_tables import Sight, Tables, frame_centres, vertices
+from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres, vertices
 from skyshine.mat.budget.views import slope_and_azimuth
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid
@@ -69,7 +69,7 @@ def test_a_centre_stays_on_the_axes(make_views):
 def test_readings_are_those_of_the_table_at_the_place_of_the_sight(make_views, tables):
     views = make_views(3, range=[1.0, 2.0, 7.0], heading=[0.0, 90.0, 200.0])
     read = tables.readings(views)
-    other = Sight(views.range, views.elevation - 30, views.heading, views.surface_altitude, views.normal)
+    other = ViewLine(views.range, views.elevation - 30, views.heading, views.surface_altitude, views.normal)
     path = {"range": views.range, "altitude": views.altitude, "elevation": views.elevation}
     tau = np.exp(-5.5 * views.range / tables.air.value("beta_star", **path))
     assert read.transmittance[:, 0] == pytest.approx(tau)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
-from skyshine.mat.radiometry.lobe import normalisation, normalisation_to_grazing, shininess
+from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, normalisation_to_grazing, shininess
 from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance
 from skyshine.mat.tables.axes import EXACT, table_axis
 from skyshine.mat.tables.named_materials import with_names
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 TEMPERATURES = np.arange(150.0, 1500.25, 0.5)  # K; linear interpolation is then within 0.01 K from 3 um on
 PLANCK_TEMPERATURES = np.array([200.0, 250.0, 275.0, 300.0, 325.0, 350.0, 400.0, 500.0, 700.0, 1000.0])  # K
-SOURCE_ANGLES = np.arange(0.0, 90.0, 15.0)  # degree, those of Table 1 of DSTO-TN-0193
 # degree; closer by a constant factor towards grazing light, where N_s falls to 0 the faster the narrower the lobe.
 INCIDENCE_ANGLES = np.concatenate([[0.0], np.round(90.0 - np.geomspace(80.0, 0.02, 48), 3), [90.0]])
 TEST_ANGLES = 200  # of each material, off the nodes
@@ -47,7 +46,7 @@ def band_group(
             np.array([m.code for m in materials], np.int32), "1", "material code", interpolation=EXACT
         ),
         "planck_temperature": table_axis(PLANCK_TEMPERATURES, "K", "temperature of the Planck weighting"),
-        "source_angle": table_axis(SOURCE_ANGLES, "degree", "angle of incidence"),
+        "source_angle": table_axis(np.array(SOURCE_ANGLES), "degree", "angle of incidence"),
     }
     variables = {
         "response": Variable(("wavelength",), response.response, "1", "sensor response, peak 1"),

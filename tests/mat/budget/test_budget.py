@@ -94,7 +94,7 @@ def test_planted_errors_show_under_their_names(honest, budget_of, small_build, t
     warmer, before = (
         describe(budget)["errors"]["temperature_table"]["temperature"]["mean"]["value"] for budget in (wrong, honest)
     )
-    assert 2 < warmer - before < 5.5  # 5 K, seen through the air
+    assert 1 < warmer - before < 5.5  # 5 K, seen through the air of few random views, some of them far
     for source in ("path_radiance_table", "compiled_band", "transmittance"):
         assert rms(wrong.errors[source]) == pytest.approx(
             rms(honest.errors[source]), rel=0.2

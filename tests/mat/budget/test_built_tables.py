@@ -1,4 +1,4 @@
-"""Tables read as a runtime reads them: vertices of a face, the centre of a frame, found materials, missing files."""
+"""Tables read as a runtime reads them: vertices of a face, the centre of a frame, assigned materials, missing files."""
 
 from dataclasses import replace
 
@@ -87,15 +87,15 @@ def test_facing_holds_normals_to_the_slopes_of_the_table(tables):
     assert slope_and_azimuth(np.array([0.6, 0.0, 0.8]))[0] == pytest.approx(36.8699)
 
 
-def test_materials_are_found_in_their_shares(tables):
+def test_materials_are_assigned_in_their_shares(tables):
     share = np.array([[0.7, 0.3, 0.0], [0.0, 1.0, 0.0], [0.2, 0.2, 0.6]])
-    found = replace(tables, found_share=share).found_names(np.random.default_rng(2), (20_000, 3))
-    counts = np.array([np.bincount(column, minlength=3) for column in found.T]) / 20_000
+    assigned = replace(tables, assigned_share=share).assigned_materials(np.random.default_rng(2), (20_000, 3))
+    counts = np.array([np.bincount(column, minlength=3) for column in assigned.T]) / 20_000
     assert counts == pytest.approx(share, abs=0.02) and np.all(counts[share == 0] == 0)
 
 
-def test_without_a_test_of_the_textures_every_material_is_found(tables):
-    assert np.array_equal(tables.found_names(np.random.default_rng(2), (4, 3)), [[0, 1, 2]] * 4)
+def test_without_a_test_of_the_textures_every_material_is_right(tables):
+    assert np.array_equal(tables.assigned_materials(np.random.default_rng(2), (4, 3)), [[0, 1, 2]] * 4)
 
 
 def test_a_missing_database_says_what_to_do(small_job, tmp_path):

@@ -42,7 +42,7 @@ def test_a_failure_stops_processes_and_removes_their_unfinished_files(tmp_path):
 
 
 def test_a_process_that_dies_is_said_in_one_line(tmp_path):
-    died = pytest.raises(CheckFailed, match="a process of the build died.*fewer --jobs")
+    died = pytest.raises(CheckFailed, match="a process of the build died.*fewer (--)?jobs")
     with died, open_executor(None, 1, tmp_path) as pool:
         pool.submit(signal.raise_signal, signal.SIGKILL).result()
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.state.humidity import saturation_pressure
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.radiometry.constants import BOLTZMANN
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Booleans, Floats
 
 TRAINING_PROFILES = ("tropical", "midlatitude_summer", "midlatitude_winter", "subarctic_summer", "subarctic_winter")

@@ -179,9 +179,12 @@ def _loss(ca: Any, material: SurfaceMaterial, surface: Any, parameter: Any) -> A
         celsius = surface - ZERO_CELSIUS
         frozen = ca.fmin(ca.fmax(-celsius / 2.0, 0.0), 1.0)
         ice = frozen * frozen * (3.0 - 2.0 * frozen)
-        exponent = ca.if_else(ice > 0, ice * 22.46 * celsius / (272.62 + celsius), 0.0)
-        exponent += (1.0 - ice) * 17.62 * celsius / (243.12 + celsius)
-        deficit = (611.2 * ca.exp(exponent) - vapour) * (1.0 + ice * 0.333 / 2.501)
+        over_ice = 9.550426 - 5723.265 / surface + 3.53068 * ca.log(surface) - 0.00728332 * surface
+        over_water = 54.842763 - 6763.22 / surface - 4.210 * ca.log(surface) + 0.000367 * surface
+        over_water += ca.tanh(0.0415 * (surface - 218.8)) * (
+            53.878 - 1331.22 / surface - 9.44523 * ca.log(surface) + 0.014025 * surface
+        )
+        deficit = (ca.exp(ice * over_ice + (1.0 - ice) * over_water) - vapour) * (1.0 + ice * 0.333 / 2.501)
         resistance = volumetric / coefficient + properties.surface_resistance
         net += properties.wetness * volumetric / (0.665e-3 * pressure) * deficit / resistance
     return net

@@ -1,4 +1,10 @@
-"""Vapour pressure over water, over ice, and over a surface whose water freezes."""
+"""Vapour pressure over water, over ice, and over a surface whose water freezes.
+
+References
+----------
+Murphy and Koop 2005, Q. J. R. Meteorol. Soc. 131, 1539: equations (10), liquid water, supercooled too, 123 to 332 K
+(within 0.3 % of IAPWS to 353 K), and (7), ice, above 110 K.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +14,13 @@ import numpy.typing as npt
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.schemas.arrays import Floats, Reals
 
-# Magnus forms p = 611.2 Pa exp(a t / (b + t)), t in degrees Celsius, over water and over ice: Sonntag (1990),
-# Z. Meteorol. 70, 340-344; WMO-No. 8, Annex 4.B.
-_ZERO_CELSIUS_PRESSURE = 611.2
-_WATER_FACTOR, _WATER_OFFSET = 17.62, 243.12
-_ICE_FACTOR, _ICE_OFFSET = 22.46, 272.62
 # Water on a surface is ice below this many degrees under the melting point and liquid above it, part of each between:
 # chosen wide enough that the jump of the latent heat leaves the loss increasing with temperature at any pressure.
 _FREEZING_RANGE = 2.0
 # Latent heat of sublimation over that of vaporisation at 0 C: 2.834 and 2.501 MJ/kg, Rogers and Yau (1989), A Short
 # Course in Cloud Physics, 3rd ed., table 2.1.
 _SUBLIMATION_RATIO = 2.834 / 2.501
-# Below 150 K water vapour over the surface is below 1e-5 Pa; the clip keeps Magnus' formula away from its pole.
+# Below 150 K water vapour over the surface is below 1e-5 Pa; the clip keeps the formulas within their range.
 _COLDEST_VAPOUR = 150.0
 
 
@@ -38,10 +39,9 @@ def saturation_pressure(temperature: npt.ArrayLike) -> Floats:
 
     References
     ----------
-    Magnus form with the constants of Sonntag (1990), Z. Meteorol. 70, 340-344; WMO-No. 8, Annex 4.B.
+    Murphy and Koop 2005, equation (10).
     """
-    celsius = np.maximum(np.asarray(temperature, float), _COLDEST_VAPOUR) - ZERO_CELSIUS
-    pressure: Floats = _ZERO_CELSIUS_PRESSURE * np.exp(_WATER_FACTOR * celsius / (_WATER_OFFSET + celsius))
+    pressure: Floats = np.exp(_water(np.asarray(temperature, float)))
     return pressure
 
 
@@ -62,26 +62,18 @@ def surface_vapour(temperature: Reals) -> tuple[Reals, Reals]:
 
     References
     ----------
-    Magnus forms over water and ice with the constants of Sonntag (1990); WMO-No. 8, Annex 4.B.
+    Murphy and Koop 2005, equations (10) and (7); in between, the logarithm is shared as the ice is.
     """
-    celsius = temperature - ZERO_CELSIUS
-    coldest = celsius.min()
-    if coldest < _COLDEST_VAPOUR - ZERO_CELSIUS:
-        np.maximum(celsius, _COLDEST_VAPOUR - ZERO_CELSIUS, out=celsius)
-    exponent = celsius + _WATER_OFFSET
-    np.divide(_WATER_FACTOR, exponent, out=exponent)
-    latent_heat = np.ones((1,) * celsius.ndim, celsius.dtype)
-    if coldest < 0:
-        freezes = celsius < 0
-        below, water = celsius[freezes], exponent[freezes]
-        frozen = _frozen_share(below)[0]
-        exponent[freezes] = water + frozen * (_ICE_FACTOR / (_ICE_OFFSET + below) - water)
-        latent_heat = np.ones_like(celsius)
+    kelvin = np.maximum(temperature, _COLDEST_VAPOUR)
+    logarithm = _water(kelvin)
+    latent_heat = np.ones((1,) * kelvin.ndim, kelvin.dtype)
+    freezes = kelvin < ZERO_CELSIUS
+    if np.any(freezes):
+        frozen = _frozen_share(kelvin[freezes] - ZERO_CELSIUS)[0]
+        logarithm[freezes] += frozen * (_ice(kelvin[freezes]) - logarithm[freezes])
+        latent_heat = np.ones_like(kelvin)
         latent_heat[freezes] = 1 + (_SUBLIMATION_RATIO - 1) * frozen
-    exponent *= celsius
-    np.exp(exponent, out=exponent)
-    exponent *= _ZERO_CELSIUS_PRESSURE
-    return exponent, latent_heat
+    return np.exp(logarithm), latent_heat
 
 
 def surface_vapour_slopes(temperature: Reals, pressure: Reals) -> tuple[Reals, Reals]:
@@ -99,13 +91,38 @@ def surface_vapour_slopes(temperature: Reals, pressure: Reals) -> tuple[Reals, R
     pressure_slope, latent_heat_slope : ndarray
         [Pa K^-1], [K^-1]
     """
-    celsius = np.maximum(temperature, _COLDEST_VAPOUR) - ZERO_CELSIUS
-    frozen, freezing = _frozen_share(celsius)
-    water, ice = _WATER_FACTOR / (_WATER_OFFSET + celsius), _ICE_FACTOR / (_ICE_OFFSET + celsius)
-    slope = (1 - frozen) * _WATER_OFFSET * water / (_WATER_OFFSET + celsius)
-    slope = slope + frozen * _ICE_OFFSET * ice / (_ICE_OFFSET + celsius)
-    slope = pressure * (slope + celsius * freezing * (ice - water))
-    return np.where(temperature > _COLDEST_VAPOUR, slope, 0.0), (_SUBLIMATION_RATIO - 1) * freezing
+    kelvin = np.maximum(temperature, _COLDEST_VAPOUR)
+    frozen, freezing = _frozen_share(kelvin - ZERO_CELSIUS)
+    slope = _water_slope(kelvin)
+    if np.any(frozen > 0):
+        slope = slope + frozen * (_ice_slope(kelvin) - slope) + freezing * (_ice(kelvin) - _water(kelvin))
+    return np.where(temperature > _COLDEST_VAPOUR, pressure * slope, 0.0), (_SUBLIMATION_RATIO - 1) * freezing
+
+
+def _water(kelvin: Reals) -> Reals:
+    """Logarithm of the pressure over liquid water [ln Pa]."""
+    logarithm = np.log(kelvin)
+    first = 54.842763 - 6763.22 / kelvin - 4.210 * logarithm + 0.000367 * kelvin
+    second = 53.878 - 1331.22 / kelvin - 9.44523 * logarithm + 0.014025 * kelvin
+    return first + np.tanh(0.0415 * (kelvin - 218.8)) * second
+
+
+def _water_slope(kelvin: Reals) -> Reals:
+    """Derivative of `_water` by temperature [K^-1]."""
+    bend = np.tanh(0.0415 * (kelvin - 218.8))
+    second = 53.878 - 1331.22 / kelvin - 9.44523 * np.log(kelvin) + 0.014025 * kelvin
+    slope = 6763.22 / kelvin**2 - 4.210 / kelvin + 0.000367 + 0.0415 * (1 - bend**2) * second
+    return slope + bend * (1331.22 / kelvin**2 - 9.44523 / kelvin + 0.014025)
+
+
+def _ice(kelvin: Reals) -> Reals:
+    """Logarithm of the pressure over ice [ln Pa]."""
+    return 9.550426 - 5723.265 / kelvin + 3.53068 * np.log(kelvin) - 0.00728332 * kelvin
+
+
+def _ice_slope(kelvin: Reals) -> Reals:
+    """Derivative of `_ice` by temperature [K^-1]."""
+    return 5723.265 / kelvin**2 + 3.53068 / kelvin - 0.00728332
 
 
 def _frozen_share(celsius: Reals) -> tuple[Reals, Reals]:

@@ -10,7 +10,8 @@ import numpy.typing as npt
 from scipy import constants
 from scipy.optimize import brentq
 
-from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS, saturation_pressure
+from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError, nearest
 

@@ -1,4 +1,4 @@
-"""Water vapour: saturation, and the measures in which humidity is written down."""
+"""Water vapour: the measures in which humidity is written down."""
 
 from __future__ import annotations
 
@@ -6,25 +6,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy import constants
 
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 
 # Of water vapour to dry air: 18.01528 (IUPAC 2018) / 28.9647 g mol^-1 (US Standard Atmosphere 1976 with 400 ppm CO2).
 MASS_RATIO = 18.01528 / 28.9647
 WATER_MOLAR_MASS = 18.01528e-3  # kg mol^-1 (IUPAC 2018)
-
-
-def saturation_pressure(temperature: npt.ArrayLike) -> Floats:
-    """Saturation vapour pressure over liquid water, supercooled too [Pa], at temperatures [K].
-
-    References
-    ----------
-    Murphy and Koop 2005, Q. J. R. Meteorol. Soc. 131, 1539, equation (10), 123 to 332 K.
-    """
-    t = np.asarray(temperature, dtype=float)
-    first = 54.842763 - 6763.22 / t - 4.210 * np.log(t) + 0.000367 * t
-    second = 53.878 - 1331.22 / t - 9.44523 * np.log(t) + 0.014025 * t
-    pressure: Floats = np.exp(first + np.tanh(0.0415 * (t - 218.8)) * second)
-    return pressure
 
 
 def mole_fraction(kind: str, value: npt.ArrayLike, pressure: Floats, temperature: Floats) -> Floats:

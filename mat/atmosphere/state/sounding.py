@@ -12,9 +12,10 @@ from typing import TypeVar
 import numpy as np
 from scipy import constants
 
-from skyshine.mat.atmosphere.state.humidity import mole_fraction, saturation_pressure
+from skyshine.mat.atmosphere.state.humidity import mole_fraction
 from skyshine.mat.atmosphere.state.profiles import Profile
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import CsvTable, parse_table
 from skyshine.schemas.errors import nearest

@@ -26,9 +26,10 @@ from skyshine.mat.atmosphere.state.gas_amounts import (
     mean_exponential,
     scaled_gases,
 )
-from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS, saturation_pressure
+from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
 from skyshine.mat.atmosphere.state.levels import exponential, level_altitudes, linear
 from skyshine.mat.atmosphere.state.profiles import Profile, load_profile
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 

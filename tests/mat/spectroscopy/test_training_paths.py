@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.state.humidity import saturation_pressure
 from skyshine.mat.spectroscopy.training import (
     HELD_OUT_PROFILE,
     TRAINING_PROFILES,
     held_out_states,
     training_states,
 )
+from skyshine.mat.surface.vapour import saturation_pressure
 
 
 @pytest.fixture(scope="module")

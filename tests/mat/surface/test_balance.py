@@ -180,7 +180,7 @@ def test_single_precision_is_the_same_balance():
     temperature = np.linspace(265.0, 330.0, 14)[None]
     single = balance.single().loss(temperature.astype(np.float32))
     assert single.dtype == np.float32
-    assert np.allclose(single, balance.loss(temperature), rtol=0, atol=2e-3)
+    assert np.allclose(single, balance.loss(temperature), rtol=0, atol=6e-3)
 
 
 def test_columns_of_a_forcing_keep_their_rows():

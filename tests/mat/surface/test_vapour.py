@@ -7,10 +7,25 @@ from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.vapour import saturation_pressure, surface_vapour, surface_vapour_slopes
 
 
-@pytest.mark.parametrize("celsius, pascal", [(0, 611.2), (10, 1228.0), (20, 2339.2), (30, 4246.9), (-20, 125.4)])
-def test_saturation_pressure_over_water(celsius, pascal):
-    """Smithsonian and IAPWS values; Magnus' form is within 0.2 % of them (0.5 % over supercooled water)."""
-    assert saturation_pressure(celsius + 273.15) == pytest.approx(pascal, rel=5e-3)
+@pytest.mark.parametrize(
+    ("celsius", "pascal", "tolerance"),
+    # IAPWS formulation of 1995 (Wagner and Pruss 2002, J. Phys. Chem. Ref. Data 31, 387); supercooled: Smithsonian.
+    [
+        (-20, 125.4, 5e-3),
+        (0.01, 611.657, 1e-5),
+        (20, 2339.3, 2e-4),
+        (40, 7384.9, 2e-4),
+        (60, 19946.0, 1e-3),
+        (80, 47414.0, 3e-3),
+    ],
+)
+def test_saturation_pressure_over_water(celsius, pascal, tolerance):
+    assert saturation_pressure(celsius + 273.15) == pytest.approx(pascal, rel=tolerance)
+
+
+def test_over_liquid_water_a_surface_has_the_saturation_pressure_of_the_air():
+    kelvin = np.linspace(273.16, 350.0, 50)
+    assert surface_vapour(kelvin)[0] == pytest.approx(saturation_pressure(kelvin), rel=1e-14)
 
 
 @pytest.mark.parametrize("celsius, pascal", [(-10, 259.9), (-20, 103.26), (-40, 12.84), (5, 872.6)])

@@ -5,8 +5,8 @@ import pytest
 
 from skyshine.mat.atmosphere.particles.aerosol_column import RAYLEIGH_550, Aerosol
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
-from skyshine.mat.atmosphere.state.humidity import saturation_pressure
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.errors import InputError
 
 

@@ -104,15 +104,17 @@ def _water(kelvin: Reals) -> Reals:
     logarithm = np.log(kelvin)
     first = 54.842763 - 6763.22 / kelvin - 4.210 * logarithm + 0.000367 * kelvin
     second = 53.878 - 1331.22 / kelvin - 9.44523 * logarithm + 0.014025 * kelvin
-    return first + np.tanh(0.0415 * (kelvin - 218.8)) * second
+    exponent: Reals = first + np.tanh(0.0415 * (kelvin - 218.8)) * second
+    return exponent
 
 
 def _water_slope(kelvin: Reals) -> Reals:
     """Derivative of `_water` by temperature [K^-1]."""
     bend = np.tanh(0.0415 * (kelvin - 218.8))
     second = 53.878 - 1331.22 / kelvin - 9.44523 * np.log(kelvin) + 0.014025 * kelvin
-    slope = 6763.22 / kelvin**2 - 4.210 / kelvin + 0.000367 + 0.0415 * (1 - bend**2) * second
-    return slope + bend * (1331.22 / kelvin**2 - 9.44523 / kelvin + 0.014025)
+    first = 6763.22 / kelvin**2 - 4.210 / kelvin + 0.000367 + 0.0415 * (1 - bend**2) * second
+    slope: Reals = first + bend * (1331.22 / kelvin**2 - 9.44523 / kelvin + 0.014025)
+    return slope
 
 
 def _ice(kelvin: Reals) -> Reals:

@@ -3,11 +3,15 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.api.examples import starter_files
 from skyshine.mat.bench import energyplus
 from skyshine.mat.bench.marching import Grid, march
+from skyshine.mat.bench.surface import Case, batch_planes, case_of, forcing_between, measured
+from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
+from skyshine.materials.library import load_library
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 
 LAYERS = (Layer(0.05, 1.4, 2100.0, 880.0), Layer(0.05, 0.5, 1500.0, 1000.0))
@@ -53,3 +57,37 @@ def test_energyplus_is_asked_for_a_closed_prism():
     text = energyplus.model(1, walls=6)
     assert text.count("Wall, wall, inside, , Outdoors") == 6 and text.count("Roof") == 1
     assert "6, 21, 2017, 6, 21, 2017" in text and "12, 31, 2017" in energyplus.model(energyplus.YEAR)
+
+
+@pytest.fixture(scope="module")
+def inputs():
+    """Sun, weather and sky of the starter job."""
+    (job,) = (file for file in starter_files() if file.name == "job.yaml")
+    return surface_inputs(job)[1]
+
+
+def test_forcing_between_the_times_of_a_day_is_linear_and_closes_over_midnight():
+    forcing_at = forcing_between(day(24), 0)
+    at = forcing_at(np.array([12.0, 12.5, 13.0, 23.5]) * 3600)
+    sun, air = at.shortwave_direct[0], at.air_temperature[0]
+    assert sun[0] == 700 and sun[1] == pytest.approx((sun[0] + sun[2]) / 2)
+    assert air[3] == pytest.approx(290 + 3 * np.cos(8 * np.pi / 12) + 3 * np.cos(9 * np.pi / 12))
+
+
+def test_the_oracle_and_the_solver_agree_on_a_wall_in_the_sun_of_the_starter_job(inputs):
+    (material,) = surface_materials([load_library()["concrete"]])
+    case = case_of(material, inputs, intervals=96, cells=12)
+    ((_, solution),) = (part for part in solve_columns(material, case.few, steps=192) if len(part[0]))
+    every = case.reference.shape[1] // 96
+    assert np.abs(solution.temperature[:, ::2] - case.reference[:, ::every]).max() < 0.1
+    assert case.oracle_seconds > 0
+
+
+def test_an_error_that_is_planted_is_the_error_that_is_measured(inputs):
+    """A method 2 K too warm at every time errs by 2 K, whatever steps it gives."""
+    (material,) = surface_materials([load_library()["concrete"]])
+    reference = np.full((2, 96), 290.0)
+    case = Case(material, lambda steps: day(steps), lambda steps: day(steps), reference, 1.0)
+    calls = []
+    rung = measured("warm", "marching", lambda material, forcing: np.full((2, 48), 292.0), [case], calls.append)
+    assert rung.rms == rung.largest == 2.0 and calls == [1] and rung.columns == len(batch_planes())

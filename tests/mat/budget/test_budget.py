@@ -73,6 +73,14 @@ def test_a_weighted_transmittance_removes_what_averaging_costs(honest):
     assert not option.stored and rms(option.after) < 0.05 * rms(option.before)
 
 
+def test_reading_steps_of_the_angle_changes_the_reflection_alone(honest):
+    """Options of the averages are errors of the same scenes: before the mean N_s, after it N_s by angle."""
+    option = honest.options["normalisation_in_steps"]
+    assert option.stored and option.cost.bytes > 0 and option.cost.per_pixel == 2
+    assert np.array_equal(option.before, honest.errors["normalisation"])
+    assert rms(option.after) < rms(option.before)
+
+
 def test_extrapolation_grows_with_the_field_of_view(honest):
     values = honest.extrapolation["transmittance_extrapolation"]
     assert rms(values[0]) < 0.3 * rms(values[-1])
@@ -138,6 +146,8 @@ def test_page_stands_alone(small_job, small_build, tmp_path):
     report = json.loads(page.with_suffix(".json").read_text(encoding="utf-8"))
     errors = report["budgets"][0]["errors"]
     assert errors["all"]["temperature"]["rms"]["value"] > 0 and "misclassification" not in errors
+    for name, error in errors.items():
+        assert f"<td>{error['temperature']['rms']['value']:.3g}</td>" in text, name
     assert [scale["bits"] for scale in report["budgets"][0]["pixel_scales"]] == list(BITS)
 
 

@@ -38,3 +38,13 @@ def test_ranges_beyond_those_needed_are_left_out(tmp_path, tiny_job):
 def test_times_are_those_of_the_job_unless_hours_are_needed(tmp_path, tiny_job):
     job = load(tmp_path, tiny_job()).trimmed
     assert temperature_times(job) == list(job.surface_grid.time)
+
+
+def test_needed_hours_leave_the_times_around_them(tmp_path, tiny_job):
+    """Hours past midnight count on from 24; the times around them bound the interpolation."""
+    text = tiny_job().replace("[00:00, 12:00]", "[0:00, 3:00, 6:00, 9:00, 12:00, 15:00, 18:00, 21:00]")
+    evening = load(tmp_path, text + "needs: {hours: [22:00, 02:00]}\n")
+    assert temperature_times(evening.trimmed) == [21.0, 24.0, 27.0]
+    assert left_out(evening)["5 of 8 times of day"].restore == "a wider needs.hours, or none"
+    noon = load(tmp_path, text + "needs: {hours: [12:00, 13:00]}\n")
+    assert temperature_times(noon.trimmed) == [12.0, 15.0]

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.api.dataset import dataset
-from skyshine.mat.atmosphere.sources.sun_and_moon import position
+from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.job.surface import Operation
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column import ColumnResult, from_record, from_scene

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES, Aerosol
@@ -18,7 +19,6 @@ from skyshine.mat.atmosphere.particles.cloud import (
 )
 from skyshine.mat.atmosphere.particles.rain import RATES, RainLayer
 from skyshine.mat.atmosphere.sources.ephemeris import SOURCES, position
-from skyshine.mat.atmosphere.sources.lunar import STEFAN_BOLTZMANN
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
@@ -103,7 +103,7 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
         state, heights, np.unique(elevation), float(generator.choice([0.0, 0.2, 1.0])), sun_distance=0.98
     )
     values = np.concatenate([part.ravel() for part in (fluxes.longwave_down, fluxes.direct_normal, fluxes.diffuse)])
-    black = STEFAN_BOLTZMANN * max(float(state.temperature.max()), float(state.surface_temperature)) ** 4
+    black = Stefan_Boltzmann * max(float(state.temperature.max()), float(state.surface_temperature)) ** 4
     limit = _SOLAR / 0.98**2
     return {
         "not finite": (float(np.count_nonzero(~np.isfinite(np.concatenate([seen, values])))), 0.0),

@@ -55,7 +55,7 @@ def _find(library: MaterialLibrary, name: str) -> Material:
 
 def _summary(material: Material) -> dict[str, float]:
     """Solar absorptance and the emissivities of a material, by name."""
-    from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+    from skyshine.mat.atmosphere.sources.solar import solar_irradiance
     from skyshine.mat.radiometry.blackbody import SpectralResponse
     from skyshine.mat.radiometry.reflectance import band_emissivity, solar_absorptance, thermal_emissivity
 

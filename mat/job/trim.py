@@ -76,7 +76,7 @@ def source_elevations(job: Job, hours_asked: Span) -> dict[str, Span]:
     """Lowest and highest elevation [degree] of each source between two hours of the local clock, over the dates of all
     states, with a margin.
     """
-    from skyshine.mat.atmosphere.sources.sun_and_moon import position
+    from skyshine.mat.atmosphere.sources.ephemeris import position
 
     first, last = hours_asked
     hours = np.append(

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.atmosphere.sources.sun_and_moon import lunar_irradiance, position, solar_irradiance
+from skyshine.mat.atmosphere.sources.ephemeris import position
+from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.atmosphere.sources.sun_and_moon import position
+from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.load import load_job

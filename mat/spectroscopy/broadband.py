@@ -19,7 +19,7 @@ from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
-from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import (
     FILETYPE,
     LONGWAVE,

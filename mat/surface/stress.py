@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
 from skyshine.schemas.arrays import Floats
-
-_RADIATION = 5.67e-8  # W m^-2 K^-4
 
 # Conductivity [W m^-1 K^-1], density [kg m^-3], heat capacity [J kg^-1 K^-1]: water, aluminium, steel, concrete, dry
 # soil, insulation.
@@ -87,7 +86,7 @@ def random_forcing(generator: np.random.Generator) -> Callable[[int], Forcing]:
             shortwave_direct=(noon * sun)[None],
             shortwave_diffuse=(0.1 * noon * sun)[None],
             shortwave_reflected=np.zeros((1, steps)),
-            longwave_sky=((0 if vacuum else sky) * _RADIATION * air**4)[None],
+            longwave_sky=((0 if vacuum else sky) * Stefan_Boltzmann * air**4)[None],
             longwave_ground=np.zeros((1, steps)),
             air_temperature=air[None],
             vapour_pressure=vapour[None],
@@ -117,7 +116,7 @@ def random_snow(generator: np.random.Generator) -> tuple[SurfaceMaterial, Forcin
         shortwave_direct=zero,
         shortwave_diffuse=sun[None],
         shortwave_reflected=zero,
-        longwave_sky=((0.7 + 0.28 * cloud) * _RADIATION * air**4)[None],
+        longwave_sky=((0.7 + 0.28 * cloud) * Stefan_Boltzmann * air**4)[None],
         longwave_ground=zero,
         air_temperature=air[None],
         vapour_pressure=generator.uniform(0.4, 1.0) * saturation_pressure(air)[None],

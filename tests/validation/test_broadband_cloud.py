@@ -9,7 +9,7 @@ from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
-from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import LONGWAVE, SHORTWAVE, broadband_fluxes, sky_emission, sunlight_shares
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 

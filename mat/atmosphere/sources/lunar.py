@@ -16,6 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
+from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.sources.tables import lunar_tables
@@ -28,7 +29,6 @@ MOON_RADIUS = 1_737_400.0  # m, mean (IAU Working Group 2015)
 # 0.555 um, the model of Miller and Turner 2009 by 1.08. Held from 4 degrees it stays within 13 % of the latter down to
 # full Moon.
 SMALLEST_PHASE = 4.0
-STEFAN_BOLTZMANN = 5.670374419e-8  # W m^-2 K^-4, exact in the SI of 2019
 SOLAR_CONSTANT = 1361.0  # W m^-2 at 1 au (Kopp and Lean 2011)
 SOLAR_ALBEDO = 0.12  # of the mean lunar surface (Vasavada et al. 2012)
 BROADBAND_EMISSIVITY = 0.95  # (Vasavada et al. 2012)
@@ -163,7 +163,7 @@ def thermal_emissivity(wavelength: npt.ArrayLike) -> Floats:
 def subsolar_temperature(sun_distance: float) -> float:
     """Temperature of the surface under the Sun in equilibrium with it, K; the Sun's distance in au."""
     absorbed = (1 - SOLAR_ALBEDO) * SOLAR_CONSTANT / sun_distance**2
-    return float((absorbed / (BROADBAND_EMISSIVITY * STEFAN_BOLTZMANN)) ** 0.25)
+    return float((absorbed / (BROADBAND_EMISSIVITY * Stefan_Boltzmann)) ** 0.25)
 
 
 def _shape(shape: dict[str, Floats], wavelength: Floats) -> Floats:

@@ -166,7 +166,6 @@ def test_slope_without_a_place_is_refused(tmp_path):
 
 def test_slope_takes_the_sun_of_its_place(tmp_path):
     """Near noon in June at 40 N a steep north face gets less than a level one, a south face at 25 degrees more."""
-    pytest.importorskip("skyshine.mat.atmosphere.sources.sun_and_moon")
     place = ["--latitude", "40", "--longitude", "0", "--json"]
     level = json.loads(run(tmp_path, "--json").output)["shortwave_absorbed"]["values"][12]
     north = json.loads(run(tmp_path, "--slope", "70", "--azimuth", "0", *place).output)["shortwave_absorbed"]["values"][

@@ -16,7 +16,7 @@ from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin, cache_fol
 from skyshine.mat.atmosphere.band.compile import fit_band, over_air
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job

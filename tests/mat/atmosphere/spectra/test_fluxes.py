@@ -8,7 +8,7 @@ from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
-from skyshine.mat.atmosphere.sources.sun_and_moon import solar_irradiance
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import (
     LONGWAVE,
     SHORTWAVE,

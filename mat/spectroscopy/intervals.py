@@ -15,7 +15,7 @@ from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.continua import ContinuumModel
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
 from skyshine.mat.spectroscopy.sources import GasSources, SpectralSource
-from skyshine.mat.spectroscopy.training import State
+from skyshine.mat.spectroscopy.training import TrainingState
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 CANDIDATES = 1000  # fine wavenumbers among which an interval's points are chosen
@@ -75,7 +75,7 @@ class Spectra:
             if depth.max() > PRESENT:
                 self.tables[source.name] = np.log(np.maximum(table, FLOOR)).astype(np.float32)
 
-    def at_levels(self, state: State) -> dict[str, Singles]:
+    def at_levels(self, state: TrainingState) -> dict[str, Singles]:
         """Absorption by gas per molecule of air at the levels of a state: dict of (L, K), m2; H2O means its lines."""
         interpolate = CrossSectionNodes(nodes.PRESSURE, nodes.TEMPERATURE)
         result = {}
@@ -91,7 +91,7 @@ class Spectra:
         return result
 
 
-def targets(spectra: Spectra, states: Sequence[State]) -> tuple[Singles, npt.NDArray[np.str_]]:
+def targets(spectra: Spectra, states: Sequence[TrainingState]) -> tuple[Singles, npt.NDArray[np.str_]]:
     """Rows whose interval mean the points have to reproduce.
 
     Returns
@@ -140,8 +140,8 @@ def build_interval(
     continua: ContinuumModel,
     low: float,
     high: float,
-    training: Sequence[State],
-    held_out: Sequence[State],
+    training: Sequence[TrainingState],
+    held_out: Sequence[TrainingState],
     *,
     tolerance: float,
     max_points: int,
@@ -152,7 +152,7 @@ def build_interval(
     ----------
     sources : list of GasSources
     continua : ContinuumModel
-    training, held_out : lists of State
+    training, held_out : lists of TrainingState
     tolerance : float
         Scaled rms error at which no further points are added.
     max_points : int
@@ -203,7 +203,7 @@ def _stratified(mixture: Singles, count: int, seed: int) -> Integers:
 
 
 def _errors(
-    spectra: Spectra, states: Sequence[State], where: Integers, weight: Floats
+    spectra: Spectra, states: Sequence[TrainingState], where: Integers, weight: Floats
 ) -> tuple[Floats, dict[str, float]]:
     """Errors (4,) as `IntervalPoints.error`, and the rms error by gas."""
     rows, kind = targets(spectra, states)

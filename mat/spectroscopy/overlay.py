@@ -10,12 +10,17 @@ from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.cross_sections import CrossSectionSource, spread
 from skyshine.mat.spectroscopy.gases import GASES, LONGEST_COLUMN
 from skyshine.mat.spectroscopy.intervals import PRESENT
-from skyshine.mat.spectroscopy.training import State
+from skyshine.mat.spectroscopy.training import TrainingState
 from skyshine.schemas.arrays import Floats
 
 
 def overlay(
-    source: CrossSectionSource, low: float, high: float, wavenumber: Floats, weight: Floats, states: Sequence[State]
+    source: CrossSectionSource,
+    low: float,
+    high: float,
+    wavenumber: Floats,
+    weight: Floats,
+    states: Sequence[TrainingState],
 ) -> tuple[Floats | None, float]:
     """Cross sections of a gas at the points of [low, high] cm^-1, and their error.
 
@@ -23,7 +28,7 @@ def overlay(
     ----------
     source : CrossSectionSource
     wavenumber, weight : (n,) arrays, cm^-1
-    states : list of State
+    states : list of TrainingState
         Held-out atmospheres and paths.
 
     Returns
@@ -43,7 +48,7 @@ def overlay(
     return np.broadcast_to(section[:, None, :], shape), rms
 
 
-def _errors(fine: Floats, few: Floats, weight: Floats, state: State, gas: str) -> Floats:
+def _errors(fine: Floats, few: Floats, weight: Floats, state: TrainingState, gas: str) -> Floats:
     """Error (R,) of the mean transmittance on each path of a state whose transmittances by single gases are targets."""
     position = np.interp(state.temperature, nodes.TEMPERATURE, np.arange(nodes.TEMPERATURE.size))
     lower = np.minimum(position.astype(int), nodes.TEMPERATURE.size - 2)

@@ -25,7 +25,7 @@ MAX_H2O = 0.06  # mole fraction
 
 
 @dataclass(frozen=True)
-class State:
+class TrainingState:
     """One atmosphere with its paths.
 
     Attributes
@@ -50,7 +50,7 @@ class State:
     emission: list[Floats]
 
 
-def training_states(perturbed: int = PERTURBED, seed: int = 1) -> list[State]:
+def training_states(perturbed: int = PERTURBED, seed: int = 1) -> list[TrainingState]:
     """The training atmospheres: each profile as it is and `perturbed` times with other humidity, temperature and
     gases.
     """
@@ -62,7 +62,7 @@ def training_states(perturbed: int = PERTURBED, seed: int = 1) -> list[State]:
     return states
 
 
-def held_out_states(seed: int = 2) -> list[State]:
+def held_out_states(seed: int = 2) -> list[TrainingState]:
     """Atmospheres and paths that no choice has seen: another profile, other perturbations, other ranges."""
     rng = np.random.default_rng(seed)
     return [_state(HELD_OUT_PROFILE, rng)] + [_state(HELD_OUT_PROFILE, rng, *_perturbation(rng)) for _ in range(2)]
@@ -77,7 +77,7 @@ def _perturbation(rng: np.random.Generator) -> tuple[float, float, float]:
 
 def _state(
     name: str, rng: np.random.Generator, humidity: float = 1.0, warming: float = 0.0, others: float = 1.0
-) -> State:
+) -> TrainingState:
     profile = load_profile(name)
     z = profile.altitude
     pressure = np.exp(np.interp(LEVELS, z, np.log(profile.pressure)))
@@ -91,7 +91,7 @@ def _state(
         fraction[gas] = fraction[gas] * others
     density = pressure / (BOLTZMANN * temperature)
     columns, apart = _paths(density, rng)
-    return State(pressure, temperature, fraction["H2O"], fraction, columns, apart, _sky_paths(density))
+    return TrainingState(pressure, temperature, fraction["H2O"], fraction, columns, apart, _sky_paths(density))
 
 
 def _vertical(density: Floats, bottom: int, top: int) -> Floats:

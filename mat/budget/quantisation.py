@@ -1,4 +1,8 @@
-"""Pixel values, equation (44): gain, buffer gain and offset for a range of radiance, and the inverse."""
+"""Pixel values, equation (44): gain, buffer gain and offset for a range of radiance, and the inverse.
+
+The note says of (44) that its function int rounds to the nearest integer. The nearest to x - 1/2, halves upwards, is
+the largest integer that is not above x.
+"""
 
 from __future__ import annotations
 
@@ -44,16 +48,22 @@ class PixelScale:
         return self.gain / (self.buffer_gain * float(2**self.bits))
 
     def pixel(self, radiance: npt.ArrayLike) -> Integers:
-        """Pixel values of radiances, (44); L/G is clipped to 0 to 1, and the value to the range of the buffer."""
+        """Pixel values of radiances, (44); L/G is clipped to 0 to 1, and the value to the range of the buffer.
+
+        Raises
+        ------
+        ValueError
+            A radiance is not a number.
+        """
         share = np.clip(np.asarray(radiance, float) / self.gain, 0.0, 1.0)
-        value = np.trunc(2**self.bits * self.buffer_gain * (share - self.offset) - 0.5)
+        if np.any(np.isnan(share)):
+            raise ValueError("a radiance is not a number")
+        value = np.floor(2**self.bits * self.buffer_gain * (share - self.offset))
         pixel: Integers = np.clip(value, 0, 2**self.bits - 1).astype(np.int64)
         return pixel
 
     def radiance(self, pixel: npt.ArrayLike) -> Floats:
         """Radiance in the middle of those that give a pixel value, W m^-2 sr^-1."""
-        values = np.asarray(pixel)
-        middle = np.where(values == 0, 0.75, values + 1.0)  # -0.5 is cut to 0 like 0.5: the lowest value spans 0 to 1.5
-        middle = np.where(values == 2**self.bits - 1, 2**self.bits - 0.25, middle)
+        middle = np.asarray(pixel) + 0.5
         radiance: Floats = self.gain * (middle / (2**self.bits * self.buffer_gain) + self.offset)
         return radiance

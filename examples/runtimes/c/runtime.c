@@ -61,12 +61,12 @@ static double lobe(const double *normal, const double *to_source, const double *
     return pow(fmin(fmax(chi, 0.0), 1.0), shininess);
 }
 
-/* Equation (44). */
+/* Equation (44), rounded to the nearest integer: the nearest to x - 1/2, halves upwards, is the floor of x. */
 static long pixel_value(double radiance, const struct json *scene)
 {
     double size = pow(2.0, number(scene, "bits"));
     double share = fmin(fmax(radiance / number(scene, "gain"), 0.0), 1.0);
-    double value = trunc(size * number(scene, "buffer_gain") * (share - number(scene, "offset")) - 0.5);
+    double value = floor(size * number(scene, "buffer_gain") * (share - number(scene, "offset")));
     return (long)fmin(fmax(value, 0.0), size - 1.0);
 }
 

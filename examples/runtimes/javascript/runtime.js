@@ -29,11 +29,11 @@ function lobe(normal, toSource, toObserver, shininess) {
   return Math.min(chi, 1) ** shininess;
 }
 
-// Equation (44).
+// Equation (44), rounded to the nearest integer: the nearest to x - 1/2, halves upwards, is the floor of x.
 function pixelValue(radiance, scene) {
   const size = 2 ** scene.bits;
   const share = Math.min(Math.max(radiance / scene.gain, 0), 1);
-  const value = Math.trunc(size * scene.buffer_gain * (share - scene.offset) - 0.5);
+  const value = Math.floor(size * scene.buffer_gain * (share - scene.offset));
   return Math.min(Math.max(value, 0), size - 1);
 }
 

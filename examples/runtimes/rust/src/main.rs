@@ -93,11 +93,11 @@ fn lobe(normal: &[f64; 3], to_source: &[f64; 3], to_observer: &[f64; 3], shinine
     chi.clamp(0.0, 1.0).powf(shininess)
 }
 
-/// Equation (44).
+/// Equation (44), rounded to the nearest integer: the nearest to x - 1/2, halves upwards, is the floor of x.
 fn pixel_value(radiance: f64, scene: &Scene) -> i64 {
     let size = 2f64.powi(scene.bits);
     let share = (radiance / scene.gain).clamp(0.0, 1.0);
-    let value = (size * scene.buffer_gain * (share - scene.offset) - 0.5).trunc();
+    let value = (size * scene.buffer_gain * (share - scene.offset)).floor();
     value.clamp(0.0, size - 1.0) as i64
 }
 

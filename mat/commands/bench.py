@@ -55,7 +55,7 @@ def loader(points: int, as_json: bool) -> None:
     from skyshine.mat.bench.loader import bench_loader
 
     # Default nodes: range, altitude, elevation, source elevation, source azimuth; and 60 materials by the surface grid.
-    tables = {"atmq": (24, 12, 25, 13, 13), "htt": (60, 8, 24, 10, 48)}
+    tables = {"atmq": (29, 12, 25, 13, 13), "htt": (60, 8, 24, 10, 48)}
     measured = {name: bench_loader(shape, points) for name, shape in tables.items()}
     if as_json:
         emit_json(

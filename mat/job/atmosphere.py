@@ -262,6 +262,11 @@ class AtmosphereGrid(StrictModel):
 
     range_km: Annotated[list[float], axis(0, 100_000)] = [
         0.001,
+        0.002,
+        0.005,
+        0.01,
+        0.02,
+        0.05,
         0.1,
         0.2,
         0.35,

@@ -12,9 +12,10 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
 from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Finish
 from skyshine.mat.budget.views import Views, direction, fold, on_axes, slope_and_azimuth
-from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANSMITTANCE
+from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.arrays import Floats, Integers
@@ -73,7 +74,7 @@ class Tables:
             band_file(band),
             atmosphere_file(state, band, source, len(job.states)),
         ]
-        if WEIGHTED_TRANSMITTANCE in job.extra_tables:
+        if band in weighted_transmittance_bands(job):
             names.append(thermal_file(state, band, len(job.states)))
         for name in names:
             if not (folder / name).is_file():
@@ -88,7 +89,7 @@ class Tables:
         for name, materials in others:
             if list(surface.materials.values()) != list(materials.values()):
                 raise InputError(f"{names[0]} and {name} hold different materials; build the job again", file=folder)
-        if NORMALISATION_BY_ANGLE in job.extra_tables and "normalisation_fine" not in properties.root.variables:
+        if NORMALISATION_BY_ANGLE in (job.extra_tables or ()) and "normalisation_fine" not in properties.root.variables:
             raise InputError(
                 f"{names[1]} lacks the {NORMALISATION_BY_ANGLE} that the job asks for; build the job again: mat build",
                 file=folder,

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from skyshine.mat.job.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.plan import Plan
+from skyshine.mat.plan.plan import Kind, Plan
 from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
@@ -50,17 +49,16 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
     columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
     weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
-    emission = (
-        (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km)
-        if WEIGHTED_TRANSMITTANCE in job.extra_tables
-        else 0.0
-    )
+    emission = (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km)
+    weighted = {task.band for task in plan.tasks if task.kind is Kind.THERMAL}
     files = sum(len(task.files) for task in plan.tasks)
     return {
         "compile": distinct_airs(loaded) * (COMPILE_BAND * len(points) + COMPILE_POINT * sum(points)),
         "atmosphere": sets * len(points) * sources * one,
         "accuracy": sets * len(points) * sources * MEASURED * share,
-        "weighted transmittance": sets * emission * sum(points),
+        "weighted transmittance": sets
+        * emission
+        * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
         "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns),
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,

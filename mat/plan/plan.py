@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from skyshine.mat.job.extra_tables import WEIGHTED_TRANSMITTANCE
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut, tables_left_out, temperature_times
+from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.materials.library import MaterialLibrary
@@ -132,12 +132,12 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
     job = loaded.trimmed
     materials = used_materials(loaded, library, usage_files)
     tasks = [Task(Kind.TEXTURE, i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.textures))]
-    states = len(job.states)
+    states, weighted = len(job.states), weighted_transmittance_bands(job)
     for state in range(1, states + 1):
         for band in job.needed_bands:
             files = tuple(atmosphere_file(state, band, source, states) for source in job.sources)
             tasks.append(Task(Kind.ATMOSPHERE, state, band, files, len(files) * _atmosphere_values(job)))
-            if WEIGHTED_TRANSMITTANCE in job.extra_tables:
+            if band in weighted:
                 # One class for each material is the most there can be.
                 size = len(materials) * PLANCK_TEMPERATURES.size * _paths(job)
                 tasks.append(Task(Kind.THERMAL, state, band, (thermal_file(state, band, states),), size))

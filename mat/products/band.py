@@ -26,7 +26,7 @@ class BandProduct:
             "materials": list(materials),
             "materials_sha256": materials_digest(library, materials),
         }
-        if NORMALISATION_BY_ANGLE in job.extra_tables:
+        if NORMALISATION_BY_ANGLE in (job.extra_tables or ()):
             resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": job.accuracy.seed}
         return (TableIdentity(context.task.files[0], BAND, f"materials {library.version}", resolved),)
 
@@ -36,7 +36,7 @@ class BandProduct:
         with report.stage("tables"):
             materials = [context.library[name] for name in context.materials]
             root = band_group(response_of(job.bands[context.task.band - 1]), materials, solar_spectrum(LONGEST_WAVE))
-        if NORMALISATION_BY_ANGLE in job.extra_tables:
+        if NORMALISATION_BY_ANGLE in (job.extra_tables or ()):
             with report.stage(NORMALISATION_BY_ANGLE):
                 root = with_fine_normalisation(root, materials, job.accuracy.seed)
         yield root

@@ -329,7 +329,7 @@ def pixel_value(radiance: float, scene: dict[str, Any]) -> int:
     """Equation (44), rounded to the nearest integer: the nearest to x - 1/2, halves upwards, is the floor of x."""
     size = int(2 ** scene["bits"])
     share = min(max(radiance / scene["gain"], 0.0), 1.0)
-    value = math.floor(size * scene["buffer_gain"] * (share - scene["offset"]))
+    value: int = math.floor(size * scene["buffer_gain"] * (share - scene["offset"]))
     return min(max(value, 0), size - 1)
 
 

@@ -56,7 +56,7 @@ def test_axes_shrink_and_the_plan_says_so(tmp_path):
     plan = make_plan(job, load_library())
     said = {item.what: item.restore for item in plan.left_out}
     assert (
-        said["13 of 24 ranges"] == "a wider needs.range_km, or none"
+        said["18 of 29 ranges"] == "a wider needs.range_km, or none"
         and "6 of 12 observer altitudes" in said
         and "6 of 10 slopes" in said
     )

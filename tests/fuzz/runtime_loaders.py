@@ -278,6 +278,6 @@ def by_library(scene: dict) -> dict[str, np.ndarray]:
     result["radiance"] = sum(result[name] for name in ("thermal", "path", "skyshine", "diffuse", "specular"))
     share = np.clip(result["radiance"] / scene["gain"], 0, 1)
     result["pixel_value"] = np.clip(
-        np.trunc(2 ** scene["bits"] * scene["buffer_gain"] * (share - scene["offset"]) - 0.5), 0, 2 ** scene["bits"] - 1
+        np.floor(2 ** scene["bits"] * scene["buffer_gain"] * (share - scene["offset"])), 0, 2 ** scene["bits"] - 1
     )
     return result

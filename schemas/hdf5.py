@@ -32,8 +32,9 @@ from skyshine.schemas.hdf5_digest import (
     is_text,
     values_of,
 )
-from skyshine.schemas.hdf5_gate import JOB_LIMIT, pass_gate, refuse_special_file
+from skyshine.schemas.hdf5_gate import JOB_LIMIT, pass_gate
 from skyshine.schemas.paths import StrPath
+from skyshine.schemas.regular_files import refuse_special_file
 from skyshine.schemas.whole_files import part_file
 
 CONVENTIONS = "CF-1.11"
@@ -267,7 +268,7 @@ def open_database(path: StrPath, filetype: str | None = None, major: int | None 
     InputError
         The file is missing, damaged or hostile, is of another type, or has a layout of another major version.
     """
-    refuse_special_file(path)
+    refuse_special_file(path, "check the path, or build it with 'mat build'")
     try:
         file = h5py.File(path, "r")
     except OSError:

@@ -16,6 +16,7 @@ from skyshine.schemas.csv_table import CsvTable, data_lines, parse_table, read_t
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import StrPath
+from skyshine.schemas.plain_numbers import plain_number
 
 Value = TypeVar("Value")
 Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
@@ -256,7 +257,7 @@ def _range(file: Path, number: int, text: str) -> SpectralRange:
     span, _, note = text.partition(";")
     try:
         first, last, kind = span.split()
-        lower, upper = float(first), float(last)
+        lower, upper = plain_number(first), plain_number(last)
     except ValueError:
         raise InputError(
             f"found 'range:{text[:60]}'; allowed: 'range: LOWER UPPER KIND; note' with wavelengths in um",

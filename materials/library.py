@@ -63,7 +63,7 @@ class Index(StrictModel):
     @classmethod
     def _semantic(cls, value: Any) -> str:
         # Before the type check: YAML reads 1.0 as a number.
-        if not isinstance(value, str) or not re.fullmatch(r"\d+\.\d+\.\d+", value):
+        if not isinstance(value, str) or not re.fullmatch(r"[0-9]+\.[0-9]+\.[0-9]+", value):
             raise ValueError(f"found '{value}'; allowed: a semantic version such as 1.0.0")
         return value
 

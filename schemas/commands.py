@@ -68,29 +68,7 @@ class CommandGroup(click.Group):
     def main(self, *args: Any, **settings: Any) -> NoReturn:
         settings["standalone_mode"] = False
         try:
-            status = super().main(*args, **settings)
-        except InputError as error:
-            status = self._complain(str(error), INPUT_WRONG)
-        except CheckFailed as error:
-            status = self._complain(str(error), CHECK_FAILED)
-        except ModuleNotFoundError as error:
-            if error.name not in EXTRAS:
-                raise
-            status = self._complain(
-                f"this command needs the package '{error.name}'; install it with: pip install"
-                f" 'skyshine[{EXTRAS[error.name]}]'",
-                INPUT_WRONG,
-            )
-        except click.exceptions.NoArgsIsHelpError as error:
-            click.echo(error.ctx.get_help())
-            status = INPUT_WRONG
-        except click.ClickException as error:
-            context = getattr(error, "ctx", None)
-            where = context.command_path if context else self.name
-            message = " ".join(error.format_message().split())
-            status = self._complain(f"{message} (see '{where} --help')", INPUT_WRONG)
-        except (click.Abort, KeyboardInterrupt):
-            status = self._complain("interrupted; finished parts are kept", INTERRUPTED)
+            status = self._run(*args, **settings)
         except BrokenPipeError:
             sys.stderr.close()
             status = 0
@@ -100,6 +78,33 @@ class CommandGroup(click.Group):
             status = self._complain(f"the output cannot be written: {error.strerror}; check free space", INPUT_WRONG)
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what the buffer still holds is not written again at the end
         sys.exit(status if isinstance(status, int) else 0)
+
+    def _run(self, *args: Any, **settings: Any) -> Any:
+        """Run a command; what a user can mend becomes a line and a status."""
+        try:
+            return super().main(*args, **settings)
+        except InputError as error:
+            return self._complain(str(error), INPUT_WRONG)
+        except CheckFailed as error:
+            return self._complain(str(error), CHECK_FAILED)
+        except ModuleNotFoundError as error:
+            if error.name not in EXTRAS:
+                raise
+            return self._complain(
+                f"this command needs the package '{error.name}'; install it with: pip install"
+                f" 'skyshine[{EXTRAS[error.name]}]'",
+                INPUT_WRONG,
+            )
+        except click.exceptions.NoArgsIsHelpError as error:
+            click.echo(error.ctx.get_help())
+            return INPUT_WRONG
+        except click.ClickException as error:
+            context = getattr(error, "ctx", None)
+            where = context.command_path if context else self.name
+            message = " ".join(error.format_message().split())
+            return self._complain(f"{message} (see '{where} --help')", INPUT_WRONG)
+        except (click.Abort, KeyboardInterrupt):
+            return self._complain("interrupted; finished parts are kept", INTERRUPTED)
 
     def _complain(self, message: str, status: int) -> int:
         click.echo(f"{self.name}: {message}", err=True)

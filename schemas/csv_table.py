@@ -17,6 +17,8 @@ import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
+from skyshine.schemas.plain_numbers import plain_number
+from skyshine.schemas.regular_files import refuse_special_file
 
 ROW_LIMIT = 100_000
 
@@ -59,8 +61,9 @@ def read_text(file: StrPath) -> str:
     Raises
     ------
     InputError
-        It cannot be read or is not UTF-8.
+        It is no regular file, cannot be read or is not UTF-8.
     """
+    refuse_special_file(file)
     try:
         return Path(file).read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -175,16 +178,14 @@ def _row(
     for index, (cell, column) in enumerate(row_cells(file, number, line, len(heads))):
         places[row, index] = (number, column)
         try:
-            value = float(cell)
+            value = plain_number(cell)
         except ValueError:
-            value = np.nan
-        if not np.isfinite(value):
             raise InputError(
                 f"{heads[index].name}: found '{cell[:40]}'; allowed: a finite number; fix or remove the line",
                 file=file,
                 line=number,
                 column=column,
-            )
+            ) from None
         values.append(value)
     return values
 

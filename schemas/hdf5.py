@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import h5py
 import numpy as np
@@ -32,11 +32,14 @@ from skyshine.schemas.hdf5_digest import (
     is_text,
     values_of,
 )
-from skyshine.schemas.hdf5_gate import JOB_LIMIT, pass_gate, refuse_special_file
+from skyshine.schemas.hdf5_gate import JOB_LIMIT, pass_gate
 from skyshine.schemas.paths import StrPath
+from skyshine.schemas.regular_files import refuse_special_file
 from skyshine.schemas.whole_files import part_file
 
 CONVENTIONS = "CF-1.11"
+LayoutCheck: TypeAlias = Callable[[h5py.File], None]
+ValueCheck: TypeAlias = Callable[[StrPath, str, npt.NDArray[Any]], None]  # path and name of the array, for messages
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ class StoredVariable:
     Raises
     ------
     InputError
-        From `data`: the file is gone, damaged, or has been built again since it was opened.
+        From `data`: the file is gone, damaged, or has been built again since it was opened, or `check` refuses it.
     """
 
     path: Path
@@ -98,13 +101,17 @@ class StoredVariable:
     attributes: dict[str, Any]
     shape: tuple[int, ...]
     kind: str
+    check: ValueCheck | None = None
 
     @cached_property
     def data(self) -> npt.NDArray[Any]:
         with open_database(self.path) as file, sound(self.path):
             if as_text(file.attrs.get(DIGEST, "")) != self.digest:
                 raise InputError("has been built again since it was opened; open it again", file=self.path)
-            return values_of(file[self.name])
+            values = values_of(file[self.name])
+        if self.check is not None:
+            self.check(self.path, self.name, values)
+        return values
 
 
 @dataclass(frozen=True)
@@ -261,7 +268,7 @@ def open_database(path: StrPath, filetype: str | None = None, major: int | None 
     InputError
         The file is missing, damaged or hostile, is of another type, or has a layout of another major version.
     """
-    refuse_special_file(path)
+    refuse_special_file(path, "check the path, or build it with 'mat build'")
     try:
         file = h5py.File(path, "r")
     except OSError:
@@ -324,7 +331,14 @@ def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] 
 
 
 def read_file(
-    path: StrPath, filetype: str | None = None, major: int | None = None, *, lazy: bool = False, verify: bool = False
+    path: StrPath,
+    filetype: str | None = None,
+    major: int | None = None,
+    *,
+    lazy: bool = False,
+    verify: bool = False,
+    check_layout: LayoutCheck | None = None,
+    check_values: ValueCheck | None = None,
 ) -> tuple[Group, dict[str, Any]]:
     """Read a database; see `open_database` for what it raises.
 
@@ -334,6 +348,9 @@ def read_file(
         Leave the numbers in the file until they are first asked for; the axes and the text are read.
     verify : bool
         Check the digest of the content too.
+    check_layout, check_values : callable, optional
+        Raise InputError where the file is laid out, or an array filled, as none may be; arrays are checked when they
+        are read, thus with `lazy` alone.
 
     Returns
     -------
@@ -352,11 +369,23 @@ def read_file(
         if verify and not digest_holds(file):
             raise InputError(f"{DIGEST} does not match: the file was changed or damaged; build it again", file=path)
 
+        if check_layout is not None:
+            check_layout(file)
+
         def array(item: h5py.Dataset, units: str, long_name: str, extra: dict[str, Any]) -> Variable:
             dims = dims_of(item)
             if lazy and not is_text(item):
                 stored = StoredVariable(
-                    Path(path), item.name, digest, dims, units, long_name, extra, item.shape, item.dtype.kind
+                    Path(path),
+                    item.name,
+                    digest,
+                    dims,
+                    units,
+                    long_name,
+                    extra,
+                    item.shape,
+                    item.dtype.kind,
+                    check_values,
                 )
                 return cast(Variable, stored)  # which it reads as
             return Variable(dims, values_of(item), units, long_name, extra)

@@ -7,7 +7,6 @@ size their bytes cannot hold, axes that do not fit, and attributes of another ty
 from __future__ import annotations
 
 import os
-import stat
 import time
 from dataclasses import dataclass, field
 from math import prod
@@ -18,6 +17,7 @@ import h5py
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5_heaps import largest_text
 from skyshine.schemas.paths import StrPath
+from skyshine.schemas.plain_numbers import plain_number
 
 OBJECT_LIMIT = 20_000  # groups and arrays of a file; a texture of 17 levels has 150
 DEPTH_LIMIT = 16  # of groups in groups
@@ -53,31 +53,11 @@ _FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FL
 _LAYOUTS = (h5py.h5d.COMPACT, h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED)
 
 
-def refuse_special_file(path: StrPath) -> None:
-    """Refuse what is not a regular file before it is opened: reading a pipe or a device may never end.
-
-    Raises
-    ------
-    InputError
-        The path names a folder, a pipe, a socket or a device, or nothing at all.
-    """
-    try:
-        mode = os.stat(path).st_mode
-    except FileNotFoundError:
-        raise InputError("does not exist; check the path, or build it with 'mat build'", file=path) from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {getattr(error, 'strerror', error)}; check the path", file=path) from None
-    if stat.S_ISDIR(mode):
-        raise InputError("is a folder; name one of the files in it", file=path)
-    if not stat.S_ISREG(mode):
-        raise InputError("is a pipe, socket or device; allowed: a regular file; name one", file=path)
-
-
 def array_limit() -> int:
     """Bytes that one array may take in memory."""
     text = os.environ.get(ARRAY_LIMIT_VARIABLE, "")
     try:
-        gib = float(text) if text else ARRAY_LIMIT_GIB
+        gib = plain_number(text) if text else ARRAY_LIMIT_GIB
     except ValueError:
         gib = -1.0
     if not 0 < gib < 1 << 20:

@@ -7,7 +7,6 @@ work on the machine changes less than the clock; the table's wall time stands be
 
 from __future__ import annotations
 
-import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -32,6 +31,7 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.schemas.arrays import Floats, Integers
+from skyshine.schemas.process_memory import peak_memory
 
 Result = TypeVar("Result")
 BANDS = {"3-5 um": (3.0, 5.0), "8-12 um": (8.0, 12.0)}
@@ -78,8 +78,8 @@ class AtmosphereBench:
         Spectral points of the compiled band and of all.
     seconds : dict
         By stage, "compile" and "table": (processor, wall) seconds.
-    peak_memory : int
-        Of the process until then, bytes.
+    peak_memory : int or None
+        Of the process until then, bytes; None where the system does not say.
     peer_seconds : float or None
         Of LOWTRAN7 for each cell, mean.
     ladders : dict of list of AtmosphereRung
@@ -91,7 +91,7 @@ class AtmosphereBench:
     points: int
     total_points: int
     seconds: dict[str, tuple[float, float]]
-    peak_memory: int
+    peak_memory: int | None
     peer_seconds: float | None
     ladders: dict[str, list[AtmosphereRung]]
 
@@ -138,7 +138,7 @@ def bench_band(
         compiled = compile_band(state, everything, grid, sun)
     with _Stopwatch(seconds, "table"):
         BandAtmosphere.of(state, compiled.band).table(grid, sun[compiled.index])
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    peak = peak_memory()
     advance(1)
     peer = None if program is None else peer_seconds(program, state, grid, limits)
     advance(1)

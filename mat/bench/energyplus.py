@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib.util
 import itertools
-import resource
 import subprocess
 import sys
 import tempfile
@@ -18,6 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from skyshine.schemas.process_memory import children_seconds
 
 WALLS = 36
 COLUMNS = WALLS + 1
@@ -106,13 +107,8 @@ def _run(text: str, weather: Path) -> tuple[float, str]:
     with tempfile.TemporaryDirectory() as work:
         file = Path(work) / "prism.idf"
         file.write_text(text, encoding="utf-8")
-        before = _children_seconds()
+        before = children_seconds()
         subprocess.run([sys.executable, "-c", _RUN, work, str(weather), str(file)], capture_output=True, check=False)
-        spent = _children_seconds() - before
+        spent = children_seconds() - before
         report = Path(work) / "eplusout.err"
         return spent, report.read_text(encoding="utf-8", errors="replace") if report.is_file() else ""
-
-
-def _children_seconds() -> float:
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.tables.loader import AtmosphereTable, open_table
 from skyshine.schemas.arrays import Floats
+from skyshine.schemas.process_memory import children_seconds
 
 # Bounds that the plan states: relative, and in K where columns are solved in other batches to the solver's residual.
 VALUE_BOUND, KELVIN_BOUND = 1e-3, 0.01
@@ -59,21 +59,15 @@ def compare(loaded: LoadedJob, folder: Path, seed: int) -> Comparison:
         ("kept", replace(loaded, trimmed=job)),
         ("whole", replace(loaded, trimmed=everything, requested=everything)),
     ):
-        before = _processor_seconds()
+        before = children_seconds()
         result = build(one, out=folder / name, jobs=1, fresh=True)
         size = sum((folder / name / file).stat().st_size for file in result["files"])
-        costs[name] = BuildCost(_processor_seconds() - before, size)
+        costs[name] = BuildCost(children_seconds() - before, size)
     generator = np.random.default_rng(seed)
     differences: dict[str, tuple[float, float]] = {}
     for file in sorted((folder / "kept").glob("s*.h5")):
         differences |= _differences(file, folder / "whole" / file.name, generator)
     return Comparison(costs["kept"], costs["whole"], differences)
-
-
-def _processor_seconds() -> float:
-    """Of this process's children that have ended, as those of a build have."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def _differences(kept_file: Path, whole_file: Path, generator: np.random.Generator) -> dict[str, tuple[float, float]]:

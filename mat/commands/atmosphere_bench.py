@@ -90,9 +90,8 @@ def describe(bench: AtmosphereBench) -> dict[str, Any]:
 def _print(bench: AtmosphereBench) -> None:
     click.echo(f"{bench.band}: {bench.cells:,} cells, {bench.points} of {bench.total_points} points")
     stages = ", ".join(f"{name} {one:.1f} s ({wall:.1f} s by the clock)" for name, (one, wall) in bench.seconds.items())
-    click.echo(
-        f"processor time: {stages}; peak memory {bench.peak_memory / 1e9:.2f} GB; {bench.cells_per_second:,.0f} cells/s"
-    )
+    memory = "unknown" if bench.peak_memory is None else f"{bench.peak_memory / 1e9:.2f} GB"
+    click.echo(f"processor time: {stages}; peak memory {memory}; {bench.cells_per_second:,.0f} cells/s")
     if bench.ratio is not None and bench.peer_seconds is not None:
         click.echo(
             f"LOWTRAN7 with multiple scattering: {1 / bench.peer_seconds:,.1f} cells/s; {bench.ratio:,.0f} times as"

@@ -8,6 +8,7 @@ import click
 
 from skyshine.schemas.commands import emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     pairs = []
     for text in texts:
         try:
-            low, high = (float(part) for part in text.split(":"))
+            low, high = (plain_number(part) for part in text.split(":"))
         except ValueError:
             raise InputError(f"--wavenumber '{text}' is not a range; give LO:HI in cm-1, e.g. 750:1300") from None
         pairs.append((low, high))

@@ -6,6 +6,7 @@ import click
 
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.quantity import quantity
 
 
@@ -45,9 +46,9 @@ def _pair(text: str) -> tuple[str, float | str]:
     axis, equals, value = text.partition("=")
     if not equals or not axis:
         raise InputError(f"found '{text}'; allowed: AXIS=VALUE, such as range=5")
-    if axis == "material" and not value.lstrip("-").isdigit():
+    if axis == "material" and not (value.isascii() and value.lstrip("-").isdigit()):
         return axis, value
     try:
-        return axis, int(value) if axis == "material" else float(value)
+        return axis, int(value) if axis == "material" else plain_number(value)
     except ValueError:
         raise InputError(f"found '{value}' for the axis '{axis}'; allowed: a number, such as {axis}=5") from None

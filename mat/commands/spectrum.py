@@ -9,6 +9,7 @@ import click
 
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.plain_numbers import plain_number
 from skyshine.schemas.quantity import quantity
 
 if TYPE_CHECKING:
@@ -170,7 +171,7 @@ def _limits(text: str | None) -> tuple[float, float] | None:
     if text is None:
         return None
     try:
-        low, high = (float(part) for part in text.split(":"))
+        low, high = (plain_number(part) for part in text.split(":"))
     except ValueError:
         raise InputError(f"found '{text}'; allowed: two numbers LO:HI, such as 700:1250") from None
     if not 0 < low < high < math.inf:
@@ -183,7 +184,7 @@ def _range(text: str) -> float:
     if text == "space":
         return math.inf
     try:
-        value = float(text)
+        value = plain_number(text)
     except ValueError:
         raise InputError(f"--range found '{text}'; allowed: km, or 'space'") from None
     if not 0 <= value < math.inf:

@@ -17,6 +17,7 @@ from skyshine.mat.job.surface import LONGEST_GAP_H, HourlyWeather
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.weather_readings import AIR_COLUMNS, Column, read_readings
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.regular_files import refuse_special_file
 
 _WATTS = {"W/m2": (1.0, 0.0)}
 COLUMNS = AIR_COLUMNS | {
@@ -103,6 +104,7 @@ def read_weather(file: Path, day: date, utc_offset_h: float, *, radiation: bool 
     InputError
         With file:line of what does not fit.
     """
+    refuse_special_file(file)
     if file.suffix.lower() == ".epw":
         return _typical_day(file, _EPW, day, utc_offset_h, radiation)
     if file.suffix.lower() == ".csv":

@@ -15,6 +15,7 @@ from skyshine.mat.surface.record import Record, equal_steps
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import Head, column_heads, data_lines, read_text, row_cells
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.plain_numbers import plain_number
 
 LEAST_READINGS = 4
 MAXIMUM_GAP = 3 * 3600.0  # s that linear interpolation may bridge
@@ -41,7 +42,7 @@ class Column:
         """The value of a cell in a unit, by default the first; ValueError says what was found and what is allowed."""
         factor, offset = self.units[unit or next(iter(self.units))]
         try:
-            value = float(cell) * factor + offset
+            value = plain_number(cell) * factor + offset
         except ValueError:
             value = np.nan
         if not self.low <= value <= self.high:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_CAP_KM
 from skyshine.mat.tables.axes import FOLDED, PERIODIC, AxisRule
+from skyshine.mat.tables.limits import LIMITS, ROUNDING
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
 from skyshine.schemas.hdf5_digest import parts
@@ -17,17 +18,7 @@ from skyshine.schemas.hdf5_digest import parts
 Array = npt.NDArray[np.float64]
 Law = Callable[[Group], Iterator[str]]
 
-ROUNDING = 1e-5  # relative, of what was computed in double and is stored in single precision
-COLDEST_K, HOTTEST_K = 50.0, 2000.0  # of what a material may rest on, `materials.files.Kelvin`
 PATH = ("range", "altitude", "elevation")
-FRACTIONS = (
-    "reflectance",
-    "reflectance_planck",
-    "reflectance_solar",
-    "emissivity",
-    "emissivity_planck",
-    "specular_fraction",
-)
 
 
 def broken_laws(filetype: str, root: Group) -> Iterator[str]:
@@ -38,7 +29,7 @@ def broken_laws(filetype: str, root: Group) -> Iterator[str]:
     filetype : str
     root : Group
     """
-    for law in (_rules_of_axes, *LAWS.get(filetype, ()), _accuracy):
+    for law in (broken_rules_of_axes, _limits, *LAWS.get(filetype, ()), _accuracy):
         yield from law(root)
 
 
@@ -97,7 +88,8 @@ def _values(root: Group, name: str) -> Array | None:
     return None if variable is None or variable.kind not in "iuf" else np.asarray(variable.data, float)
 
 
-def _rules_of_axes(root: Group) -> Iterator[str]:
+def broken_rules_of_axes(root: Group) -> Iterator[str]:
+    """One line for each axis whose nodes do not fit the rule by which it is read."""
     for name, axis in root.axes.items():
         if "interpolation" not in axis.attributes:
             continue
@@ -111,6 +103,13 @@ def _rules_of_axes(root: Group) -> Iterator[str]:
             yield f"{name}: the nodes span {last - first:g}; allowed: less than the period {rule.period:g}"
         if rule.interpolation == FOLDED and not 0 <= first <= last <= rule.period / 2:
             yield f"{name}: the nodes span {first:g} to {last:g}; allowed: 0 to half the period {rule.period:g}"
+
+
+def _limits(root: Group) -> Iterator[str]:
+    for name, limits in LIMITS.items():
+        values = _values(root, name)
+        if values is not None:
+            yield from _where(name, values, limits.outside(values), limits.words)
 
 
 def _accuracy(root: Group) -> Iterator[str]:
@@ -128,18 +127,14 @@ def _accuracy(root: Group) -> Iterator[str]:
 
 
 def _transmittance(name: str) -> Law:
-    """0 < transmittance <= 1, falling with range, from the beta* of that name."""
+    """Transmittance falls with range, from the beta* of that name."""
 
     def law(root: Group) -> Iterator[str]:
         beta = _values(root, name)
         if beta is None:
             return
         dims = [dim.removeprefix(f"{name}_") for dim in root.variables[name].dims]
-        wrong = ~((beta > 0) & (beta <= BETA_CAP_KM * (1 + ROUNDING)))
-        yield from _where(
-            name, beta, wrong, f"give a transmittance above 0 and up to 1 (beta* in 0 to {BETA_CAP_KM:g} km)"
-        )
-        if wrong.any() or "range" not in dims:
+        if LIMITS[name].outside(beta).any() or "range" not in dims:
             return
         axis = dims.index("range")
         span = np.asarray(root.axes[root.variables[name].dims[axis]].values, float)
@@ -174,18 +169,7 @@ def _mask(root: Group) -> Iterator[str]:
         yield from _where("valid", valid[1:], valid[1:] > valid[:-1], "stay 0 beyond the ground")
 
 
-def _radiances(root: Group) -> Iterator[str]:
-    for name in ("path_radiance_ratio", "ambient_radiance", "direct_radiance"):
-        values = _values(root, name)
-        if values is not None:
-            yield from _where(name, values, values < 0, "lie at 0 or above")
-
-
-def _temperatures(root: Group) -> Iterator[str]:
-    values = _values(root, "temperature")
-    if values is not None:
-        wrong = ~((values >= COLDEST_K) & (values <= HOTTEST_K))
-        yield from _where("temperature", values, wrong, f"lie in {COLDEST_K:g} to {HOTTEST_K:g} K")
+def _diagnostics(root: Group) -> Iterator[str]:
     group = root.groups.get("diagnostics", Group())
     for name in ("residual", "bound_excess", "iterations"):
         values = _values(group, name)
@@ -205,18 +189,11 @@ def _materials(root: Group) -> Iterator[str]:
 
 
 def _band(root: Group) -> Iterator[str]:
-    for name in FRACTIONS:
-        values = _values(root, name)
-        if values is not None:
-            yield from _where(name, values, ~((values >= 0) & (values <= 1)), "lie in 0 to 1")
     response = _values(root, "response")
-    if response is not None:
-        yield from _where("response", response, ~((response >= 0) & (response <= 1)), "lie in 0 to 1")
-        if response.size and abs(response.max() - 1) > ROUNDING:
-            yield f"response: the peak is {response.max():g}; allowed: 1"
+    if response is not None and response.size and abs(response.max() - 1) > ROUNDING:
+        yield f"response: the peak is {response.max():g}; allowed: 1"
     radiance = _values(root, "blackbody_radiance")
     if radiance is not None:
-        yield from _where("blackbody_radiance", radiance, radiance < 0, "lie at 0 or above")
         falls = np.diff(radiance) < -ROUNDING * radiance[:-1]
         yield from _where("blackbody_radiance", radiance[1:], falls, "rise with temperature")
     flat, emitted = _values(root, "reflectance"), _values(root, "emissivity")
@@ -225,14 +202,6 @@ def _band(root: Group) -> Iterator[str]:
     warm, emitted = _values(root, "reflectance_planck"), _values(root, "emissivity_planck")
     if warm is not None and emitted is not None:
         yield from _where("emissivity_planck", emitted, emitted + warm > 1 + ROUNDING, "stay below 1 - reflectance")
-    for name in ("shininess", "lobe_fwhm", "normalisation"):
-        values = _values(root, name)
-        if values is not None:
-            yield from _where(name, values, values <= 0, "lie above 0")
-    for name in ("normalisation_by_angle", "normalisation_fine"):
-        values = _values(root, name)
-        if values is not None:
-            yield from _where(name, values, values < 0, "lie at 0 or above")
 
 
 def _classes(root: Group) -> Iterator[str]:
@@ -240,9 +209,6 @@ def _classes(root: Group) -> Iterator[str]:
     if number is not None and axis is not None:
         wrong = ~np.isin(number, np.asarray(axis.values))
         yield from _where("class_of_material", number, wrong, "name nodes of material_class")
-    difference = _values(root, "class_difference")
-    if difference is not None:
-        yield from _where("class_difference", difference, difference < 0, "lie at 0 or above")
 
 
 def _classifier(root: Group) -> Iterator[str]:
@@ -261,9 +227,9 @@ def _classifier(root: Group) -> Iterator[str]:
         yield from _where("network/scale", scale, ~(scale > 0), "lie above 0")
 
 
-_ATMOSPHERE: tuple[Law, ...] = (_transmittance("beta_star"), _mask, _radiances)
+_ATMOSPHERE: tuple[Law, ...] = (_transmittance("beta_star"), _mask)
 LAWS: dict[str, tuple[Law, ...]] = {
-    "htt": (_temperatures, _materials),
+    "htt": (_diagnostics, _materials),
     "atmq": _ATMOSPHERE,
     "lunar_atmq": _ATMOSPHERE,
     "thermal_atmq": (_transmittance("beta_star_thermal"), _mask, _classes, _materials),

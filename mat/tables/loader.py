@@ -20,8 +20,11 @@ from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
 from skyshine.mat.tables.frame import part_of
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.laws import broken_rules_of_axes
+from skyshine.mat.tables.limits import refuse_values
 from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
 from skyshine.mat.tables.raw import ENDING, read_raw
+from skyshine.mat.tables.stored_layout import refuse_layout
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Group, check_version, open_database, read_file
 from skyshine.schemas.paths import StrPath
@@ -385,13 +388,19 @@ def open_table(path: StrPath) -> Table:
     Raises
     ------
     InputError
-        The file is missing, damaged, of another type, or its layout has another major version.
+        The file is missing, damaged, of another type, or its layout is not that of the format or of another major
+        version. Values outside their limits are refused when their array is first read.
     """
     path = Path(path)
-    root, attributes = read_raw(path) if path.name.endswith(ENDING) else read_file(path, lazy=True)
+    if path.name.endswith(ENDING):
+        root, attributes = read_raw(path)
+    else:
+        root, attributes = read_file(path, lazy=True, check_layout=refuse_layout, check_values=refuse_values)
     filetype, version = (str(attributes.get(name)) for name in ("filetype", "format_version"))
     if filetype not in FILE_TYPES:
         raise InputError(f"holds '{filetype}'; {nearest(filetype, FILE_TYPES)}; name another file", file=path)
     check_version(path, filetype, version, FILE_TYPES[filetype].major)
+    for line in broken_rules_of_axes(root):
+        raise InputError(f"{line}; build the file again", file=path)
     kinds = {HTT.name: TemperatureTable, BAND.name: BandTable, THERMAL_ATMQ.name: ThermalTable}
     return kinds.get(filetype, AtmosphereTable)(path, filetype, root, attributes)

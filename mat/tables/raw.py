@@ -16,6 +16,7 @@ import numpy as np
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable, read_file
 from skyshine.schemas.paths import StrPath
+from skyshine.schemas.regular_files import refuse_special_file
 
 FORMAT, FORMAT_VERSION = "skyshine-raw", "1.0.0"
 ALIGNMENT = 16  # bytes; arrays can be mapped as vectors of four
@@ -140,6 +141,7 @@ def read_raw(path: StrPath) -> tuple[Group, dict[str, Any]]:
         A file is missing, is not of this format or version, or the two do not fit each other.
     """
     path = Path(path)
+    refuse_special_file(path)
     try:
         if path.stat().st_size > HEADER_LIMIT:
             raise InputError(f"is larger than a header may be, {HEADER_LIMIT} bytes", file=path)
@@ -148,6 +150,7 @@ def read_raw(path: StrPath) -> tuple[Group, dict[str, Any]]:
             kind = f"{header['format']} {header['format_version']}"
             raise InputError(f"holds {kind}; this reader reads {FORMAT} 1.x; export the database again", file=path)
         data = path.with_name(Path(header["data"]).name)
+        refuse_special_file(data)
         if data.stat().st_size != header["bytes"]:
             raise InputError(
                 f"has {data.stat().st_size} bytes; its header says {header['bytes']}; export it again", file=data

@@ -43,9 +43,6 @@ LONGEST = 400  # characters of a message
 SANITIZED = "-g -O1 -Wall -Wextra -std=c11 -fsanitize=address,undefined -fno-sanitize-recover=all"
 SANITIZERS = {"ASAN_OPTIONS": "detect_leaks=0:exitcode=99:max_allocation_size_mb=2048:allocator_may_return_null=1"}
 
-# Files of the corpus that the Python library reads, or refuses other than in a short line.
-ACCEPTED_BY_LIBRARY = set(Path(__file__).with_name("library_accepts.txt").read_text(encoding="utf-8").split())
-
 
 @dataclass(frozen=True)
 class Answer:

@@ -101,7 +101,7 @@ def parse_table(text: bytes, path: Path) -> dict[int, Composite]:
 
 def _composite(element: Any, path: Path) -> Composite:
     given = element.get("index", "")
-    if not re.fullmatch(r"\s*\d{1,9}\s*", given):
+    if not re.fullmatch(r"\s*[0-9]{1,9}\s*", given):
         raise InputError(
             f"index: found '{given[:40]}'; allowed: a whole number, 0 or more", file=path, line=element.sourceline
         )
@@ -128,7 +128,7 @@ def _substrate(element: Any, path: Path) -> Substrate:
     for material in element.iterfind("{*}Material"):
         names.append("".join((material.findtext("{*}Name") or "").split()))
         text = (material.findtext("{*}Weight") or "").strip()
-        if text and not re.fullmatch(r"\d{1,3}(\.\d*)?", text):
+        if text and not re.fullmatch(r"[0-9]{1,3}(\.[0-9]*)?", text):
             raise InputError(
                 f"Weight: found '{text[:40]}'; allowed: 1 to 100 percent", file=path, line=material.sourceline
             )
@@ -205,7 +205,7 @@ def _check(composite: Composite, path: str | os.PathLike[str]) -> None:
 
 
 def _positive(text: str) -> bool:
-    return re.fullmatch(r"\+?\d*\.?\d*", text) is not None and any(digit in text for digit in "123456789")
+    return re.fullmatch(r"\+?[0-9]*\.?[0-9]*", text) is not None and any(digit in text for digit in "123456789")
 
 
 def _write_substrate(parent: Any, tag: str, substrate: Substrate) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.plain_numbers import plain_number
 
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _PIXEL_IS_POINT = 2  # GTRasterTypeGeoKey: the tie point is the centre of the texel, not its corner
@@ -104,7 +105,7 @@ def _world(image: Path) -> GeoReference | None:
     if place is None:
         return None
     try:
-        a, d, b, e, c, f = (float(word) for word in place.read_text(encoding="utf-8").split())
+        a, d, b, e, c, f = (plain_number(word) for word in place.read_text(encoding="utf-8").split())
     except (ValueError, OSError):
         raise InputError("is no world file: it must hold six numbers; fix or remove it", file=place) from None
     if not (np.isfinite([a, b, c, d, e, f]).all() and a * e - b * d):

@@ -114,7 +114,7 @@ def _texture(file: TmmFile, path: Path, image: str | os.PathLike[str] | None) ->
             raise
         return None
     job: TextureJob = file.job
-    return TextureFile(place, job.colour_space, job.alpha)
+    return TextureFile(place, job.colour_space, job.alpha, job.near_infrared)
 
 
 def _limits(texture: TextureFile, truth: Labels, count: int) -> npt.NDArray[Any]:

@@ -14,7 +14,7 @@ TOP = 100e3  # m
 # Spacing of levels by height above the ground: (up to, step) in m. Water vapour halves in about 1.4 km; 250 m keeps the
 # error of a property linear between levels below 0.4 %.
 SPACING = ((3e3, 250.0), (12e3, 500.0), (26e3, 1e3), (50e3, 2.5e3), (TOP, 10e3))
-# A level of the regular spacing gives way to one that is asked for and this close, m.
+# A level of the regular spacing gives way to one that is asked for, or of the profile, and this close, m.
 _CLOSE = 40.0
 # Levels of a profile are added until the air between levels follows it this closely.
 _TEMPERATURE_TOLERANCE, _WATER_TOLERANCE, _MAX_ADDED = 0.5, 0.1, 30  # K, relative
@@ -47,6 +47,7 @@ def level_altitudes(surface_altitude: float, profile: Profile, edges: Sequence[f
         return altitude
     water = np.maximum(profile.mole_fraction["H2O"], 1e-9)
     structure = ((profile.temperature, _TEMPERATURE_TOLERANCE), (np.log(water), _WATER_TOLERANCE))
+    kept = list(edges)
     for _ in range(_MAX_ADDED):
         # How far the straight lines between the levels are from the profile at its own levels, in tolerances.
         deviation = np.zeros(candidates.size)
@@ -56,7 +57,9 @@ def level_altitudes(surface_altitude: float, profile: Profile, edges: Sequence[f
             deviation = np.maximum(deviation, np.abs(difference) / tolerance)
         if deviation.max() <= 1.0:
             break
-        altitude = _with(altitude, [candidates[np.argmax(deviation)]], keep=edges)
+        level = candidates[np.argmax(deviation)]
+        altitude = _with(altitude, [level], keep=kept)
+        kept.append(level)  # close levels of a profile are its structure: none gives way to another
     return altitude
 
 

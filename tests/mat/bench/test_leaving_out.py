@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.bench.leaving_out import KELVIN_BOUND, VALUE_BOUND, _differences
-from skyshine.mat.tables.axes import table_axis
+from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
 from skyshine.schemas.hdf5 import Group, Header, Variable, write_file
 
 
@@ -14,14 +14,21 @@ def write(tmp_path):
 
     def written(folder, kelvin=0.0, share=0.0):
         (tmp_path / folder).mkdir(exist_ok=True)
-        axis = table_axis(np.array([0.0, 1.0, 3.0]), "km", "altitude")
+        axes = {
+            "material": table_axis(np.array([7], np.int32), "1", "code", interpolation=EXACT),
+            "altitude": table_axis(np.array([0.0, 1.0, 3.0]), "km", "altitude"),
+            "azimuth": table_axis([0.0], "degree", "azimuth", interpolation=PERIODIC, period=360.0),
+            "slope": table_axis([0.0], "degree", "slope"),
+            "time": table_axis([0.0], "h", "local time", interpolation=PERIODIC, period=24.0),
+        }
+        kelvins = np.reshape([280.0, 290.0, 300.0], (1, 3, 1, 1, 1)) + kelvin
         variables = {
-            "temperature": Variable(("altitude",), np.array([280.0, 290.0, 300.0]) + kelvin, "K", "t"),
+            "temperature": Variable(tuple(axes), kelvins, "K", "t"),
             "share": Variable(("altitude",), np.array([2.0, 4.0, 8.0]) * (1 + share), "1", "s"),
         }
         file = tmp_path / folder / "s01.htt.h5"
         accuracy = Group(attributes={"left_out_bound_kelvin": 0.0})
-        write_file(file, Group({"altitude": axis}, variables, {"accuracy": accuracy}), Header("htt", "1.0", "d", "j"))
+        write_file(file, Group(axes, variables, {"accuracy": accuracy}), Header("htt", "1.0", "d", "j"))
         return file
 
     return written

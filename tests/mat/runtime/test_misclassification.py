@@ -24,6 +24,7 @@ from skyshine.schemas.hdf5 import Axis, Group, Variable
 TIMES = np.arange(0.0, 24.0, 6.0)
 NAMES = np.array(["asphalt_road", "grass_green"], object)
 BAND = SpectralResponse([8.0, 12.0], [1.0, 1.0])
+RADIANCE = "W m^-2 sr^-1"
 JOB = "site: {latitude_deg: 44.95, longitude_deg: -110.54, date: '2026-07-28', utc_offset_h: -6.0, altitude_km: 2.1}\n"
 
 
@@ -51,7 +52,7 @@ def band(reflectance) -> BandTable:
         "material": table_axis(np.array([22, 68], np.int32), "1", "", interpolation=EXACT),
     }
     variables = {
-        "blackbody_radiance": Variable(("temperature",), band_radiance(BAND, TEMPERATURES), "", ""),
+        "blackbody_radiance": Variable(("temperature",), band_radiance(BAND, TEMPERATURES), RADIANCE, ""),
         "reflectance": Variable(("material",), np.asarray(reflectance, float), "1", ""),
         "material_name": Variable(("material",), NAMES, "1", ""),
     }
@@ -65,8 +66,9 @@ def air(radiance: float, source: str = "sun", limits=(8.0, 12.0)) -> AtmosphereT
         "elevation": [-90.0, 90.0],
         "source_elevation": [-10.0, 90.0],
     }
-    axes = {name: table_axis(np.array(nodes), "", "") for name, nodes in values.items()}
-    variables = {"ambient_radiance": Variable(tuple(axes), np.full((2, 2, 2, 2), radiance), "", "")}
+    units = {"range": "km", "altitude": "km"}
+    axes = {name: table_axis(np.array(nodes), units.get(name, "degree"), "") for name, nodes in values.items()}
+    variables = {"ambient_radiance": Variable(tuple(axes), np.full((2, 2, 2, 2), radiance), RADIANCE, "")}
     return AtmosphereTable(
         Path("s01b01.atmq.h5"), "atmq", Group(axes, variables), {"source": source, "wavelength_um": limits}
     )

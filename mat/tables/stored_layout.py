@@ -1,0 +1,100 @@
+"""The layout of a file beside the layout schema of its type: axes, arrays, their types, units and order."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import h5py
+
+from skyshine import schemas
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5_digest import as_text, dims_of, is_text
+
+if TYPE_CHECKING:
+    from jsonschema import Draft202012Validator
+
+
+def layout_problems(file: h5py.File) -> Iterator[str]:
+    """One line for each part that is not as the layout schema of the file's type has it."""
+    filetype, version = str(file.attrs["filetype"]), str(file.attrs.get("format_version", ""))
+    schema = _schema(filetype, version)
+    if schema is None:
+        known = sorted(p.name.removesuffix(".layout.json") for p in schemas.path("").glob("*.layout.json"))
+        yield f"no layout is known for {filetype} {version}; known: {', '.join(known)}"
+        return
+    content = describe(file) | {"attributes": {k: str(v) for k, v in file.attrs.items()}}
+    yield from _lines(_validator(json.dumps(schema)), content)
+
+
+def refuse_layout(file: h5py.File) -> None:
+    """Refuse a file in which an array or axis that the format knows has another type, order or rule.
+
+    Axes, arrays and groups that the format does not know are those of a later minor version: they are passed over.
+
+    Raises
+    ------
+    InputError
+    """
+    schema = _schema(str(file.attrs["filetype"]), str(file.attrs.get("format_version", "")))
+    if schema is None:
+        return  # of another type or major version, which the caller refuses
+    known = {part: schema["properties"][part]["properties"] for part in ("axes", "variables")}
+    content = {
+        part: {name: described for name, described in items.items() if name in known[part]}
+        for part, items in describe(file).items()
+        if part in known
+    }
+    subset = {"properties": {part: {"properties": rules} for part, rules in known.items()}}
+    for line in _lines(_validator(json.dumps(subset)), content):
+        raise InputError(f"is not laid out as its format has it ({line[:200]}); build it again", file=file.filename)
+
+
+def describe(group: h5py.Group) -> dict[str, Any]:
+    """Names, axes, types and units of a group's arrays, in the shape that the layout schemas describe."""
+    described: dict[str, Any] = {"axes": {}, "variables": {}, "groups": {}}
+    for name, item in group.items():
+        if isinstance(item, h5py.Group):
+            described["groups"][name] = describe(item)
+        elif item.is_scale:
+            described["axes"][name] = {"type": _kind(item), "units": _units(item), **_reading(item)}
+        else:
+            described["variables"][name] = {"type": _kind(item), "units": _units(item), "dims": list(dims_of(item))}
+    return described
+
+
+@lru_cache
+def _schema(filetype: str, version: str) -> dict[str, Any] | None:
+    path = schemas.path(f"{filetype}-{version.split('.')[0]}.layout.json")
+    if "/" in filetype or not path.is_file():
+        return None
+    schema: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return schema
+
+
+@lru_cache
+def _validator(schema: str) -> Draft202012Validator:
+    from jsonschema import Draft202012Validator
+
+    return Draft202012Validator(json.loads(schema))
+
+
+def _lines(validator: Draft202012Validator, content: dict[str, Any]) -> Iterator[str]:
+    for error in sorted(validator.iter_errors(content), key=lambda e: list(map(str, e.absolute_path))):
+        yield f"{'/'.join(str(p) for p in error.absolute_path) or 'root'}: {error.message}"
+
+
+def _kind(dataset: h5py.Dataset) -> str:
+    return "text" if is_text(dataset) else str(dataset.dtype.str).lstrip("<>|=")
+
+
+def _units(dataset: h5py.Dataset) -> str:
+    return str(dataset.attrs.get("units", ""))
+
+
+def _reading(dataset: h5py.Dataset) -> dict[str, Any]:
+    """How a runtime reads an axis, where the file says so."""
+    said = {key: as_text(dataset.attrs[key]) for key in ("interpolation", "period") if key in dataset.attrs}
+    return {key: value if isinstance(value, str) else float(value) for key, value in said.items()}

@@ -39,6 +39,8 @@ STATES = {
     "polar night": {"name": "subarctic_winter", "surface_temperature": 220.0, "surface_albedo": 0.6},
     "no particles": {"name": "us_standard", "aerosol": Aerosol("none")},
 }
+# How far above the largest light a bound may lie: far where light is scattered many times, near elsewhere.
+LOOSENESS = {"thick cloud": 1500.0, "visibility 0.1 km": 100.0}
 
 
 def made(name, **more):
@@ -70,9 +72,10 @@ def test_scattered_light_stays_below_its_bound(name, band):
     bound = Scattering.of(air.air).radiance(sun, points.radiance_weight)
     whole, dark = air.table(GRID, sun), replace(air, air=replace(air.air, scatters=False)).table(GRID, sun)
     differences = {kind: np.abs(value - seen(dark)[kind]) for kind, value in seen(whole).items()}
-    assert max(differences["path"].max(), differences["sky"].max()) <= bound * (1 + 1e-6)
+    largest = max(differences["path"].max(), differences["sky"].max())
+    assert largest <= bound * (1 + 1e-6) and bound < LOOSENESS.get(name, 60.0) * largest
     assert not np.any(differences["direct"]) and np.array_equal(whole.beta_star, dark.beta_star)
-    print(f"{name}, {band}: bound over largest {bound / max(differences['path'].max(), differences['sky'].max()):.2g}")
+    print(f"{name}, {band}: bound over largest {bound / largest:.2g}")
 
 
 def test_light_is_bounded_by_the_source_itself():

@@ -25,14 +25,37 @@ from skyshine.schemas.errors import InputError, nearest
 Edges = tuple[float, float]
 
 
-def _profile(name: str) -> str:
-    if name not in PROFILES:
-        raise ValueError(f"found '{name}'; {nearest(name, PROFILES)}")
-    return name
+AUTO = "auto"  # a profile blended by the site's latitude and the date
 
 
-ProfileName = Annotated[
-    str, pydantic.AfterValidator(_profile), pydantic.WithJsonSchema({"type": "string", "enum": list(PROFILES)})
+def _profile(value: Any) -> Any:
+    """A name, `AUTO`, or the weights of a blend; a blend of one part is its name."""
+    if isinstance(value, str):
+        if value not in (*PROFILES, AUTO):
+            raise ValueError(f"found '{value}'; {nearest(value, (*PROFILES, AUTO))}")
+        return value
+    if not isinstance(value, dict):
+        raise ValueError(f"found {value!r}; allowed: {AUTO}, a standard profile, or weights of some of them by name")
+    for name, weight in value.items():
+        if name not in PROFILES:
+            raise ValueError(f"found '{name}'; {nearest(str(name), PROFILES)}")
+        if isinstance(weight, bool) or not isinstance(weight, int | float) or not 0 < weight <= 1:
+            raise ValueError(f"found {weight!r} for {name}; allowed: a weight above 0, up to 1")
+    if abs(sum(value.values()) - 1) > 1e-6:
+        raise ValueError(f"found weights with the sum {sum(value.values()):g}; allowed: the sum 1")
+    return next(iter(value)) if len(value) == 1 else value
+
+
+_WEIGHTS = {
+    "type": "object",
+    "propertyNames": {"enum": list(PROFILES)},
+    "additionalProperties": {"type": "number", "exclusiveMinimum": 0, "maximum": 1},
+    "minProperties": 1,
+}
+ProfileChoice = Annotated[
+    str | dict[str, float],
+    pydantic.PlainValidator(_profile),
+    pydantic.WithJsonSchema({"anyOf": [{"type": "string", "enum": [AUTO, *PROFILES]}, _WEIGHTS]}),
 ]
 
 
@@ -153,7 +176,13 @@ class State(StrictModel):
     )
 
     series: Series | None = Field(None, description="Makes a state for each day of a span or row of a table.")
-    profile: ProfileName = Field(description="Standard profile; above a sounding, it continues that to space.")
+    profile: ProfileChoice = Field(
+        AUTO,
+        description=(
+            "Standard profile, or weights of several; above a sounding, it continues that to space. By default, auto:"
+            " blended by the site's latitude and the date."
+        ),
+    )
     sounding: JobFile | None = Field(
         None, description="CSV of altitude, pressure, temperature, humidity and other gases."
     )
@@ -169,7 +198,7 @@ class State(StrictModel):
         "background", description="Volcanic loading, and age of its particles."
     )
     season: Annotated[str, one_of(SEASONS)] | None = Field(
-        None, description="Of the aerosol profiles; by default that of the profile's name."
+        None, description="Of the aerosol profiles; by default that of the profile, or of most of its blend."
     )
     clouds: list[Cloud] = Field(
         [],
@@ -180,6 +209,11 @@ class State(StrictModel):
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
     date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
+
+    @property
+    def profile_weights(self) -> dict[str, float]:
+        """Weights of the standard profiles; a loaded job has no `AUTO`."""
+        return {self.profile: 1.0} if isinstance(self.profile, str) else self.profile
 
     @pydantic.model_validator(mode="before")
     @classmethod

@@ -10,7 +10,8 @@ from typing import Any
 
 import pydantic
 
-from skyshine.mat.job.atmosphere import State
+from skyshine.mat.atmosphere.state.climate import profile_weights
+from skyshine.mat.job.atmosphere import AUTO, State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.mat.job.surface import HOURLY_QUANTITIES
@@ -97,7 +98,7 @@ def load_job(source: str | os.PathLike[str] | Mapping[str, Any], library: Materi
             raise document.error(
                 ("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}"
             )
-    requested = _with_weather_files(job, document)
+    requested = _with_weather_files(_with_profiles(job), document)
     return LoadedJob(requested, trimmed(requested), document)
 
 
@@ -138,6 +139,20 @@ def _inside(series: Series, document: Document, state: int, context: dict[str, A
                 ("states", state, "series", "table"), f"states.{state}.series.table: {error}"
             ) from None
     return series
+
+
+def _with_profiles(job: Job) -> Job:
+    """The job with the blend in the place of each profile that follows from place and date: it identifies the air."""
+    if all(state.profile != AUTO for state in job.states):
+        return job
+    states = []
+    for state in job.states:
+        if state.profile == AUTO:
+            weights = profile_weights(job.site.latitude_deg, state.date or job.site.date)
+            profile = next(iter(weights)) if len(weights) == 1 else weights
+            state = state.model_copy(update={"profile": profile})
+        states.append(state)
+    return job.model_copy(update={"states": states})
 
 
 def _with_weather_files(job: Job, document: Document) -> Job:

@@ -8,8 +8,8 @@ import numpy as np
 
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, Aerosol
 from skyshine.mat.atmosphere.particles.rain import RainLayer
+from skyshine.mat.atmosphere.state.climate import blended_profile
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
-from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
@@ -27,7 +27,7 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
     The ground below the paths has the mean of the day's air temperature.
     """
     mean = state.weather.mean_air_temperature_c + ZERO_CELSIUS
-    profile = load_profile(state.profile)
+    profile = blended_profile(state.profile_weights)
     if state.sounding is not None:
         profile = read_sounding(state.sounding.text, state.sounding.path, profile)
     return AtmosphericState.from_profile(
@@ -57,7 +57,7 @@ def _gas_amounts(state: State) -> GasAmounts:
 
 
 def _aerosol(state: State) -> Aerosol:
-    winter = state.profile.endswith("winter")
+    winter = sum(weight for name, weight in state.profile_weights.items() if name.endswith("winter")) > 0.5
     return Aerosol(
         state.aerosol,
         visibility_km=state.visibility_km,

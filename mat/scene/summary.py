@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from skyshine.mat.atmosphere.state.climate import blended_profile
 from skyshine.mat.job.atmosphere import Cloud, State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import Site
@@ -25,7 +26,7 @@ def _summary(site: Site, state: State) -> dict[str, Any]:
     ground = air.surface_altitude
     at_ground = sum(component.extinction_550[0] for component in air.particles)
     summary: dict[str, Any] = {
-        "profile": state.profile,
+        "profile": blended_profile(state.profile_weights).name,
         "sounding": None if state.sounding is None else state.sounding.name,
         "preset": state.preset,
         "aerosol": state.aerosol,

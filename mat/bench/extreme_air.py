@@ -42,7 +42,7 @@ _FARTHEST_DAYS = 73_000  # from 2000, 200 years either way
 def atmosphere_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     """Random extreme lines of sight through a state from completely dry to fog."""
     table = absorption_table()
-    state = _random_state(generator)
+    state = random_state(generator)
     start, end = table.coverage[generator.integers(len(table.coverage))]
     low = float(np.exp(generator.uniform(np.log(start), np.log(end * 0.99))))
     response = SpectralResponse.rectangular(1e4 / min(low * 1.005 + 5.0, end), 1e4 / low)
@@ -95,7 +95,7 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     place = latitude, float(generator.uniform(-180, 180)), float(generator.choice([0.0, -430.0, 8848.0]))
     sun, moon = (position(source, moments, *place) for source in SOURCES)
     seen = np.concatenate([np.concatenate(list(vars(source).values())) for source in (sun, moon)])
-    state = _random_state(generator)
+    state = random_state(generator)
     low, high = state.altitude[[0, -1]]
     heights = np.unique([low, generator.uniform(low, high)])
     elevation = _extreme(generator, sun.elevation, (-90.0, 0.0, 90.0))
@@ -115,7 +115,7 @@ def sky_case(generator: np.random.Generator) -> dict[str, tuple[float, float]]:
     }
 
 
-def _random_state(generator: np.random.Generator) -> AtmosphericState:
+def random_state(generator: np.random.Generator) -> AtmosphericState:
     """A valid state: one with clouds that must freeze or melt is refused and drawn again."""
     while True:
         try:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.surface import check_measured_light
 from skyshine.schemas.errors import InputError
 
 
 def check_scene(loaded: LoadedJob) -> None:
-    """Check what the models alone cannot: that the band model covers each band.
+    """Check what the models alone cannot: that the band model covers each band, that the air of each state can be
+    made, and that measured light fits the Sun.
 
     Raises
     ------
@@ -28,11 +30,11 @@ def check_scene(loaded: LoadedJob) -> None:
             )
     checked = set()
     for i, state in enumerate(loaded.trimmed.states):
-        if (air := air_key(state)) in checked:
-            continue
-        checked.add(air)
         try:
-            atmospheric_state(loaded.trimmed.site, state)
+            check_measured_light(loaded.trimmed, i + 1)
+            if (air := air_key(state)) not in checked:
+                checked.add(air)
+                atmospheric_state(loaded.trimmed.site, state)
         except InputError as error:
             if error.file is not None:  # in a file of its own
                 raise

@@ -15,7 +15,7 @@ from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.model import Job
-from skyshine.mat.job.site import local_times_utc
+from skyshine.mat.job.site import Site, local_times_utc
 from skyshine.mat.job.surface import HourlyWeather, Operation, Weather
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
@@ -58,21 +58,34 @@ def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, S
     """Sun, weather and sky of a state, counted from 1."""
     state = job.states[state_index - 1]
     place = job.on_date_of_state(state_index).site
-    position_of_sun = position(
-        "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
-    )
-    sun = SunPath(
-        place.altitude_km * 1e3,
-        position_of_sun.elevation,
-        position_of_sun.azimuth,
-        float(position_of_sun.sun_distance[0]),
-    )
+    sun = _sun_path(place)
     air = atmospheric_state(place, state)
     sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, sun.sun_distance)
     weather = _weather(sun, state.weather)
     if state.clouds:  # their layers are in the sky already
         weather = replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
     return sun, weather, sky
+
+
+def check_measured_light(job: Job, state_index: int) -> None:
+    """Check that the measured light of a state, counted from 1, fits its Sun.
+
+    Raises
+    ------
+    InputError
+        Light was measured while the Sun is down.
+    """
+    weather = job.states[state_index - 1].weather
+    if weather.radiation == "measured" and weather.hourly is not None:
+        _radiation(weather.hourly).refuse_light_at_night(_sun_path(job.on_date_of_state(state_index).site))
+
+
+def _sun_path(place: Site) -> SunPath:
+    """The Sun through the day of a site."""
+    sun = position(
+        "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
+    )
+    return SunPath(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
 
 
 def _weather(sun: SunPath, given: Weather) -> NearSurfaceAir:

@@ -36,6 +36,19 @@ class MeasuredRadiation:
     diffuse: Floats
     longwave: Floats | None = None
 
+    def refuse_light_at_night(self, sun: SunPath) -> None:
+        """Raise InputError where light was measured in an interval in which the Sun is down."""
+        up = sun.solar_elevation > _NIGHT
+        interval = self._intervals()
+        for name in ("direct", "diffuse"):
+            means = getattr(self, name)
+            for number in np.flatnonzero(means > _STRAY):
+                if not np.any(up[interval == number]):
+                    raise InputError(
+                        f"found {means[number]:g} W m^-2 of {name} light in the time to {self.hours[number]:g} h, when"
+                        " the Sun is down; check date, place and utc_offset_h against the file"
+                    )
+
     def sunlight(self, sun: SunPath, direct: Floats, diffuse: Floats) -> tuple[Floats, Floats]:
         """Direct normal and diffuse horizontal irradiance at `sun_hours()`, with the measured mean of every interval.
 
@@ -50,16 +63,9 @@ class MeasuredRadiation:
         InputError
             Light was measured while the Sun is down.
         """
+        self.refuse_light_at_night(sun)
         up = sun.solar_elevation > _NIGHT
         interval = self._intervals()
-        for name in ("direct", "diffuse"):
-            means = getattr(self, name)
-            for number in np.flatnonzero(means > _STRAY):
-                if not np.any(up[interval == number]):
-                    raise InputError(
-                        f"found {means[number]:g} W m^-2 of {name} light in the time to {self.hours[number]:g} h, when"
-                        " the Sun is down; check date, place and utc_offset_h against the file"
-                    )
         lit = up.astype(float)
         return self._shared(self.direct, interval, direct * up, lit), self._shared(self.diffuse, interval, diffuse, lit)
 

@@ -14,6 +14,7 @@ from skyshine.schemas.arrays import Floats, Integers
 # Ranges on each line of sight; surfaces and elevations of the source for skylight, and for direct light, which costs
 # little and varies much.
 _RANGES, _SURFACES, _SKY_SOURCES, _DIRECT_SURFACES, _DIRECT_SOURCES = 12, 4, 3, 12, 30
+_LEAST_ELEVATION = np.radians(1.0)  # of lines of sight that must meet air
 _SURFACE_HEIGHTS = (0.0, 1e3, 3e3, 10e3)  # m above the ground
 
 
@@ -64,7 +65,7 @@ class Sample:
         shells : Shells
         grid : PathAxes
         count : int
-            Lines of sight; those that meet no air are omitted.
+            Lines of sight; those that meet no air are omitted. Where none meets air, they start near the ground.
         rng : numpy.random.Generator
         """
 
@@ -81,8 +82,14 @@ class Sample:
         elevation = np.radians(draw(grid.elevation_deg, count))
         ranges = draw(ranges, count * _RANGES).reshape(count, _RANGES) * 1e3
         angles = np.radians(draw(source, count)), np.radians(draw(grid.source_azimuth_deg, count))
+        lines = _lines(shells, altitude, elevation, ranges, angles)
+        if not lines:  # of observers so far away that none drawn looks at air: the points are those of views from below
+            near = ground + np.resize(_SURFACE_HEIGHTS, count)
+            lines = _lines(
+                shells, near, np.maximum(np.abs(elevation), _LEAST_ELEVATION), np.maximum(ranges, 1e3), angles
+            )
         return cls(
-            _lines(shells, altitude, elevation, ranges, angles),
+            lines,
             ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _SURFACES - 1)),
             ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _DIRECT_SURFACES - 1)),
             np.radians(draw(source, _SKY_SOURCES)),

@@ -7,8 +7,9 @@ the report does not tabulate with the profiles, have the amounts of 2020.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from functools import cache
 
 import numpy as np
 
@@ -120,19 +121,29 @@ def load_profile(name: str) -> Profile:
     if name not in PROFILES:
         nearest = get_close_matches(str(name), PROFILES, n=1, cutoff=0.0)[0]
         raise InputError(f"no standard atmosphere '{name}'; did you mean '{nearest}'? Allowed: {', '.join(PROFILES)}")
+    packaged = _packaged(name)
+    return replace(packaged, mole_fraction=dict(packaged.mole_fraction))
+
+
+@cache
+def _packaged(name: str) -> Profile:
+    """A standard profile, whose arrays cannot be written: thousands of states share them."""
     table = read_csv(atmospheres.path(f"profiles/{name}.csv"))
     gases = {
         column.removesuffix("[ppmv]"): values * 1e-6 for column, values in table.items() if column.endswith("[ppmv]")
     }
     pressure = table["pressure[hPa]"] * 1e2
     gases |= halocarbons(pressure, LATITUDES[name])
-    return Profile(
+    profile = Profile(
         name=name,
         altitude=table["altitude[km]"] * 1e3,
         pressure=pressure,
         temperature=table["temperature[K]"],
         mole_fraction=gases,
     )
+    for array in (profile.altitude, profile.pressure, profile.temperature, *gases.values()):
+        array.setflags(write=False)
+    return profile
 
 
 def halocarbons(pressure: Floats, latitude: float) -> dict[str, Floats]:

@@ -160,11 +160,15 @@ def _of_particle(
     peaks = component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity).max(axis=(0, 2))
     peak = np.max(scattered / np.where(extinction > 0, extinction, 1.0) * peaks[:, None], axis=0)
     warmest = max(state.temperature.max(), state.surface_temperature, REFERENCE)
-    brightest = planck_wavenumber(optics.wavenumber, warmest) + irradiance * (scattering.field + peak / (4 * np.pi))
+    brightest = planck_wavenumber(optics.wavenumber, warmest) + _times(
+        irradiance, scattering.field + peak / (4 * np.pi)
+    )
+    if not np.isfinite(brightest).all():
+        return np.inf
     longest = np.maximum(_longest(air, extinction), upright)
     divisor = np.where(upright > 0, upright, 1.0)
     mean = np.minimum(upright * (1 + np.log(np.maximum(longest / divisor, 1.0))), 1.0)
-    rescattered = scattering.gain * (brightest * mean - irradiance * np.expm1(-longest) / (4 * np.pi))
+    rescattered = _times(brightest * mean - irradiance * np.expm1(-longest) / (4 * np.pi), scattering.gain)
     along = np.max(-np.expm1(-lines @ extinction) @ (weight * brightest), initial=0.0) if len(lines) else 0.0
     sky = np.minimum(2 * upright, 1.0) * brightest @ weight
     rays = air.source_rays.air
@@ -235,3 +239,9 @@ def _brightest(source: Floats, share: Floats, ground: float | None = None) -> Fl
     weight = np.diff(filled, axis=0, prepend=0.0)
     brightest: Floats = np.sum(weight * np.where(weight > 0, np.take_along_axis(source, order, axis=0), 0.0), axis=0)
     return brightest
+
+
+def _times(amount: Floats, bound: Floats) -> Floats:
+    """A product with a bound that may be infinite: of no light there is none, whatever the bound."""
+    with np.errstate(invalid="ignore"):
+        return np.where(amount == 0, 0.0, amount * bound)

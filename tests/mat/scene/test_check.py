@@ -5,10 +5,12 @@ import pytest
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
+from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.verify import problems
+from skyshine.schemas.errors import InputError
 
 
 @pytest.mark.parametrize("band", [(26.0, 30.0), (50.0, 100.0), (300.0, 1000.0), (100.0, 100.01)])
@@ -30,3 +32,39 @@ def test_points_of_a_narrow_band_weigh_as_much_as_the_band_is_wide(lower, width)
     response = SpectralResponse.rectangular(lower, lower + width)
     band = band_points(absorption_table().points(*response.wavenumber_range), response)
     assert band.weight.sum() == pytest.approx(width, rel=6e-3)
+
+
+def test_light_measured_at_night_is_refused_by_the_check_as_by_the_build(tiny_job, tmp_path):
+    """The Sun sets after 19 h on this day; 1,449 W m^-2 at 23 h are the record of another place."""
+    hours = ", ".join(f"{hour:02d}:00" for hour in range(24))
+    light = ", ".join(["0"] * 23 + ["1449"])
+    hourly = (
+        f"{{time: [{hours}], air_temperature_c: {[20] * 24}, direct_normal_w_m2: [{light}], diffuse_w_m2: {[0] * 24}}}"
+    )
+    text = tiny_job().replace("{air_temperature_c: [22, 33]}", f"{{radiation: measured, hourly: {hourly}}}")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"job.yaml:5:\d+: states.0: found 1449 W m\^-2 of direct light in the time to 23 h"
+    ):
+        check_scene(load_job(tmp_path / "job.yaml"))
+
+
+def test_observers_far_above_the_air_that_hardly_look_at_it_are_built(tiny_job, tmp_path):
+    text = (
+        tiny_job().replace("altitude_km: [0.01, 1]", "altitude_km: [80000, 90000]").replace("[-90, 0, 90]", "[0, 90]")
+    )
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    loaded = load_job(tmp_path / "job.yaml")
+    check_scene(loaded)
+    build(loaded, jobs=1)
+    assert problems(tmp_path / "built" / "s01b01.atmq.h5") == []
+
+
+@pytest.mark.filterwarnings("error")
+def test_particles_whose_light_has_no_bound_stay(tiny_job, tmp_path):
+    """Dense haze over a white ground: a bound of 0 times infinity would read as no change at all."""
+    text = tiny_job().replace("[10.0, 10.2]", "[58.29, 58.3]").replace("sources: [sun]", "sources: [moon]")
+    haze = "midlatitude_summer\n    aerosol: navy_maritime\n    visibility_km: 0.256\n    surface_albedo: 1.0"
+    (tmp_path / "job.yaml").write_text(text.replace("midlatitude_summer", haze), encoding="utf-8")
+    left_out = physics_left_out(load_job(tmp_path / "job.yaml"))
+    assert not [item for item in left_out if "particle" in item.what or "aerosol" in item.what]

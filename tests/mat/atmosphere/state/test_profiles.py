@@ -114,3 +114,11 @@ def test_halocarbons_are_even_below_the_tropopause_and_fall_above(profile):
         for gas in ("CFC-11", "CFC-12")
     )
     assert eleven < 0.35 and eleven < twelve < 0.7
+
+
+def test_a_profile_that_is_loaded_again_is_the_same_and_none_changes_another():
+    first, second = load_profile("tropical"), load_profile("tropical")
+    first.mole_fraction["H2O"] = 0 * first.mole_fraction["H2O"]
+    assert second.mole_fraction["H2O"].max() > 0.02 and load_profile("tropical").mole_fraction["H2O"].max() > 0.02
+    with pytest.raises(ValueError, match="read-only"):
+        second.temperature[0] = 0.0

@@ -341,6 +341,16 @@ class Scene:
         """Altitude of the weather within the levels of the sky [m], (1,)."""
         return np.clip([self.weather.altitude], *self.sky.altitude[[0, -1]])
 
+    def open_air(self, steps: int) -> tuple[Floats, Floats, Floats, Floats]:
+        """Direct normal and diffuse horizontal light, longwave of the whole sky [W m^-2], air temperature [K].
+
+        Each (A, steps).
+        """
+        direct, diffuse, longwave, air = (
+            step_means(field, steps) for field in (*self._sunlight(), self._longwave, self._air[0])
+        )
+        return direct, diffuse, longwave, air
+
     def forcing(self, steps: int) -> Forcing:
         """The forcing of all columns, (A * P, steps)."""
         planes = len(self.slope)

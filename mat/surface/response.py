@@ -2,8 +2,8 @@
 
 About a solution T of f(T) + C T = source, a small change q of the absorbed heat moves T by J^-1 q, J = diag(f') + C.
 The rows of J^-1 at `RESPONSE_HOURS` are summed over cells of lag: heat that was absorbed long ago matters by its mean
-over hours. Larger changes add the excess of f over its tangent, which is tabulated against temperature; with it the response
-of one face holds for faces of other azimuths, on which the Sun shines at other hours.
+over hours. Larger changes add the excess of f over its tangent, which is tabulated against temperature; with it the
+response of one face holds for faces of other azimuths, on which the Sun shines at other hours.
 """
 
 from __future__ import annotations

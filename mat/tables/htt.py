@@ -153,8 +153,12 @@ def shade_fields(
         response.HIGHEST: Variable(
             ("material",), table.highest, "K", "temperature that the surface cannot exceed because it melts"
         ),
-        light.DIRECT: Variable(
-            sky, direct, "W m^-2", "direct normal irradiance", {light.EXTRATERRESTRIAL: float(extraterrestrial)}
+        light.DIRECT: Variable(sky, direct, "W m^-2", "direct normal irradiance"),
+        light.EXTRATERRESTRIAL: Variable(
+            (light.FORCING_TIME,),
+            np.full(steps, extraterrestrial, np.float32),
+            "W m^-2",
+            "normal irradiance of the Sun above the air",
         ),
         light.DIFFUSE: Variable(sky, diffuse, "W m^-2", "diffuse sunlight on a level surface"),
         light.LONGWAVE: Variable(sky, longwave, "W m^-2", "longwave of the whole sky on a level surface"),

@@ -239,7 +239,8 @@ def _inverse(nodes: Floats, values: Floats, wanted: Floats) -> Floats:
     """Points (P, T) at which ascending values (P, T, O) over nodes (O,) are the wanted ones (P, T), linear."""
     lower = np.clip((values <= wanted[..., None]).sum(axis=2) - 1, 0, nodes.size - 2)
     left, right = (np.take_along_axis(values, (lower + side)[..., None], axis=2)[..., 0] for side in (0, 1))
-    result: Floats = nodes[lower] + (wanted - left) * (nodes[lower + 1] - nodes[lower]) / (right - left)
+    weight = np.divide(wanted - left, right - left, out=np.zeros_like(wanted), where=right > left)
+    result: Floats = nodes[lower] + weight * (nodes[lower + 1] - nodes[lower])
     return result
 
 

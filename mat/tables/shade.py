@@ -37,7 +37,7 @@ class OpenAir:
         [K]
     elevation, azimuth : (FORCING_STEPS,) ndarray
         Of the Sun [degree].
-    extraterrestrial : float
+    extraterrestrial : (FORCING_STEPS,) ndarray
         Normal irradiance of the Sun above the air [W m^-2].
     """
 
@@ -48,18 +48,16 @@ class OpenAir:
     air: Floats
     elevation: Floats
     azimuth: Floats
-    extraterrestrial: float
+    extraterrestrial: Floats
 
     @classmethod
     def of(cls, root: Group) -> OpenAir:
         """The light that a database holds; `StoredResponse.of` refuses one without it."""
-        direct, diffuse, longwave, air, elevation, azimuth = (
-            np.asarray(root.variables[name].data, float)
-            for name in (DIRECT, DIFFUSE, LONGWAVE, AIR, SUN_ELEVATION, SUN_AZIMUTH)
+        names = (DIRECT, DIFFUSE, LONGWAVE, AIR, SUN_ELEVATION, SUN_AZIMUTH, EXTRATERRESTRIAL)
+        return cls(
+            AxisRule.of("altitude", root.axes["altitude"]),
+            *(np.asarray(root.variables[name].data, float) for name in names),
         )
-        extraterrestrial = float(root.variables[DIRECT].attributes[EXTRATERRESTRIAL])
-        altitude = AxisRule.of("altitude", root.axes["altitude"])
-        return cls(altitude, direct, diffuse, longwave, air, elevation, azimuth, extraterrestrial)
 
     def absorbed_change(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +13,12 @@ import numpy.typing as npt
 
 from skyshine.mat.api.dataset import dataset
 from skyshine.mat.atmosphere.sources.ephemeris import position
+from skyshine.mat.job.fields import clock_interval
 from skyshine.mat.job.surface import Operation
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.column import ColumnResult, from_record, from_scene
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
 from skyshine.mat.surface.weather_readings import read_record
 from skyshine.materials.files import load_thermal
 from skyshine.materials.library import load_library
@@ -73,6 +75,10 @@ def temperature(
     longitude: float | None = None,
     ground_albedo: float = 0.2,
     depth: float | None = None,
+    shade: str | Sequence[str] = (),
+    sky_view: float = 1.0,
+    facing: float | None = None,
+    facing_emissivity: float = WALL_EMISSIVITY,
     solar_absorptance: float | None = None,
     thermal_emissivity: float | None = None,
 ) -> SurfaceTemperature:
@@ -93,11 +99,20 @@ def temperature(
     slope, azimuth : float
         Of the surface [degree]; slope 0 faces up, azimuth counts from north eastward.
     latitude, longitude : float, optional
-        [degree]; place the Sun for a slope under `forcing`.
+        [degree]; place the Sun for a slope, shade or a wall under `forcing`.
     ground_albedo : float
         With `forcing`.
     depth : float, optional
         Below the skin [m], at which the temperature is wanted too.
+    shade : str or sequence of str
+        Hours such as ``"10:00-14:00"`` in which no light comes from the direction of the Sun, over midnight where the
+        first is later; local clock with `job`, UTC with `forcing`.
+    sky_view : float
+        Open share of the sky above the surface, 0 to 1; the rest is a wall, which reflects no sunlight.
+    facing : float, optional
+        Temperature of that wall [K]; by default that of the air.
+    facing_emissivity : float
+        Of that wall, 0 to 1.
     solar_absorptance, thermal_emissivity : float, optional
         In place of the library's; needed with a material file.
 
@@ -118,23 +133,41 @@ def temperature(
     96
     >>> bool(day.temperature.max() - day.temperature.min() > 10)
     True
+    >>> shaded = skyshine.mat.temperature(
+    ...     "concrete", job=skyshine.mat.example("starter"), slope=30, shade="10:00-14:00"
+    ... )
+    >>> bool((day.temperature - shaded.temperature).max() > 5)
+    True
     """
     if (job is None) == (forcing is None):
         raise InputError("found both or neither of job and forcing; allowed: one of them")
     optical = {"solar_absorptance": solar_absorptance, "thermal_emissivity": thermal_emissivity}
+    surroundings = _surroundings(shade, sky_view, facing, facing_emissivity)
     if job is not None:
         model, (sun_path, weather, sky) = surface_inputs(job, state)
         surface = _material(material, model.operated, optical)
         metres = sun_path.altitude if altitude is None else 1e3 * altitude
-        column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth)
+        column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
         assert forcing is not None
         if altitude is not None:
             raise InputError("found an altitude with forcing; allowed: with job only; a record holds its own pressure")
         surface = _material(material, {}, optical)
-        sun = _sun_at(latitude, longitude) if slope else None
-        column = from_record(surface, read_record(forcing), slope, azimuth, sun, ground_albedo, depth)
+        sun = _sun_at(latitude, longitude) if slope or surroundings is not None else None
+        column = from_record(surface, read_record(forcing), slope, azimuth, sun, ground_albedo, depth, surroundings)
     return SurfaceTemperature(**{field.name: getattr(column, field.name) for field in fields(column)})
+
+
+def _surroundings(
+    shade: str | Sequence[str], sky_view: float, facing: float | None, facing_emissivity: float
+) -> Surroundings | None:
+    """Shade and wall; None where there is neither."""
+    try:
+        hours = tuple(clock_interval(text) for text in ([shade] if isinstance(shade, str) else shade))
+    except ValueError as error:
+        raise InputError(f"shade: {error}") from None
+    around = Surroundings(hours, sky_view, facing, facing_emissivity)
+    return around if hours or sky_view < 1 else None
 
 
 def _material(
@@ -158,7 +191,7 @@ def _sun_at(
 ) -> Callable[[npt.NDArray[np.datetime64]], tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]:
     """Elevation and azimuth of the Sun [degree] at UTC times of a place."""
     if latitude is None or longitude is None:
-        raise InputError("a slope under a measured record needs the Sun; give latitude and longitude")
+        raise InputError("a slope, shade or a wall under a measured record needs the Sun; give latitude and longitude")
 
     def sun(times: npt.NDArray[np.datetime64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         place = position("sun", times.astype("datetime64[s]"), latitude, longitude, 0.0)

@@ -29,6 +29,15 @@ if TYPE_CHECKING:
 @click.option(
     "--depth", type=click.FloatRange(0), metavar="M", help="Also give the temperature this far below the skin."
 )
+@click.option(
+    "--shade",
+    multiple=True,
+    metavar="HH:MM-HH:MM",
+    help="No light from the Sun's direction then; repeat for more intervals. Over midnight where the first is later.",
+)
+@click.option("--sky-view", type=click.FloatRange(0, 1), default=1.0, show_default=True, help="Open share of the sky.")
+@click.option("--facing", type=float, metavar="K", help="Temperature of the wall that hides the rest of the sky.")
+@click.option("--facing-emissivity", type=click.FloatRange(0, 1), default=0.95, show_default=True, help="Of that wall.")
 @click.option("--solar-absorptance", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
 @click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
 @json_option
@@ -44,6 +53,10 @@ def command(
     longitude: float | None,
     ground_albedo: float,
     depth: float | None,
+    shade: tuple[str, ...],
+    sky_view: float,
+    facing: float | None,
+    facing_emissivity: float,
     solar_absorptance: float | None,
     thermal_emissivity: float | None,
     as_json: bool,
@@ -52,7 +65,11 @@ def command(
 
     Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
     melt. The CSV has the columns time (ISO 8601), sw_down, lw_down, air_temperature, relative_humidity, wind_speed,
-    pressure in SI and percent; air_temperature[C] names another unit. A back by hour is in UTC under a CSV.
+    pressure in SI and percent; air_temperature[C] names another unit. A back by hour is in UTC under a CSV, and so are
+    the hours of --shade; with --job they are local clock hours.
+
+    Shade ends the direct light and what comes from around the Sun. Where --sky-view is below 1, the rest of the sky is
+    a wall of the temperature --facing, by default that of the air; it reflects no sunlight.
 
     Example: mat temperature --material concrete --slope 30 --azimuth 180 --job job.yaml
     """
@@ -72,6 +89,10 @@ def command(
         longitude=longitude,
         ground_albedo=ground_albedo,
         depth=depth,
+        shade=shade,
+        sky_view=sky_view,
+        facing=facing,
+        facing_emissivity=facing_emissivity,
         solar_absorptance=solar_absorptance,
         thermal_emissivity=thermal_emissivity,
     )

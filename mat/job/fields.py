@@ -25,6 +25,17 @@ def hours_of(value: object) -> float:
     return hours
 
 
+def clock_interval(text: str) -> tuple[float, float]:
+    """Hours of an interval such as 22:00-06:00, the last up to 24:00; ValueError says what is allowed."""
+    first, dash, last = text.partition("-")
+    if not dash:
+        raise ValueError(f"found {text!r}; allowed: an interval such as 10:00-14:00; write first-last")
+    begin, end = hours_of(first.strip()), 24.0 if last.strip() == "24:00" else hours_of(last.strip())
+    if begin == end:
+        raise ValueError(f"found {text!r}, which is empty; allowed: two different times; 00:00-24:00 is the whole day")
+    return begin, end
+
+
 def clock_text(hours: float) -> str:
     """A time of day as it is written in a job, such as 08:30."""
     seconds = round(hours * 3600)

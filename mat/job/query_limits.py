@@ -35,3 +35,10 @@ class QueryLimits(StrictModel):
             " elevations that a source never has then, and sources that are below all of their tables, are left out."
         ),
     )
+    shade: bool = Field(
+        True,
+        description=(
+            "Whether surfaces will be asked for in the shade, beside a wall or under other heat; false leaves the"
+            " response to it out of the temperature tables."
+        ),
+    )

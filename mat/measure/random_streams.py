@@ -16,6 +16,7 @@ class Stream(StrEnum):
     BUDGET = "what the error budget draws for its views"
     ATMOSPHERE_NODES = "lines of sight by which nodes of the atmospheric tables are placed, by quantity"
     TEMPERATURE_NODES = "places by which nodes of the temperature table are placed"
+    SHADE_ERROR = "shadows under which the response of surfaces is measured"
     EMISSION_CLASSES = "lines of sight by which materials are grouped"
     EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
 
@@ -30,6 +31,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.BUDGET: 2,
     Stream.ATMOSPHERE_NODES: 3,
     Stream.TEMPERATURE_NODES: 4,
+    Stream.SHADE_ERROR: 9,
     Stream.EMISSION_CLASSES: 8,
     Stream.EMISSION_ERROR: 5,
 }

@@ -98,6 +98,8 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
         for name, key, nodes, kept, bound in axes
         if len(kept) < len(nodes)
     ]
+    if not needs.shade:
+        found.append(LeftOut("response to shade and other heat", "needs.shade is false", "none", "needs.shade: true"))
     found += [
         LeftOut(
             f"all files of the band {name}", "needs.bands does not name it", "none", f"{name} in needs.bands, or none"

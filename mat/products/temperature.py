@@ -16,16 +16,18 @@ from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
+from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
-from skyshine.mat.surface.forcing import Sky
+from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.response import response_table
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
-from skyshine.mat.tables.htt import htt_group
+from skyshine.mat.tables.htt import htt_group, material_axis, shade_fields
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.schemas.hdf5 import Group
@@ -53,6 +55,7 @@ class TemperatureProduct:
             "operated": {
                 name: job.operated[name].model_dump(mode="json") for name in materials if name in job.operated
             },
+            **({} if job.query_limits is None or job.query_limits.shade else {"shade": False}),
             **({} if hours is None else {"hours": [clock_text(time) for time in hours]}),
             "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
             "materials_sha256": materials_digest(library, materials),
@@ -94,6 +97,11 @@ class TemperatureProduct:
             requested["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
         with report.stage("tables"):
             table = solver.table(axes, steps)
+        shaded = job.query_limits is None or job.query_limits.shade
+        response = None
+        if shaded:
+            with report.stage("response"):
+                response = response_table(solver.materials, solver.scene(axes), steps=steps, given=solver.given)
         with report.stage("accuracy"):
             places = _places(requested, whole_day, random_stream(seed, Stream.TEMPERATURE_ERROR))
             error, solver_error = _errors(solver, table, _rules(codes, axes, whole_day), places, steps)
@@ -105,12 +113,22 @@ class TemperatureProduct:
             "solver_error_method": f"{steps} against {FINE_STEPS} steps a day at the same random places",
             **placed,
         }
+        errors, by_material, by_material_axes = [error], {}, {}
+        if response is not None:
+            with report.stage("accuracy"):
+                generator = random_stream(seed, Stream.SHADE_ERROR)
+                shade = shade_error(solver.materials, solver.scene(axes), response, solver.given, generator)
+            errors.append(shade.measured)
+            by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
+            notes["shade_method"] = SHADE_METHOD
         attributes = {"state": job.states[state - 1].profile, "date": job.site.date.isoformat()}
-        accuracy = accuracy_group([error], {}, {}, notes)
+        accuracy = accuracy_group(errors, by_material, by_material_axes, notes)
         report.notes.append(
             f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
         )
-        yield htt_group(table, codes, context.materials, axes, accuracy, attributes, whole_day=whole_day)
+        extraterrestrial = SOLAR_CONSTANT / solver.inputs[0].sun_distance ** 2
+        fields = None if response is None else shade_fields(response, solver.scene(axes), extraterrestrial)
+        yield htt_group(table, codes, context.materials, axes, accuracy, attributes, whole_day=whole_day, shade=fields)
 
 
 def _axes(job: Job) -> Axes:
@@ -131,6 +149,12 @@ class _Solver:
     materials: Sequence[SurfaceMaterial]
     inputs: tuple[SunPath, NearSurfaceAir, Sky]
     given: Mapping[str, float | tuple[float, ...]]
+
+    def scene(self, axes: Axes) -> Scene:
+        """All slopes of the axes, at their altitudes."""
+        sun, weather, sky = self.inputs
+        slopes = axes["slope_deg"]
+        return Scene(sun, weather, sky, 1e3 * axes["altitude_km"], slopes, np.zeros_like(slopes))
 
     def table(self, axes: Axes, steps: int) -> SurfaceTemperatures:
         sun, weather, sky = self.inputs

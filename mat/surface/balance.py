@@ -73,6 +73,12 @@ class Forcing:
         """The forcing of a slice or index array of columns."""
         return Forcing(*(_rows(getattr(self, field.name), chosen) for field in fields(self)))
 
+    def times(self, chosen: Integers) -> Forcing:
+        """The forcing at an index array of times."""
+        steps = self.shape[1]
+        parts = (np.atleast_2d(getattr(self, field.name)) for field in fields(self))
+        return Forcing(*(part[:, chosen] if part.shape[1] == steps else part for part in parts))
+
     def check(self) -> None:
         """Refuse values that no balance can have.
 

@@ -17,6 +17,7 @@ from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.record import Record, record_forcing
 from skyshine.mat.surface.solver import DAY, Method, Solution, solve_columns
 from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
 
@@ -70,9 +71,10 @@ def from_scene(
     slope: float,
     azimuth: float,
     depth: float | None = None,
+    surroundings: Surroundings | None = None,
 ) -> ColumnResult:
     """A plane at an altitude [m] under a scene's Sun, sky and weather; slope and azimuth in degrees, depth in m."""
-    scene = Scene(sun, weather, sky, np.array([altitude]), np.array([slope]), np.array([azimuth]))
+    scene = Scene(sun, weather, sky, np.array([altitude]), np.array([slope]), np.array([azimuth]), surroundings)
     ((_, solution),) = solve_columns(material, scene.forcing, steps=STEPS)
     steps = solution.temperature.shape[1]
     hours = [float(hour) for hour in np.arange(steps) * (24.0 / steps)]
@@ -87,6 +89,7 @@ def from_record(
     sun: SunAt | None,
     ground_albedo: float,
     depth: float | None = None,
+    surroundings: Surroundings | None = None,
 ) -> ColumnResult:
     """A plane under a measured record, periodic over its length; temperatures at the record's own times.
 
@@ -98,15 +101,18 @@ def from_record(
     slope, azimuth : float
         [degree]
     sun : callable or None
-        Solar elevation and azimuth [degree] at UTC times; needed where the slope is not 0.
+        Solar elevation and azimuth [degree] at UTC times; needed where the slope is not 0, and with `surroundings`.
     ground_albedo : float
     depth : float, optional
         Below the skin [m], at which the temperature is wanted too.
+    surroundings : Surroundings, optional
+        Hours of shade are in UTC.
     """
     factor = int(np.ceil(record.step / LONGEST_STEP - 1e-9))
     refined = record.refined(factor)
-    forcing = record_forcing(refined, _shortwave(refined, slope, azimuth, sun, ground_albedo), slope)
     start_hour = float((record.start - record.start.astype("datetime64[D]")) / np.timedelta64(1, "h"))
+    shortwave = _shortwave(refined, slope, azimuth, sun, ground_albedo, surroundings, start_hour)
+    forcing = record_forcing(refined, shortwave, slope, surroundings)
     ((_, solution),) = solve_columns(
         material,
         lambda _: forcing,
@@ -120,7 +126,13 @@ def from_record(
 
 
 def _shortwave(
-    record: Record, slope: float, azimuth: float, sun: SunAt | None, ground_albedo: float
+    record: Record,
+    slope: float,
+    azimuth: float,
+    sun: SunAt | None,
+    ground_albedo: float,
+    surroundings: Surroundings | None,
+    start_hour: float,
 ) -> tuple[Floats, Floats, Floats]:
     """Direct, diffuse and reflected irradiance on the plane; a level one takes the measured sum as diffuse.
 
@@ -138,7 +150,15 @@ def _shortwave(
     day = (times - times.astype("datetime64[Y]")).astype(int) + 1
     parts = pvlib.irradiance.erbs(total, 90.0 - elevation, day)
     normal = np.asarray(pvlib.irradiance.get_extra_radiation(day, solar_constant=SOLAR_CONSTANT))
-    return plane_irradiance(slope, azimuth, elevation, sun_azimuth, parts["dni"], parts["dhi"], ground_albedo, normal)
+    direct, diffuse, reflected = plane_irradiance(
+        slope, azimuth, elevation, sun_azimuth, parts["dni"], parts["dhi"], ground_albedo, normal
+    )
+    if surroundings is None:
+        return direct, diffuse, reflected
+    step = record.step / 3600.0
+    shaded = surroundings.shaded(start_hour + step * np.arange(float(record.steps)), step)
+    even = 0.5 * (1 + np.cos(np.radians(slope))) * parts["dhi"]
+    return *surroundings.sunlight(direct, diffuse, even, shaded), reflected
 
 
 def _result(

@@ -14,7 +14,8 @@ import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing
-from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -262,6 +263,8 @@ class Scene:
         Of the surfaces [m].
     slope, azimuth : ndarray, shape (P,)
         Of the planes [degree].
+    surroundings : Surroundings or None
+        Shade and obstructions of all planes.
 
     Notes
     -----
@@ -276,6 +279,7 @@ class Scene:
     altitude: Floats
     slope: Floats
     azimuth: Floats
+    surroundings: Surroundings | None = None
 
     @cached_property
     def _air(self) -> tuple[Floats, Floats, Floats]:
@@ -289,7 +293,7 @@ class Scene:
     def _shortwave(self) -> tuple[Floats, Floats, Floats]:
         """Direct, diffuse and reflected on the planes, each (A, P, SUN_STEPS)."""
         direct, diffuse = self._sunlight()
-        return plane_irradiance(
+        received = plane_irradiance(
             np.asarray(self.slope, float)[None, :, None],
             np.asarray(self.azimuth, float)[None, :, None],
             self.sun.solar_elevation[None, None, :],
@@ -299,6 +303,11 @@ class Scene:
             self.sky.ground_albedo,
             SOLAR_CONSTANT / self.sun.sun_distance**2,
         )
+        if self.surroundings is None:
+            return received
+        even = 0.5 * (1 + np.cos(np.radians(self.slope)))[None, :, None] * diffuse[:, None, :]
+        shaded = self.surroundings.shaded(sun_hours(), 24.0 / SUN_STEPS)
+        return *self.surroundings.sunlight(received[0], received[1], even, shaded), received[2]
 
     @cached_property
     def _longwave(self) -> Floats:
@@ -332,6 +341,16 @@ class Scene:
         """Altitude of the weather within the levels of the sky [m], (1,)."""
         return np.clip([self.weather.altitude], *self.sky.altitude[[0, -1]])
 
+    def open_air(self, steps: int) -> tuple[Floats, Floats, Floats, Floats]:
+        """Direct normal and diffuse horizontal light, longwave of the whole sky [W m^-2], air temperature [K].
+
+        Each (A, steps).
+        """
+        direct, diffuse, longwave, air = (
+            step_means(field, steps) for field in (*self._sunlight(), self._longwave, self._air[0])
+        )
+        return direct, diffuse, longwave, air
+
     def forcing(self, steps: int) -> Forcing:
         """The forcing of all columns, (A * P, steps)."""
         planes = len(self.slope)
@@ -341,12 +360,15 @@ class Scene:
         direct, diffuse, reflected = (step_means(part, steps).reshape(-1, steps) for part in self._shortwave)
         cosine = np.tile(np.cos(np.radians(self.slope)), len(self.altitude))[:, None]
         view = 0.5 * (1 + cosine)
+        sky, ground = view * longwave, (1 - view) * Stefan_Boltzmann * air**4
+        if self.surroundings is not None:
+            sky, ground = self.surroundings.longwave(view, longwave, air)
         return Forcing(
             shortwave_direct=direct,
             shortwave_diffuse=diffuse,
             shortwave_reflected=reflected,
-            longwave_sky=view * longwave,
-            longwave_ground=(1 - view) * Stefan_Boltzmann * air**4,
+            longwave_sky=sky,
+            longwave_ground=ground,
             air_temperature=air,
             vapour_pressure=vapour,
             pressure=pressure,

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 
@@ -75,7 +76,12 @@ def equal_steps(seconds: Floats) -> tuple[float, int]:
     return step, round((seconds[-1] - seconds[0]) / step) + 1
 
 
-def record_forcing(record: Record, shortwave: tuple[Floats, Floats, Floats], slope: float) -> Forcing:
+def record_forcing(
+    record: Record,
+    shortwave: tuple[Floats, Floats, Floats],
+    slope: float,
+    surroundings: Surroundings | None = None,
+) -> Forcing:
     """Forcing of one column from a record.
 
     Parameters
@@ -85,6 +91,8 @@ def record_forcing(record: Record, shortwave: tuple[Floats, Floats, Floats], slo
         Direct, diffuse and ground-reflected irradiance on the plane [W m^-2].
     slope : float
         [degree]
+    surroundings : Surroundings, optional
+        Its wall changes the longwave; its shade must be in `shortwave`.
 
     Returns
     -------
@@ -95,13 +103,16 @@ def record_forcing(record: Record, shortwave: tuple[Floats, Floats, Floats], slo
     cosine = np.cos(np.radians(slope))
     view = 0.5 * (1 + cosine)
     temperature = values["air_temperature"]
+    sky, ground = view * values["lw_down"], (1 - view) * Stefan_Boltzmann * temperature**4
+    if surroundings is not None:
+        sky, ground = surroundings.longwave(view, values["lw_down"], temperature)
     direct, diffuse, reflected = (np.atleast_2d(part) for part in shortwave)
     return Forcing(
         shortwave_direct=direct,
         shortwave_diffuse=diffuse,
         shortwave_reflected=reflected,
-        longwave_sky=np.atleast_2d(view * values["lw_down"]),
-        longwave_ground=np.atleast_2d((1 - view) * Stefan_Boltzmann * temperature**4),
+        longwave_sky=np.atleast_2d(sky),
+        longwave_ground=np.atleast_2d(ground),
         air_temperature=np.atleast_2d(temperature),
         vapour_pressure=np.atleast_2d(values["relative_humidity"] / 100.0 * saturation_pressure(temperature)),
         pressure=np.atleast_2d(values["pressure"]),

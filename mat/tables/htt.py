@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS
+from skyshine.mat.tables import response
+from skyshine.mat.tables import shade as light
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, table_axis
 from skyshine.mat.tables.named_materials import with_names
 from skyshine.schemas.hdf5 import Group, Variable
@@ -13,9 +16,17 @@ from skyshine.schemas.hdf5 import Group, Variable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from skyshine.mat.surface.forcing import Scene
+    from skyshine.mat.surface.response import ResponseTable
     from skyshine.mat.surface.table import SurfaceTemperatures
+    from skyshine.schemas.hdf5 import Axis
 
 COLUMN = ("material", "altitude", "azimuth", "slope")
+
+
+def material_axis(codes: Sequence[int]) -> Axis:
+    """The axis of material codes."""
+    return table_axis(np.asarray(codes, np.int32), "1", "material code", interpolation=EXACT)
 
 
 def htt_group(
@@ -27,6 +38,7 @@ def htt_group(
     attributes: dict[str, Any],
     *,
     whole_day: bool = True,
+    shade: tuple[dict[str, Axis], dict[str, Variable]] | None = None,
 ) -> Group:
     """Arrange the temperatures of a state for writing.
 
@@ -43,9 +55,11 @@ def htt_group(
         State, site and weather, for the root.
     whole_day : bool
         The times close to a day; otherwise they are a part of it, from 0 on and beyond 24 after midnight.
+    shade : tuple of dict, optional
+        Axes and arrays of `shade_fields`.
     """
     column_axes = {
-        "material": table_axis(np.asarray(codes, np.int32), "1", "material code", interpolation=EXACT),
+        "material": material_axis(codes),
         "altitude": table_axis(axes["altitude_km"], "km", "surface altitude above sea level"),
         "azimuth": table_axis(
             axes["azimuth_deg"],
@@ -74,5 +88,84 @@ def htt_group(
         "method": Variable(COLUMN, table.method, "1", "method that solved the column", {"comment": table.method_names}),
         "iterations": Variable(COLUMN, table.iterations, "1", "iterations of the solver"),
     }
+    if shade is not None:
+        all_axes |= shade[0]
+        variables |= shade[1]
     groups = {"diagnostics": Group(column_axes, diagnostics), "accuracy": accuracy}
     return Group(all_axes, with_names(variables), groups, attributes)
+
+
+def shade_fields(
+    table: ResponseTable, scene: Scene, extraterrestrial: float
+) -> tuple[dict[str, Axis], dict[str, Variable]]:
+    """Axes and arrays with which a runtime shades surfaces.
+
+    Parameters
+    ----------
+    table : ResponseTable
+    scene : Scene
+        Its altitudes are those of the temperatures.
+    extraterrestrial : float
+        Normal irradiance of the Sun above the air [W m^-2].
+    """
+    steps = response.FORCING_STEPS
+    axes = {
+        response.ALTITUDE: table_axis(table.altitudes_m / 1e3, "km", "surface altitude at which the response is given"),
+        response.SLOPE: table_axis(table.slopes_deg, "degree", "slope of the surface whose response is given"),
+        response.HOUR: table_axis(
+            RESPONSE_HOURS, "h", "local clock time of the response", interpolation=PERIODIC, period=24.0
+        ),
+        response.LAG: table_axis(
+            LAG_STARTS, "h", "where a cell of lag begins; the last ends 24 h after the first begins"
+        ),
+        response.OFFSET: table_axis(OFFSETS, "K", "temperature above response_temperature"),
+        light.FORCING_TIME: table_axis(
+            response.forcing_hours(), "h", "local clock time of light and air", interpolation=PERIODIC, period=24.0
+        ),
+    }
+    column = ("material", response.ALTITUDE, response.SLOPE, response.HOUR)
+    sky = ("altitude", light.FORCING_TIME)
+    direct, diffuse, longwave, air = (values.astype(np.float32) for values in scene.open_air(steps))
+    sun = (
+        np.asarray(angle, float)[:: len(angle) // steps].astype(np.float32)
+        for angle in (scene.sun.solar_elevation, scene.sun.solar_azimuth)
+    )
+    elevation, azimuth = sun
+    variables = {
+        response.KERNEL: Variable(
+            (*column, response.LAG),
+            table.kernel,
+            "K m^2 W^-1",
+            "change of temperature per mean change of absorbed heat over the cell of lag",
+        ),
+        response.REFERENCE: Variable(column, table.temperature, "K", "surface temperature about which the response is"),
+        response.LOSS_SLOPE: Variable(
+            column, table.loss_slope, "W m^-2 K^-1", "derivative of the heat loss by temperature"
+        ),
+        response.LOSS_EXCESS: Variable(
+            (*column, response.OFFSET),
+            table.loss_excess,
+            "W m^-2",
+            "heat loss above that at response_temperature, less its tangent",
+        ),
+        light.ABSORPTANCE: Variable(("material",), table.solar_absorptance, "1", "solar absorptance"),
+        light.EMISSIVITY: Variable(("material",), table.thermal_emissivity, "1", "thermal emissivity"),
+        response.HIGHEST: Variable(
+            ("material",), table.highest, "K", "temperature that the surface cannot exceed because it melts"
+        ),
+        light.DIRECT: Variable(sky, direct, "W m^-2", "direct normal irradiance"),
+        light.EXTRATERRESTRIAL: Variable(
+            (light.FORCING_TIME,),
+            np.full(steps, extraterrestrial, np.float32),
+            "W m^-2",
+            "normal irradiance of the Sun above the air",
+        ),
+        light.DIFFUSE: Variable(sky, diffuse, "W m^-2", "diffuse sunlight on a level surface"),
+        light.LONGWAVE: Variable(sky, longwave, "W m^-2", "longwave of the whole sky on a level surface"),
+        light.AIR: Variable(sky, air, "K", "air temperature, and that of ground and of walls that have none"),
+        light.SUN_ELEVATION: Variable((light.FORCING_TIME,), elevation, "degree", "elevation of the Sun"),
+        light.SUN_AZIMUTH: Variable(
+            (light.FORCING_TIME,), azimuth, "degree", "azimuth of the Sun, from north eastward"
+        ),
+    }
+    return axes, with_names(variables)

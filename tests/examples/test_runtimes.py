@@ -85,6 +85,51 @@ def test_every_term_agrees_with_the_library(runtime, scene):
         np.testing.assert_allclose([pixel[name] for pixel in pixels], values, rtol=1e-6, atol=1e-12, err_msg=name)
 
 
+def test_shaded_and_heated_faces_agree_with_the_library(runtime, scene):
+    """Shadows over midnight too, walls colder and warmer than the air, and histories in few steps and in many."""
+    draw = np.random.default_rng(11)
+    pixels = []
+    for number, pixel in enumerate(scene["pixels"][:24]):
+        first = float(draw.uniform(0, 24))
+        shade = {"shade": [[first, (first + float(draw.uniform(0.1, 9))) % 24]]}
+        wall = {"sky_view": float(draw.uniform(0, 1)), "facing": float(draw.uniform(250, 350))}
+        heat = draw.normal(scale=120, size=[1, 24, 96, 288, 7][number % 5]).tolist()
+        pixels.append(
+            pixel
+            | [
+                {"surroundings": shade},
+                {"surroundings": shade | wall | {"facing_emissivity": 0.7}},
+                {"surroundings": {"sky_view": 0.5}},
+                {"absorbed_change": heat},
+            ][number % 4]
+        )
+    scene = scene | {"pixels": pixels}
+    status, shown, complaint = runtime(scene)
+    assert status == 0, complaint
+    expected = by_library(scene)
+    sunlit = by_library(scene | {"pixels": [_bare(pixel) for pixel in pixels]})
+    assert np.ptp(expected["temperature"] - sunlit["temperature"]) > 5
+    for name in ("temperature", "thermal", "radiance"):
+        found = [pixel[name] for pixel in json.loads(shown)["pixels"]]
+        np.testing.assert_allclose(found, expected[name], rtol=1e-6, atol=1e-12, err_msg=name)
+
+
+def _bare(pixel):
+    return {name: value for name, value in pixel.items() if name not in ("surroundings", "absorbed_change")}
+
+
+def test_a_file_without_the_response_refuses_shade_in_one_line(runtime, scene, tmp_path):
+    root, _ = read_file(scene["surface"])
+    kept = {name: v for name, v in root.variables.items() if name in ("temperature", "material_name")}
+    axes = {name: root.axes[name] for name in root.variables["temperature"].dims}
+    older = tmp_path / "older.htt.h5"
+    write_file(older, replace(root, axes=axes, variables=kept), Header("htt", "1.2.0", "data", "job"))
+    shaded = scene["pixels"][0] | {"surroundings": {"shade": [[10, 14]]}}
+    status, shown, complaint = runtime(scene | {"surface": str(older), "pixels": [shaded]})
+    assert (status, shown) == (1, "") and complaint.strip() == "the surface file holds no response to shade"
+    assert runtime(scene | {"surface": str(older)})[0] == 0
+
+
 def test_optional_arrays_of_a_newer_minor_version_are_passed_over(runtime, scene, extra_build):
     status, shown, complaint = runtime(scene)
     newer = runtime(scene | {"band": str(extra_build / FILES["band"])})

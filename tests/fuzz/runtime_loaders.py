@@ -244,11 +244,19 @@ def by_library(scene: dict) -> dict[str, np.ndarray]:
         if table.filetype not in filetypes.split():
             raise InputError(f"holds '{table.filetype}'; allowed: {filetypes}; name another file", file=table.path)
     pixels = scene["pixels"]
-    of = {name: np.array([pixel[name] for pixel in pixels]) for name in pixels[0] if name != "material"}
+    heat = ("absorbed_change", "surroundings")
+    of = {name: np.array([pixel[name] for pixel in pixels]) for name in pixels[0] if name not in ("material", *heat)}
     codes = [pixel["material"] for pixel in pixels]
     material = np.array([code if isinstance(code, int) else int(band.material_codes(code)) for code in codes])
     face = {name: of[f"surface_{name}"] for name in ("altitude", "azimuth", "slope")}
     temperature = surface.temperature(material=material, time=of["time"], **face)
+    for number, pixel in enumerate(pixels):
+        if not any(name in pixel for name in heat):
+            continue
+        place = {"material": material[number], **{name: values[number] for name, values in face.items()}}
+        around = pixel.get("surroundings")
+        change = pixel.get("absorbed_change") if around is None else surface.absorbed_change(**place, **around)
+        temperature[number] = surface.temperature(**place, time=pixel["time"], absorbed_change=change)
     rho, fraction, shininess, normalisation = (
         band.value(name, material=material)
         for name in ("reflectance", "specular_fraction", "shininess", "normalisation")

@@ -13,6 +13,24 @@ static const struct layout SURFACE[] = {
     {"temperature", {"material", "altitude", "azimuth", "slope", "time"}, 1.0, 1e4},
     {NULL, {NULL}, 0, 0},
 };
+/* What an .htt that holds the first of them must hold, to shade surfaces. */
+static const struct layout SHADE[] = {
+    {"response_kernel", {"material", "response_altitude", "response_slope", "response_hour", "lag"}, -HUGE_VALF, HUGE_VALF},
+    {"response_temperature", {"material", "response_altitude", "response_slope", "response_hour"}, 0.0, 1e4},
+    {"heat_loss_slope", {"material", "response_altitude", "response_slope", "response_hour"}, 1e-6, HUGE_VALF},
+    {"heat_loss_excess", {"material", "response_altitude", "response_slope", "response_hour", "temperature_offset"}, -HUGE_VALF, HUGE_VALF},
+    {"solar_absorptance", {"material"}, 0.0, 1.0},
+    {"thermal_emissivity", {"material"}, 0.0, 1.0},
+    {"highest_temperature", {"material"}, 1.0, 1e4},
+    {"direct_normal_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
+    {"diffuse_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
+    {"sky_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
+    {"air_temperature", {"altitude", "forcing_time"}, 1.0, 1e4},
+    {"solar_elevation", {"forcing_time"}, -90.0, 90.0},
+    {"solar_azimuth", {"forcing_time"}, -360.0, 360.0},
+    {"extraterrestrial_irradiance", {"forcing_time"}, 1e-6, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
 static const struct layout BAND[] = {
     {"blackbody_radiance", {"temperature"}, 0.0, HUGE_VALF},
     {"reflectance", {"material"}, 0.0, 1.0},
@@ -37,6 +55,8 @@ static const struct {
     {"azimuth", "linear_periodic", "linear_periodic", 360},
     {"source_azimuth", "linear_folded", "linear_folded", 360},
     {"time", "linear_periodic", "linear", 24},
+    {"response_hour", "linear_periodic", "linear_periodic", 24},
+    {"forcing_time", "linear_periodic", "linear_periodic", 24},
     {NULL, "linear", "linear", 0},
 };
 /* Deflate packs at most 1032 bytes into one: a file that claims more does not hold it. */
@@ -280,6 +300,8 @@ void open_database(struct database *database, const char *path, const char *file
     database->path = path;
     const struct layout *layout = air ? ATMOSPHERE : !strcmp(filetype, "band") ? BAND : SURFACE;
     for (size_t i = 0; layout[i].name; ++i) read_array(&from, &layout[i], &database->arrays[i], clamped);
+    if (layout == SURFACE && H5Lexists(from.file, SHADE[0].name, H5P_DEFAULT) > 0)
+        for (size_t i = 0; SHADE[i].name; ++i) read_array(&from, &SHADE[i], &database->arrays[1 + i], clamped);
     if (layout == BAND) database->material_names = read_names(&from, array_of(database, "reflectance")->axes[0].count);
     H5Fclose(from.file);
 }

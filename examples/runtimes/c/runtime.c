@@ -5,6 +5,7 @@
  * The scene and the result are described in ../README.md. Equation numbers are those of DSTO-TN-0193. */
 #include "database.h"
 #include "json.h"
+#include "shade.h"
 
 #include <hdf5.h>
 #include <math.h>
@@ -84,6 +85,21 @@ struct pixel {
     long value;
 };
 
+/* Temperature of the table, or with the heat or the surroundings that the pixel has. */
+static double temperature_of(const struct database *surface, const double *face, const struct json *given)
+{
+    const struct json *around = json_get(given, "surroundings"), *list = json_get(given, "absorbed_change");
+    if (around && around->kind == JSON_OBJECT) return temperature_beside(surface, face, around);
+    if (!list || list->kind != JSON_LIST) return value_at(surface, "temperature", face);
+    size_t count = 0, at = 0;
+    for (const struct json *each = list->children; each; each = each->next) ++count;
+    double *absorbed = allocate(count, sizeof *absorbed);
+    for (const struct json *each = list->children; each; each = each->next) absorbed[at++] = each->kind == JSON_NUMBER ? each->number : NAN;
+    const double temperature = temperature_under(surface, face, absorbed, count);
+    free(absorbed);
+    return temperature;
+}
+
 /* Equations (1) to (44) for one pixel. */
 static struct pixel compute(const struct json *scene, const struct database *surface, const struct database *band,
                             const struct database *air, const struct json *given)
@@ -93,7 +109,7 @@ static struct pixel compute(const struct json *scene, const struct database *sur
     double centre[] = {number(given, "centre_range"), number(given, "altitude"), number(given, "centre_elevation"),
                        number(given, "source_elevation"), number(given, "source_azimuth")};
     struct pixel pixel;
-    pixel.temperature = value_at(surface, "temperature", face);
+    pixel.temperature = temperature_of(surface, face, given);
     pixel.blackbody = value_at(band, "blackbody_radiance", &pixel.temperature); /* (7) */
     const double rho = value_at(band, "reflectance", &code), fraction = value_at(band, "specular_fraction", &code);
     pixel.beta = value_at(air, "beta_star", centre);

@@ -2,6 +2,8 @@
 import { readFileSync, statSync } from "node:fs";
 import h5wasm, { FS } from "h5wasm";
 
+const RESPONSE = ["material", "response_altitude", "response_slope", "response_hour"];
+const OVERHEAD = ["altitude", "forcing_time"];
 const PATH = ["range", "altitude", "elevation", "source_elevation", "source_azimuth"];
 const FORMATS = { htt: "1.", band: "1.", atmq: "2." };
 // What a file must hold: axes, least and largest value of each array.
@@ -21,12 +23,31 @@ const ARRAYS = {
     direct_radiance: [PATH.slice(0, 4), 0, Infinity],
   },
 };
+// What an .htt that holds the first of them must hold, to shade surfaces.
+const SHADE = {
+  response_kernel: [[...RESPONSE, "lag"], -Infinity, Infinity],
+  response_temperature: [RESPONSE, 0, 1e4],
+  heat_loss_slope: [RESPONSE, 1e-6, Infinity],
+  heat_loss_excess: [[...RESPONSE, "temperature_offset"], -Infinity, Infinity],
+  solar_absorptance: [["material"], 0, 1],
+  thermal_emissivity: [["material"], 0, 1],
+  highest_temperature: [["material"], 1, 1e4],
+  direct_normal_irradiance: [OVERHEAD, 0, Infinity],
+  diffuse_irradiance: [OVERHEAD, 0, Infinity],
+  sky_irradiance: [OVERHEAD, 0, Infinity],
+  air_temperature: [OVERHEAD, 1, 1e4],
+  solar_elevation: [["forcing_time"], -90, 90],
+  solar_azimuth: [["forcing_time"], -360, 360],
+  extraterrestrial_irradiance: [["forcing_time"], 1e-6, Infinity],
+};
 // How the format reads an axis: rules and period; others are linear and do not repeat.
 const RULES = {
   material: [["exact"], 0],
   azimuth: [["linear_periodic"], 360],
   source_azimuth: [["linear_folded"], 360],
   time: [["linear_periodic", "linear"], 24],
+  response_hour: [["linear_periodic"], 24],
+  forcing_time: [["linear_periodic"], 24],
 };
 const LAST_CODE = 65535;
 // Deflate packs at most 1032 bytes into one: a file that claims more does not hold it.
@@ -139,7 +160,8 @@ export class Database {
     if (!filetypes.includes(filetype) || !version?.startsWith(major))
       throw new SceneError(`holds '${String(filetype).slice(0, 40)}' ${String(version).slice(0, 20)}; allowed: ${filetypes.join(" or ")} ${major}x`);
     this.stored = new Set(this.file.keys());
-    for (const [name, [axes, least, most]] of Object.entries(ARRAYS[filetypes[0]])) this.arrays[name] = this.array(name, axes, least, most);
+    const shaded = filetype === "htt" && this.stored.has("response_kernel") ? SHADE : {};
+    for (const [name, [axes, least, most]] of Object.entries({ ...ARRAYS[filetypes[0]], ...shaded })) this.arrays[name] = this.array(name, axes, least, most);
     if (filetype === "band") this.codes = this.names(this.arrays.reflectance.axes[0]);
   }
 

@@ -5,6 +5,7 @@ import { readFileSync } from "node:fs";
 import { dirname, isAbsolute, join } from "node:path";
 import h5wasm from "h5wasm";
 import { Database, SceneError } from "./database.js";
+import { absorbedChange, temperatureUnder } from "./shade.js";
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
@@ -37,6 +38,12 @@ function pixelValue(radiance, scene) {
   return Math.min(Math.max(value, 0), size - 1);
 }
 
+// Temperature of the table, or with the heat or the surroundings that the pixel has.
+function temperatureOf(surface, face, { absorbed_change: absorbed, surroundings }) {
+  if (surroundings) return temperatureUnder(surface, face, absorbedChange(surface, face, surroundings));
+  return absorbed ? temperatureUnder(surface, face, absorbed) : surface.value("temperature", face);
+}
+
 // Equations (1) to (44) for one pixel.
 function pixel(scene, surface, band, air, given) {
   const code = band.material(given.material);
@@ -47,7 +54,7 @@ function pixel(scene, surface, band, air, given) {
     slope: given.surface_slope,
     time: given.time,
   };
-  const temperature = surface.value("temperature", face);
+  const temperature = temperatureOf(surface, face, given);
   const blackbody = band.value("blackbody_radiance", { temperature }); // (7)
   const property = (name) => band.value(name, { material: code });
   const rho = property("reflectance");

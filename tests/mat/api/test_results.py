@@ -95,6 +95,23 @@ def test_fluxes_of_a_day_close(built):
     np.testing.assert_allclose(table, data.temperature.values[::4], atol=0.3)
 
 
+def test_shade_cools_while_it_lasts_and_a_warm_wall_keeps_the_night_warm():
+    sunlit, shaded = (
+        skyshine.mat.temperature("concrete", job=JOB, **shade)
+        for shade in ({}, {"shade": ["10:00-12:00", "12:00-14:00"]})
+    )
+    change, hours = shaded.temperature - sunlit.temperature, np.asarray(sunlit.time)
+    assert change.max() < 1e-3 and -30 < change[np.abs(hours - 14) < 0.1].min() < -8
+    walled = skyshine.mat.temperature("concrete", job=JOB, sky_view=0.4, facing=310)
+    assert np.all(walled.temperature[hours < 4] > sunlit.temperature[hours < 4] + 1)
+
+
+def test_bad_shade_is_refused():
+    for shade, message in (("10-14", "found '10'"), ("10:00", "an interval such as"), ("09:00-09:00", "is empty")):
+        with pytest.raises(InputError, match=message):
+            skyshine.mat.temperature("concrete", job=JOB, shade=shade)
+
+
 def test_a_day_takes_a_job_or_a_record():
     with pytest.raises(InputError, match="found both or neither of job and forcing"):
         skyshine.mat.temperature("concrete")

@@ -96,6 +96,22 @@ def test_hourly_record_is_solved_in_finer_steps(tmp_path):
     assert hour == pytest.approx(quarter[::4], abs=1e-3)
 
 
+def test_shade_of_a_record_is_in_utc_and_needs_the_sun(tmp_path):
+    place = ("--latitude", "40", "--longitude", "0", "--json")
+    sunlit, shaded = (
+        np.array(json.loads(run(tmp_path, *place, *shade).output)["shortwave_absorbed"]["values"])
+        for shade in (
+            ("--sky-view", "0.99"),
+            ("--sky-view", "0.99", "--shade", "09:40-14:20", "--shade", "23:00-01:00"),
+        )
+    )
+    hours = np.arange(24)
+    inside = (hours >= 10) & (hours <= 14)
+    assert np.all(shaded[inside] < 0.8 * sunlit[inside]) and np.all(shaded[inside] > 0)
+    assert np.array_equal(shaded[~inside], sunlit[~inside])
+    assert "give latitude and longitude" in str(run(tmp_path, "--shade", "10:00-14:00").exception)
+
+
 def minutes(wave):
     for minute in range(1440):
         value = wave(2 * np.pi * minute / 1440)

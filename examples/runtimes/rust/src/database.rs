@@ -11,6 +11,26 @@ pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 type Layout = (&'static str, &'static [&'static str], f32, f32);
 const PATH: &[&str] = &["range", "altitude", "elevation", "source_elevation", "source_azimuth"];
 const SURFACE: &[Layout] = &[("temperature", &["material", "altitude", "azimuth", "slope", "time"], 1.0, 1e4)];
+const RESPONSE: &[&str] = &["material", "response_altitude", "response_slope", "response_hour", "lag"];
+const EXCESS: &[&str] = &["material", "response_altitude", "response_slope", "response_hour", "temperature_offset"];
+const OVERHEAD: &[&str] = &["altitude", "forcing_time"];
+/// What an .htt that holds the first of them must hold, to shade surfaces.
+const SHADE: &[Layout] = &[
+    ("response_kernel", RESPONSE, f32::MIN, f32::MAX),
+    ("response_temperature", RESPONSE.split_at(4).0, 0.0, 1e4),
+    ("heat_loss_slope", RESPONSE.split_at(4).0, 1e-6, f32::MAX),
+    ("heat_loss_excess", EXCESS, f32::MIN, f32::MAX),
+    ("solar_absorptance", &["material"], 0.0, 1.0),
+    ("thermal_emissivity", &["material"], 0.0, 1.0),
+    ("highest_temperature", &["material"], 1.0, 1e4),
+    ("direct_normal_irradiance", OVERHEAD, 0.0, f32::MAX),
+    ("diffuse_irradiance", OVERHEAD, 0.0, f32::MAX),
+    ("sky_irradiance", OVERHEAD, 0.0, f32::MAX),
+    ("air_temperature", OVERHEAD, 1.0, 1e4),
+    ("solar_elevation", &["forcing_time"], -90.0, 90.0),
+    ("solar_azimuth", &["forcing_time"], -360.0, 360.0),
+    ("extraterrestrial_irradiance", &["forcing_time"], 1e-6, f32::MAX),
+];
 const BAND: &[Layout] = &[
     ("blackbody_radiance", &["temperature"], 0.0, f32::MAX),
     ("reflectance", &["material"], 0.0, 1.0),
@@ -37,6 +57,7 @@ fn rules_of(axis: &str) -> (&'static [&'static str], f64) {
         "azimuth" => (&["linear_periodic"], 360.0),
         "source_azimuth" => (&["linear_folded"], 360.0),
         "time" => (&["linear_periodic", "linear"], 24.0),
+        "response_hour" | "forcing_time" => (&["linear_periodic"], 24.0),
         _ => (&["linear"], 0.0),
     }
 }
@@ -284,7 +305,8 @@ impl Database {
         let links = links.into_iter().map(|(name, link)| (name, link.link_type)).collect();
         let source = Source { file, links, bytes, clamped };
         let mut arrays = HashMap::new();
-        for layout in layouts {
+        let shaded = filetype == "htt" && source.links.contains_key(SHADE[0].0);
+        for layout in layouts.iter().chain(if shaded { SHADE } else { &[] }) {
             arrays.insert(layout.0, source.array(layout)?);
         }
         let codes = match arrays.get("reflectance") {
@@ -316,6 +338,30 @@ impl Database {
             }
         }
         Ok(total)
+    }
+
+    /// Nodes of an axis of an array, by its number.
+    pub fn nodes(&self, array: &str, axis: usize) -> &[f64] {
+        &self.arrays[array].axes[axis].nodes
+    }
+
+    /// The value, or the end of that axis that it is beyond.
+    pub fn within(&self, array: &str, axis: usize, value: f64) -> f64 {
+        let nodes = self.nodes(array, axis);
+        value.max(nodes[0]).min(nodes[nodes.len() - 1])
+    }
+
+    /// Whether the temperatures hold an hour of the day.
+    pub fn holds_hour(&self, hour: f64) -> bool {
+        let time = &self.arrays["temperature"].axes[4];
+        let (first, last) = (time.nodes[0], time.nodes[time.nodes.len() - 1]);
+        time.rule == "linear_periodic" || (hour - first).rem_euclid(time.period) <= last - first
+    }
+
+    /// Refuse a file that lacks the arrays for shade.
+    pub fn need(&self, array: &str) -> Result<()> {
+        let missing = || "the surface file holds no response to shade".into();
+        self.arrays.contains_key(array).then_some(()).ok_or_else(missing)
     }
 
     /// Code of a material of a name.

@@ -5,9 +5,11 @@
 //! The scene and the result are described in ../../README.md. Equation numbers are those of DSTO-TN-0193.
 
 mod database;
+mod shade;
 
 use database::{Database, Result};
 use serde::{Deserialize, Serialize};
+use shade::{absorbed_change, temperature_under, Face, Surroundings};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -48,6 +50,8 @@ struct Given {
     normal: [f64; 3],
     to_source: [f64; 3],
     to_observer: [f64; 3],
+    absorbed_change: Option<Vec<f64>>,
+    surroundings: Option<Surroundings>,
 }
 
 #[derive(Serialize)]
@@ -101,6 +105,15 @@ fn pixel_value(radiance: f64, scene: &Scene) -> i64 {
     value.clamp(0.0, size - 1.0) as i64
 }
 
+/// Temperature of the table, or with the heat or the surroundings that the pixel has.
+fn temperature_of(surface: &Database, face: &Face, given: &Given) -> Result<f64> {
+    match (&given.surroundings, &given.absorbed_change) {
+        (Some(around), _) => temperature_under(surface, face, &absorbed_change(surface, face, around)?),
+        (None, Some(absorbed)) => temperature_under(surface, face, absorbed),
+        (None, None) => surface.value("temperature", face),
+    }
+}
+
 /// Equations (1) to (44) for one pixel.
 fn pixel(scene: &Scene, surface: &Database, band: &Database, air: &Database, given: &Given) -> Result<Pixel> {
     let code = match &given.material {
@@ -114,7 +127,7 @@ fn pixel(scene: &Scene, surface: &Database, band: &Database, air: &Database, giv
         ("slope", given.surface_slope),
         ("time", given.time),
     ];
-    let temperature = surface.value("temperature", &face)?;
+    let temperature = temperature_of(surface, &face, given)?;
     let blackbody_radiance = band.value("blackbody_radiance", &[("temperature", temperature)])?; // (7)
     let property = |name: &str| band.value(name, &[("material", code)]);
     let (rho, fraction) = (property("reflectance")?, property("specular_fraction")?);

@@ -1,0 +1,220 @@
+/* The formulas of schemas/formats/htt-1.md. */
+#include "shade.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STEPS = 288, CORRECTIONS = 8, MOST = 512 };
+static const double DAY = 24.0, STEFAN_BOLTZMANN = 5.670374419e-8, WALL_EMISSIVITY = 0.95, STEP = 24.0 / STEPS;
+
+/* Sums of step means, for integrals to any hour. */
+struct sums {
+    const double *values;
+    double *totals;
+    size_t steps;
+};
+
+static void add_up(struct sums *sums, const double *values)
+{
+    sums->values = values;
+    sums->totals[0] = 0;
+    for (size_t k = 0; k < sums->steps; ++k) sums->totals[k + 1] = sums->totals[k] + values[k];
+}
+
+/* Integral from the beginning of the first step to an hour of any day. */
+static double integral(const struct sums *sums, double hour)
+{
+    const double steps = (double)sums->steps;
+    double place = hour * steps / DAY + 0.5;
+    const double day = floor(place / steps);
+    place -= day * steps;
+    const double before = fmin(fmax(floor(place), 0.0), steps - 1);
+    const size_t at = (size_t)before;
+    return (sums->totals[at] + (place - before) * sums->values[at] + day * sums->totals[sums->steps]) * DAY / steps;
+}
+
+/* Means over the steps of the day of values that are means over other equal steps. */
+static void step_means(const double *values, size_t count, double *means)
+{
+    struct sums sums = {values, allocate(count + 1, sizeof(double)), count};
+    add_up(&sums, values);
+    for (size_t k = 0; k < STEPS; ++k) {
+        const double hour = (double)k * STEP;
+        means[k] = count == STEPS ? values[k] : (integral(&sums, hour + STEP / 2) - integral(&sums, hour - STEP / 2)) / STEP;
+    }
+    free(sums.totals);
+}
+
+/* Value at a point, linear between nodes and beyond their ends. */
+static double read_at(const struct axis *axis, const double *values, double at)
+{
+    size_t lower = 0;
+    while (lower + 2 < axis->count && axis->nodes[lower + 1] <= at) ++lower;
+    return values[lower] + (at - axis->nodes[lower]) * (values[lower + 1] - values[lower]) / (axis->nodes[lower + 1] - axis->nodes[lower]);
+}
+
+/* Point at which ascending values are a wanted one. */
+static double inverse(const struct axis *axis, const double *values, double wanted)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < axis->count; ++i) count += values[i] <= wanted;
+    size_t lower = count ? count - 1 : 0;
+    if (lower + 2 > axis->count) lower = axis->count - 2;
+    const double rise = values[lower + 1] - values[lower];
+    return axis->nodes[lower] + (rise > 0 ? (wanted - values[lower]) / rise : 0.0) * (axis->nodes[lower + 1] - axis->nodes[lower]);
+}
+
+static double within(const struct axis *axis, double value)
+{
+    return fmin(fmax(value, axis->nodes[0]), axis->nodes[axis->count - 1]);
+}
+
+/* Whether the temperatures hold an hour. */
+static int is_held(const struct axis *time, double hour)
+{
+    const double since = hour - time->nodes[0];
+    return !strcmp(time->rule, "linear_periodic") || since - DAY * floor(since / DAY) <= time->nodes[time->count - 1] - time->nodes[0];
+}
+
+/* What the response of a face is at one step of the day. */
+struct response {
+    double slope, start, base, *loss, *kernel;
+};
+
+/* The kernel applied to a history of heat. */
+static void linear(const struct response *steps, const struct axis *lags, const double *heat, double *moved)
+{
+    double totals[STEPS + 1];
+    struct sums sums = {heat, totals, STEPS};
+    add_up(&sums, heat);
+    for (size_t k = 0; k < STEPS; ++k) {
+        moved[k] = 0;
+        for (size_t l = 0; l < lags->count; ++l) {
+            const double near = lags->nodes[l], far = l + 1 < lags->count ? lags->nodes[l + 1] : lags->nodes[0] + DAY;
+            const double hour = (double)k * STEP;
+            moved[k] += steps[k].kernel[l] * (integral(&sums, hour - near) - integral(&sums, hour - far)) / (far - near);
+        }
+    }
+}
+
+/* Change of temperature at each step of the day by a change of absorbed heat at each step. */
+static void change(const struct database *surface, const double *face, const double *absorbed, double *moved)
+{
+    const struct axis *axes = array_of(surface, "response_kernel")->axes, *lags = &axes[4];
+    const struct axis *offsets = &array_of(surface, "heat_loss_excess")->axes[4], *time = &array_of(surface, "temperature")->axes[TIME];
+    if (lags->count > MOST || offsets->count > MOST || offsets->count < 2) fail("the response has too many nodes, or too few");
+    static struct response steps[STEPS];
+    static double loss[STEPS][MOST], kernel[STEPS][MOST];
+    double lowest = 0, highest = 0, heat[STEPS], target[STEPS], beyond[STEPS];
+    for (size_t k = 0; k < STEPS; ++k) {
+        const double hour = (double)k * STEP;
+        double place[] = {face[MATERIAL], within(&axes[1], face[ALTITUDE]), within(&axes[2], face[SLOPE]), hour, 0};
+        const double now[] = {face[MATERIAL], face[ALTITUDE], face[AZIMUTH], face[SLOPE], hour};
+        struct response *step = &steps[k];
+        step->loss = loss[k];
+        step->kernel = kernel[k];
+        step->slope = value_at(surface, "heat_loss_slope", place);
+        step->start = is_held(time, hour) ? value_at(surface, "temperature", now) - value_at(surface, "response_temperature", place) : 0.0;
+        for (size_t i = 0; i < offsets->count; ++i) {
+            place[4] = offsets->nodes[i];
+            step->loss[i] = step->slope * offsets->nodes[i] + value_at(surface, "heat_loss_excess", place);
+        }
+        for (size_t i = 0; i < lags->count; ++i) {
+            place[4] = lags->nodes[i];
+            step->kernel[i] = value_at(surface, "response_kernel", place);
+        }
+        step->base = read_at(offsets, step->loss, step->start);
+        const double balanced = inverse(offsets, step->loss, step->base + absorbed[k]) - step->start;
+        if (absorbed[k] < 0) lowest = fmin(lowest, balanced);
+        if (absorbed[k] > 0) highest = fmax(highest, balanced);
+    }
+    linear(steps, lags, absorbed, moved);
+    for (size_t k = 0; k < STEPS; ++k) moved[k] = fmin(fmax(moved[k], lowest), highest);
+    for (int pass = 0; pass < CORRECTIONS; ++pass) {
+        for (size_t k = 0; k < STEPS; ++k) {
+            beyond[k] = read_at(offsets, steps[k].loss, steps[k].start + moved[k]) - steps[k].base - steps[k].slope * moved[k];
+            heat[k] = absorbed[k] - beyond[k];
+        }
+        linear(steps, lags, heat, target);
+        for (size_t k = 0; k < STEPS; ++k) {
+            const double steeper = moved[k] != 0 ? beyond[k] / (steps[k].slope * moved[k]) : 0.0;
+            moved[k] = fmin(fmax(moved[k] + (target[k] - moved[k]) / (1 + fmax(steeper, 0.0)), lowest), highest);
+        }
+    }
+}
+
+static void need_response(const struct database *surface)
+{
+    for (size_t i = 0; i < ARRAYS && surface->arrays[i].name; ++i)
+        if (!strcmp(surface->arrays[i].name, "response_kernel")) return;
+    fail("the surface file holds no response to shade");
+}
+
+double temperature_under(const struct database *surface, const double *face, const double *absorbed, size_t count)
+{
+    need_response(surface);
+    for (size_t k = 0; k < count; ++k)
+        if (!isfinite(absorbed[k])) fail("absorbed_change must be a list of finite numbers");
+    double heat[STEPS], moved[STEPS];
+    if (!count) fail("absorbed_change must be a list of finite numbers");
+    step_means(absorbed, count, heat);
+    change(surface, face, heat, moved);
+    const double place = (face[TIME] - DAY * floor(face[TIME] / DAY)) / STEP, weight = place - floor(place);
+    const size_t before = (size_t)place % STEPS;
+    const double sunlit = value_at(surface, "temperature", face), limit = value_at(surface, "highest_temperature", face);
+    return fmin(sunlit + moved[before] * (1 - weight) + moved[(before + 1) % STEPS] * weight, fmax(limit, sunlit));
+}
+
+static double finite(const struct json *value)
+{
+    if (!value || value->kind != JSON_NUMBER || !isfinite(value->number)) fail("surroundings must be finite numbers");
+    return value->number;
+}
+
+static double number_or(const struct json *object, const char *key, double otherwise)
+{
+    const struct json *value = json_get(object, key);
+    return !value || value->kind == JSON_NULL ? otherwise : finite(value);
+}
+
+/* Share of a step of the day in the shade, of intervals that do not overlap. */
+static double shaded_share(const struct json *shade, double hour)
+{
+    const double first = hour - STEP / 2, last = hour + STEP / 2;
+    double covered = 0;
+    for (const struct json *each = shade ? shade->children : NULL; each; each = each->next) {
+        const double begin = finite(each->children), given = finite(each->children ? each->children->next : NULL);
+        const double end = given < begin ? given + DAY : given;
+        for (int turn = -1; turn <= 1; ++turn) covered += fmax(fmin(last, end + turn * DAY) - fmax(first, begin + turn * DAY), 0.0);
+    }
+    return fmin(covered / STEP, 1.0);
+}
+
+double temperature_beside(const struct database *surface, const double *face, const struct json *surroundings)
+{
+    need_response(surface);
+    const double degree = acos(-1.0) / 180.0, open = number_or(surroundings, "sky_view", 1.0);
+    const double facing = number_or(surroundings, "facing", -1.0), emissivity = number_or(surroundings, "facing_emissivity", WALL_EMISSIVITY);
+    const double absorbs = value_at(surface, "solar_absorptance", face), emits = value_at(surface, "thermal_emissivity", face);
+    const double altitude = within(&array_of(surface, "air_temperature")->axes[0], face[ALTITUDE]);
+    const double cosine = cos(face[SLOPE] * degree), sine = sin(face[SLOPE] * degree), view = 0.5 * (1 + cosine);
+    double absorbed[STEPS];
+    for (size_t k = 0; k < STEPS; ++k) {
+        const double hour = (double)k * STEP, above[] = {altitude, hour};
+        const double up = value_at(surface, "solar_elevation", &hour) * degree;
+        const double turn = (value_at(surface, "solar_azimuth", &hour) - face[AZIMUTH]) * degree;
+        const double normal = value_at(surface, "direct_normal_irradiance", above), level = value_at(surface, "diffuse_irradiance", above);
+        const double sky = value_at(surface, "sky_irradiance", above);
+        const double incidence = fmax(cosine * sin(up) + sine * cos(up) * cos(turn), 0.0);
+        const double index = normal / value_at(surface, "extraterrestrial_irradiance", &hour);
+        const double diffuse = level * ((1 - index) * view + index * incidence / fmax(sin(up), sin(degree)));
+        const double spread = fmin(diffuse, view * level), beam = normal * incidence + diffuse - spread;
+        const double air = STEFAN_BOLTZMANN * pow(value_at(surface, "air_temperature", above), 4);
+        const double emitted = facing < 0 ? air : STEFAN_BOLTZMANN * pow(facing, 4);
+        const double wall = emissivity * emitted + (1 - emissivity) * (sky + air) / 2;
+        const double shaded = shaded_share(json_get(surroundings, "shade"), hour);
+        absorbed[k] = emits * (1 - open) * view * (wall - sky) - absorbs * (shaded * beam + (1 - open) * spread);
+    }
+    return temperature_under(surface, face, absorbed, STEPS);
+}

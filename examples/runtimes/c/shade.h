@@ -1,0 +1,16 @@
+/* Temperatures in the shade, beside a wall or under other heat. */
+#ifndef SHADE_H
+#define SHADE_H
+
+#include "database.h"
+
+/* A face: values of the axes of `temperature`, in their order. */
+enum { MATERIAL, ALTITUDE, AZIMUTH, SLOPE, TIME };
+
+/* Temperature of a face that absorbs other heat than the table's: `count` means over equal steps of the day, W m^-2. */
+double temperature_under(const struct database *surface, const double *face, const double *absorbed, size_t count);
+
+/* The same for a face with surroundings: see `surroundings` in ../README.md. */
+double temperature_beside(const struct database *surface, const double *face, const struct json *surroundings);
+
+#endif

@@ -1,0 +1,222 @@
+//! Temperatures in the shade, beside a wall or under other heat: the formulas of schemas/formats/htt-1.md.
+
+use crate::database::{Database, Result};
+use serde::Deserialize;
+
+const STEPS: usize = 288;
+const CORRECTIONS: usize = 8;
+const DAY: f64 = 24.0;
+const STEP: f64 = DAY / STEPS as f64;
+const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
+
+/// Values of the axes of `temperature`, by name.
+pub type Face<'a> = [(&'a str, f64); 5];
+
+#[derive(Deserialize)]
+pub struct Surroundings {
+    #[serde(default)]
+    shade: Vec<[f64; 2]>,
+    #[serde(default = "whole")]
+    sky_view: f64,
+    facing: Option<f64>,
+    #[serde(default = "wall_emissivity")]
+    facing_emissivity: f64,
+}
+
+fn whole() -> f64 {
+    1.0
+}
+
+fn wall_emissivity() -> f64 {
+    0.95
+}
+
+fn hour(step: usize) -> f64 {
+    step as f64 * STEP
+}
+
+fn of(face: &Face, name: &str) -> f64 {
+    face.iter().find(|(axis, _)| *axis == name).map_or(f64::NAN, |(_, value)| *value)
+}
+
+/// Step means with their sums, for integrals to any hour.
+struct Sums<'a> {
+    values: &'a [f64],
+    totals: Vec<f64>,
+}
+
+impl<'a> Sums<'a> {
+    fn new(values: &'a [f64]) -> Self {
+        let mut totals = vec![0.0];
+        for value in values {
+            totals.push(totals[totals.len() - 1] + value);
+        }
+        Sums { values, totals }
+    }
+
+    /// Integral from the beginning of the first step to an hour of any day.
+    fn integral(&self, hour: f64) -> f64 {
+        let count = self.values.len();
+        let steps = count as f64;
+        let mut place = hour * steps / DAY + 0.5;
+        let day = (place / steps).floor();
+        place -= day * steps;
+        let before = (place.floor().max(0.0) as usize).min(count - 1);
+        (self.totals[before] + (place - before as f64) * self.values[before] + day * self.totals[count]) * DAY / steps
+    }
+}
+
+/// Means over the steps of the day of values that are means over other equal steps.
+fn step_means(values: &[f64]) -> Vec<f64> {
+    if values.len() == STEPS {
+        return values.to_vec();
+    }
+    let sums = Sums::new(values);
+    let half = STEP / 2.0;
+    (0..STEPS).map(|k| (sums.integral(hour(k) + half) - sums.integral(hour(k) - half)) / STEP).collect()
+}
+
+/// Value at a point, linear between nodes and beyond their ends.
+fn read(nodes: &[f64], values: &[f64], at: f64) -> f64 {
+    let mut lower = 0;
+    while lower + 2 < nodes.len() && nodes[lower + 1] <= at {
+        lower += 1;
+    }
+    values[lower] + (at - nodes[lower]) * (values[lower + 1] - values[lower]) / (nodes[lower + 1] - nodes[lower])
+}
+
+/// Point at which ascending values are a wanted one.
+fn inverse(nodes: &[f64], values: &[f64], wanted: f64) -> f64 {
+    let below = values.iter().filter(|value| **value <= wanted).count();
+    let lower = below.saturating_sub(1).min(nodes.len() - 2);
+    let rise = values[lower + 1] - values[lower];
+    let share = if rise > 0.0 { (wanted - values[lower]) / rise } else { 0.0 };
+    nodes[lower] + share * (nodes[lower + 1] - nodes[lower])
+}
+
+/// What the response of a face is at one step of the day.
+struct Step {
+    slope: f64,
+    start: f64,
+    base: f64,
+    loss: Vec<f64>,
+    kernel: Vec<f64>,
+}
+
+/// The kernel applied to a history of heat.
+fn linear(steps: &[Step], edges: &[f64], heat: &[f64]) -> Vec<f64> {
+    let sums = Sums::new(heat);
+    let at = |k: usize| edges.iter().map(|edge| sums.integral(hour(k) - edge)).collect::<Vec<f64>>();
+    let moved = |k: usize, ends: &[f64]| {
+        let cells = steps[k].kernel.iter().enumerate();
+        cells.map(|(l, share)| share * (ends[l] - ends[l + 1]) / (edges[l + 1] - edges[l])).sum()
+    };
+    (0..STEPS).map(|k| moved(k, &at(k))).collect()
+}
+
+/// Change of temperature at each step of the day by a change of absorbed heat at each step.
+fn change(surface: &Database, face: &Face, absorbed: &[f64]) -> Result<Vec<f64>> {
+    let material = ("material", of(face, "material"));
+    let altitude = ("response_altitude", surface.within("response_kernel", 1, of(face, "altitude")));
+    let slope = ("response_slope", surface.within("response_kernel", 2, of(face, "slope")));
+    let (lags, offsets) = (surface.nodes("response_kernel", 4), surface.nodes("heat_loss_excess", 4));
+    if offsets.len() < 2 {
+        return Err("the response has too few nodes".into());
+    }
+    let mut edges = lags.to_vec();
+    edges.push(lags[0] + DAY);
+    let (mut steps, mut lowest, mut highest) = (Vec::new(), 0f64, 0f64);
+    for (k, heat) in absorbed.iter().enumerate() {
+        let place = [material, altitude, slope, ("response_hour", hour(k))];
+        let tangent = surface.value("heat_loss_slope", &place)?;
+        let start = if surface.holds_hour(hour(k)) {
+            let now = face.map(|(name, value)| (name, if name == "time" { hour(k) } else { value }));
+            surface.value("temperature", &now)? - surface.value("response_temperature", &place)?
+        } else {
+            0.0
+        };
+        let with = |name, value| [place[0], place[1], place[2], place[3], (name, value)];
+        let excess = |offset: &f64| Ok(tangent * offset + surface.value("heat_loss_excess", &with("temperature_offset", *offset))?);
+        let loss = offsets.iter().map(excess).collect::<Result<Vec<f64>>>()?;
+        let kernel = lags.iter().map(|lag| surface.value("response_kernel", &with("lag", *lag))).collect::<Result<Vec<f64>>>()?;
+        let base = read(offsets, &loss, start);
+        let balanced = inverse(offsets, &loss, base + heat) - start;
+        if *heat < 0.0 {
+            lowest = lowest.min(balanced);
+        }
+        if *heat > 0.0 {
+            highest = highest.max(balanced);
+        }
+        steps.push(Step { slope: tangent, start, base, loss, kernel });
+    }
+    let bounded = |value: f64| value.max(lowest).min(highest);
+    let mut moved: Vec<f64> = linear(&steps, &edges, absorbed).into_iter().map(bounded).collect();
+    for _ in 0..CORRECTIONS {
+        let excess = |k: usize| read(offsets, &steps[k].loss, steps[k].start + moved[k]) - steps[k].base - steps[k].slope * moved[k];
+        let beyond: Vec<f64> = (0..STEPS).map(excess).collect();
+        let heat: Vec<f64> = absorbed.iter().zip(&beyond).map(|(heat, excess)| heat - excess).collect();
+        let target = linear(&steps, &edges, &heat);
+        for k in 0..STEPS {
+            let steeper = if moved[k] != 0.0 { beyond[k] / (steps[k].slope * moved[k]) } else { 0.0 };
+            moved[k] = bounded(moved[k] + (target[k] - moved[k]) / (1.0 + steeper.max(0.0)));
+        }
+    }
+    Ok(moved)
+}
+
+/// Temperature of a face that absorbs other heat than the table's: means over equal steps of the day, W m^-2.
+pub fn temperature_under(surface: &Database, face: &Face, absorbed: &[f64]) -> Result<f64> {
+    surface.need("response_kernel")?;
+    if absorbed.is_empty() || !absorbed.iter().all(|heat| heat.is_finite()) {
+        return Err("absorbed_change must be a list of finite numbers".into());
+    }
+    let sunlit = surface.value("temperature", face)?;
+    let moved = change(surface, face, &step_means(absorbed))?;
+    let place = of(face, "time").rem_euclid(DAY) / STEP;
+    let (before, weight) = (place.floor() as usize % STEPS, place - place.floor());
+    let limit = surface.value("highest_temperature", face)?.max(sunlit);
+    Ok((sunlit + moved[before] * (1.0 - weight) + moved[(before + 1) % STEPS] * weight).min(limit))
+}
+
+impl Surroundings {
+    /// Share of a step of the day in the shade, of intervals that do not overlap.
+    fn shaded_share(&self, hour: f64) -> f64 {
+        let (first, last) = (hour - STEP / 2.0, hour + STEP / 2.0);
+        let mut covered = 0.0;
+        for [begin, end] in &self.shade {
+            let end = if end < begin { end + DAY } else { *end };
+            for turn in [-DAY, 0.0, DAY] {
+                covered += (last.min(end + turn) - first.max(begin + turn)).max(0.0);
+            }
+        }
+        (covered / STEP).min(1.0)
+    }
+}
+
+/// Change of the heat that a face absorbs at each step of the day, by shade and a wall.
+pub fn absorbed_change(surface: &Database, face: &Face, around: &Surroundings) -> Result<Vec<f64>> {
+    surface.need("response_kernel")?;
+    let absorbs = surface.value("solar_absorptance", face)?;
+    let emits = surface.value("thermal_emissivity", face)?;
+    let altitude = surface.within("air_temperature", 0, of(face, "altitude"));
+    let (sine, cosine) = of(face, "slope").to_radians().sin_cos();
+    let (view, hidden) = (0.5 * (1.0 + cosine), 1.0 - around.sky_view);
+    let one = |k: usize| -> Result<f64> {
+        let place = [("altitude", altitude), ("forcing_time", hour(k))];
+        let at = |name: &str| surface.value(name, &place);
+        let up = at("solar_elevation")?.to_radians();
+        let turn = (at("solar_azimuth")? - of(face, "azimuth")).to_radians();
+        let (normal, level, sky) = (at("direct_normal_irradiance")?, at("diffuse_irradiance")?, at("sky_irradiance")?);
+        let incidence = (cosine * up.sin() + sine * up.cos() * turn.cos()).max(0.0);
+        let index = normal / at("extraterrestrial_irradiance")?;
+        let ratio = incidence / up.sin().max(1f64.to_radians().sin());
+        let diffuse = level * ((1.0 - index) * view + index * ratio);
+        let spread = diffuse.min(view * level);
+        let beam = normal * incidence + diffuse - spread;
+        let air = STEFAN_BOLTZMANN * at("air_temperature")?.powi(4);
+        let emitted = around.facing.map_or(air, |facing| STEFAN_BOLTZMANN * facing.powi(4));
+        let wall = around.facing_emissivity * emitted + (1.0 - around.facing_emissivity) * (sky + air) / 2.0;
+        Ok(emits * hidden * view * (wall - sky) - absorbs * (around.shaded_share(hour(k)) * beam + hidden * spread))
+    };
+    (0..STEPS).map(one).collect()
+}

@@ -1,0 +1,127 @@
+"""The error of temperatures under shade that a ``.htt`` database states: its response against whole solutions."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.forcing import Scene
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, ResponseTable
+from skyshine.mat.surface.solver import FINE_STEPS, solve_columns
+from skyshine.mat.surface.surroundings import Surroundings
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.response import StoredResponse
+from skyshine.mat.tables.stated_error import ErrorMeasure, measure
+from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.hdf5 import Variable
+
+QUANTITY = "shaded_temperature"
+SHADE_METHOD = (
+    "response against whole solutions in fine steps, at random altitudes, slopes and azimuths: a shadow of some hours,"
+    " and shade all day beside a wall; surfaces that melt count in the errors by material only"
+)
+_PLACES = 2  # altitudes and planes, all combined, under each of the surroundings
+
+
+@dataclass(frozen=True, eq=False)
+class ShadeError:
+    """Errors over all materials, and by material.
+
+    Attributes
+    ----------
+    measured : ErrorMeasure
+    variables : dict of str to Variable
+        For the group ``accuracy``.
+    """
+
+    measured: ErrorMeasure
+    variables: dict[str, Variable]
+
+
+def stored_response(table: ResponseTable) -> StoredResponse:
+    """The response as a reader of the file has it."""
+    return StoredResponse(
+        AxisRule("response_altitude", table.altitudes_m / 1e3),
+        AxisRule("response_slope", table.slopes_deg),
+        LAG_STARTS,
+        OFFSETS,
+        table.kernel,
+        table.temperature,
+        table.loss_slope,
+        table.loss_excess,
+    )
+
+
+def shade_error(
+    materials: Sequence[SurfaceMaterial],
+    scene: Scene,
+    table: ResponseTable,
+    given: Collection[str],
+    generator: np.random.Generator,
+) -> ShadeError:
+    """Measure the response of all materials.
+
+    Parameters
+    ----------
+    materials : sequence of M SurfaceMaterial
+    scene : Scene
+        Its altitudes and slopes limit those at which the error is measured.
+    table : ResponseTable
+    given : collection of str
+        Names of materials whose temperature is given; they have no error.
+    generator : numpy.random.Generator
+    """
+    altitudes, slopes = (
+        generator.uniform(limits.min(), limits.max(), _PLACES)
+        for limits in (np.asarray(scene.altitude), np.asarray(scene.slope))
+    )
+    azimuths = generator.uniform(0, 360, _PLACES)
+    sunlit = Scene(scene.sun, scene.weather, scene.sky, np.sort(altitudes), slopes, azimuths)
+    first = generator.uniform(5, 16)
+    wall = float(scene.weather.air_temperature.mean()) + generator.uniform(-10, 20)
+    shades = [
+        replace(sunlit, surroundings=Surroundings(((first, (first + generator.uniform(0.5, 6)) % 24.0),))),
+        replace(sunlit, surroundings=Surroundings(((0.0, 24.0),), generator.uniform(0.3, 0.9), wall)),
+    ]
+    response = stored_response(table)
+    kilometres = np.repeat(sunlit.altitude, _PLACES) / 1e3
+    errors, frozen, by_material = [], [], []
+    for number, material in enumerate(materials):
+        if material.name in given:
+            by_material.append((0.0, 0.0))
+            continue
+        columns = response.columns(np.full(kilometres.size, number), kilometres, np.tile(slopes, _PLACES))
+        start, melting = _solved(material, sunlit)
+        absorbed = Balance(sunlit.forcing(FINE_STEPS), material).absorbed
+        part = []
+        for shade in shades:
+            whole, melts = _solved(material, shade)
+            change = columns.change(Balance(shade.forcing(FINE_STEPS), material).absorbed - absorbed, start)
+            part.append(np.minimum(start + change, table.highest[number]) - whole)
+            frozen.append(~(melting | melts))
+        errors += part
+        by_material.append((float(np.sqrt(np.mean(np.square(part)))), float(np.abs(part).max())))
+    solid = np.concatenate([error[rows].ravel() for error, rows in zip(errors, frozen, strict=True)] or [np.empty(0)])
+    rms, largest = np.array(by_material, np.float32).T
+    words = "of temperatures in the shade, against whole solutions"
+    return ShadeError(
+        measure(QUANTITY, solid, solid),
+        {
+            "shade_rms": Variable(("material",), rms, "K", f"root mean square error {words}"),
+            "shade_maximum": Variable(("material",), largest, "K", f"largest error {words}"),
+        },
+    )
+
+
+def _solved(material: SurfaceMaterial, scene: Scene) -> tuple[Floats, Booleans]:
+    """Temperatures (columns, FINE_STEPS) [K], and which columns melt at some time."""
+    temperature = np.empty((len(scene.altitude) * len(scene.slope), FINE_STEPS))
+    melts = np.zeros(len(temperature), bool)
+    for columns, solution in solve_columns(material, scene.forcing, steps=FINE_STEPS):
+        temperature[columns] = solution.temperature
+        melts[columns] = np.any(solution.melt > 0, axis=1)
+    return temperature, melts

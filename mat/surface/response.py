@@ -1,0 +1,221 @@
+"""Linear response of surfaces to a change of absorbed heat, and how their heat loss departs from linear.
+
+About a solution T of f(T) + C T = source, a small change q of the absorbed heat moves T by J^-1 q, J = diag(f') + C.
+The rows of J^-1 at `RESPONSE_HOURS` are summed over cells of lag: heat that was absorbed long ago matters by its mean
+over hours. Larger changes add the excess of f over its tangent, which is tabulated against temperature; with it the
+response of one face holds for faces of other azimuths, on which the Sun shines at other hours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Hashable, Sequence
+from dataclasses import dataclass, fields
+from functools import lru_cache
+
+import numpy as np
+
+from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.conduction import Conduction
+from skyshine.mat.surface.forcing import Scene
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.relaxation import melting_cap
+from skyshine.mat.surface.solver import DAY, FINE_STEPS, Method, Solution, solve_columns
+from skyshine.mat.surface.sun_path import SunPath
+from skyshine.schemas.arrays import Floats, Integers, Singles
+
+RESPONSE_HOURS = np.arange(24.0)
+# h: where the cells of lag begin; the last ends a day after the first begins. The first is the step of the finest
+# solution about the present, others grow with the lag, as the response becomes smooth.
+LAG_STARTS = np.array(
+    [-1 / 24, 1 / 24, 1 / 8, 3 / 8, 5 / 8, 7 / 8, 11 / 8, 15 / 8, 23 / 8, 31 / 8, 47 / 8, 63 / 8, 95 / 8, 127 / 8]
+)
+# K from the temperature of the response; closer where most changes are.
+_AWAY = (4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 30.0, 36.0, 44.0, 52.0, 60.0, 75.0, 95.0, 120.0)
+OFFSETS = np.array([*(-offset for offset in reversed(_AWAY)), 0.0, *_AWAY])
+RESPONSE_SLOPES = np.array([0.0, 90.0, 180.0])  # degree
+NO_LIMIT = 1e4  # K, above all temperatures of a database
+_LEAST_SLOPE = 1e-3  # W m^-2 K^-1, as in Newton's matrix
+_COLDEST = 20.0  # K: the vapour's laws end there, and no surface under a sky is colder
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceResponse:
+    """Response of some columns.
+
+    Attributes
+    ----------
+    kernel : ndarray, shape (columns, 24, L)
+        Kelvin at `RESPONSE_HOURS` per mean change of absorbed heat over each cell of lag [K m^2 W^-1].
+    temperature : ndarray, shape (columns, 24)
+        About which the response is taken [K].
+    loss_slope : ndarray, shape (columns, 24)
+        Derivative of the heat loss f by temperature there [W m^-2 K^-1].
+    loss_excess : ndarray, shape (columns, 24, O)
+        f at `OFFSETS` from that temperature, less its tangent [W m^-2].
+    """
+
+    kernel: Floats
+    temperature: Floats
+    loss_slope: Floats
+    loss_excess: Floats
+
+    @classmethod
+    def empty(cls, columns: int) -> SurfaceResponse:
+        """Of surfaces whose temperature is given: no heat changes it."""
+        hours = (columns, RESPONSE_HOURS.size)
+        return cls(
+            np.zeros((*hours, LAG_STARTS.size)), np.zeros(hours), np.ones(hours), np.zeros((*hours, OFFSETS.size))
+        )
+
+
+def response_planes(sun: SunPath, slopes: Floats) -> tuple[Floats, Floats]:
+    """Slopes of the planes whose response is stored for faces of some slopes, and the azimuth of each [degree].
+
+    Convection differs between level, upright and hanging surfaces; walls are those that face the Sun at its highest.
+    """
+    between = RESPONSE_SLOPES[np.searchsorted(RESPONSE_SLOPES, slopes.min(), side="right") - 1 :]
+    chosen = between[: int(np.searchsorted(between, slopes.max())) + 1]
+    return chosen, np.full(chosen.size, float(sun.solar_azimuth[np.argmax(sun.solar_elevation)]))
+
+
+def surface_response(
+    material: SurfaceMaterial, forcing_at: Callable[[int], Forcing], *, steps: int = 96
+) -> SurfaceResponse:
+    """Response of all columns of a material.
+
+    Parameters
+    ----------
+    material : SurfaceMaterial
+    forcing_at : callable
+        As `skyshine.mat.surface.solver.solve_columns` takes it.
+    steps : int
+        Solver times of a day, a divisor of `FINE_STEPS`.
+
+    Notes
+    -----
+    J is taken in fine steps about the solution in coarser ones, linear between its times: a shadow comes and goes
+    within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not melt.
+    """
+    forcing = forcing_at(FINE_STEPS)
+    response = SurfaceResponse.empty(forcing.shape[0])
+    for columns, solution in solve_columns(material, forcing_at, steps=steps, fine_steps=steps):
+        _fill(response, material, forcing.columns(columns), columns, solution)
+    return response
+
+
+def _fill(
+    response: SurfaceResponse, material: SurfaceMaterial, forcing: Forcing, columns: Integers, solution: Solution
+) -> None:
+    """Put the response of columns that were solved alike."""
+    scheme = "euler" if solution.method[0] in (Method.EULER, Method.EULER_NEWTON) else "bdf2"
+    conduction = Conduction(material.thermal, FINE_STEPS, DAY, scheme)
+    balance = Balance(forcing, material)
+    times, coarse = np.arange(FINE_STEPS) / FINE_STEPS, solution.temperature
+    known = np.arange(coarse.shape[1]) / coarse.shape[1]
+    temperature = np.stack([np.interp(times, known, row, period=1.0) for row in coarse])
+    loss, slope = balance.loss_and_slope(temperature)
+    slope = np.maximum(slope, _LEAST_SLOPE)
+    at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
+    rows = np.eye(FINE_STEPS)[:, at_hours]
+    lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
+    cells = lag_cells(FINE_STEPS)
+    for column, column_slope in zip(columns, slope, strict=True):
+        inverse = np.linalg.solve((conduction.matrix + np.diag(column_slope)).T, rows).T
+        by_lag = np.take_along_axis(inverse, lags, axis=1)
+        response.kernel[column] = np.add.reduceat(by_lag, cells, axis=1)
+    response.temperature[columns] = temperature[:, at_hours]
+    response.loss_slope[columns] = slope[:, at_hours]
+    balance = Balance(forcing.times(at_hours), material)
+    temperature, loss, slope = temperature[:, at_hours], loss[:, at_hours], slope[:, at_hours]
+    for number, offset in enumerate(OFFSETS):
+        moved = np.maximum(temperature + offset, _COLDEST)
+        response.loss_excess[columns, :, number] = balance.loss(moved) - loss - slope * (moved - temperature)
+
+
+def lag_cells(steps: int) -> Integers:
+    """Index of the first step of lag of each cell; a step is centred on its lag."""
+    cells: Integers = np.round((LAG_STARTS - LAG_STARTS[0]) * (steps / 24.0)).astype(int)
+    return cells
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseTable:
+    """Responses of M materials at altitudes and slopes of their own; arrays are float32.
+
+    Attributes
+    ----------
+    altitudes_m, slopes_deg : ndarray, shape (A,), (S,)
+    kernel : ndarray, shape (M, A, S, 24, L)
+    temperature, loss_slope : ndarray, shape (M, A, S, 24)
+    loss_excess : ndarray, shape (M, A, S, 24, O)
+        As in `SurfaceResponse`.
+    solar_absorptance, thermal_emissivity : ndarray, shape (M,)
+    highest : ndarray, shape (M,)
+        Melting point of surfaces that cannot exceed it [K]; `NO_LIMIT` of others.
+    """
+
+    altitudes_m: Floats
+    slopes_deg: Floats
+    kernel: Singles
+    temperature: Singles
+    loss_slope: Singles
+    loss_excess: Singles
+    solar_absorptance: Singles
+    thermal_emissivity: Singles
+    highest: Singles
+
+
+def response_table(
+    materials: Sequence[SurfaceMaterial],
+    scene: Scene,
+    *,
+    steps: int = 96,
+    given: Collection[str] = (),
+) -> ResponseTable:
+    """Responses of all materials at the lowest and the highest altitude of a scene, for faces of its slopes.
+
+    Parameters
+    ----------
+    materials : sequence of M SurfaceMaterial
+    scene : Scene
+    steps : int
+        Solver times of a day.
+    given : collection of str
+        Names of materials whose temperature is given, which no heat changes.
+    """
+    altitudes = np.unique(np.asarray(scene.altitude, float)[[0, -1]])
+    slopes, azimuths = response_planes(scene.sun, np.asarray(scene.slope, float))
+    planes = Scene(scene.sun, scene.weather, scene.sky, altitudes, slopes, azimuths)
+    forcing_at = lru_cache(maxsize=None)(planes.forcing)
+    solved: dict[Hashable, SurfaceResponse] = {}
+    responses = []
+    for material in materials:
+        if material.name in given:
+            responses.append(SurfaceResponse.empty(altitudes.size * slopes.size))
+            continue
+        if material.physics not in solved:
+            solved[material.physics] = surface_response(material, forcing_at, steps=steps)
+        responses.append(solved[material.physics])
+    shape = (len(materials), altitudes.size, slopes.size, RESPONSE_HOURS.size)
+    kernel, temperature, slope, excess = (
+        np.stack([getattr(response, field.name) for response in responses]).astype(np.float32)
+        for field in fields(SurfaceResponse)
+    )
+    return ResponseTable(
+        altitudes,
+        slopes,
+        _rounded(kernel).reshape(*shape, LAG_STARTS.size),
+        temperature.reshape(shape),
+        slope.reshape(shape),
+        _rounded(excess).reshape(*shape, OFFSETS.size),
+        np.array([material.solar_absorptance for material in materials], np.float32),
+        np.array([material.thermal_emissivity for material in materials], np.float32),
+        np.array([melting_cap(material) or NO_LIMIT for material in materials], np.float32),
+    )
+
+
+def _rounded(values: Singles) -> Singles:
+    """Values to 13 binary digits: the zeros that follow them pack well."""
+    bits = values.view(np.uint32)
+    rounded: Singles = ((bits + np.uint32(1 << 10)) & np.uint32(0xFFFFF800)).view(np.float32)
+    return rounded

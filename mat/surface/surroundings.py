@@ -1,0 +1,142 @@
+"""What stands around a surface: the hours of its shade, the part of the sky that it sees, and the wall it faces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.constants import Stefan_Boltzmann
+
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
+
+WALL_EMISSIVITY = 0.95  # of masonry, concrete and foliage in the thermal infrared
+_COLDEST_WALL, _HOTTEST_WALL = 50.0, 2000.0  # K
+
+Interval = tuple[float, float]  # first and last clock hour; over midnight where the first is later
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Shade and obstructions of a surface.
+
+    Attributes
+    ----------
+    shade : tuple of (first, last)
+        Clock hours, 0 to 24, between which no light comes from the direction of the Sun; over midnight where the first
+        is later.
+    sky_view : float
+        Share of the sky above the surface that is open, 0 to 1; the rest is a wall. Ground that a tilted surface sees
+        stays.
+    facing : float or None
+        Temperature of the wall [K]; None takes that of the air. The wall reflects no sunlight.
+    facing_emissivity : float
+        Of the wall, 0 to 1; it reflects longwave of sky and ground in equal parts, as an upright wall does.
+
+    Raises
+    ------
+    InputError
+        A value is outside its limits, or a wall is described where there is none.
+    """
+
+    shade: tuple[Interval, ...] = ()
+    sky_view: float = 1.0
+    facing: float | None = None
+    facing_emissivity: float = WALL_EMISSIVITY
+
+    def __post_init__(self) -> None:
+        for first, last in self.shade:
+            if not (0 <= first < 24 and 0 <= last <= 24) or first == last:
+                raise InputError(
+                    f"found shade from {first:g} to {last:g} h; allowed: two different clock hours of 0 to 24"
+                )
+        if not 0 <= self.sky_view <= 1:
+            raise InputError(f"found sky_view {self.sky_view:g}; allowed: 0 (no sky) to 1 (the whole sky)")
+        if not 0 <= self.facing_emissivity <= 1:
+            raise InputError(f"found facing_emissivity {self.facing_emissivity:g}; allowed: 0 to 1")
+        if self.facing is None:
+            return
+        if self.sky_view == 1:
+            raise InputError("found facing with a sky_view of 1, which leaves no wall; give sky_view below 1")
+        if not _COLDEST_WALL <= self.facing <= _HOTTEST_WALL:
+            raise InputError(
+                f"found facing {self.facing:g} K; allowed: {_COLDEST_WALL:g} to {_HOTTEST_WALL:g} K; give it in kelvin"
+            )
+
+    def shaded(self, hours: Floats, step: float) -> Floats:
+        """Share of the time around each clock hour (n,) that is in the shade, each `step` [h] long: (n,)."""
+        return shaded_share(self.shade, hours, step)
+
+    def sunlight(self, direct: Floats, diffuse: Floats, even: Floats, shaded: Floats) -> tuple[Floats, Floats]:
+        """Direct and diffuse irradiance that is left [W m^-2].
+
+        Parameters
+        ----------
+        direct, diffuse : ndarray
+            On the unobstructed surface [W m^-2].
+        even : ndarray
+            Diffuse irradiance on it if the sky were evenly bright [W m^-2]. What is above that comes from around the
+            Sun and ends with the direct light.
+        shaded : (n,) ndarray
+            Share of the time in the shade, over the last axis.
+        """
+        lit = 1.0 - shaded
+        spread = np.minimum(diffuse, even)
+        return direct * lit, self.sky_view * spread + lit * (diffuse - spread)
+
+    def longwave(self, view: Floats | float, sky: Floats, air_temperature: Floats) -> tuple[Floats, Floats]:
+        """Longwave irradiance of the open sky, and of ground and wall [W m^-2].
+
+        Parameters
+        ----------
+        view : float or ndarray
+            Of the whole sky, from the surface without obstructions, 0 to 1; the rest is ground at air temperature.
+        sky : ndarray
+            Irradiance of the whole sky on a level surface [W m^-2].
+        air_temperature : ndarray
+            [K]
+        """
+        air = Stefan_Boltzmann * air_temperature**4
+        emitted = air if self.facing is None else Stefan_Boltzmann * self.facing**4
+        wall = self.facing_emissivity * emitted + (1 - self.facing_emissivity) * 0.5 * (sky + air)
+        return self.sky_view * view * sky, (1 - view) * air + (1 - self.sky_view) * view * wall
+
+
+def shaded_share(shade: Sequence[Interval], hours: Floats, step: float) -> Floats:
+    """Share in the shade of the time around each clock hour.
+
+    Parameters
+    ----------
+    shade : sequence of (first, last)
+        Clock hours; over midnight where the first is later. Intervals may overlap.
+    hours : (n,) ndarray
+        [h]
+    step : float
+        Length of the time around each [h].
+    """
+    edges = np.asarray(hours, float)[:, None] + 0.5 * step * np.array([-1.0, 1.0])
+    covered = np.diff(_shade_before(shade, edges), axis=1)[:, 0] / step
+    # Differences of hours leave 1e-13 of the sunlight in full shade.
+    share: Floats = np.clip(np.round(covered, 10), 0.0, 1.0)
+    return share
+
+
+def _shade_before(shade: Sequence[Interval], hours: Floats) -> Floats:
+    """Hours of shade from midnight of day 0 to each time, which may lie on other days."""
+    spans: list[list[float]] = []
+    parts = [part for first, last in shade for part in _within_day(first, last)]
+    for first, last in sorted(parts):
+        if spans and first <= spans[-1][1]:
+            spans[-1][1] = max(spans[-1][1], last)
+        else:
+            spans.append([first, last])
+    day, hour = np.divmod(hours, 24.0)
+    total = np.zeros(np.shape(hours))
+    for first, last in spans:
+        total += np.clip(hour, first, last) - first + day * (last - first)
+    return total
+
+
+def _within_day(first: float, last: float) -> list[Interval]:
+    return [(first, last)] if first < last else [(first, 24.0), (0.0, last)]

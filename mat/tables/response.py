@@ -1,0 +1,315 @@
+"""Temperatures under a change of absorbed heat: what a runtime computes from the response in a ``.htt`` database.
+
+``schemas/formats/htt-1.md`` gives the formulas.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.tables.axes import PERIODIC, AxisRule
+from skyshine.schemas.arrays import Booleans, Floats, Integers
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Group
+
+KERNEL, REFERENCE = "response_kernel", "response_temperature"
+LOSS_SLOPE, LOSS_EXCESS = "heat_loss_slope", "heat_loss_excess"
+HIGHEST = "highest_temperature"
+ALTITUDE, SLOPE, HOUR, LAG, OFFSET = (
+    "response_altitude",
+    "response_slope",
+    "response_hour",
+    "lag",
+    "temperature_offset",
+)
+
+FORCING_STEPS = 288  # of a day, at which changes of heat and temperature are computed
+CORRECTIONS = 8  # times that the excess of the heat loss is applied
+DAY_H = 24.0
+_BLOCK = 512  # columns computed together
+
+
+def forcing_hours() -> Floats:
+    """Clock hours of the steps of a day, (FORCING_STEPS,)."""
+    return np.arange(float(FORCING_STEPS)) * (DAY_H / FORCING_STEPS)
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnResponse:
+    """Response of some columns; P is their number, H hours, L cells of lag, O offsets.
+
+    Attributes
+    ----------
+    lag : (L,) ndarray
+        Where the cells of lag begin [h].
+    offset : (O,) ndarray
+        Of `excess` from `reference` [K].
+    kernel : (P, H, L) ndarray
+        [K m^2 W^-1]
+    reference : (P, H) ndarray
+        [K]
+    slope : (P, H) ndarray
+        [W m^-2 K^-1]
+    excess : (P, H, O) ndarray
+        [W m^-2]
+    """
+
+    lag: Floats
+    offset: Floats
+    kernel: Floats
+    reference: Floats
+    slope: Floats
+    excess: Floats
+
+    def change(self, absorbed: Floats, temperature: Floats) -> Floats:
+        """Change of temperature through the day.
+
+        Parameters
+        ----------
+        absorbed : (P, FORCING_STEPS) ndarray
+            Change of the absorbed heat, means over the steps [W m^-2].
+        temperature : (P, FORCING_STEPS) ndarray
+            Of the table [K]; not a number where the table holds no such time.
+
+        Returns
+        -------
+        (P, FORCING_STEPS) ndarray
+            [K]
+        """
+        kernel, reference, slope, excess = (
+            _through_the_day(values) for values in (self.kernel, self.reference, self.slope, self.excess)
+        )
+        start = np.where(np.isfinite(temperature), temperature - reference, 0.0)
+        loss = slope[..., None] * self.offset + excess
+        base = _read(self.offset, loss, start)
+        lowest, highest = self._bounds(loss, base, start, absorbed)
+        change = np.clip(self._linear(kernel, absorbed), lowest, highest)
+        for _ in range(CORRECTIONS):
+            beyond = _read(self.offset, loss, start + change) - base - slope * change
+            target = self._linear(kernel, absorbed - beyond)
+            # Where the loss grows faster than its tangent the step is shortened, lest it overshoots.
+            steeper = np.divide(beyond, slope * change, out=np.zeros_like(beyond), where=change != 0)
+            change = np.clip(change + (target - change) / (1.0 + np.maximum(steeper, 0.0)), lowest, highest)
+        return change
+
+    def _linear(self, kernel: Floats, absorbed: Floats) -> Floats:
+        """The kernel applied to a history of heat: sum over the cells of lag."""
+        edges = np.append(self.lag, self.lag[0] + DAY_H)
+        ends = forcing_hours()[:, None] - edges
+        integral = _integral(absorbed, ends)
+        means = (integral[..., :-1] - integral[..., 1:]) / np.diff(edges)
+        total: Floats = np.einsum("ptl,ptl->pt", kernel, means)
+        return total
+
+    def _bounds(self, loss: Floats, base: Floats, start: Floats, absorbed: Floats) -> tuple[Floats, Floats]:
+        """Least and largest change [K], each (P, 1): the extremes of the changes in balance at each time, and 0.
+
+        Conduction only spreads a change over time: at its coldest time a surface gives heat to none of its layers, so
+        it cannot be colder than its instantaneous balance.
+        """
+        balanced = _inverse(self.offset, loss, base + absorbed) - start
+        return (
+            np.where(absorbed < 0, balanced, 0.0).min(axis=1, keepdims=True),
+            np.where(absorbed > 0, balanced, 0.0).max(axis=1, keepdims=True),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class StoredResponse:
+    """The response in a ``.htt`` database.
+
+    Attributes
+    ----------
+    altitude, slope : AxisRule
+        Of the columns whose response is stored.
+    lag, offset : ndarray
+        As in `ColumnResponse`.
+    kernel, reference, loss_slope, excess : ndarray, shape (M, A, S, H, ...)
+    """
+
+    altitude: AxisRule
+    slope: AxisRule
+    lag: Floats
+    offset: Floats
+    kernel: npt.NDArray[Any]
+    reference: npt.NDArray[Any]
+    loss_slope: npt.NDArray[Any]
+    excess: npt.NDArray[Any]
+
+    @classmethod
+    def of(cls, root: Group) -> StoredResponse:
+        """The response that a database holds.
+
+        Raises
+        ------
+        InputError
+            It holds none.
+        """
+        if KERNEL not in root.variables:
+            raise InputError("holds no response to shade; build it again, without needs.shade: false")
+        return cls(
+            AxisRule.of(ALTITUDE, root.axes[ALTITUDE]),
+            AxisRule.of(SLOPE, root.axes[SLOPE]),
+            np.asarray(root.axes[LAG].values, float),
+            np.asarray(root.axes[OFFSET].values, float),
+            *(root.variables[name].data for name in (KERNEL, REFERENCE, LOSS_SLOPE, LOSS_EXCESS)),
+        )
+
+    def columns(self, material: Integers, altitude: Floats, slope: Floats) -> ColumnResponse:
+        """The response of columns, by index of the material, altitude [km] and slope [degree], each (P,)."""
+        corners: list[tuple[Integers, Integers, Floats]] = []
+        below, above, high = self.altitude.locate(np.clip(altitude, *self.altitude.nodes[[0, -1]]))
+        flat, steep, share = self.slope.locate(np.clip(slope, *self.slope.nodes[[0, -1]]))
+        for level, level_weight in ((below, 1.0 - high), (above, high)):
+            for tilt, tilt_weight in ((flat, 1.0 - share), (steep, share)):
+                corners.append((level, tilt, level_weight * tilt_weight))
+
+        def mixed(values: npt.NDArray[Any]) -> Floats:
+            total: Floats = np.zeros((material.size, *values.shape[3:]))
+            for level, tilt, weight in corners:
+                part = values[material, level, tilt].astype(float)
+                total += weight.reshape(-1, *[1] * (part.ndim - 1)) * part
+            return total
+
+        return ColumnResponse(
+            self.lag, self.offset, *(mixed(v) for v in (self.kernel, self.reference, self.loss_slope, self.excess))
+        )
+
+
+def step_means(values: Floats) -> Floats:
+    """Means over the steps of a day, (P, FORCING_STEPS), of values (P, n) that are means over n equal ones.
+
+    Steps are centred on their times, the first on midnight.
+    """
+    if values.shape[1] == FORCING_STEPS:
+        return values
+    edges = (np.arange(FORCING_STEPS + 1.0) - 0.5) * (DAY_H / FORCING_STEPS)
+    means: Floats = np.diff(_integral(values, edges[None, :]))[:, 0] * (FORCING_STEPS / DAY_H)
+    return means
+
+
+def at_times(values: Floats, hours: Floats) -> Floats:
+    """Values (P, FORCING_STEPS) of each column at one clock hour of each (P,), linear and periodic."""
+    place = np.mod(hours, DAY_H) * (FORCING_STEPS / DAY_H)
+    before = np.floor(place).astype(int) % FORCING_STEPS
+    weight = place - np.floor(place)
+    rows = np.arange(len(values))
+    between: Floats = values[rows, before] * (1 - weight) + values[rows, (before + 1) % FORCING_STEPS] * weight
+    return between
+
+
+def _through_the_day(values: Floats) -> Floats:
+    """Values (P, H, ...) at equal hours of a day as ones at its steps, (P, FORCING_STEPS, ...), linear between."""
+    hours = values.shape[1]
+    place = np.arange(FORCING_STEPS) * hours / FORCING_STEPS
+    before = np.floor(place).astype(int)
+    weight = (place - before).reshape(-1, *[1] * (values.ndim - 2))
+    between: Floats = values[:, before] * (1 - weight) + values[:, (before + 1) % hours] * weight
+    return between
+
+
+def _integral(values: Floats, hours: Floats) -> Floats:
+    """Integral of step means (P, n) from the beginning of the first step to hours (T, E): (P, T, E)."""
+    columns, steps = values.shape
+    sums = np.concatenate([np.zeros((columns, 1)), np.cumsum(values, axis=1)], axis=1)
+    place = hours * (steps / DAY_H) + 0.5
+    day = np.floor(place / steps)
+    place = place - day * steps
+    before = np.minimum(np.floor(place).astype(int), steps - 1)
+    total: Floats = (sums[:, before] + (place - before) * values[:, before] + day * sums[:, -1:, None]) * (
+        DAY_H / steps
+    )
+    return total
+
+
+def _read(nodes: Floats, values: Floats, at: Floats) -> Floats:
+    """Values (P, T, O) at points (P, T) between their nodes (O,), linear, beyond the ends too."""
+    lower = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
+    left, right = (np.take_along_axis(values, (lower + side)[..., None], axis=2)[..., 0] for side in (0, 1))
+    result: Floats = left + (at - nodes[lower]) * (right - left) / (nodes[lower + 1] - nodes[lower])
+    return result
+
+
+def _inverse(nodes: Floats, values: Floats, wanted: Floats) -> Floats:
+    """Points (P, T) at which ascending values (P, T, O) over nodes (O,) are the wanted ones (P, T), linear."""
+    lower = np.clip((values <= wanted[..., None]).sum(axis=2) - 1, 0, nodes.size - 2)
+    left, right = (np.take_along_axis(values, (lower + side)[..., None], axis=2)[..., 0] for side in (0, 1))
+    weight = np.divide(wanted - left, right - left, out=np.zeros_like(wanted), where=right > left)
+    result: Floats = nodes[lower] + weight * (nodes[lower + 1] - nodes[lower])
+    return result
+
+
+def temperature_change(
+    root: Group,
+    history: Callable[..., Floats],
+    column: Mapping[str, npt.ArrayLike],
+    hours: npt.ArrayLike,
+    absorbed: Floats,
+) -> Floats:
+    """Change of the temperatures of a ``.htt`` database by other heat.
+
+    Parameters
+    ----------
+    root : Group
+        Of the database.
+    history : callable
+        Reads its temperatures [K] at values of the axes, by name.
+    column : mapping
+        Material code, altitude [km], azimuth and slope [degree], to be broadcast.
+    hours : array_like
+        Clock hours at which the change is wanted, to be broadcast with them.
+    absorbed : (..., n) ndarray
+        As in `TemperatureTable.temperature`.
+
+    Returns
+    -------
+    ndarray
+        Of the broadcast shape [K].
+
+    Raises
+    ------
+    InputError
+        The database holds no response, or a change is not finite.
+    """
+    stored = StoredResponse.of(root)
+    if absorbed.ndim == 0 or absorbed.shape[-1] == 0 or not np.all(np.isfinite(absorbed)):
+        raise InputError(
+            "absorbed_change: found no steps or a value that is not finite; allowed: finite W m^-2 by time"
+        )
+    changes = absorbed.reshape(-1, absorbed.shape[-1])
+    numbers = np.arange(len(changes)).reshape(absorbed.shape[:-1])
+    fields = [np.asarray(values, float) for values in (*column.values(), numbers, hours)]
+    flat = [values.ravel() for values in np.broadcast_arrays(*fields)]
+    places, inverse = np.unique(np.stack(flat[:-1], axis=1), axis=0, return_inverse=True)
+    codes = np.asarray(root.axes["material"].values)
+    times = _held_times(AxisRule.of("time", root.axes["time"]))
+    result = np.empty(flat[-1].size)
+    for start in range(0, len(places), _BLOCK):
+        code, altitude, azimuth, slope, number = places[start : start + _BLOCK].T
+        temperature = np.full((code.size, FORCING_STEPS), np.nan)
+        temperature[:, times] = history(
+            material=code[:, None].astype(int),
+            altitude=altitude[:, None],
+            azimuth=azimuth[:, None],
+            slope=slope[:, None],
+            time=forcing_hours()[times],
+        )
+        columns = stored.columns(np.searchsorted(codes, code), altitude, slope)
+        change = columns.change(step_means(changes[number.astype(int)]), temperature)
+        rows = np.flatnonzero((inverse.ravel() >= start) & (inverse.ravel() < start + _BLOCK))
+        result[rows] = at_times(change[inverse.ravel()[rows] - start], flat[-1][rows])
+    return result.reshape(np.broadcast_shapes(*(values.shape for values in fields)))
+
+
+def _held_times(rule: AxisRule) -> Booleans:
+    """Which steps of the day a time axis holds, (FORCING_STEPS,)."""
+    if rule.interpolation == PERIODIC:
+        return np.ones(FORCING_STEPS, bool)
+    first, last = rule.nodes[[0, -1]]
+    held: Booleans = np.mod(forcing_hours() - first, DAY_H) <= last - first
+    return held

@@ -1,0 +1,150 @@
+"""Changes of absorbed heat from the light and longwave in a ``.htt`` database: shade, obstructions, walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.surface.forcing import plane_irradiance
+from skyshine.mat.surface.surroundings import Surroundings
+from skyshine.mat.tables.axes import PERIODIC, AxisRule
+from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.response import DAY_H, FORCING_STEPS, StoredResponse, forcing_hours
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.hdf5 import Group
+
+FORCING_TIME = "forcing_time"
+DIRECT, DIFFUSE, LONGWAVE, AIR = "direct_normal_irradiance", "diffuse_irradiance", "sky_irradiance", "air_temperature"
+SUN_ELEVATION, SUN_AZIMUTH = "solar_elevation", "solar_azimuth"
+ABSORPTANCE, EMISSIVITY = "solar_absorptance", "thermal_emissivity"
+EXTRATERRESTRIAL = "extraterrestrial_irradiance"
+
+
+@dataclass(frozen=True, eq=False)
+class OpenAir:
+    """Light, longwave and air over surfaces without surroundings, by altitude and time of day.
+
+    Attributes
+    ----------
+    altitude : AxisRule
+        [km]
+    direct, diffuse, longwave : (A, FORCING_STEPS) ndarray
+        Direct normal, diffuse horizontal, of the whole sky on a level surface [W m^-2].
+    air : (A, FORCING_STEPS) ndarray
+        [K]
+    elevation, azimuth : (FORCING_STEPS,) ndarray
+        Of the Sun [degree].
+    extraterrestrial : (FORCING_STEPS,) ndarray
+        Normal irradiance of the Sun above the air [W m^-2].
+    """
+
+    altitude: AxisRule
+    direct: Floats
+    diffuse: Floats
+    longwave: Floats
+    air: Floats
+    elevation: Floats
+    azimuth: Floats
+    extraterrestrial: Floats
+
+    @classmethod
+    def of(cls, root: Group) -> OpenAir:
+        """The light that a database holds; `StoredResponse.of` refuses one without it."""
+        names = (DIRECT, DIFFUSE, LONGWAVE, AIR, SUN_ELEVATION, SUN_AZIMUTH, EXTRATERRESTRIAL)
+        return cls(
+            AxisRule.of("altitude", root.axes["altitude"]),
+            *(np.asarray(root.variables[name].data, float) for name in names),
+        )
+
+    def absorbed_change(
+        self,
+        surroundings: Surroundings,
+        altitude: Floats,
+        azimuth: Floats,
+        slope: Floats,
+        absorptance: Floats,
+        emissivity: Floats,
+    ) -> Floats:
+        """Change of the absorbed heat of P surfaces by their surroundings.
+
+        Parameters
+        ----------
+        surroundings : Surroundings
+        altitude, azimuth, slope : (P,) ndarray
+            [km], [degree]
+        absorptance, emissivity : (P,) ndarray
+            For sunlight, and for longwave.
+
+        Returns
+        -------
+        (P, FORCING_STEPS) ndarray
+            [W m^-2]
+        """
+        steps = AxisRule(FORCING_TIME, forcing_hours(), PERIODIC, DAY_H)
+        place = {
+            "altitude": np.clip(altitude, *self.altitude.nodes[[0, -1]])[:, None],
+            FORCING_TIME: forcing_hours()[None, :],
+        }
+        direct_normal, diffuse_level, longwave, air = (
+            interpolate(values, [self.altitude, steps], place)
+            for values in (self.direct, self.diffuse, self.longwave, self.air)
+        )
+        direct, diffuse, _ = plane_irradiance(
+            slope[:, None],
+            azimuth[:, None],
+            self.elevation,
+            self.azimuth,
+            direct_normal,
+            diffuse_level,
+            0.0,
+            self.extraterrestrial,
+        )
+        view = 0.5 * (1 + np.cos(np.radians(slope)))[:, None]
+        shaded = surroundings.shaded(forcing_hours(), DAY_H / FORCING_STEPS)
+        beam, spread = surroundings.sunlight(direct, diffuse, view * diffuse_level, shaded)
+        sky, others = surroundings.longwave(view, longwave, air)
+        open_sky, ground = Surroundings().longwave(view, longwave, air)
+        change: Floats = absorptance[:, None] * (beam + spread - direct - diffuse)
+        change += emissivity[:, None] * (sky + others - open_sky - ground)
+        return change
+
+
+def absorbed_change(
+    root: Group,
+    surroundings: Surroundings,
+    material: npt.NDArray[Any],
+    altitude: Floats,
+    azimuth: Floats,
+    slope: Floats,
+) -> Floats:
+    """Change of absorbed heat at places of a ``.htt`` database.
+
+    Parameters
+    ----------
+    root : Group
+        Of the database.
+    surroundings : Surroundings
+    material, altitude, azimuth, slope : ndarray
+        Codes, [km], [degree], to be broadcast.
+
+    Returns
+    -------
+    (..., FORCING_STEPS) ndarray
+        [W m^-2]
+
+    Raises
+    ------
+    InputError
+        The database holds no response, or no such material.
+    """
+    StoredResponse.of(root)
+    rule = AxisRule.of("material", root.axes["material"])
+    at, up, over, tilt = np.broadcast_arrays(rule.locate(material)[0], altitude, azimuth, slope)
+    absorptance, emissivity = (root.variables[name].data[at.ravel()] for name in (ABSORPTANCE, EMISSIVITY))
+    change = OpenAir.of(root).absorbed_change(
+        surroundings, up.ravel(), over.ravel(), tilt.ravel(), absorptance.astype(float), emissivity.astype(float)
+    )
+    return change.reshape(*at.shape, FORCING_STEPS)

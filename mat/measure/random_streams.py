@@ -17,6 +17,7 @@ class Stream(StrEnum):
     ATMOSPHERE_NODES = "lines of sight by which nodes of the atmospheric tables are placed, by quantity"
     TEMPERATURE_NODES = "places by which nodes of the temperature table are placed"
     EMISSION_CLASSES = "lines of sight by which materials are grouped"
+    TILTED_FACES = "faces on which harmonics of ambient light are measured"
     EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
 
 
@@ -32,6 +33,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.TEMPERATURE_NODES: 4,
     Stream.EMISSION_CLASSES: 8,
     Stream.EMISSION_ERROR: 5,
+    Stream.TILTED_FACES: 9,
 }
 
 

@@ -21,6 +21,7 @@ from skyshine.mat.job.series import Series
 from skyshine.mat.job.surface import Weather
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.tmm.job.model import MaterialName
 
 Edges = tuple[float, float]
 
@@ -207,6 +208,13 @@ class State(StrictModel):
     )
     rain: Rain | None = None
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
+    ground_material: MaterialName | None = Field(
+        None,
+        description=(
+            "Whose temperature, by hour, the ground around tilted faces has; its table of temperatures is built too. By"
+            " default the ground has the day's mean air temperature."
+        ),
+    )
     date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
 

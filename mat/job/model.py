@@ -24,10 +24,12 @@ from skyshine.mat.job.surface import (
     Operation,
     SurfaceGrid,
 )
+from skyshine.mat.radiometry.spherical_harmonics import COUNTS
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.model import MaterialName, TextureJob, check_distinct_names
 
+SIX_HOLD_K = 0.15  # tests/validation/test_tilted_faces.py
 WaterContinuum = Literal["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
 
 MaterialChoice = Annotated[
@@ -69,6 +71,14 @@ class Accuracy(StrictModel):
         ge=1e-4,
         le=0.1,
         description="Of transmittance, between materials that share a table of weighted transmittance.",
+    )
+    tilted_faces_k: float = Field(
+        0.15,
+        ge=0.05,
+        le=1,
+        description=(
+            "Of ambient light on tilted faces that reflect 0.3, at 300 K: 6 harmonics hold 0.15 K and 11 hold 0.05 K."
+        ),
     )
     seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
 
@@ -146,6 +156,13 @@ class Job(StrictModel):
         return [round(self.site.altitude_km + height, 9) for height in heights]
 
     @property
+    def ambient_harmonics(self) -> int:
+        """Number of harmonics of ambient light in the atmospheric tables; 0 where all faces are level."""
+        if self.surface_grid.slope_deg[-1] == 0:
+            return 0
+        return COUNTS[0] if self.accuracy.tilted_faces_k >= SIX_HOLD_K else COUNTS[1]
+
+    @property
     def surface_altitudes_km(self) -> list[float]:
         """Altitudes of the temperature table."""
         return self.surface_grid.altitude_km or [round(self.site.altitude_km + h, 9) for h in SURFACE_HEIGHTS_KM]
@@ -186,6 +203,22 @@ class Job(StrictModel):
                 if name not in self.materials:
                     raise ValueError(
                         f"found the operated '{name}', which is not in materials; add it there or remove it here"
+                    )
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _level_ground(self) -> Self:
+        limits = None if self.query_limits is None else self.query_limits.slope_deg
+        lowest = {
+            "surface_grid.slope_deg": self.surface_grid.slope_deg[0],
+            "needs.slope_deg": limits[0] if limits else 0,
+        }
+        for state in self.states:
+            for key, slope in lowest.items():
+                if state.ground_material is not None and slope > 0:
+                    raise ValueError(
+                        f"found ground_material '{state.ground_material}' and {key} from {slope:g} on; allowed: from 0"
+                        " on, since the ground is level; add 0"
                     )
         return self
 

@@ -48,6 +48,10 @@ ATTRIBUTES = {
     "job": "the part of the job that the file depends on, as YAML",
     "digest_version": "version of the rule of `content_sha256`; absent in older files, whose digest covers arrays only",
     "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one (`schemas/hdf5_digest.py`)",
+    "ground_emissivity": "of the ground around a face; only beside `ambient_radiance_harmonics`, as the three below",
+    "ground_temperature": "K, of the ground where `ground_material` is not read",
+    "ground_radiance": "W m^-2 sr^-1, emitted by the ground at `ground_temperature`",
+    "ground_material": "name of the ground's material in the `.htt` file, where the job names one",
 }
 
 
@@ -82,6 +86,8 @@ def page(layout: Layout, name: str) -> str:
         lines += _axes(content["axes"]) + _arrays(content["variables"])
         if len(lines[-1].split("\n")) == 1 and lines[-1].startswith("## "):
             lines += ["", "Holds groups or attributes only."]
+    if "description" in layout:
+        lines += ["", layout["description"]]
     return "\n".join(lines) + "\n"
 
 

@@ -18,6 +18,7 @@ class Stream(StrEnum):
     TEMPERATURE_NODES = "places by which nodes of the temperature table are placed"
     SHADE_ERROR = "shadows under which the response of surfaces is measured"
     EMISSION_CLASSES = "lines of sight by which materials are grouped"
+    TILTED_FACES = "faces on which harmonics of ambient light are measured"
     EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
 
 
@@ -34,6 +35,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.SHADE_ERROR: 9,
     Stream.EMISSION_CLASSES: 8,
     Stream.EMISSION_ERROR: 5,
+    Stream.TILTED_FACES: 9,
 }
 
 

@@ -58,6 +58,10 @@ def tables_left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tupl
                 "nothing to restore: the table holds them",
             )
         )
+    if not job.ambient_harmonics:
+        found.append(
+            LeftOut("harmonics of ambient light", "all faces are level", "none", "a slope above 0 in surface_grid")
+        )
     found += _not_needed(loaded)
     for source, kind in (("sun", "atmq"), ("moon", "lunar_atmq")):
         if source not in loaded.requested.sources:

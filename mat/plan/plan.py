@@ -9,6 +9,8 @@ from pathlib import Path
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut, tables_left_out, temperature_times
+from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES
+from skyshine.mat.radiometry.spherical_harmonics import zonal
 from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
@@ -116,9 +118,10 @@ def used_materials(
         names = set(named_materials(loaded))
     else:
         names = {name for file in usage_files for name, share in read_usage(file).items() if share > 0}
+    grounds = {state.ground_material for state in job.states if state.ground_material is not None}
     if not names:
         raise InputError("no material is used: the textures have no texel of a known material; see 'tmm preview'")
-    return tuple(name for name in library.names if name in names)
+    return tuple(name for name in library.names if name in names | grounds)
 
 
 def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Path] | None = None) -> Plan:
@@ -149,7 +152,9 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
 
 def _atmosphere_values(job: Job) -> int:
     grid = job.atmosphere_grid
-    return _paths(job) * (1 + len(grid.source_elevation_deg) * (2 + len(grid.source_azimuth_deg)))
+    count = job.ambient_harmonics
+    ground = len(GROUND_TEMPERATURES) * len(zonal(count))
+    return _paths(job) * (1 + ground + len(grid.source_elevation_deg) * (2 + count + len(grid.source_azimuth_deg)))
 
 
 def _paths(job: Job) -> int:

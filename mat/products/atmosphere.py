@@ -12,18 +12,20 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.band.compile import CompiledBand
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.transfer.bounds import Bounds
-from skyshine.mat.job.atmosphere import AtmosphereGrid
+from skyshine.mat.job.atmosphere import AtmosphereGrid, State
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.measure.atmosphere_nodes import Placed, placed_grids
+from skyshine.mat.measure.faces import FaceProbes
 from skyshine.mat.measure.probes import Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
+from skyshine.mat.quantities.ambient_harmonics import AmbientHarmonics, ambient_harmonics
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -31,7 +33,7 @@ from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
-from skyshine.mat.tables.atmq import atmq_group
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
@@ -66,6 +68,7 @@ class AtmosphereProduct:
                     "accuracy": job.accuracy.model_dump(
                         mode="json", include={"spectral_tolerance", "negligible_k", "seed"}
                     ),
+                    "ambient_harmonics": job.ambient_harmonics,
                     **scope,
                 },
             )
@@ -107,7 +110,9 @@ class AtmosphereProduct:
             }
             if text:
                 report.notes.append(f"{source}: left out {text}")
-            yield _SourceTables(loaded, source, lit, compiled, response).group(notes, report)
+            yield _SourceTables(loaded, job.states[task.index - 1], source, lit, compiled, response).group(
+                notes, report
+            )
 
 
 def _scope(requested: Job) -> dict[str, Any]:
@@ -135,6 +140,7 @@ class _SourceTables:
     """The tables of a state and a band with one source."""
 
     loaded: LoadedJob
+    state: State
     source: str
     air: BandAtmosphere
     compiled: CompiledBand
@@ -152,15 +158,37 @@ class _SourceTables:
             unplaced = tuple(key for name, (key, _) in QUANTITIES.items() if name not in tables)
             if unplaced:
                 tables |= Gridded.all_of(self.air.table(base, irradiance, wanted=unplaced), base)
+        harmonics = None
+        if job.ambient_harmonics:
+            with report.stage("harmonics"):
+                grid = tables["ambient_radiance"].grid
+                harmonics = ambient_harmonics(self.air, grid, irradiance, job.ambient_harmonics)
         with report.stage("accuracy"):
             measures = self._interpolation_errors(tables, base, irradiance)
+            if harmonics is not None:
+                measures.append(self._harmonic_errors(tables["ambient_radiance"], harmonics, base, irradiance))
         if placed:
             nodes = ", ".join(f"{name} {placement.table.values.size:,}" for name, placement in placed.items())
             report.notes.append(f"{self.source}: nodes that hold the tolerance: {nodes}")
         notes = notes | _placement_notes(job.atmosphere_grid, placed)
         edges = [self.response.lower, self.response.upper]
         attributes = {"source": self.source, "state": self.air.air.state.name, "wavelength_um": edges}
-        return atmq_group(tables, _accuracy(measures, self.compiled, job.accuracy.seed, notes), attributes)
+        if harmonics is not None:
+            attributes |= self._ground()
+        accuracy = _accuracy(measures, self.compiled, job.accuracy.seed, notes)
+        return atmq_group(tables, accuracy, attributes, harmonics)
+
+    def _ground(self) -> dict[str, Any]:
+        """Root attributes of the ground around tilted faces: that of the air."""
+        kelvin, emissivity = self.air.air.state.surface_temperature, 1 - self.air.air.state.surface_albedo
+        glow = float(planck_wavenumber(self.air.band.wavenumber, kelvin) @ self.air.band.radiance_weight)
+        stated = {
+            "ground_emissivity": emissivity,
+            "ground_temperature": kelvin,
+            "ground_radiance": emissivity * glow,
+        }
+        material = self.state.ground_material
+        return stated if material is None else stated | {"ground_material": material}
 
     def _placed(self, base: PathGrid, irradiance: npt.NDArray[np.float64]) -> dict[str, Placed]:
         """The quantities whose tolerance the job names, on axes that hold it."""
@@ -198,6 +226,15 @@ class _SourceTables:
         in_units, in_kelvin = (probes.errors(tables, scale) for scale in (None, Scale.kelvin(self.response)))
         return [measure(name, in_units[name], in_kelvin[name]) for name in QUANTITIES]
 
+    def _harmonic_errors(
+        self, level: Gridded, harmonics: AmbientHarmonics, base: PathGrid, irradiance: npt.NDArray[np.float64]
+    ) -> ErrorMeasure:
+        """Faces read from the tables of harmonics against the integral over their hemispheres, on random lines."""
+        generator = random_stream(self.loaded.trimmed.accuracy.seed, Stream.TILTED_FACES)
+        faces = FaceProbes.drawn(self.air, base, irradiance, generator)
+        in_units, in_kelvin = (faces.errors(level, harmonics, s) for s in (None, Scale.kelvin(self.response)))
+        return measure(AMBIENT_HARMONICS, in_units, in_kelvin)
+
 
 def _placement_notes(axes: AtmosphereGrid, placed: dict[str, Placed]) -> dict[str, Any]:
     """What the file says of the axes that a tolerance has placed."""
@@ -233,7 +270,8 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, l
         "method": (
             "linear interpolation against direct computation on random lines of sight, as many in every cell, above"
             " the ground; kelvin: change of a black body at 300 K seen through the path; a surface that reflects"
-            f" {REFLECTANCE:g} faces sky and source"
+            f" {REFLECTANCE:g} faces sky and source; {AMBIENT_HARMONICS}: ambient radiance of"
+            " faces in random directions"
         ),
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),

@@ -71,7 +71,7 @@ def _aerosol(state: State) -> Aerosol:
 def air_key(state: State) -> tuple[str, float | None]:
     """Cache key of a state's air: the same for states that differ in day, ground temperature and weather alone."""
     wind = _mean_wind(state.weather) if BOUNDARY_MODELS.get(state.aerosol, 0.0) is None else None
-    return state.model_dump_json(exclude={"date", "series", "weather"}), wind
+    return state.model_dump_json(exclude={"date", "series", "weather", "ground_material"}), wind
 
 
 def _mean_wind(weather: Weather) -> float:

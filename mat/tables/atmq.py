@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skyshine.mat.tables.axes import FOLDED, LINEAR, table_axis
+from skyshine.mat.radiometry.spherical_harmonics import HARMONICS, zonal
+from skyshine.mat.tables.axes import EXACT, FOLDED, LINEAR, table_axis
 from skyshine.mat.tables.gridded import ANGLE, AXES, FIELDS, Gridded
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 if TYPE_CHECKING:
+    from skyshine.mat.quantities.ambient_harmonics import AmbientHarmonics
     from skyshine.mat.quantities.grid import PathGrid
 
 RADIANCE = "W m^-2 sr^-1"
 PATH = AXES[:3]
+AMBIENT_HARMONICS, GROUND_HARMONICS = "ambient_radiance_harmonics", "ground_radiance_harmonics"
 _DESCRIBED = {
     "beta_star": ("km", "beta* = -5.5 r / ln(transmittance), equation (8)", {}),
     "path_radiance_ratio": (
@@ -44,7 +47,12 @@ _READ = {
 }
 
 
-def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict[str, Any]) -> Group:
+def atmq_group(
+    tables: Mapping[str, Gridded],
+    accuracy: Group,
+    attributes: dict[str, Any],
+    harmonics: AmbientHarmonics | None = None,
+) -> Group:
     """Arrange the four quantities of a state, band and source for writing.
 
     Parameters
@@ -55,7 +63,9 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict[
     accuracy : Group
         The measured errors of the tables and of the compiled band.
     attributes : dict
-        Band edges, state and source, for the root.
+        Band edges, state and source, and of the ground where there are harmonics, for the root.
+    harmonics : AmbientHarmonics, optional
+        For ambient light on tilted faces.
     """
     path = tables["path_radiance_ratio"]
     shared = dict(zip(path.axes, path.nodes, strict=True))
@@ -74,7 +84,53 @@ def atmq_group(tables: Mapping[str, Gridded], accuracy: Group, attributes: dict[
         "1 where the range ends in air, 0 where it would pass through the ground",
         {"comment": "cells of 0 continue the quantities smoothly, for interpolation beside them only"},
     )
+    if harmonics is not None:
+        for part in (_of_light(harmonics, shared), _of_ground(harmonics, shared)):
+            axes |= part.axes
+            variables |= part.variables
     return Group(axes, variables, {"accuracy": accuracy}, attributes)
+
+
+def _of_light(harmonics: AmbientHarmonics, shared: Mapping[str, np.ndarray]) -> Group:
+    """Coefficients of the light around a face, which depend on the source."""
+    axes = _grid_axes(AMBIENT_HARMONICS, harmonics.grid, 4, shared) | {
+        "harmonic": table_axis(
+            np.array(HARMONICS[: harmonics.count], np.int32),
+            "1",
+            "spherical harmonic, 10 l + m, in cos(m azimuth from the source)",
+            interpolation=EXACT,
+        )
+    }
+    words = "spherical harmonics of radiance around the surface, weighted by path transmittance as in equation (20)"
+    more = {"comment": "without the light that the ground emits; source elevation is the one at the surface point"}
+    return Group(axes, {AMBIENT_HARMONICS: Variable(tuple(axes), harmonics.radiance, RADIANCE, words, more)})
+
+
+def _of_ground(harmonics: AmbientHarmonics, shared: Mapping[str, np.ndarray]) -> Group:
+    """Coefficients of the light that the ground emits, per unit of it."""
+    from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES
+
+    axes = _grid_axes(GROUND_HARMONICS, harmonics.grid, 3, shared) | {
+        "ground_temperature": table_axis(np.array(GROUND_TEMPERATURES), "K", "temperature of the ground"),
+        "zonal_harmonic": table_axis(
+            np.array(zonal(harmonics.count), np.int32),
+            "1",
+            "spherical harmonic without azimuth, 10 l",
+            interpolation=EXACT,
+        ),
+    }
+    words = "spherical harmonics of the ground's emission around the surface, over the radiance that it emits"
+    more = {"comment": "weighted by path transmittance as ambient_radiance_harmonics, to which its product is added"}
+    return Group(axes, {GROUND_HARMONICS: Variable(tuple(axes), harmonics.ground, "1", words, more)})
+
+
+def _grid_axes(quantity: str, grid: PathGrid, count: int, shared: Mapping[str, np.ndarray]) -> dict[str, Axis]:
+    """The first axes of a grid, with the quantity's name before those that differ from the shared ones."""
+    nodes = {name: getattr(grid, field) for name, field in zip(AXES[:count], FIELDS[:count], strict=True)}
+    return {
+        name if np.array_equal(values, shared[name]) else f"{quantity}_{name}": _axis(name, values)
+        for name, values in nodes.items()
+    }
 
 
 def path_axes(grid: PathGrid) -> dict[str, Axis]:

@@ -18,6 +18,7 @@ from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
 from skyshine.mat.tables import response
+from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
 from skyshine.mat.tables.axes import POLICIES, AxisRule
 from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
 from skyshine.mat.tables.frame import part_of
@@ -413,6 +414,55 @@ class AtmosphereTable(Table):
         if ANGLE not in coordinates and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
             coordinates[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
         return coordinates
+
+    def ambient_radiance(
+        self,
+        *,
+        slope: npt.ArrayLike,
+        azimuth: npt.ArrayLike = 0.0,
+        ground_temperature: npt.ArrayLike | None = None,
+        band: BandTable | None = None,
+        out_of_range: Policy = None,
+        **where: Any,
+    ) -> npt.NDArray[np.float64]:
+        """Ambient radiance of faces of any direction in W m^-2 sr^-1, in place of L_ambient in equation (19).
+
+        Parameters
+        ----------
+        slope : degree
+            0 faces up, 180 down.
+        azimuth : degree
+            Of the face relative to the azimuth of the source.
+        ground_temperature : K, optional
+            Of the ground around, as from the method `ground_temperature`; by default the one that the file states.
+        band : BandTable, optional
+            Of the same band; needed with `ground_temperature`.
+        out_of_range
+            As in `value`.
+        **where
+            range, altitude, elevation and source_elevation, as for the quantity ``ambient_radiance``.
+
+        Raises
+        ------
+        InputError
+            As `value`; or the file has no harmonics and a face is not level.
+        """
+        if ground_temperature is not None and band is None:
+            raise InputError("found ground_temperature without band; give the .band table of the same band too")
+        glow = None if band is None else band.blackbody_radiance
+        return ambient_radiance(self, slope, azimuth, ground_temperature, glow, out_of_range, where)
+
+    def ground_temperature(self, surface: TemperatureTable, *, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Temperature of the ground around faces, K.
+
+        That of level ground of the file's ``ground_material`` at local clock times in h; where the file names none, the
+        one temperature that it states.
+        """
+        name = self.attributes.get("ground_material")
+        if name is None:
+            return np.full(np.shape(time), stated_ground(self.path, self.attributes).temperature)
+        lowest = float(surface.root.axes["altitude"].values[0])
+        return surface.temperature(material=str(name), altitude=lowest, time=time)
 
     def transmittance(self, *, range: npt.ArrayLike, beta_star: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Transmittance over a range in km for a given beta*, equation (9)."""

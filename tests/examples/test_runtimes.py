@@ -130,6 +130,21 @@ def test_a_file_without_the_response_refuses_shade_in_one_line(runtime, scene, t
     assert runtime(scene | {"surface": str(older)})[0] == 0
 
 
+@pytest.mark.parametrize("ground", [{}, {"ground_material": "asphalt_road"}])
+def test_tilted_faces_are_lit_as_by_the_library(runtime, scene, ground):
+    """Of any slope that the temperatures have, towards any side of the source, over either ground."""
+    draw = np.random.default_rng(9)
+    pixels = [pixel | ground | {"source_heading": float(draw.uniform(-400, 400))} for pixel in scene["pixels"]]
+    status, shown, complaint = runtime(scene | {"pixels": pixels})
+    assert status == 0, complaint
+    expected = by_library(scene | {"pixels": pixels})
+    for name in ("skyshine", "radiance"):
+        found = [pixel[name] for pixel in json.loads(shown)["pixels"]]
+        np.testing.assert_allclose(found, expected[name], rtol=1e-6, atol=1e-12, err_msg=name)
+    level = by_library(scene)["skyshine"]
+    assert np.mean(np.abs(expected["skyshine"] - level) > 0.01 * level) > 0.5
+
+
 def test_optional_arrays_of_a_newer_minor_version_are_passed_over(runtime, scene, extra_build):
     status, shown, complaint = runtime(scene)
     newer = runtime(scene | {"band": str(extra_build / FILES["band"])})

@@ -237,6 +237,21 @@ def texture_library() -> Loader:
     return in_child(read)
 
 
+def _ambient(surface, band, air, of: dict[str, np.ndarray], where: dict[str, np.ndarray]) -> np.ndarray:
+    """Ambient radiance of the faces of pixels; of level ones where the pixels do not say where the source is."""
+    if "source_heading" not in of or "ambient_radiance_harmonics" not in air.root.variables:
+        return air.value("ambient_radiance", **where)
+    ground = {}
+    if "ground_material" in of:
+        altitude, material = of["surface_altitude"], of["ground_material"].tolist()
+        ground = {
+            "ground_temperature": surface.temperature(material=material, altitude=altitude, time=of["time"]),
+            "band": band,
+        }
+    turn = of["surface_azimuth"] - of["source_heading"]
+    return air.ambient_radiance(slope=of["surface_slope"], azimuth=turn, **ground, **where)
+
+
 def by_library(scene: dict) -> dict[str, np.ndarray]:
     """Every term of equation (1) of a scene with the library, all pixels at once."""
     surface, band, air = (skyshine.mat.open(scene[name]) for name in TABLES)
@@ -276,7 +291,7 @@ def by_library(scene: dict) -> dict[str, np.ndarray]:
         "transmittance": tau,
         "thermal": blackbody * (1 - rho) * tau,
         "path": air.value("path_radiance_ratio", **view, **sun, source_azimuth=of["source_azimuth"]) * (1 - tau),
-        "skyshine": air.value("ambient_radiance", **view, **sun) * rho * tau,
+        "skyshine": _ambient(surface, band, air, of, view | sun) * rho * tau,
         "diffuse": direct * cosine * (1 - fraction),
         "specular": direct * specular_lobe(shininess, source, observer, normal) * fraction * normalisation,
     }

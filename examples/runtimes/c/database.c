@@ -46,12 +46,22 @@ static const struct layout ATMOSPHERE[] = {
     {"direct_radiance", {"range", "altitude", "elevation", "source_elevation"}, 0.0, HUGE_VALF},
     {NULL, {NULL}, 0, 0},
 };
+static const struct layout TILTED[] = {
+    {LIGHT, {"range", "altitude", "elevation", "source_elevation", "harmonic"}, -HUGE_VALF, HUGE_VALF},
+    {GLOW, {"range", "altitude", "elevation", "ground_temperature", "zonal_harmonic"}, -HUGE_VALF, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+const double HARMONIC_CODES[HARMONICS] = {0, 10, 11, 20, 21, 22, 40, 41, 42, 43, 44};
+static const double ZONAL_CODES[] = {0, 10, 20, 40};
+static const char *const GROUND[] = {"ground_emissivity", "ground_temperature", "ground_radiance"};
 /* How the format reads an axis; the last line holds for all that have none of their own. */
 static const struct {
     const char *name, *rule, *or_rule;
     double period;
 } RULES[] = {
     {"material", "exact", "exact", 0},
+    {"harmonic", "exact", "exact", 0},
+    {"zonal_harmonic", "exact", "exact", 0},
     {"azimuth", "linear_periodic", "linear_periodic", 360},
     {"source_azimuth", "linear_folded", "linear_folded", 360},
     {"time", "linear_periodic", "linear", 24},
@@ -191,7 +201,12 @@ static void read_rule(const struct source *from, hid_t array, const char *stored
             fail("%s: the axis '%s' is not a list of ascending numbers", from->path, stored);
     if ((periodic && last >= first + axis->period) || (folded && (first < 0 || last > axis->period / 2)) || (axis->period > 0 && last > first + axis->period))
         fail("%s: the axis '%s' has nodes beyond its period", from->path, stored);
-    if (!strcmp(axis->rule, "exact") && (first < 1 || last > LAST_CODE))
+    const int zonal = !strcmp(axis->name, "zonal_harmonic");
+    if (zonal || !strcmp(axis->name, "harmonic")) {
+        int known = zonal ? axis->count == 3 || axis->count == 4 : axis->count == 6 || axis->count == HARMONICS;
+        for (size_t i = 0; known && i < axis->count; ++i) known = axis->nodes[i] == (zonal ? ZONAL_CODES : HARMONIC_CODES)[i];
+        if (!known) fail("%s: the axis '%s' has codes that are not those of the format", from->path, stored);
+    } else if (!strcmp(axis->rule, "exact") && (first < 1 || last > LAST_CODE))
         fail("%s: the axis '%s' has codes beyond 1 to %d", from->path, stored, LAST_CODE);
 }
 
@@ -203,7 +218,7 @@ static hobj_ref_t read_axis(const struct source *from, const char *quantity, str
     hobj_ref_t reference;
     snprintf(own, sizeof own, "%s_%s", quantity, axis->name);
     const char *stored = H5Lexists(from->file, own, H5P_DEFAULT) > 0 ? own : axis->name;
-    const int codes = !strcmp(axis->name, "material");
+    const int codes = !strcmp(axis->name, "material") || !strcmp(axis->name, "harmonic") || !strcmp(axis->name, "zonal_harmonic");
     hid_t array = open_array(from, stored);
     axis->count = read_shape(from, array, stored, 1, codes ? H5T_INTEGER : H5T_FLOAT, codes ? 4 : 8, &length);
     axis->nodes = read_values(from, array, stored, H5T_NATIVE_DOUBLE, axis->count, sizeof(double));
@@ -258,6 +273,20 @@ static void read_array(const struct source *from, const struct layout *layout, s
     H5Dclose(stored);
 }
 
+/* Harmonics of the light around faces, behind the other arrays, and what the file states of the ground. */
+static void read_tilted(const struct source *from, struct database *database, const struct json *clamped)
+{
+    struct array *light = &database->arrays[ARRAYS - 2], *glow = &database->arrays[ARRAYS - 1];
+    read_array(from, &TILTED[0], light, clamped);
+    read_array(from, &TILTED[1], glow, clamped);
+    if ((light->axes[4].count == 6) != (glow->axes[4].count == 3)) fail("%s: '%s' and '%s' are of different harmonics", from->path, LIGHT, GLOW);
+    for (int k = 0; k < 3; ++k)
+        if (H5Aexists(from->file, GROUND[k]) <= 0 || !read_number(from->file, GROUND[k], &database->ground[k]) ||
+            !isfinite(database->ground[k]) || database->ground[k] < 0)
+            fail("%s: does not state '%s'", from->path, GROUND[k]);
+    database->tilted = 1;
+}
+
 static int is_utf8(const char *text)
 {
     for (const unsigned char *at = (const unsigned char *)text; *at;) {
@@ -302,6 +331,7 @@ void open_database(struct database *database, const char *path, const char *file
     for (size_t i = 0; layout[i].name; ++i) read_array(&from, &layout[i], &database->arrays[i], clamped);
     if (layout == SURFACE && H5Lexists(from.file, SHADE[0].name, H5P_DEFAULT) > 0)
         for (size_t i = 0; SHADE[i].name; ++i) read_array(&from, &SHADE[i], &database->arrays[1 + i], clamped);
+    if (air && H5Lexists(from.file, LIGHT, H5P_DEFAULT) > 0) read_tilted(&from, database, clamped);
     if (layout == BAND) database->material_names = read_names(&from, array_of(database, "reflectance")->axes[0].count);
     H5Fclose(from.file);
 }

@@ -7,6 +7,12 @@
 #include <stddef.h>
 
 enum { AXES = 5, ARRAYS = 15, NAME = 64 };
+#define LIGHT "ambient_radiance_harmonics"
+#define GLOW "ground_radiance_harmonics"
+
+/* Codes 10 l + m of the harmonics. */
+enum { HARMONICS = 11 };
+extern const double HARMONIC_CODES[HARMONICS];
 
 struct axis {
     const char *name;
@@ -33,6 +39,8 @@ struct layout {
 struct database {
     const char *path;
     struct array arrays[ARRAYS];
+    int tilted;            /* it has harmonics of the light around faces */
+    double ground[3];      /* emissivity, temperature and emitted radiance of the ground, where it has them */
     char **material_names; /* as many as the axis 'material' has nodes; of a .band only */
 };
 

@@ -15,6 +15,8 @@
 
 enum { PATH_SIZE = 4096 };
 
+static const double RADIAN = 0.017453292519943295;
+
 /* Code of a material given by code or by name. */
 static double material_code(const struct database *band, const struct json *given)
 {
@@ -33,6 +35,64 @@ static double number(const struct json *object, const char *key)
     const struct json *found = json_get(object, key);
     if (!found || found->kind != JSON_NUMBER) fail("the scene lacks the number '%s'", key);
     return found->number;
+}
+
+/* A_l / pi times Y_lm of a unit normal, in the order of the codes. */
+static void irradiance_harmonics(const double *n, double *to)
+{
+    const double x = n[0], y = n[1], z = n[2], even = x * x - y * y;
+    to[0] = 0.28209479177387814;
+    to[1] = 0.32573500793527993 * z;
+    to[2] = 0.32573500793527993 * x;
+    to[3] = 0.15769578262626002 * (3 * z * z - 1) / 2;
+    to[4] = 0.2731371076480198 * x * z;
+    to[5] = 0.1365685538240099 * even;
+    to[6] = -0.03526184897173477 * ((35 * z * z - 30) * z * z + 3) / 8;
+    to[7] = -0.0557538786297741 * x * z * (7 * z * z - 3) / 2;
+    to[8] = -0.039423945656565 * even * (7 * z * z - 1) / 2;
+    to[9] = -0.14751089748166088 * x * z * (x * x - 3 * y * y) / 2;
+    to[10] = -0.026076488977049006 * (even * even - 4 * x * x * y * y);
+}
+
+/* L_ambient of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits. */
+static double ambient(const struct database *air, const double *centre, const double *normal, const double *ground)
+{
+    const struct axis *codes = &array_of(air, LIGHT)->axes[4], *zones = &array_of(air, GLOW)->axes[4];
+    const double up[3] = {0.0, 0.0, 1.0}, square = normal[2] * normal[2];
+    double facing[HARMONICS], upright[HARMONICS], total[HARMONICS];
+    irradiance_harmonics(normal, facing);
+    irradiance_harmonics(up, upright);
+    for (size_t h = 0; h < codes->count; ++h)
+        total[h] = value_at(air, LIGHT, (double[]){centre[0], centre[1], centre[2], centre[3], codes->nodes[h]});
+    for (size_t z = 0; z < zones->count; ++z) {
+        double glow = ground[1] * value_at(air, GLOW, (double[]){centre[0], centre[1], centre[2], ground[0], zones->nodes[z]});
+        for (size_t h = 0; h < codes->count; ++h)
+            if (codes->nodes[h] == zones->nodes[z]) total[h] += glow;
+    }
+    double sum = 0.0, missing = value_at(air, "ambient_radiance", centre);
+    for (size_t h = 0; h < codes->count; ++h) {
+        sum += total[h] * facing[h];
+        missing -= total[h] * upright[h];
+    }
+    const double share = codes->count == 6 ? ((35 * square - 30) * square + 3) / 8 : (((231 * square - 315) * square + 105) * square - 5) / 16;
+    return fmax(sum + missing * share, 0.0);
+}
+
+/* L_ambient of a pixel's face; of a level one where the file or the pixel says no more. */
+static double ambient_of_pixel(const struct database *surface, const struct database *band, const struct database *air, const double *centre, const struct json *given)
+{
+    if (!air->tilted || !json_get(given, "source_heading")) return value_at(air, "ambient_radiance", centre);
+    double ground[2] = {air->ground[1], air->ground[2]};
+    const struct json *material = json_get(given, "ground_material");
+    if (material) {
+        const double level[] = {material_code(band, material), number(given, "surface_altitude"), 0.0, 0.0, number(given, "time")};
+        ground[0] = value_at(surface, "temperature", level);
+        ground[1] = air->ground[0] * value_at(band, "blackbody_radiance", &ground[0]);
+    }
+    const double slope = RADIAN * number(given, "surface_slope");
+    const double turn = RADIAN * (number(given, "surface_azimuth") - number(given, "source_heading"));
+    const double normal[3] = {sin(slope) * cos(turn), sin(slope) * sin(turn), cos(slope)};
+    return ambient(air, centre, normal, ground);
 }
 
 static double dot(const double *a, const double *b)
@@ -122,7 +182,7 @@ static struct pixel compute(const struct json *scene, const struct database *sur
     const double incidence = fmax(dot(normal, to_source), 0.0);
     const double direct = incidence > 0.0 ? value_at(air, "direct_radiance", centre) * rho * pixel.tau : 0.0;
     pixel.thermal = pixel.blackbody * (1.0 - rho) * pixel.tau; /* (6) */
-    pixel.skyshine = value_at(air, "ambient_radiance", centre) * rho * pixel.tau; /* (19) */
+    pixel.skyshine = ambient_of_pixel(surface, band, air, centre, given) * rho * pixel.tau; /* (19) */
     pixel.diffuse = direct * incidence * (1.0 - fraction); /* (34) */
     const double shape = lobe(normal, to_source, to_observer, value_at(band, "shininess", &code));
     pixel.specular = direct * shape * fraction * value_at(band, "normalisation", &code); /* (35) */

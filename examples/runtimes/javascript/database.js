@@ -40,9 +40,21 @@ const SHADE = {
   solar_azimuth: [["forcing_time"], -360, 360],
   extraterrestrial_irradiance: [["forcing_time"], 1e-6, Infinity],
 };
+// Of an .atmq file that has them: coefficients of the light around faces of any direction.
+export const [LIGHT, GLOW] = ["ambient_radiance_harmonics", "ground_radiance_harmonics"];
+const HARMONICS = {
+  [LIGHT]: [[...PATH.slice(0, 4), "harmonic"], -Infinity, Infinity],
+  [GLOW]: [[...PATH.slice(0, 3), "ground_temperature", "zonal_harmonic"], -Infinity, Infinity],
+};
+// Codes 10 l + m of the harmonics, and of those without azimuth; a file has as many as suit its l.
+export const CODES = { harmonic: [0, 10, 11, 20, 21, 22, 40, 41, 42, 43, 44], zonal_harmonic: [0, 10, 20, 40] };
+const COUNTS = { harmonic: [6, 11], zonal_harmonic: [3, 4] };
+const GROUND = ["ground_emissivity", "ground_temperature", "ground_radiance"];
 // How the format reads an axis: rules and period; others are linear and do not repeat.
 const RULES = {
   material: [["exact"], 0],
+  harmonic: [["exact"], 0],
+  zonal_harmonic: [["exact"], 0],
   azimuth: [["linear_periodic"], 360],
   source_azimuth: [["linear_folded"], 360],
   time: [["linear_periodic", "linear"], 24],
@@ -90,6 +102,10 @@ class Axis {
     if (!nodes.every((node, i) => Number.isFinite(node) && (i === 0 || node > nodes[i - 1]))) return "nodes that are not ascending numbers";
     const folded = rule === "linear_folded" && (first < 0 || last > period / 2);
     if (folded || (period && (last > first + period || (rule === "linear_periodic" && last === first + period)))) return "nodes beyond its period";
+    if (this.name in CODES) {
+      const known = COUNTS[this.name].includes(nodes.length) && nodes.every((node, i) => node === CODES[this.name][i]);
+      return known ? "" : "codes that are not those of the format";
+    }
     return rule === "exact" && (first < 1 || last > LAST_CODE) ? `codes beyond 1 to ${LAST_CODE}` : "";
   }
 
@@ -130,7 +146,7 @@ class Axis {
 
 export class Database {
   constructor(path, filetypes, clamped) {
-    Object.assign(this, { clamped, arrays: {}, codes: new Map() });
+    Object.assign(this, { clamped, arrays: {}, codes: new Map(), ground: null });
     let content;
     try {
       if (!statSync(path).isFile()) throw new Error();
@@ -162,6 +178,13 @@ export class Database {
     this.stored = new Set(this.file.keys());
     const shaded = filetype === "htt" && this.stored.has("response_kernel") ? SHADE : {};
     for (const [name, [axes, least, most]] of Object.entries({ ...ARRAYS[filetypes[0]], ...shaded })) this.arrays[name] = this.array(name, axes, least, most);
+    if (filetypes[0] === "atmq" && this.stored.has(LIGHT)) {
+      for (const [name, [axes, least, most]] of Object.entries(HARMONICS)) this.arrays[name] = this.array(name, axes, least, most);
+      const [light, glow] = [LIGHT, GLOW].map((name) => this.arrays[name].axes[4].nodes.length);
+      if ((light === 6) !== (glow === 3)) throw new SceneError(`'${LIGHT}' and '${GLOW}' are of different harmonics`);
+      this.ground = GROUND.map((name) => attribute(this.file, name, NaN));
+      if (!this.ground.every((value) => Number.isFinite(value) && value >= 0)) throw new SceneError(`does not state the ground: ${GROUND.join(", ")}`);
+    }
     if (filetype === "band") this.codes = this.names(this.arrays.reflectance.axes[0]);
   }
 
@@ -183,7 +206,8 @@ export class Database {
   // Name of the quantity's own axis where the file has one, else of the one that quantities share; and the axis.
   axis(quantity, name) {
     const stored = this.stored.has(`${quantity}_${name}`) ? `${quantity}_${name}` : name;
-    const dataset = name === "material" ? this.dataset(stored, INTEGER, 4, 1) : this.dataset(stored, FLOAT, 8, 1);
+    const codes = RULES[name]?.[0][0] === "exact";
+    const dataset = codes ? this.dataset(stored, INTEGER, 4, 1) : this.dataset(stored, FLOAT, 8, 1);
     return [stored, new Axis(name, stored, dataset, this.clamped.includes(name))];
   }
 

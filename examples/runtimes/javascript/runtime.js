@@ -6,6 +6,7 @@ import { dirname, isAbsolute, join } from "node:path";
 import h5wasm from "h5wasm";
 import { Database, SceneError } from "./database.js";
 import { absorbedChange, temperatureUnder } from "./shade.js";
+import { CODES, Database, GLOW, LIGHT, SceneError } from "./database.js";
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
@@ -44,6 +45,53 @@ function temperatureOf(surface, face, { absorbed_change: absorbed, surroundings 
   return absorbed ? temperatureUnder(surface, face, absorbed) : surface.value("temperature", face);
 }
 
+// A_l / pi times Y_lm of a unit normal, in the order of the codes.
+function irradianceHarmonics([x, y, z]) {
+  const even = x * x - y * y;
+  return [
+    0.28209479177387814,
+    0.32573500793527993 * z,
+    0.32573500793527993 * x,
+    (0.15769578262626002 * (3 * z * z - 1)) / 2,
+    0.2731371076480198 * x * z,
+    0.1365685538240099 * even,
+    (-0.03526184897173477 * (35 * z ** 4 - 30 * z * z + 3)) / 8,
+    (-0.0557538786297741 * x * z * (7 * z * z - 3)) / 2,
+    (-0.039423945656565 * even * (7 * z * z - 1)) / 2,
+    (-0.14751089748166088 * x * z * (x * x - 3 * y * y)) / 2,
+    -0.026076488977049006 * (even * even - 4 * x * x * y * y),
+  ];
+}
+
+// L_ambient of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits.
+function ambient(air, where, normal, [temperature, emitted]) {
+  const [codes, zones] = [LIGHT, GLOW].map((name) => air.arrays[name].axes[4].nodes);
+  const total = codes.map((harmonic) => air.value(LIGHT, { ...where, harmonic }));
+  for (const code of zones) {
+    const place = { ...where, ground_temperature: temperature, zonal_harmonic: code };
+    total[CODES.harmonic.indexOf(code)] += emitted * air.value(GLOW, place);
+  }
+  const [facing, upright] = [normal, [0, 0, 1]].map(irradianceHarmonics);
+  const sum = (basis) => total.reduce((all, part, k) => all + part * basis[k], 0);
+  const square = normal[2] ** 2;
+  const share = codes.length === 6 ? ((35 * square - 30) * square + 3) / 8 : (((231 * square - 315) * square + 105) * square - 5) / 16;
+  return Math.max(sum(facing) + (air.value("ambient_radiance", where) - sum(upright)) * share, 0);
+}
+
+// L_ambient of a pixel's face; of a level one where the file or the pixel says no more.
+function ambientOfPixel(surface, band, air, centre, given) {
+  if (!air.ground || given.source_heading === undefined) return air.value("ambient_radiance", centre);
+  let [emissivity, temperature, emitted] = air.ground;
+  if (given.ground_material !== undefined) {
+    const material = band.material(given.ground_material);
+    temperature = surface.value("temperature", { material, altitude: given.surface_altitude, azimuth: 0, slope: 0, time: given.time });
+    emitted = emissivity * band.value("blackbody_radiance", { temperature });
+  }
+  const [slope, turn] = [given.surface_slope, given.surface_azimuth - given.source_heading].map((angle) => (angle * Math.PI) / 180);
+  const normal = [Math.sin(slope) * Math.cos(turn), Math.sin(slope) * Math.sin(turn), Math.cos(slope)];
+  return ambient(air, centre, normal, [temperature, emitted]);
+}
+
 // Equations (1) to (44) for one pixel.
 function pixel(scene, surface, band, air, given) {
   const code = band.material(given.material);
@@ -65,7 +113,7 @@ function pixel(scene, surface, band, air, given) {
   const tau = Math.exp(-depth); // (9)
   centre.scattering_angle = scatteringAngle(centre.elevation, centre.source_elevation, centre.source_azimuth);
   const path = air.value("path_radiance_ratio", centre) * -Math.expm1(-depth); // (11)
-  const skyshine = air.value("ambient_radiance", centre) * rho * tau; // (19)
+  const skyshine = ambientOfPixel(surface, band, air, centre, given) * rho * tau; // (19)
   const [normal, toSource, toObserver] = [given.normal, given.to_source, given.to_observer].map(unit);
   const incidence = Math.max(dot(normal, toSource), 0);
   const direct = incidence > 0 ? air.value("direct_radiance", centre) * rho * tau : 0;

@@ -62,9 +62,21 @@ SHADE: dict[str, tuple[Sequence[str], float, float]] = {
     "solar_azimuth": (("forcing_time",), -360.0, 360.0),
     "extraterrestrial_irradiance": (("forcing_time",), 1e-6, math.inf),
 }
+# Of an .atmq file that has them: coefficients of the light around faces of any direction.
+LIGHT, GLOW = "ambient_radiance_harmonics", "ground_radiance_harmonics"
+HARMONICS: dict[str, tuple[Sequence[str], float, float]] = {
+    LIGHT: ((*PATH[:4], "harmonic"), -math.inf, math.inf),
+    GLOW: ((*PATH[:3], "ground_temperature", "zonal_harmonic"), -math.inf, math.inf),
+}
+# Codes 10 l + m of the harmonics, and of those without azimuth; a file has as many as suit its l.
+CODES = {"harmonic": (0, 10, 11, 20, 21, 22, 40, 41, 42, 43, 44), "zonal_harmonic": (0, 10, 20, 40)}
+COUNTS = {"harmonic": (6, 11), "zonal_harmonic": (3, 4)}
+GROUND = ("ground_emissivity", "ground_temperature", "ground_radiance")
 # How the format reads an axis: rules and period; others are linear and do not repeat.
 RULES = {
     "material": (("exact",), 0.0),
+    "harmonic": (("exact",), 0.0),
+    "zonal_harmonic": (("exact",), 0.0),
     "azimuth": (("linear_periodic",), 360.0),
     "source_azimuth": (("linear_folded",), 360.0),
     "time": (("linear_periodic", "linear"), 24.0),
@@ -110,6 +122,9 @@ class Axis:
             period and (last > first + period or (self.rule == "linear_periodic" and last == first + period))
         ):
             return "nodes beyond its period"
+        if self.name in CODES:
+            known = self.nodes.size in COUNTS[self.name] and tuple(self.nodes) == CODES[self.name][: self.nodes.size]
+            return "" if known else "codes that are not those of the format"
         if self.rule == "exact" and (first < 1 or last > LAST_CODE):
             return f"codes beyond 1 to {LAST_CODE}"
         return ""
@@ -147,6 +162,7 @@ class Database:
         self.path, self.clamped = path, clamped
         self.arrays: dict[str, tuple[list[Axis], NDArray[np.float32]]] = {}
         self.codes: dict[str, int] = {}
+        self.ground: dict[str, float] = {}
         try:
             if not path.is_file():
                 raise OSError
@@ -170,6 +186,14 @@ class Database:
         shaded = SHADE if filetype == "htt" and "response_kernel" in file else {}
         for name, (axes, least, most) in (ARRAYS[filetypes[0]] | shaded).items():
             self.arrays[name] = self._array(file, name, axes, least, most)
+        if FORMATS[filetypes[0]] == FORMATS["atmq"] and LIGHT in file:
+            for name, (axes, least, most) in HARMONICS.items():
+                self.arrays[name] = self._array(file, name, axes, least, most)
+            if (self.arrays[LIGHT][0][-1].nodes.size == 6) != (self.arrays[GLOW][0][-1].nodes.size == 3):
+                raise SceneError(f"{self.path}: '{LIGHT}' and '{GLOW}' are of different harmonics")
+            self.ground = {name: number(file, name) for name in GROUND}
+            if not all(math.isfinite(value) and value >= 0 for value in self.ground.values()):
+                raise SceneError(f"{self.path}: does not state the ground: {', '.join(GROUND)}")
         if filetype == "band":
             self.codes = self._names(file, self.arrays["reflectance"][0][0])
 
@@ -195,9 +219,7 @@ class Database:
     def _axis(self, file: h5py.File, quantity: str, name: str) -> tuple[Axis, h5py.Dataset]:
         """The quantity's own axis where the file has one, else the one that quantities share."""
         own = f"{quantity}_{name}" if f"{quantity}_{name}" in file else name
-        dataset = self._dataset(file, own, "i4" if name == "material" else "f8", 1)
-        period = dataset.attrs.get("period", 0.0)
-        number = not isinstance(period, str | bytes) and np.size(period) == 1
+        dataset = self._dataset(file, own, "i4" if RULES.get(name, ((), 0.0))[0] == ("exact",) else "f8", 1)
         policy = text(dataset, "out_of_range") if "out_of_range" in dataset.attrs else "error"
         if policy not in ("error", "clamp"):
             raise SceneError(f"{self.path}: the axis '{own}' has out_of_range {policy[:40]!r}; allowed: error, clamp")
@@ -205,7 +227,7 @@ class Database:
             name,
             dataset[()].astype(float),
             text(dataset, "interpolation"),
-            float(np.reshape(period, ())) if number else math.nan,
+            number(dataset, "period") if "period" in dataset.attrs else 0.0,
             policy == "clamp" or name in self.clamped,
         )
         if fault := axis.fault():
@@ -268,6 +290,14 @@ def text(item: h5py.HLObject, name: str) -> str:
     if isinstance(value, bytes):
         return value.decode(errors="replace")
     return value if isinstance(value, str) else ""
+
+
+def number(item: h5py.HLObject, name: str) -> float:
+    """A number attribute; NaN where there is none, or it is not one number."""
+    value = item.attrs.get(name)
+    if value is None or isinstance(value, str | bytes) or np.size(value) != 1:
+        return math.nan
+    return float(np.reshape(value, ()))
 
 
 def scales_of(dataset: h5py.Dataset) -> list[h5py.Dataset]:
@@ -485,6 +515,62 @@ def temperature_of(surface: Database, face: dict[str, float], given: dict[str, A
     return surface.value("temperature", face)
 
 
+def irradiance_harmonics(x: float, y: float, z: float) -> tuple[float, ...]:
+    """A_l / pi times Y_lm of a unit normal, in the order of the codes."""
+    even = x * x - y * y
+    return (
+        0.28209479177387814,
+        0.32573500793527993 * z,
+        0.32573500793527993 * x,
+        0.15769578262626002 * (3 * z * z - 1) / 2,
+        0.2731371076480198 * x * z,
+        0.1365685538240099 * even,
+        -0.03526184897173477 * (35 * z**4 - 30 * z * z + 3) / 8,
+        -0.0557538786297741 * x * z * (7 * z * z - 3) / 2,
+        -0.039423945656565 * even * (7 * z * z - 1) / 2,
+        -0.14751089748166088 * x * z * (x * x - 3 * y * y) / 2,
+        -0.026076488977049006 * (even * even - 4 * x * x * y * y),
+    )
+
+
+def ambient(air: Database, where: Mapping[str, float], face: Mapping[str, float], ground: tuple[float, float]) -> float:
+    """L_ambient of a face: slope, and azimuth from that of the source, in degree; temperature of the ground and the
+    radiance that it emits.
+    """
+    level = air.value("ambient_radiance", where)
+    slope, turn = math.radians(face["slope"]), math.radians(face["azimuth"])
+    normal = math.sin(slope) * math.cos(turn), math.sin(slope) * math.sin(turn), math.cos(slope)
+    facing, upright, square = irradiance_harmonics(*normal), irradiance_harmonics(0.0, 0.0, 1.0), normal[2] ** 2
+    codes = air.arrays[LIGHT][0][-1].nodes
+    total = [air.value(LIGHT, {**where, "harmonic": code}) for code in codes]
+    for code in air.arrays[GLOW][0][-1].nodes:
+        place = {**where, "ground_temperature": ground[0], "zonal_harmonic": code}
+        total[CODES["harmonic"].index(int(code))] += ground[1] * air.value(GLOW, place)
+    missing = level - sum(part * up for part, up in zip(total, upright, strict=False))
+    if codes.size == 6:
+        share = (35 * square**2 - 30 * square + 3) / 8
+    else:
+        share = (231 * square**3 - 315 * square**2 + 105 * square - 5) / 16
+    return max(sum(part * at for part, at in zip(total, facing, strict=False)) + missing * share, 0.0)
+
+
+def ambient_of_pixel(
+    surface: Database, band: Database, air: Database, centre: Mapping[str, float], given: dict[str, Any]
+) -> float:
+    """L_ambient of a pixel's face; of a level one where the file or the pixel says no more."""
+    if not air.ground or "source_heading" not in given:
+        return air.value("ambient_radiance", centre)
+    emissivity, temperature, radiance = (air.ground[name] for name in GROUND)
+    if "ground_material" in given:
+        place = {"material": band.material(given["ground_material"]), "azimuth": 0.0, "slope": 0.0}
+        temperature = surface.value(
+            "temperature", {**place, "altitude": given["surface_altitude"], "time": given["time"]}
+        )
+        radiance = emissivity * band.value("blackbody_radiance", {"temperature": temperature})
+    face = {"slope": given["surface_slope"], "azimuth": given["surface_azimuth"] - given["source_heading"]}
+    return ambient(air, centre, face, (temperature, radiance))
+
+
 def pixel(
     scene: dict[str, Any], surface: Database, band: Database, air: Database, given: dict[str, Any]
 ) -> dict[str, float]:
@@ -507,7 +593,7 @@ def pixel(
     depth = 5.5 * given["range"] / beta
     tau = math.exp(-depth)  # (9)
     path = air.value("path_radiance_ratio", centre) * -math.expm1(-depth)  # (11)
-    skyshine = air.value("ambient_radiance", centre) * rho * tau  # (19)
+    skyshine = ambient_of_pixel(surface, band, air, centre, given) * rho * tau  # (19)
     normal, to_source, to_observer = (unit(given[name]) for name in ("normal", "to_source", "to_observer"))
     incidence = max(float(normal @ to_source), 0.0)
     direct = air.value("direct_radiance", centre) * rho * tau if incidence > 0 else 0.0

@@ -44,6 +44,17 @@ const ATMOSPHERE: &[Layout] = &[
     ("ambient_radiance", PATH.split_at(4).0, 0.0, f32::MAX),
     ("direct_radiance", PATH.split_at(4).0, 0.0, f32::MAX),
 ];
+/// Of an .atmq file that has them: coefficients of the light around faces of any direction.
+pub const LIGHT: &str = "ambient_radiance_harmonics";
+pub const GLOW: &str = "ground_radiance_harmonics";
+const TILTED: &[Layout] = &[
+    (LIGHT, &["range", "altitude", "elevation", "source_elevation", "harmonic"], -f32::MAX, f32::MAX),
+    (GLOW, &["range", "altitude", "elevation", "ground_temperature", "zonal_harmonic"], -f32::MAX, f32::MAX),
+];
+/// Codes 10 l + m of the harmonics, and of those without azimuth.
+pub const HARMONICS: &[f64] = &[0.0, 10.0, 11.0, 20.0, 21.0, 22.0, 40.0, 41.0, 42.0, 43.0, 44.0];
+const ZONES: &[f64] = &[0.0, 10.0, 20.0, 40.0];
+const GROUND: [&str; 3] = ["ground_emissivity", "ground_temperature", "ground_radiance"];
 const LAST_CODE: f64 = 65535.0;
 /// Deflate packs at most 1032 bytes into one: a file that claims more does not hold it.
 const PACKING: u64 = 1100;
@@ -53,7 +64,7 @@ const LONGEST: usize = 64;
 /// How the format reads an axis: rules and period.
 fn rules_of(axis: &str) -> (&'static [&'static str], f64) {
     match axis {
-        "material" => (&["exact"], 0.0),
+        "material" | "harmonic" | "zonal_harmonic" => (&["exact"], 0.0),
         "azimuth" => (&["linear_periodic"], 360.0),
         "source_azimuth" => (&["linear_folded"], 360.0),
         "time" => (&["linear_periodic", "linear"], 24.0),
@@ -120,6 +131,15 @@ impl Axis {
         let outside = (folded && (first < 0.0 || last > period / 2.0)) || (periodic && last >= first + period);
         if outside || (period > 0.0 && last > first + period) {
             return Err(format!("the axis '{}' has nodes beyond its period", self.name).into());
+        }
+        let codes = match self.name.as_str() {
+            "harmonic" => Some((HARMONICS, [6, 11])),
+            "zonal_harmonic" => Some((ZONES, [3, 4])),
+            _ => None,
+        };
+        if let Some((codes, counts)) = codes {
+            let known = counts.contains(&self.nodes.len()) && codes.starts_with(&self.nodes);
+            return if known { Ok(()) } else { Err(format!("the axis '{}' has codes that are not those of the format", self.name).into()) };
         }
         if self.rule == "exact" && (first < 1.0 || last > LAST_CODE) {
             return Err(format!("the axis '{}' has codes beyond 1 to {LAST_CODE}", self.name).into());
@@ -206,7 +226,8 @@ impl Source<'_> {
     fn axis(&self, quantity: &str, name: &str) -> Result<(String, Axis)> {
         let own = format!("{quantity}_{name}");
         let stored = if self.links.contains_key(&own) { own } else { name.to_owned() };
-        let kind = if name == "material" { TypeDescriptor::Integer(IntSize::U4) } else { TypeDescriptor::Float(FloatSize::U8) };
+        let codes = rules_of(name).0 == ["exact"];
+        let kind = if codes { TypeDescriptor::Integer(IntSize::U4) } else { TypeDescriptor::Float(FloatSize::U8) };
         let dataset = self.dataset(&stored, &kind, 1)?;
         let policy = if dataset.attr("out_of_range").is_ok() { text(&dataset, "out_of_range")? } else { "error".into() };
         if policy != "error" && policy != "clamp" {
@@ -276,6 +297,8 @@ impl Source<'_> {
 pub struct Database {
     arrays: HashMap<&'static str, Array>,
     codes: HashMap<String, f64>,
+    /// Emissivity, temperature and emitted radiance of the ground, where the file has harmonics.
+    pub ground: Option<[f64; 3]>,
 }
 
 impl Database {
@@ -309,11 +332,34 @@ impl Database {
         for layout in layouts.iter().chain(if shaded { SHADE } else { &[] }) {
             arrays.insert(layout.0, source.array(layout)?);
         }
+        let mut ground = None;
+        if layouts[0].0 == ATMOSPHERE[0].0 && source.links.contains_key(LIGHT) {
+            for layout in TILTED {
+                arrays.insert(layout.0, source.array(layout)?);
+            }
+            if (arrays[LIGHT].axes[4].nodes.len() == 6) != (arrays[GLOW].axes[4].nodes.len() == 3) {
+                return Err(format!("'{LIGHT}' and '{GLOW}' are of different harmonics").into());
+            }
+            let mut stated = [0.0; 3];
+            for (name, value) in GROUND.iter().zip(&mut stated) {
+                *value = if source.file.attr(name).is_ok() { number(&source.file, name)? } else { f64::NAN };
+                if !value.is_finite() || *value < 0.0 {
+                    return Err(format!("does not state '{name}'").into());
+                }
+            }
+            ground = Some(stated);
+        }
         let codes = match arrays.get("reflectance") {
             Some(array) => source.names(&array.axes[0].nodes)?,
             None => HashMap::new(),
         };
-        Ok(Database { arrays, codes })
+        Ok(Database { arrays, codes, ground })
+    }
+
+    /// Nodes of the last axis of an array.
+    pub fn last_nodes(&self, quantity: &str) -> &[f64] {
+        let axes = &self.arrays[quantity].axes;
+        &axes[axes.len() - 1].nodes
     }
 
     /// Linear interpolation in every axis: the weighted sum over the corners of one cell.

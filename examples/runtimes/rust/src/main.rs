@@ -7,7 +7,7 @@
 mod database;
 mod shade;
 
-use database::{Database, Result};
+use database::{Database, Result, GLOW, HARMONICS, LIGHT};
 use serde::{Deserialize, Serialize};
 use shade::{absorbed_change, temperature_under, Face, Surroundings};
 use std::collections::HashMap;
@@ -47,6 +47,8 @@ struct Given {
     centre_elevation: f64,
     source_elevation: f64,
     source_azimuth: f64,
+    source_heading: Option<f64>,
+    ground_material: Option<Material>,
     normal: [f64; 3],
     to_source: [f64; 3],
     to_observer: [f64; 3],
@@ -114,12 +116,80 @@ fn temperature_of(surface: &Database, face: &Face, given: &Given) -> Result<f64>
     }
 }
 
+fn code_of(band: &Database, material: &Material) -> Result<f64> {
+    match material {
+        Material::Code(code) => Ok(*code),
+        Material::Name(name) => band.material(name),
+    }
+}
+
+/// A_l / pi times Y_lm of a unit normal, in the order of the codes.
+fn irradiance_harmonics([x, y, z]: [f64; 3]) -> [f64; 11] {
+    let even = x * x - y * y;
+    [
+        0.28209479177387814,
+        0.32573500793527993 * z,
+        0.32573500793527993 * x,
+        0.15769578262626002 * (3.0 * z * z - 1.0) / 2.0,
+        0.2731371076480198 * x * z,
+        0.1365685538240099 * even,
+        -0.03526184897173477 * ((35.0 * z * z - 30.0) * z * z + 3.0) / 8.0,
+        -0.0557538786297741 * x * z * (7.0 * z * z - 3.0) / 2.0,
+        -0.039423945656565 * even * (7.0 * z * z - 1.0) / 2.0,
+        -0.14751089748166088 * x * z * (x * x - 3.0 * y * y) / 2.0,
+        -0.026076488977049006 * (even * even - 4.0 * x * x * y * y),
+    ]
+}
+
+type Place<'a> = [(&'a str, f64)];
+
+/// L_ambient of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits.
+fn ambient(air: &Database, centre: &Place, normal: [f64; 3], temperature: f64, emitted: f64) -> Result<f64> {
+    let codes = air.last_nodes(LIGHT);
+    let mut total = Vec::new();
+    for code in codes {
+        total.push(air.value(LIGHT, &[centre, &[("harmonic", *code)]].concat())?);
+    }
+    for code in air.last_nodes(GLOW) {
+        let place = [centre, &[("ground_temperature", temperature), ("zonal_harmonic", *code)]].concat();
+        let index = HARMONICS.iter().position(|each| each == code).unwrap_or(0);
+        total[index] += emitted * air.value(GLOW, &place)?;
+    }
+    let sum = |basis: [f64; 11]| total.iter().zip(basis).map(|(part, each)| part * each).sum::<f64>();
+    let square = normal[2] * normal[2];
+    let share = if codes.len() == 6 {
+        ((35.0 * square - 30.0) * square + 3.0) / 8.0
+    } else {
+        (((231.0 * square - 315.0) * square + 105.0) * square - 5.0) / 16.0
+    };
+    let missing = air.value("ambient_radiance", centre)? - sum(irradiance_harmonics([0.0, 0.0, 1.0]));
+    Ok((sum(irradiance_harmonics(normal)) + missing * share).max(0.0))
+}
+
+/// L_ambient of a pixel's face; of a level one where the file or the pixel says no more.
+fn ambient_of_pixel(surface: &Database, band: &Database, air: &Database, centre: &Place, given: &Given) -> Result<f64> {
+    let (Some([emissivity, mut temperature, mut emitted]), Some(heading)) = (air.ground, given.source_heading) else {
+        return air.value("ambient_radiance", centre);
+    };
+    if let Some(material) = &given.ground_material {
+        let level = [
+            ("material", code_of(band, material)?),
+            ("altitude", given.surface_altitude),
+            ("azimuth", 0.0),
+            ("slope", 0.0),
+            ("time", given.time),
+        ];
+        temperature = surface.value("temperature", &level)?;
+        emitted = emissivity * band.value("blackbody_radiance", &[("temperature", temperature)])?;
+    }
+    let (slope, turn) = (given.surface_slope.to_radians(), (given.surface_azimuth - heading).to_radians());
+    let normal = [slope.sin() * turn.cos(), slope.sin() * turn.sin(), slope.cos()];
+    ambient(air, centre, normal, temperature, emitted)
+}
+
 /// Equations (1) to (44) for one pixel.
 fn pixel(scene: &Scene, surface: &Database, band: &Database, air: &Database, given: &Given) -> Result<Pixel> {
-    let code = match &given.material {
-        Material::Code(code) => *code,
-        Material::Name(name) => band.material(name)?,
-    };
+    let code = code_of(band, &given.material)?;
     let face = [
         ("material", code),
         ("altitude", given.surface_altitude),
@@ -143,7 +213,7 @@ fn pixel(scene: &Scene, surface: &Database, band: &Database, air: &Database, giv
     let depth = 5.5 * given.range / beta_star;
     let transmittance = (-depth).exp(); // (9)
     let path = air.value("path_radiance_ratio", &centre)? * -(-depth).exp_m1(); // (11)
-    let skyshine = air.value("ambient_radiance", &centre)? * rho * transmittance; // (19)
+    let skyshine = ambient_of_pixel(surface, band, air, &centre, given)? * rho * transmittance; // (19)
     let (normal, to_source, to_observer) = (unit(&given.normal)?, unit(&given.to_source)?, unit(&given.to_observer)?);
     let incidence = dot(&normal, &to_source).max(0.0);
     let lit = incidence > 0.0;

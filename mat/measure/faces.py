@@ -1,0 +1,98 @@
+"""Random faces at the ends of random lines of sight, on which ambient light from harmonics is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
+from skyshine.mat.measure.probes import lines_in_cells
+from skyshine.mat.measure.sampling import random_places
+from skyshine.mat.measure.scale import Scale
+from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES, AmbientHarmonics
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.facet_light import facet_irradiance
+from skyshine.mat.quantities.formulas import mean_transmittance
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.surface_light import radiance_weight
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
+from skyshine.mat.radiometry.spherical_harmonics import ambient_of_faces
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.gridded import AXES, FIELDS, Gridded
+from skyshine.mat.tables.interpolation import interpolate
+from skyshine.schemas.arrays import Floats
+
+LINES, FACES = 16, 24
+GROUND_K = (250.0, 340.0)  # temperatures of the ground, at random between
+
+
+@dataclass(frozen=True, eq=False)
+class FaceProbes:
+    """n lines of sight that end above the ground, and F faces at the end of each.
+
+    Attributes
+    ----------
+    places : dict of str to (n,) array
+        By the first four of `gridded.AXES`.
+    normal : (n, F, 3) array
+    ground_temperature, ground_radiance : (n,) arrays
+        K; emitted by the ground in the band, W m^-2 sr^-1.
+    transmittance : (n,) array
+        Of the path.
+    truth : (n, F) array
+        Ambient radiance, W m^-2 sr^-1.
+    """
+
+    places: dict[str, Floats]
+    normal: Floats
+    ground_temperature: Floats
+    ground_radiance: Floats
+    transmittance: Floats
+    truth: Floats
+
+    @classmethod
+    def drawn(
+        cls, atmosphere: BandAtmosphere, base: PathGrid, irradiance: Floats, generator: np.random.Generator
+    ) -> FaceProbes:
+        """Draw lines on the job's own axes and compute the light on faces at their ends."""
+        altitude, elevation, ranges = lines_in_cells(base, LINES, generator)
+        distance = ranges[np.arange(LINES), generator.permutation(LINES) % ranges.shape[1]]
+        source = random_places(base.source_elevation_deg, LINES, generator)
+        normal = generator.normal(size=(LINES, FACES, 3))
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        kelvin = generator.uniform(*GROUND_K, LINES)
+        air, band = atmosphere.air, atmosphere.band
+        paths = list(lines_of_sight(air, distance[:, None] * 1e3, altitude * 1e3, np.radians(elevation)))
+        kept = np.array([bool(path.valid[0]) for path in paths])
+        paths = [path for path, valid in zip(paths, kept, strict=True) if valid]
+        end = np.array([min(path.surface_altitude[0], air.shells.top) for path in paths])
+        light = facet_irradiance(air, end, np.radians(source[kept]), normal[kept], irradiance, kelvin[kept])
+        weight = np.array([radiance_weight(band, path)[0] for path in paths]).reshape(-1, band.weight.size)
+        through = np.array(
+            [np.exp(mean_transmittance(path.depth, band.weight, band.weight.sum())[0][0]) for path in paths]
+        )
+        emissivity = 1 - air.state.surface_albedo
+        glow = planck_wavenumber(band.wavenumber, kelvin[kept][:, None]) @ band.radiance_weight
+        places = dict(zip(AXES, (values[kept] for values in (distance, altitude, elevation, source)), strict=False))
+        truth = np.einsum("nfp,np->nf", light, weight) if paths else np.empty((0, FACES))
+        return cls(places, normal[kept], kelvin[kept], emissivity * glow, through, truth)
+
+    def errors(self, level: Gridded, harmonics: AmbientHarmonics, scale: Scale | None) -> Floats:
+        """Errors (n, F) of faces read from the tables, in the scale's unit; without a scale in W m^-2 sr^-1."""
+        nodes = {name: getattr(harmonics.grid, field) for name, field in zip(AXES, FIELDS, strict=True)}
+
+        def read(values: Floats, places: dict[str, Floats]) -> Floats:
+            last = np.arange(1, values.shape[-1] + 1)
+            rules = [AxisRule(name, nodes.get(name, np.array(GROUND_TEMPERATURES))) for name in places]
+            where = {name: at[:, None] for name, at in places.items()} | {"harmonic": last}
+            return interpolate(values, [*rules, AxisRule("harmonic", last, "exact")], where)
+
+        warmth = {name: self.places[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature}
+        light, ground = read(harmonics.radiance, self.places), read(harmonics.ground, warmth)
+        flat = level.read(self.places)[:, None]
+        found = ambient_of_faces(flat, light[:, None], ground[:, None], self.ground_radiance[:, None], self.normal)
+        if scale is None:
+            return found - self.truth
+        distance = self.places["range"][:, None]
+        return scale.error("ambient_radiance", found, self.truth, self.transmittance[:, None], distance)

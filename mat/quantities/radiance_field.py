@@ -1,0 +1,211 @@
+"""Radiance around a point in the air by direction: sky above, air and ground below, from the solver of path radiance.
+
+The ground reflects the sky and the source evenly to all sides, with the albedo of the state; what it emits is left to
+the transmittance towards it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.geometry import scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
+from skyshine.schemas.arrays import Floats
+
+# Directions within a cell, each way, over which the phase function and the cosine to a face are averaged.
+_SAMPLES = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """Cells of the sphere: D zenith angles, of which the first half point down, by A azimuths from the source.
+
+    The other half of the azimuths mirrors them. Zenith angles are Gauss nodes in the square root of the cosine, which
+    gather at the horizon, where radiance varies most; azimuths are equally spaced, exact for cos(m phi), m < 2 A.
+
+    Attributes
+    ----------
+    cosine, weight : (D,) arrays
+        Of the zenith angle, and its weight; the weights of a hemisphere sum to 1.
+    edges : (D, 2) array
+        Bounds of the cells in that cosine.
+    azimuths : int
+    """
+
+    cosine: Floats
+    weight: Floats
+    edges: Floats
+    azimuths: int
+
+    @classmethod
+    def of(cls, zeniths: int, azimuths: int) -> Directions:
+        """So many zenith angles in each hemisphere and azimuths in half a turn."""
+        node, weight = np.polynomial.legendre.leggauss(zeniths)
+        root, weight = 0.5 * (node + 1), 0.5 * weight
+        bounds = np.append(0.0, np.cumsum(weight)) ** 2
+        bounds[-1] = 1.0
+        cosine, weight = root**2, 2 * root * weight
+        edges = np.stack([bounds[:-1], bounds[1:]], axis=1)
+        return cls(
+            np.concatenate([-cosine[::-1], cosine]),
+            np.concatenate([weight[::-1], weight]),
+            np.concatenate([-edges[::-1, ::-1], edges]),
+            azimuths,
+        )
+
+    @property
+    def azimuth(self) -> Floats:
+        """(A,) rad."""
+        return np.pi * (np.arange(self.azimuths) + 0.5) / self.azimuths
+
+    @property
+    def solid_angle(self) -> Floats:
+        """(D, 1) [sr], of each cell and its mirror image."""
+        return (2 * np.pi / self.azimuths * self.weight)[:, None]
+
+    @property
+    def vectors(self) -> Floats:
+        """Unit vectors (D, A, 3); z points up, x towards the source's azimuth."""
+        return _vectors(self.cosine[:, None], self.azimuth)
+
+    @cached_property
+    def samples(self) -> Floats:
+        """Unit vectors (D, A, N, 3) evenly over each cell."""
+        part = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+        cosine = self.edges[:, :1] + np.diff(self.edges) * part
+        azimuth = self.azimuth[:, None] + np.pi / self.azimuths * (part - 0.5)
+        vectors = _vectors(cosine[:, None, :, None], azimuth[None, :, None, :])
+        return vectors.reshape(self.cosine.size, self.azimuths, -1, 3)
+
+    def irradiance_weights(self, normal: Floats) -> Floats:
+        """Weights (D, A) [sr] with which radiance sums to the irradiance of a face with a normal (3,)."""
+        mirrored = normal * np.array([1.0, -1.0, 1.0])
+        cosine = np.stack([np.maximum(self.samples @ side, 0.0).mean(axis=-1) for side in (normal, mirrored)]).sum(
+            axis=0
+        )
+        weights: Floats = 0.5 * self.solid_angle * cosine
+        return weights
+
+
+def _vectors(cosine: Floats, azimuth: Floats) -> Floats:
+    sine = np.sqrt(1 - cosine**2)
+    return np.stack(np.broadcast_arrays(sine * np.cos(azimuth), sine * np.sin(azimuth), cosine), axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class GroundReflection:
+    """Radiance that the ground reflects, W m^-2 sr^-1 (cm^-1)^-1.
+
+    Attributes
+    ----------
+    thermal : (P,) array
+        Of the air's emission.
+    scattered : (S, P) array
+        Of a source's light at each of S elevations, per unit of its irradiance outside the atmosphere.
+    """
+
+    thermal: Floats
+    scattered: Floats
+
+    @classmethod
+    def of(cls, air: SpectralAir, source_elevation: Floats) -> GroundReflection:
+        """Reflection of the state's ground under a source at elevations (S,) [rad]."""
+        altitude, share = np.array([air.state.surface_altitude]), air.state.surface_albedo / np.pi
+        sky = sky_irradiance(air, altitude, source_elevation)
+        direct = direct_transmittance(air.source_paths, altitude, source_elevation)[0]
+        beam = np.maximum(np.sin(source_elevation), 0.0)[:, None] * direct
+        return cls(share * sky.thermal[0], share * (sky.scattered[0] + beam))
+
+
+@dataclass(frozen=True, eq=False)
+class RadianceField:
+    """Radiance from D x A directions at a point, at P spectral points.
+
+    Attributes
+    ----------
+    thermal : (D, P) array
+        Emitted and scattered by the air or reflected by the ground, without the ground's emission, W m^-2 sr^-1
+        (cm^-1)^-1.
+    scattered : (D, S, A, P) array
+        Light of a source at S elevations, per unit of its irradiance outside the atmosphere.
+    to_ground : (D, P) array
+        Transmittance to the ground; 0 where the direction does not meet it.
+    """
+
+    thermal: Floats
+    scattered: Floats
+    to_ground: Floats
+
+    @classmethod
+    def at(
+        cls,
+        air: SpectralAir,
+        altitude: float,
+        source_elevation: Floats,
+        reflection: GroundReflection,
+        directions: Directions,
+        phases: Sequence[Floats],
+    ) -> RadianceField:
+        """The field at an altitude [m] under a source at geometric elevations (S,) [rad]; with `cell_phases` of the
+        directions.
+        """
+        count, points = directions.cosine.size, air.optics.wavenumber.size
+        rays = trace(air.shells, np.full(count, altitude), np.arcsin(directions.cosine))
+        thermal, to_ground = np.zeros((count, points)), np.zeros((count, points))
+        scattered = np.zeros((count, source_elevation.size, directions.azimuths, points))
+        sources = np.repeat(source_elevation, directions.azimuths), np.tile(directions.azimuth, source_elevation.size)
+        cosines = source_cosine(rays, *sources), scattering_cosine(rays, *sources)
+        lit = air.scatters and source_elevation.size > 0
+        for row in range(count):
+            segments = Segments.of(rays, row)
+            depths = Depths(segments.column(air.optics.extinction))
+            if segments.index.size:
+                thermal[row] = air.thermal_radiance(segments, depths).sum(axis=0)
+                if lit:
+                    to_source, deflection = (part[row, segments.ends] for part in cosines)
+                    light = air.scattered_radiance(segments, depths, to_source, deflection, phases[row])
+                    scattered[row] = light.reshape(source_elevation.size, directions.azimuths, points)
+            if rays.ground[row]:
+                to_ground[row] = np.exp(-depths.cumulative[-1]) if segments.index.size else 1.0
+                thermal[row] += to_ground[row] * reflection.thermal
+                scattered[row] += to_ground[row] * reflection.scattered[:, None]
+        return cls(thermal, scattered, to_ground)
+
+    def radiance(self, irradiance: Floats) -> Floats:
+        """Radiance (D, S, A, P) under a source of irradiance (P,) outside the atmosphere, without the ground's
+        emission.
+        """
+        return self.thermal[:, None, None] + self.scattered * irradiance
+
+
+def cell_phases(air: SpectralAir, directions: Directions, source_elevation: Floats) -> list[Floats]:
+    """Phase function of particles at the levels, mean over the cells of each zenith angle, D of (N, S * A, C).
+
+    Particles scatter most within a few degrees of the source, which single directions would miss. The mean is scaled to
+    the cell's true solid angle, so that what the cells hold together is the whole.
+    """
+    source = np.stack([np.cos(source_elevation), np.zeros_like(source_elevation), np.sin(source_elevation)], axis=-1)
+    return [_cell_phase(air.optics.phase, directions, row, source) for row in range(directions.cosine.size)]
+
+
+def _cell_phase(phase: Floats, directions: Directions, row: int, source: Floats) -> Floats:
+    """Of one zenith angle and sources in directions (S, 3)."""
+    samples = directions.samples[row]  # (A, N, 3)
+    angle = np.arccos(np.clip(np.einsum("anx,sx->san", samples, source), -1.0, 1.0))
+    place = angle.reshape(len(source) * directions.azimuths, -1) / PHASE_ANGLES[1]
+    first = np.minimum(place.astype(int), PHASE_ANGLES.size - 2)
+    index = first + np.arange(len(place))[:, None] * PHASE_ANGLES.size
+    weight = np.zeros(len(place) * PHASE_ANGLES.size)
+    np.add.at(weight, index, first + 1 - place)
+    np.add.at(weight, index + 1, place - first)
+    scale = np.diff(directions.edges[row])[0] / directions.weight[row]
+    share = weight.reshape(len(place), PHASE_ANGLES.size) * scale / place.shape[1]
+    mean: Floats = np.einsum("sa,anc->nsc", share, phase, optimize=True)
+    return mean

@@ -1,0 +1,111 @@
+"""Ambient radiance of faces of any direction, read from the harmonics of an atmospheric table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.radiometry.spherical_harmonics import ambient_of_faces, face_normal
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Group
+
+Policy = str | Mapping[str, str] | None
+
+
+class Readable(Protocol):
+    """A table as `loader.Table` is."""
+
+    @property
+    def path(self) -> Path: ...
+
+    @property
+    def root(self) -> Group: ...
+
+    @property
+    def attributes(self) -> dict[str, Any]: ...
+
+    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]: ...
+
+    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]: ...
+
+
+@dataclass(frozen=True)
+class StatedGround:
+    """What a file states of the ground around faces.
+
+    Attributes
+    ----------
+    emissivity : float
+    temperature : float
+        K.
+    radiance : float
+        Emitted in the band at that temperature, W m^-2 sr^-1.
+    """
+
+    emissivity: float
+    temperature: float
+    radiance: float
+
+
+def stated_ground(path: Path, attributes: Mapping[str, Any]) -> StatedGround:
+    """The ground of a file's root attributes.
+
+    Raises
+    ------
+    InputError
+        One of them is missing or no number.
+    """
+    names = ("ground_emissivity", "ground_temperature", "ground_radiance")
+    try:
+        return StatedGround(*(float(attributes[name]) for name in names))
+    except (KeyError, TypeError, ValueError):
+        raise InputError(f"lacks {', '.join(names)} or one of them; build the file again", file=path) from None
+
+
+def ambient_radiance(
+    table: Readable,
+    slope: npt.ArrayLike,
+    azimuth: npt.ArrayLike,
+    ground_temperature: npt.ArrayLike | None,
+    blackbody: Callable[[npt.ArrayLike], npt.NDArray[np.float64]] | None,
+    out_of_range: Policy,
+    where: Mapping[str, Any],
+) -> npt.NDArray[np.float64]:
+    """As `loader.AtmosphereTable.ambient_radiance`; `blackbody` gives the band radiance (7) of temperatures in K."""
+    level = table.value("ambient_radiance", out_of_range=out_of_range, **where)
+    if AMBIENT_HARMONICS not in table.root.variables:
+        if np.any(np.asarray(slope) != 0):
+            raise InputError(
+                f"has no {AMBIENT_HARMONICS}; allowed: slope 0; build the file from a job whose surface_grid.slope_deg"
+                " has tilted faces",
+                file=table.path,
+            )
+        shape = np.broadcast_shapes(level.shape, np.shape(slope), np.shape(azimuth))
+        return np.array(np.broadcast_to(level, shape))
+    stated = stated_ground(table.path, table.attributes)
+    kelvin, emitted = np.asarray(stated.temperature), np.asarray(stated.radiance)
+    if ground_temperature is not None and blackbody is not None:
+        kelvin = np.asarray(ground_temperature, float)
+        emitted = stated.emissivity * blackbody(kelvin)
+    light = _coefficients(table, AMBIENT_HARMONICS, "harmonic", out_of_range, where)
+    of_ground = {**where, "ground_temperature": kelvin}
+    ground = _coefficients(table, GROUND_HARMONICS, "zonal_harmonic", out_of_range, of_ground)
+    return ambient_of_faces(level, light, ground, emitted, face_normal(slope, azimuth))
+
+
+def _coefficients(
+    table: Readable, quantity: str, harmonic: str, out_of_range: Policy, where: Mapping[str, Any]
+) -> npt.NDArray[np.float64]:
+    """Values of a quantity at places, for all harmonics along a last axis."""
+    rules = {rule.name: rule for rule in table.rules(quantity)}
+    place = {name: np.asarray(values)[..., None] for name, values in where.items() if name in rules}
+    if isinstance(out_of_range, Mapping):
+        out_of_range = {name: policy for name, policy in out_of_range.items() if name in rules}
+    return table.value(quantity, out_of_range=out_of_range, **place, **{harmonic: rules[harmonic].nodes})

@@ -201,7 +201,7 @@ def test_broken_material_file(own, file, old, new, message):
 
 def test_missing_material_file(own):
     (own / "ref" / "hangar_roof.csv").unlink()
-    with pytest.raises(InputError, match=r"hangar_roof\.csv: cannot be read"):
+    with pytest.raises(InputError, match=r"hangar_roof\.csv: does not exist; check the path"):
         load_library(own)["hangar_roof"]
 
 

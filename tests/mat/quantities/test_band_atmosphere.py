@@ -156,7 +156,8 @@ def test_space_is_clear(table):
 
 def test_night_has_only_thermal_path_radiance(state, band):
     dark = BandAtmosphere.of(state, band).table(replace(GRID, range_km=[0.0, 1.0, 1000.0]), np.zeros(band.weight.size))
-    assert np.ptp(dark.path_radiance_ratio, axis=(3, 4)) == pytest.approx(0.0, abs=1e-15)
+    spread = np.ptp(dark.path_radiance_ratio, axis=(3, 4))
+    assert np.all(spread <= 1e-12 * dark.path_radiance_ratio.max()) and dark.path_radiance_ratio.max() > 0
     assert np.all(dark.direct == 0)
 
 

@@ -276,7 +276,9 @@ static void read_array(const struct source *from, const struct layout *layout, s
 /* Harmonics of the light around faces, behind the other arrays, and what the file states of the ground. */
 static void read_tilted(const struct source *from, struct database *database, const struct json *clamped)
 {
-    struct array *light = &database->arrays[ARRAYS - 2], *glow = &database->arrays[ARRAYS - 1];
+    size_t first = 0;
+    while (database->arrays[first].name) ++first;
+    struct array *light = &database->arrays[first], *glow = &database->arrays[first + 1];
     read_array(from, &TILTED[0], light, clamped);
     read_array(from, &TILTED[1], glow, clamped);
     if ((light->axes[4].count == 6) != (glow->axes[4].count == 3)) fail("%s: '%s' and '%s' are of different harmonics", from->path, LIGHT, GLOW);

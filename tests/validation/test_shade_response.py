@@ -85,7 +85,7 @@ def errors():
             AxisRule("slope", table.slopes_deg),
             LAG_STARTS,
             OFFSETS,
-            *(table.kernel, table.temperature, table.loss_slope, table.loss_excess),
+            *(table.kernel, table.temperature, table.loss_slope, table.loss_excess, table.melt),
         )
         altitude, slope = draw.uniform(0, 3), draw.choice([0.0, 90.0, draw.uniform(0, 180)])
         first = draw.uniform(0, 24)
@@ -98,7 +98,7 @@ def errors():
         start, whole = _solved(material, sunlit), _solved(material, shaded)
         heat = (Balance(face.forcing(FINE_STEPS), material).absorbed for face in (shaded, sunlit))
         columns = response.columns(np.array([0]), np.array([altitude]), np.array([slope]))
-        read = start.temperature + columns.change(np.subtract(*heat), start.temperature)
+        read = start.temperature + columns.change(np.subtract(*heat), start.temperature, table.highest.astype(float))
         read = np.minimum(read, np.maximum(table.highest[0], start.temperature))
         error = read - whole.temperature
         by_material[material.name].append(

@@ -61,7 +61,7 @@ def page(layout: Layout, name: str) -> str:
     Parameters
     ----------
     layout : dict
-        The layout schema.
+        The layout schema; its description, of what runtimes compute from the fields, ends the page.
     name : str
         File type and major version, such as ``htt-1``.
     """
@@ -86,9 +86,8 @@ def page(layout: Layout, name: str) -> str:
         lines += _axes(content["axes"]) + _arrays(content["variables"])
         if len(lines[-1].split("\n")) == 1 and lines[-1].startswith("## "):
             lines += ["", "Holds groups or attributes only."]
-    if "description" in layout:
-        lines += ["", layout["description"]]
-    return "\n".join(lines) + "\n"
+    formulas = ["", layout["description"].rstrip("\n")] if "description" in layout else []
+    return "\n".join(lines + formulas) + "\n"
 
 
 def _groups(content: Layout, place: str) -> Iterator[tuple[str, Layout]]:

@@ -53,6 +53,7 @@ def stored_response(table: ResponseTable) -> StoredResponse:
         table.temperature,
         table.loss_slope,
         table.loss_excess,
+        table.melt,
     )
 
 
@@ -94,13 +95,14 @@ def shade_error(
         if material.name in given:
             by_material.append((0.0, 0.0))
             continue
+        highest = np.full(kilometres.size, table.highest[number], float)
         columns = response.columns(np.full(kilometres.size, number), kilometres, np.tile(slopes, _PLACES))
         start, melting = _solved(material, sunlit)
         absorbed = Balance(sunlit.forcing(FINE_STEPS), material).absorbed
         part = []
         for shade in shades:
             whole, melts = _solved(material, shade)
-            change = columns.change(Balance(shade.forcing(FINE_STEPS), material).absorbed - absorbed, start)
+            change = columns.change(Balance(shade.forcing(FINE_STEPS), material).absorbed - absorbed, start, highest)
             part.append(np.minimum(start + change, table.highest[number]) - whole)
             frozen.append(~(melting | melts))
         errors += part

@@ -52,19 +52,26 @@ class SurfaceResponse:
         Derivative of the heat loss f by temperature there [W m^-2 K^-1].
     loss_excess : ndarray, shape (columns, 24, O)
         f at `OFFSETS` from that temperature, less its tangent [W m^-2].
+    melt : ndarray, shape (columns, 24)
+        Heat spent on melting there [W m^-2].
     """
 
     kernel: Floats
     temperature: Floats
     loss_slope: Floats
     loss_excess: Floats
+    melt: Floats
 
     @classmethod
     def empty(cls, columns: int) -> SurfaceResponse:
         """Of surfaces whose temperature is given: no heat changes it."""
         hours = (columns, RESPONSE_HOURS.size)
         return cls(
-            np.zeros((*hours, LAG_STARTS.size)), np.zeros(hours), np.ones(hours), np.zeros((*hours, OFFSETS.size))
+            np.zeros((*hours, LAG_STARTS.size)),
+            np.zeros(hours),
+            np.ones(hours),
+            np.zeros((*hours, OFFSETS.size)),
+            np.zeros(hours),
         )
 
 
@@ -95,6 +102,7 @@ def surface_response(
     -----
     J is taken in fine steps about the solution in coarser ones, linear between its times: a shadow comes and goes
     within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not melt.
+    Readers end the melting before such a surface cools.
     """
     forcing = forcing_at(FINE_STEPS)
     response = SurfaceResponse.empty(forcing.shape[0])
@@ -112,7 +120,9 @@ def _fill(
     balance = Balance(forcing, material)
     times, coarse = np.arange(FINE_STEPS) / FINE_STEPS, solution.temperature
     known = np.arange(coarse.shape[1]) / coarse.shape[1]
-    temperature = np.stack([np.interp(times, known, row, period=1.0) for row in coarse])
+    temperature, melt = (
+        np.stack([np.interp(times, known, row, period=1.0) for row in rows]) for rows in (coarse, solution.melt)
+    )
     loss, slope = balance.loss_and_slope(temperature)
     slope = np.maximum(slope, _LEAST_SLOPE)
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
@@ -125,6 +135,7 @@ def _fill(
         response.kernel[column] = np.add.reduceat(by_lag, cells, axis=1)
     response.temperature[columns] = temperature[:, at_hours]
     response.loss_slope[columns] = slope[:, at_hours]
+    response.melt[columns] = melt[:, at_hours]
     balance = Balance(forcing.times(at_hours), material)
     temperature, loss, slope = temperature[:, at_hours], loss[:, at_hours], slope[:, at_hours]
     for number, offset in enumerate(OFFSETS):
@@ -148,6 +159,7 @@ class ResponseTable:
     kernel : ndarray, shape (M, A, S, 24, L)
     temperature, loss_slope : ndarray, shape (M, A, S, 24)
     loss_excess : ndarray, shape (M, A, S, 24, O)
+    melt : ndarray, shape (M, A, S, 24)
         As in `SurfaceResponse`.
     solar_absorptance, thermal_emissivity : ndarray, shape (M,)
     highest : ndarray, shape (M,)
@@ -160,6 +172,7 @@ class ResponseTable:
     temperature: Singles
     loss_slope: Singles
     loss_excess: Singles
+    melt: Singles
     solar_absorptance: Singles
     thermal_emissivity: Singles
     highest: Singles
@@ -197,7 +210,7 @@ def response_table(
             solved[material.physics] = surface_response(material, forcing_at, steps=steps)
         responses.append(solved[material.physics])
     shape = (len(materials), altitudes.size, slopes.size, RESPONSE_HOURS.size)
-    kernel, temperature, slope, excess = (
+    kernel, temperature, slope, excess, melt = (
         np.stack([getattr(response, field.name) for response in responses]).astype(np.float32)
         for field in fields(SurfaceResponse)
     )
@@ -208,6 +221,7 @@ def response_table(
         temperature.reshape(shape),
         slope.reshape(shape),
         _rounded(excess).reshape(*shape, OFFSETS.size),
+        melt.reshape(shape),
         np.array([material.solar_absorptance for material in materials], np.float32),
         np.array([material.thermal_emissivity for material in materials], np.float32),
         np.array([melting_cap(material) or NO_LIMIT for material in materials], np.float32),

@@ -150,6 +150,7 @@ def shade_fields(
         ),
         light.ABSORPTANCE: Variable(("material",), table.solar_absorptance, "1", "solar absorptance"),
         light.EMISSIVITY: Variable(("material",), table.thermal_emissivity, "1", "thermal emissivity"),
+        response.MELT: Variable(column, table.melt, "W m^-2", "heat spent on melting at response_temperature"),
         response.HIGHEST: Variable(
             ("material",), table.highest, "K", "temperature that the surface cannot exceed because it melts"
         ),

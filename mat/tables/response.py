@@ -19,7 +19,7 @@ from skyshine.schemas.hdf5 import Group
 
 KERNEL, REFERENCE = "response_kernel", "response_temperature"
 LOSS_SLOPE, LOSS_EXCESS = "heat_loss_slope", "heat_loss_excess"
-HIGHEST = "highest_temperature"
+HIGHEST, MELT = "highest_temperature", "melting_heat"
 ALTITUDE, SLOPE, HOUR, LAG, OFFSET = (
     "response_altitude",
     "response_slope",
@@ -31,6 +31,7 @@ ALTITUDE, SLOPE, HOUR, LAG, OFFSET = (
 FORCING_STEPS = 288  # of a day, at which changes of heat and temperature are computed
 CORRECTIONS = 8  # times that the excess of the heat loss is applied
 DAY_H = 24.0
+MELTING_RANGE = 0.01  # K below its melting point in which a surface counts as melting
 _BLOCK = 512  # columns computed together
 
 
@@ -57,6 +58,8 @@ class ColumnResponse:
         [W m^-2 K^-1]
     excess : (P, H, O) ndarray
         [W m^-2]
+    melt : (P, H) ndarray
+        [W m^-2]
     """
 
     lag: Floats
@@ -65,8 +68,9 @@ class ColumnResponse:
     reference: Floats
     slope: Floats
     excess: Floats
+    melt: Floats
 
-    def change(self, absorbed: Floats, temperature: Floats) -> Floats:
+    def change(self, absorbed: Floats, temperature: Floats, highest: Floats) -> Floats:
         """Change of temperature through the day.
 
         Parameters
@@ -75,15 +79,19 @@ class ColumnResponse:
             Change of the absorbed heat, means over the steps [W m^-2].
         temperature : (P, FORCING_STEPS) ndarray
             Of the table [K]; not a number where the table holds no such time.
+        highest : (P,) ndarray
+            That the surfaces cannot exceed because they melt [K].
 
         Returns
         -------
         (P, FORCING_STEPS) ndarray
             [K]
         """
-        kernel, reference, slope, excess = (
-            _through_the_day(values) for values in (self.kernel, self.reference, self.slope, self.excess)
+        kernel, reference, slope, excess, melt = (
+            _through_the_day(values) for values in (self.kernel, self.reference, self.slope, self.excess, self.melt)
         )
+        melting = temperature >= highest[:, None] - MELTING_RANGE
+        absorbed = np.where(melting, np.minimum(absorbed + melt, 0.0), absorbed)
         start = np.where(np.isfinite(temperature), temperature - reference, 0.0)
         loss = slope[..., None] * self.offset + excess
         base = _read(self.offset, loss, start)
@@ -129,7 +137,7 @@ class StoredResponse:
         Of the columns whose response is stored.
     lag, offset : ndarray
         As in `ColumnResponse`.
-    kernel, reference, loss_slope, excess : ndarray, shape (M, A, S, H, ...)
+    kernel, reference, loss_slope, excess, melt : ndarray, shape (M, A, S, H, ...)
     """
 
     altitude: AxisRule
@@ -140,6 +148,7 @@ class StoredResponse:
     reference: npt.NDArray[Any]
     loss_slope: npt.NDArray[Any]
     excess: npt.NDArray[Any]
+    melt: npt.NDArray[Any]
 
     @classmethod
     def of(cls, root: Group) -> StoredResponse:
@@ -157,7 +166,7 @@ class StoredResponse:
             AxisRule.of(SLOPE, root.axes[SLOPE]),
             np.asarray(root.axes[LAG].values, float),
             np.asarray(root.axes[OFFSET].values, float),
-            *(root.variables[name].data for name in (KERNEL, REFERENCE, LOSS_SLOPE, LOSS_EXCESS)),
+            *(root.variables[name].data for name in (KERNEL, REFERENCE, LOSS_SLOPE, LOSS_EXCESS, MELT)),
         )
 
     def columns(self, material: Integers, altitude: Floats, slope: Floats) -> ColumnResponse:
@@ -177,7 +186,9 @@ class StoredResponse:
             return total
 
         return ColumnResponse(
-            self.lag, self.offset, *(mixed(v) for v in (self.kernel, self.reference, self.loss_slope, self.excess))
+            self.lag,
+            self.offset,
+            *(mixed(v) for v in (self.kernel, self.reference, self.loss_slope, self.excess, self.melt)),
         )
 
 
@@ -299,8 +310,10 @@ def temperature_change(
             slope=slope[:, None],
             time=forcing_hours()[times],
         )
-        columns = stored.columns(np.searchsorted(codes, code), altitude, slope)
-        change = columns.change(step_means(changes[number.astype(int)]), temperature)
+        index = np.searchsorted(codes, code)
+        highest = np.asarray(root.variables[HIGHEST].data, float)[index]
+        columns = stored.columns(index, altitude, slope)
+        change = columns.change(step_means(changes[number.astype(int)]), temperature, highest)
         rows = np.flatnonzero((inverse.ravel() >= start) & (inverse.ravel() < start + _BLOCK))
         result[rows] = at_times(change[inverse.ravel()[rows] - start], flat[-1][rows])
     return result.reshape(np.broadcast_shapes(*(values.shape for values in fields)))

@@ -114,6 +114,29 @@ def test_shaded_and_heated_faces_agree_with_the_library(runtime, scene):
         np.testing.assert_allclose(found, expected[name], rtol=1e-6, atol=1e-12, err_msg=name)
 
 
+def test_melting_faces_agree_with_the_library(runtime, scene, tmp_path):
+    """Of a file whose materials melt at 300 K and spend 90 W m^-2 on it: some pixels melt now, some at other times."""
+    root, _ = read_file(scene["surface"])
+    arrays = {name: root.variables[name] for name in ("highest_temperature", "melting_heat")}
+    changed = {
+        name: replace(array, data=np.full_like(array.data, value))
+        for (name, array), value in zip(arrays.items(), (300.0, 90.0), strict=True)
+    }
+    melting = tmp_path / "melting.htt.h5"
+    write_file(melting, replace(root, variables=root.variables | changed), Header("htt", "1.3.0", "data", "job"))
+    shade = {"surroundings": {"shade": [[8, 17]], "sky_view": 0.7, "facing": 290}}
+    pixels = [
+        pixel | (shade if number % 2 else {"absorbed_change": [40.0]})
+        for number, pixel in enumerate(scene["pixels"][:16])
+    ]
+    wet = scene | {"surface": str(melting), "pixels": pixels}
+    status, shown, complaint = runtime(wet)
+    assert status == 0, complaint
+    found, expected = [pixel["temperature"] for pixel in json.loads(shown)["pixels"]], by_library(wet)["temperature"]
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    assert np.abs(expected - by_library(scene | {"pixels": pixels})["temperature"]).max() > 1
+
+
 def _bare(pixel):
     return {name: value for name, value in pixel.items() if name not in ("surroundings", "absorbed_change")}
 

@@ -21,6 +21,7 @@ static const struct layout SHADE[] = {
     {"heat_loss_excess", {"material", "response_altitude", "response_slope", "response_hour", "temperature_offset"}, -HUGE_VALF, HUGE_VALF},
     {"solar_absorptance", {"material"}, 0.0, 1.0},
     {"thermal_emissivity", {"material"}, 0.0, 1.0},
+    {"melting_heat", {"material", "response_altitude", "response_slope", "response_hour"}, 0.0, HUGE_VALF},
     {"highest_temperature", {"material"}, 1.0, 1e4},
     {"direct_normal_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
     {"diffuse_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},

@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-enum { AXES = 5, ARRAYS = 15, NAME = 64 };
+enum { AXES = 5, ARRAYS = 16, NAME = 64 };
 #define LIGHT "ambient_radiance_harmonics"
 #define GLOW "ground_radiance_harmonics"
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 enum { STEPS = 288, CORRECTIONS = 8, MOST = 512 };
-static const double DAY = 24.0, STEFAN_BOLTZMANN = 5.670374419e-8, WALL_EMISSIVITY = 0.95, STEP = 24.0 / STEPS;
+static const double DAY = 24.0, STEFAN_BOLTZMANN = 5.670374419e-8, WALL_EMISSIVITY = 0.95, MELTING_RANGE = 0.01, STEP = 24.0 / STEPS;
 
 /* Sums of step means, for integrals to any hour. */
 struct sums {
@@ -98,14 +98,15 @@ static void linear(const struct response *steps, const struct axis *lags, const 
     }
 }
 
-/* Change of temperature at each step of the day by a change of absorbed heat at each step. */
-static void change(const struct database *surface, const double *face, const double *absorbed, double *moved)
+/* Change of temperature at each step of the day by a change of absorbed heat at each step, less what ends melting. */
+static void change(const struct database *surface, const double *face, double *absorbed, double *moved)
 {
     const struct axis *axes = array_of(surface, "response_kernel")->axes, *lags = &axes[4];
     const struct axis *offsets = &array_of(surface, "heat_loss_excess")->axes[4], *time = &array_of(surface, "temperature")->axes[TIME];
     if (lags->count > MOST || offsets->count > MOST || offsets->count < 2) fail("the response has too many nodes, or too few");
     static struct response steps[STEPS];
     static double loss[STEPS][MOST], kernel[STEPS][MOST];
+    const double limit = value_at(surface, "highest_temperature", face);
     double lowest = 0, highest = 0, heat[STEPS], target[STEPS], beyond[STEPS];
     for (size_t k = 0; k < STEPS; ++k) {
         const double hour = (double)k * STEP;
@@ -115,7 +116,12 @@ static void change(const struct database *surface, const double *face, const dou
         step->loss = loss[k];
         step->kernel = kernel[k];
         step->slope = value_at(surface, "heat_loss_slope", place);
-        step->start = is_held(time, hour) ? value_at(surface, "temperature", now) - value_at(surface, "response_temperature", place) : 0.0;
+        step->start = 0.0;
+        if (is_held(time, hour)) {
+            const double sunlit = value_at(surface, "temperature", now);
+            step->start = sunlit - value_at(surface, "response_temperature", place);
+            if (sunlit >= limit - MELTING_RANGE) absorbed[k] = fmin(absorbed[k] + value_at(surface, "melting_heat", place), 0.0);
+        }
         for (size_t i = 0; i < offsets->count; ++i) {
             place[4] = offsets->nodes[i];
             step->loss[i] = step->slope * offsets->nodes[i] + value_at(surface, "heat_loss_excess", place);

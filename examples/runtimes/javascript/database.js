@@ -31,6 +31,7 @@ const SHADE = {
   heat_loss_excess: [[...RESPONSE, "temperature_offset"], -Infinity, Infinity],
   solar_absorptance: [["material"], 0, 1],
   thermal_emissivity: [["material"], 0, 1],
+  melting_heat: [RESPONSE, 0, Infinity],
   highest_temperature: [["material"], 1, 1e4],
   direct_normal_irradiance: [OVERHEAD, 0, Infinity],
   diffuse_irradiance: [OVERHEAD, 0, Infinity],

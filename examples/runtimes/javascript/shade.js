@@ -4,6 +4,7 @@ import { SceneError } from "./database.js";
 const [STEPS, CORRECTIONS, DAY] = [288, 8, 24];
 const STEFAN_BOLTZMANN = 5.670374419e-8;
 const WALL_EMISSIVITY = 0.95;
+const MELTING_RANGE = 0.01; // K below its melting point in which a surface counts as melting
 const HOURS = Array.from({ length: STEPS }, (_, k) => (k * DAY) / STEPS);
 
 const radians = (angle) => (angle * Math.PI) / 180;
@@ -57,12 +58,17 @@ function history(surface, face) {
 }
 
 // Change of temperature at each step of the day by a change of absorbed heat at each step.
-function change(surface, face, absorbed) {
+function change(surface, face, given) {
   const [, altitudes, slopes, , lags] = surface.arrays.response_kernel.axes;
   const offsets = surface.arrays.heat_loss_excess.axes[4].nodes;
   const column = { material: face.material, response_altitude: within(altitudes, face.altitude), response_slope: within(slopes, face.slope) };
+  const limit = surface.value("highest_temperature", face);
   const edges = [...lags.nodes, lags.nodes[0] + DAY];
   const temperature = history(surface, face);
+  const absorbed = given.map((heat, k) => {
+    const melts = temperature[k] >= limit - MELTING_RANGE;
+    return melts ? Math.min(heat + surface.value("melting_heat", { ...column, response_hour: HOURS[k] }), 0) : heat;
+  });
   const steps = HOURS.map((hour, k) => {
     const place = { ...column, response_hour: hour };
     const slope = surface.value("heat_loss_slope", place);

@@ -53,6 +53,7 @@ SHADE: dict[str, tuple[Sequence[str], float, float]] = {
     "heat_loss_excess": ((*RESPONSE, "temperature_offset"), -math.inf, math.inf),
     "solar_absorptance": (MATERIAL, 0.0, 1.0),
     "thermal_emissivity": (MATERIAL, 0.0, 1.0),
+    "melting_heat": (RESPONSE, 0.0, math.inf),
     "highest_temperature": (MATERIAL, 1.0, 1e4),
     "direct_normal_irradiance": (OVERHEAD, 0.0, math.inf),
     "diffuse_irradiance": (OVERHEAD, 0.0, math.inf),
@@ -91,6 +92,7 @@ PACKING, SMALL = 1100, 1 << 20
 STEPS, CORRECTIONS, DAY = 288, 8, 24.0
 STEFAN_BOLTZMANN = 5.670374419e-8
 WALL_EMISSIVITY = 0.95
+MELTING_RANGE = 0.01  # K below its melting point in which a surface counts as melting
 HOURS: Floats = np.arange(float(STEPS)) * (DAY / STEPS)
 
 
@@ -392,11 +394,14 @@ def change(surface: Database, face: Mapping[str, float], absorbed: Floats) -> Fl
         "response_altitude": within(axes[1], face["altitude"]),
         "response_slope": within(axes[2], face["slope"]),
     }
-    kernel, reference, slope, excess = (
+    kernel, reference, slope, excess, melt = (
         through_the_day(surface, name, place)
-        for name in ("response_kernel", "response_temperature", "heat_loss_slope", "heat_loss_excess")
+        for name in ("response_kernel", "response_temperature", "heat_loss_slope", "heat_loss_excess", "melting_heat")
     )
-    start = history(surface, face) - reference
+    sunlit = history(surface, face)
+    melting = sunlit >= surface.value("highest_temperature", face) - MELTING_RANGE
+    absorbed = np.where(melting, np.minimum(absorbed + melt, 0.0), absorbed)
+    start = sunlit - reference
     start[np.isnan(start)] = 0.0
     loss = slope[:, None] * offsets + excess
     base = read(offsets, loss, start)

@@ -207,11 +207,17 @@ def test_a_body_in_vacuum_cools_as_the_whole_solution(day):
 
     response = surface_response(material, airless(sunlit))
     column = ColumnResponse(
-        LAG_STARTS, OFFSETS, response.kernel, response.temperature, response.loss_slope, response.loss_excess
+        LAG_STARTS,
+        OFFSETS,
+        response.kernel,
+        response.temperature,
+        response.loss_slope,
+        response.loss_excess,
+        response.melt,
     )
     ((_, start),), ((_, whole),) = (solve_columns(material, airless(face), steps=288) for face in (sunlit, shaded))
     heat = (Balance(airless(face)(288), material).absorbed for face in (shaded, sunlit))
-    change = column.change(np.subtract(*heat), start.temperature)
+    change = column.change(np.subtract(*heat), start.temperature, np.array([1e4]))
     expected = whole.temperature - start.temperature
     assert expected.min() < -30
     assert np.sqrt(np.mean((change - expected) ** 2)) < 0.3

@@ -22,6 +22,7 @@ const SHADE: &[Layout] = &[
     ("heat_loss_excess", EXCESS, f32::MIN, f32::MAX),
     ("solar_absorptance", &["material"], 0.0, 1.0),
     ("thermal_emissivity", &["material"], 0.0, 1.0),
+    ("melting_heat", RESPONSE.split_at(4).0, 0.0, f32::MAX),
     ("highest_temperature", &["material"], 1.0, 1e4),
     ("direct_normal_irradiance", OVERHEAD, 0.0, f32::MAX),
     ("diffuse_irradiance", OVERHEAD, 0.0, f32::MAX),

@@ -7,6 +7,8 @@ const STEPS: usize = 288;
 const CORRECTIONS: usize = 8;
 const DAY: f64 = 24.0;
 const STEP: f64 = DAY / STEPS as f64;
+/// K below its melting point in which a surface counts as melting.
+const MELTING_RANGE: f64 = 0.01;
 const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
 
 /// Values of the axes of `temperature`, by name.
@@ -115,7 +117,7 @@ fn linear(steps: &[Step], edges: &[f64], heat: &[f64]) -> Vec<f64> {
 }
 
 /// Change of temperature at each step of the day by a change of absorbed heat at each step.
-fn change(surface: &Database, face: &Face, absorbed: &[f64]) -> Result<Vec<f64>> {
+fn change(surface: &Database, face: &Face, given: &[f64]) -> Result<Vec<f64>> {
     let material = ("material", of(face, "material"));
     let altitude = ("response_altitude", surface.within("response_kernel", 1, of(face, "altitude")));
     let slope = ("response_slope", surface.within("response_kernel", 2, of(face, "slope")));
@@ -126,12 +128,18 @@ fn change(surface: &Database, face: &Face, absorbed: &[f64]) -> Result<Vec<f64>>
     let mut edges = lags.to_vec();
     edges.push(lags[0] + DAY);
     let (mut steps, mut lowest, mut highest) = (Vec::new(), 0f64, 0f64);
-    for (k, heat) in absorbed.iter().enumerate() {
+    let limit = surface.value("highest_temperature", face)?;
+    let mut absorbed = given.to_vec();
+    for (k, heat) in absorbed.iter_mut().enumerate() {
         let place = [material, altitude, slope, ("response_hour", hour(k))];
         let tangent = surface.value("heat_loss_slope", &place)?;
         let start = if surface.holds_hour(hour(k)) {
             let now = face.map(|(name, value)| (name, if name == "time" { hour(k) } else { value }));
-            surface.value("temperature", &now)? - surface.value("response_temperature", &place)?
+            let sunlit = surface.value("temperature", &now)?;
+            if sunlit >= limit - MELTING_RANGE {
+                *heat = (*heat + surface.value("melting_heat", &place)?).min(0.0);
+            }
+            sunlit - surface.value("response_temperature", &place)?
         } else {
             0.0
         };
@@ -140,7 +148,7 @@ fn change(surface: &Database, face: &Face, absorbed: &[f64]) -> Result<Vec<f64>>
         let loss = offsets.iter().map(excess).collect::<Result<Vec<f64>>>()?;
         let kernel = lags.iter().map(|lag| surface.value("response_kernel", &with("lag", *lag))).collect::<Result<Vec<f64>>>()?;
         let base = read(offsets, &loss, start);
-        let balanced = inverse(offsets, &loss, base + heat) - start;
+        let balanced = inverse(offsets, &loss, base + *heat) - start;
         if *heat < 0.0 {
             lowest = lowest.min(balanced);
         }
@@ -150,7 +158,7 @@ fn change(surface: &Database, face: &Face, absorbed: &[f64]) -> Result<Vec<f64>>
         steps.push(Step { slope: tangent, start, base, loss, kernel });
     }
     let bounded = |value: f64| value.max(lowest).min(highest);
-    let mut moved: Vec<f64> = linear(&steps, &edges, absorbed).into_iter().map(bounded).collect();
+    let mut moved: Vec<f64> = linear(&steps, &edges, &absorbed).into_iter().map(bounded).collect();
     for _ in 0..CORRECTIONS {
         let excess = |k: usize| read(offsets, &steps[k].loss, steps[k].start + moved[k]) - steps[k].base - steps[k].slope * moved[k];
         let beyond: Vec<f64> = (0..STEPS).map(excess).collect();

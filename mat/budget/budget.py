@@ -30,12 +30,14 @@ from skyshine.mat.budget.runtime_terms import (
     runtime_radiance,
     spectral_radiance,
 )
-from skyshine.mat.budget.views import Views, random_views
+from skyshine.mat.budget.views import Views, random_views, slope_and_azimuth
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.facet_light import Faces
 from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.spherical_harmonics import face_normal
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
@@ -55,6 +57,7 @@ SOURCES = {
     "beta_star_table": "interpolation of beta*",
     "path_radiance_table": "interpolation of L_path/(1 - tau)",
     "ambient_table": "interpolation of L_ambient",
+    "tilted_sky": "sky of tilted faces: harmonics in place of the integral over a face's own hemisphere",
     "direct_table": "interpolation of L_direct",
     "tables": "interpolation of all five",
     "face": "radiance of the vertices interpolated across the face",
@@ -171,6 +174,7 @@ class _Scene:
         self.state, self.band = prepared.state, prepared.band
         self.response, self.grid = prepared.response, path_grid(job)
         self.exact, self.few = prepared.exact, prepared.few
+        self.ground_material = job.states[prepared.state - 1].ground_material
         self.light, self.few_light = (
             source_irradiance(job, source, air.band.wavenumber, air.band.width) for air in (self.exact, self.few)
         )
@@ -184,17 +188,19 @@ class _Scene:
     def budget(self, views: Views, generator: np.random.Generator) -> Budget:
         band, tables, finish = self.exact.band, self.tables, self.tables.finish
         place = (views.range, views.altitude, views.elevation, views.source_elevation, views.relative_azimuth)
-        lines = self.exact.spectral_at_points(*place, self.light)
+        faces = self._faces(views)
+        lines = self.exact.spectral_at_points(*place, self.light, faces)
         best = self._finish(views, views.normal)
         bounce = reflection(views, views.normal, best)
         fine, coarse = (
             self._temperature(views, views.normal, views.surface_altitude, steps) for steps in (FINE_STEPS, self.steps)
         )
         truth = spectral_radiance(lines, band, fine, self.reflectance, bounce)
-        full, few = (
+        full, level = (
             AtmosphereReadings.integrated(lines, band),
             AtmosphereReadings.of(self.few.at_points(*place, self.few_light)),
         )
+        few = replace(level, ambient=self.few.ambient_on_faces(*place[:4], self.few_light, faces)[:, None])
         read = tables.readings(views)
         glow = tables.blackbody(fine)
         base = runtime_radiance(full, glow, bounce, finish)
@@ -206,8 +212,8 @@ class _Scene:
         errors["transmittance"] = spectral_radiance(lines, band, fine, self.reflectance, bounce, outside) - truth
         errors["compiled_band"] = runtime_radiance(few, glow, bounce, finish) - base
         errors["solver_steps"] = runtime_radiance(full, tables.blackbody(coarse), bounce, finish) - base
-        self._of_tables(budget, views, coarse, few, read, bounce)
-        self._of_faces_and_frames(budget, views, coarse, few, bounce, generator)
+        self._of_tables(budget, views, coarse, few, level, read, bounce)
+        self._of_faces_and_frames(budget, views, coarse, self._tilted(level, views), bounce, generator)
         mean = reflection(views, views.normal, finish)
         errors["normalisation"] = runtime_radiance(full, glow, mean, finish) - base
         self._of_materials(budget, full, glow, bounce, best)
@@ -226,29 +232,54 @@ class _Scene:
             self.materials, self.inputs, altitude, azimuth, slope, views.time, steps=steps, given=self.given
         )
 
+    def _faces(self, views: Views) -> Faces:
+        """The faces of views, over ground whose temperature is solved at their times."""
+        slope, azimuth = slope_and_azimuth(views.normal)
+        ground = np.full(len(views), self.exact.air.state.surface_temperature)
+        if self.ground_material is not None:
+            level = np.zeros(len(views))
+            altitude = np.full(len(views), self.tables.surface_axes["altitude"][0])
+            chosen = [material for material in self.materials if material.name == self.ground_material]
+            ground = temperatures_at(
+                chosen, self.inputs, altitude, level, level, views.time, steps=FINE_STEPS, given=self.given
+            )[:, 0]
+        return Faces(face_normal(slope, azimuth - views.source_azimuth), ground)
+
+    def _tilted(self, readings: AtmosphereReadings, views: Views, line: ViewLine | None = None) -> AtmosphereReadings:
+        """Readings of level faces with the difference that the tables give for the faces of the views, or of a line."""
+        tilt = self.tables.readings(views, line).ambient - self.tables.level_ambient(views, line)
+        return replace(readings, ambient=readings.ambient + tilt)
+
     def _of_tables(
         self,
         budget: Budget,
         views: Views,
         temperature: Floats,
         few: AtmosphereReadings,
+        level: AtmosphereReadings,
         read: AtmosphereReadings,
         bounce: Floats,
     ) -> None:
-        """Interpolation: of each quantity, then of all; against direct computation with the same points and solver."""
+        """Interpolation: of each quantity, then of all; against direct computation with the same points and solver.
+
+        `few` has the ambient light of the faces, `level` that of level ones.
+        """
         tables, finish = self.tables, self.tables.finish
         read_glow = tables.blackbody(tables.temperature(views, views.normal, views.surface_altitude))
         glow = tables.blackbody(temperature)
         direct = runtime_radiance(few, glow, bounce, finish)
         budget.errors["temperature_table"] = runtime_radiance(few, read_glow, bounce, finish) - direct
-        for name, key in (
-            ("beta_star_table", "transmittance"),
-            ("path_radiance_table", "path_radiance_ratio"),
-            ("ambient_table", "ambient"),
-            ("direct_table", "direct"),
+        level_error = tables.level_ambient(views) - level.ambient
+        # What harmonics give with the level value computed directly.
+        share = tables.level_share(views.normal)
+        for name, change in (
+            ("beta_star_table", {"transmittance": read.transmittance}),
+            ("path_radiance_table", {"path_radiance_ratio": read.path_radiance_ratio}),
+            ("ambient_table", {"ambient": few.ambient + share * level_error}),
+            ("tilted_sky", {"ambient": read.ambient - share * level_error}),
+            ("direct_table", {"direct": read.direct}),
         ):
-            one_read = replace(few, **{key: getattr(read, key)})
-            budget.errors[name] = runtime_radiance(one_read, glow, bounce, finish) - direct
+            budget.errors[name] = runtime_radiance(replace(few, **change), glow, bounce, finish) - direct
         budget.errors["tables"] = runtime_radiance(read, read_glow, bounce, finish) - direct
 
     def _of_faces_and_frames(
@@ -274,6 +305,7 @@ class _Scene:
         for number, width in enumerate(FIELDS_OF_VIEW):
             centre = frame_centres(views, self.grid, offset * width)
             at_centre = AtmosphereReadings.of(self.few.at_points(*centre.place(views), self.few_light))
+            at_centre = self._tilted(at_centre, views, centre)
             extrapolated = (
                 replace(few, transmittance=at_centre.at_range(centre.range, views.range)),
                 replace(at_centre, transmittance=few.transmittance),
@@ -298,6 +330,7 @@ class _Scene:
         for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
             glow = self.tables.blackbody(self._temperature(views, end.normal, end.surface_altitude, self.steps))
             readings = AtmosphereReadings.of(self.few.at_points(*end.place(views), self.few_light))
+            readings = self._tilted(readings, views, end)
             bounce = reflection(views, end.normal, self._finish(views, end.normal))
             radiance = radiance + weight[:, None] * runtime_radiance(readings, glow, bounce, self.tables.finish)
         return radiance

@@ -15,7 +15,9 @@ from skyshine.mat.budget.views import Views, direction, fold, on_axes, slope_and
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.spherical_harmonics import level_share
 from skyshine.mat.scene.averages import weighted_transmittance_bands
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, ThermalTable, open_table
 from skyshine.schemas.arrays import Floats, Integers
@@ -146,8 +148,42 @@ class Tables:
             return self.air.value(name, out_of_range="clamp", **where)
 
         tau = self.air.transmittance(range=line.range, beta_star=read("beta_star", path))
-        values = read("path_radiance_ratio", place), read("ambient_radiance", source), read("direct_radiance", source)
+        ambient = self._of_faces(views, line.normal, source) if self.has_harmonics else read("ambient_radiance", source)
+        values = read("path_radiance_ratio", place), ambient, read("direct_radiance", source)
         return AtmosphereReadings(*(value[:, None] for value in (tau, *values)))
+
+    @property
+    def has_harmonics(self) -> bool:
+        """Whether the air holds ambient light of tilted faces."""
+        return AMBIENT_HARMONICS in self.air.root.variables
+
+    def _of_faces(self, views: Views, normal: Floats, source: Mapping[str, Floats]) -> Floats:
+        """Ambient radiance (n,) of faces with normals (n, 3)."""
+        slope, azimuth = slope_and_azimuth(normal)
+        kelvin = self.air.ground_temperature(self.surface, time=views.time)
+        turn = azimuth - views.source_azimuth
+        return self.air.ambient_radiance(
+            slope=slope, azimuth=turn, ground_temperature=kelvin, band=self.band, out_of_range="clamp", **source
+        )
+
+    def level_ambient(self, views: Views, line: ViewLine | None = None) -> Floats:
+        """Interpolated ambient radiance (n, 1) of level faces at the end of the views, or of other lines of sight."""
+        where = line or views
+        return self.air.value(
+            "ambient_radiance",
+            out_of_range="clamp",
+            range=where.range,
+            altitude=views.altitude,
+            elevation=where.elevation,
+            source_elevation=views.source_elevation,
+        )[:, None]
+
+    def level_share(self, normal: Floats) -> Floats:
+        """Change of the ambient light read for faces with normals (n, 3), (n, 1), over that of level faces."""
+        if not self.has_harmonics:
+            return np.ones((len(normal), 1))
+        count = self.air.root.variables[AMBIENT_HARMONICS].data.shape[-1]
+        return level_share(normal[:, 2:], count)
 
     def weighted_reflectance(self, temperature: Floats) -> tuple[Floats, Floats]:
         """Reflectance weighted by Planck radiance at the temperatures (n, M), and by sunlight (M,)."""

@@ -218,6 +218,6 @@ def describe_all(budgets: Sequence[Budget], notes: Sequence[str], *, job: str, s
 METHOD = (
     "Random views of every material: places and directions on the tables' own axes, ranges even in their logarithm, the"
     " source above the horizon, half of the surfaces near its mirror image. Reference: equations (5), (18), (26), (33)"
-    " over all spectral points, temperatures solved at each place. Each source is the change of radiance that it makes"
-    " alone."
+    " over all spectral points, the light of sky and ground over each face's own hemisphere, temperatures solved at"
+    " each place. Each source is the change of radiance that it makes alone."
 )

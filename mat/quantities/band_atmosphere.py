@@ -23,6 +23,7 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.geometry import Rays, trace
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight, lines_of_sight
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
+from skyshine.mat.quantities.facet_light import Faces, facet_irradiance
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.line_sources import LineSources
@@ -145,6 +146,33 @@ class BandAtmosphere:
                 points[name].append(value.item())
         return AtmosphericQuantities(**{name: np.array(values) for name, values in points.items()})
 
+    def ambient_on_faces(
+        self,
+        range_km: npt.ArrayLike,
+        altitude_km: npt.ArrayLike,
+        elevation_deg: npt.ArrayLike,
+        source_elevation_deg: npt.ArrayLike,
+        source_irradiance: npt.ArrayLike,
+        faces: Faces,
+    ) -> Floats:
+        """Ambient radiance (n,) of n faces, integrated over their hemispheres, W m^-2 sr^-1.
+
+        Parameters
+        ----------
+        range_km, altitude_km, elevation_deg, source_elevation_deg : (n,) arrays
+        source_irradiance : (P,) array
+        faces : Faces
+        """
+        irradiance = _checked(source_irradiance, self.band)
+        ranges, altitude, elevation, source, _ = _in_si(
+            range_km, altitude_km, elevation_deg, source_elevation_deg, source_elevation_deg
+        )
+        paths = list(lines_of_sight(self.air, ranges[:, None], altitude, elevation))
+        end = np.array([path.surface_altitude[0] for path in paths])
+        weight = np.array([radiance_weight(self.band, path)[0] for path in paths])
+        light: Floats = np.sum(weight * _on_faces(self.air, end, source, irradiance, faces), axis=1)
+        return light
+
     def along_lines(
         self,
         range_km: npt.ArrayLike,
@@ -205,9 +233,12 @@ class BandAtmosphere:
         source_elevation_deg: npt.ArrayLike,
         source_azimuth_deg: npt.ArrayLike,
         source_irradiance: npt.ArrayLike,
+        faces: Faces | None = None,
     ) -> SpectralLines:
         """The spectra whose integrals the quantities are, at n single points; arguments as in `at_points`, each an (n,)
         array.
+
+        With n faces, the sky irradiance is that of each, by all around it, instead of that of a level surface.
 
         Returns
         -------
@@ -220,7 +251,7 @@ class BandAtmosphere:
             index = np.arange(start, min(start + _SPECTRAL_CHUNK, irradiance.size))
             air = self.air.part(slice(start, start + _SPECTRAL_CHUNK))
             band = BandPoints(self.band.points.subset(index), self.band.weight[index], self.band.gases)
-            parts.append(_spectral_part(air, band, *places, irradiance[index]))
+            parts.append(_spectral_part(air, band, *places, irradiance[index], faces))
         return SpectralLines(
             np.concatenate([part.transmittance for part in parts], axis=1),
             np.concatenate([part.sky_irradiance for part in parts], axis=1),
@@ -285,21 +316,34 @@ def _spectral_part(
     source_elevation: Floats,
     source_azimuth: Floats,
     irradiance: Floats,
+    faces: Faces | None,
 ) -> SpectralLines:
     """The spectra at the points of a part of a band, which are those of the air; arguments (n,) in m and rad."""
     shape = ranges.size, irradiance.size
     lines = SpectralLines(
         np.empty(shape), np.empty(shape), np.empty(shape), np.empty(ranges.size), np.empty(ranges.size, dtype=bool)
     )
+    end = np.empty(ranges.size)
     for row, path in enumerate(lines_of_sight(air, ranges[:, None], altitude, elevation)):
         source, surface = source_elevation[row : row + 1], path.surface_altitude
+        end[row] = surface[0]
         sources = LineSources.at(source, source_azimuth[row : row + 1])
         lines.transmittance[row] = np.exp(-path.depth[0])
-        lines.sky_irradiance[row] = SkyTable.of(air, surface, source, irradiance).at(surface)[0, 0]
+        if faces is None:
+            lines.sky_irradiance[row] = SkyTable.of(air, surface, source, irradiance).at(surface)[0, 0]
         lines.direct_irradiance[row] = irradiance * direct_transmittance(air.source_paths, surface, source)[0, 0]
         lines.path_radiance[row] = radiance_along(air, band, path, sources, irradiance)[path.node[0], 0]
         lines.valid[row] = path.valid[0]
+    if faces is not None:
+        lines.sky_irradiance[:] = _on_faces(air, end, source_elevation, irradiance, faces)
     return lines
+
+
+def _on_faces(air: SpectralAir, altitude: Floats, source_elevation: Floats, irradiance: Floats, faces: Faces) -> Floats:
+    """Irradiance (n, P) of faces at altitudes (n,) [m]."""
+    inside = np.minimum(altitude, air.shells.top)
+    normal, kelvin = faces.normal[:, None], faces.ground_temperature
+    return facet_irradiance(air, inside, source_elevation, normal, irradiance, kelvin)[:, 0]
 
 
 def _in_si(

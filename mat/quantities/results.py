@@ -43,7 +43,7 @@ class SpectralLines:
     ----------
     transmittance : (n, P) array
     sky_irradiance : (n, P) array
-        Diffuse, on a level surface at the end of the line, W m^-2 (cm^-1)^-1.
+        Diffuse, on a level surface at the end of the line, or on the face there, W m^-2 (cm^-1)^-1.
     direct_irradiance : (n, P) array
         Of the source there, normal to its beam, W m^-2 (cm^-1)^-1.
     path_radiance : (n,) array

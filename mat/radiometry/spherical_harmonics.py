@@ -86,6 +86,11 @@ def legendre(order: int, cosine: npt.ArrayLike) -> Floats:
     return np.asarray((((231 * square - 315) * square + 105) * square - 5) / 16)
 
 
+def level_share(cosine: Floats, count: int) -> Floats:
+    """Change of `ambient_of_faces` over that of the level value, at cosines of slope, for so many harmonics."""
+    return legendre(4 if count == COUNTS[0] else 6, cosine)
+
+
 def ambient_of_faces(
     level: Floats, radiance: Floats, ground: Floats, ground_radiance: Floats, normal: Floats
 ) -> Floats:
@@ -120,6 +125,6 @@ def ambient_of_faces(
     factors = irradiance_factors(codes)
     upright = total @ (factors * harmonics_at(np.array([0.0, 0.0, 1.0]), codes))
     facing = np.sum(total * (factors * harmonics_at(normal, codes)), axis=-1)
-    correction = legendre(4 if codes.size == COUNTS[0] else 6, normal[..., 2])
+    correction = level_share(normal[..., 2], codes.size)
     light: Floats = np.maximum(facing + (level - upright) * correction, 0.0)
     return light

@@ -87,17 +87,18 @@ def test_extrapolation_grows_with_the_field_of_view(honest):
 
 
 def test_planted_errors_show_under_their_names(honest, budget_of, small_build, tmp_path):
-    """A table 5 K too warm, a shifted axis and a wrong reflectance: their sources grow, the others stay."""
+    """A table 5 K too warm, a shifted axis, harmonics and reflectance too large: these grow, the others stay."""
     copy = shutil.copytree(small_build, tmp_path / "built")
     for name, quantity, change in (
         ("s01.htt.h5", "temperature", lambda kelvin: kelvin + 5),
         ("s01b01.atmq.h5", "beta_star", lambda beta: np.roll(beta, 2, axis=2)),
+        ("s01b01.atmq.h5", "ambient_radiance_harmonics", lambda light: 1.2 * light),
         ("b01.band.h5", "reflectance", lambda rho: rho + 0.1),
     ):
         with h5py.File(copy / name, "r+") as file:
             file[quantity][...] = change(file[quantity][...])
     wrong = budget_of(copy)
-    for source in ("beta_star_table", "reflectance"):
+    for source in ("beta_star_table", "reflectance", "tilted_sky"):
         assert rms(wrong.errors[source] - honest.errors[source]) > rms(honest.errors[source])
     warmer, before = (
         describe(budget)["errors"]["temperature_table"]["temperature"]["mean"]["value"] for budget in (wrong, honest)

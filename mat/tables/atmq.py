@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 RADIANCE = "W m^-2 sr^-1"
 PATH = AXES[:3]
+_KEPT_BITS = 14
 AMBIENT_HARMONICS, GROUND_HARMONICS = "ambient_radiance_harmonics", "ground_radiance_harmonics"
 _DESCRIBED = {
     "beta_star": ("km", "beta* = -5.5 r / ln(transmittance), equation (8)", {}),
@@ -103,7 +104,7 @@ def _of_light(harmonics: AmbientHarmonics, shared: Mapping[str, np.ndarray]) -> 
     }
     words = "spherical harmonics of radiance around the surface, weighted by path transmittance as in equation (20)"
     more = {"comment": "without the light that the ground emits; source elevation is the one at the surface point"}
-    return Group(axes, {AMBIENT_HARMONICS: Variable(tuple(axes), harmonics.radiance, RADIANCE, words, more)})
+    return Group(axes, {AMBIENT_HARMONICS: Variable(tuple(axes), _rounded(harmonics.radiance), RADIANCE, words, more)})
 
 
 def _of_ground(harmonics: AmbientHarmonics, shared: Mapping[str, np.ndarray]) -> Group:
@@ -121,7 +122,18 @@ def _of_ground(harmonics: AmbientHarmonics, shared: Mapping[str, np.ndarray]) ->
     }
     words = "spherical harmonics of the ground's emission around the surface, over the radiance that it emits"
     more = {"comment": "weighted by path transmittance as ambient_radiance_harmonics, to which its product is added"}
-    return Group(axes, {GROUND_HARMONICS: Variable(tuple(axes), harmonics.ground, "1", words, more)})
+    return Group(axes, {GROUND_HARMONICS: Variable(tuple(axes), _rounded(harmonics.ground), "1", words, more)})
+
+
+def _rounded(coefficients: np.ndarray) -> np.ndarray:
+    """Coefficients (..., H) rounded to 2^-14 of the power of two below the first, some 3e-5 of it.
+
+    Terms that are 0 but for rounding errors, and bits far below the error of the table, do not compress.
+    """
+    _, exponent = np.frexp(coefficients[..., :1])
+    step = np.ldexp(1.0, exponent - 1 - _KEPT_BITS)
+    rounded: np.ndarray = np.round(coefficients / step) * step
+    return rounded
 
 
 def _grid_axes(quantity: str, grid: PathGrid, count: int, shared: Mapping[str, np.ndarray]) -> dict[str, Axis]:

@@ -35,7 +35,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.SHADE_ERROR: 9,
     Stream.EMISSION_CLASSES: 8,
     Stream.EMISSION_ERROR: 5,
-    Stream.TILTED_FACES: 9,
+    Stream.TILTED_FACES: 10,
 }
 
 

@@ -18,6 +18,8 @@ from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.verify import problems
 from skyshine.materials.library import load_library
 
+# Bands in which the mean transmittance errs in emitted light: 3-5, 3.4-4.8 and 7.7-9.5 um.
+EMITTING = {"airfield": 1, "desert_vehicle": 1, "ship": 2}
 SCENES = ["airfield", "dead_sea", "desert_vehicle", "ship", "urban_canyon", "year"]
 
 
@@ -33,10 +35,8 @@ def test_plan(name, tmp_path):
     check_scene(loaded)
     plan = make_plan(loaded, load_library())
     assert set(loaded.trimmed.operated) <= set(plan.materials)
-    emitting = sum(band.wavelength_um[1] <= 5 for band in loaded.trimmed.bands)  # with weighted transmittance
-    assert len(plan.tasks) == len(loaded.trimmed.states) * (len(loaded.trimmed.bands) + emitting + 1) + len(
-        loaded.trimmed.bands
-    )
+    states, bands = len(loaded.trimmed.states), len(loaded.trimmed.bands)
+    assert len(plan.tasks) == states * (bands + EMITTING.get(name, 0) + 1) + bands
 
 
 def test_night_of_the_airfield_has_a_moon():

@@ -17,6 +17,8 @@ import contextlib, signal
 from skyshine.mat.builder import build
 from skyshine.mat.cli import main
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job begins with it ignored
+
 def run_all(loaded, plan, folder, jobs, fresh, where, progress, run_all=build._run_all):
     @contextlib.contextmanager
     def interrupting(total, description):

@@ -15,10 +15,10 @@ from skyshine.schemas.errors import InputError
 
 @pytest.mark.parametrize(
     ("band", "weighted"),
-    [((26.0, 30.0), False), ((50.0, 100.0), True), ((300.0, 1000.0), True), ((100.0, 100.01), False)],
+    [((26.0, 30.0), True), ((50.0, 100.0), False), ((300.0, 1000.0), True), ((100.0, 100.01), False)],
 )
 def test_bands_beyond_25_um_are_built_and_hold(tmp_path, tiny_job, band, weighted):
-    """Wide ones with the transmittance of emitted light: the band mean errs there."""
+    """With the transmittance of emitted light where the band mean errs: not in opaque air or narrow bands."""
     file = tmp_path / "job.yaml"
     text = tiny_job().replace("[10.0, 10.2]", str(list(band))).replace("sources: [sun]", "sources: [sun, moon]")
     file.write_text(text, encoding="utf-8")

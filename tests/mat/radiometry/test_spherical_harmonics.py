@@ -110,3 +110,12 @@ def test_normals_of_slopes_and_azimuths():
     np.testing.assert_allclose(
         face_normal([0, 90, 90, 180], [33, 0, 90, 0]), [[0, 0, 1], [1, 0, 0], [0, 1, 0], [0, 0, -1]], atol=1e-12
     )
+
+
+@pytest.mark.parametrize(("count", "degree"), [(COUNTS[0], 4), (COUNTS[1], 6)])
+def test_a_field_of_the_first_missing_harmonic_lights_faces_by_its_own_polynomial(count, degree):
+    """All coefficients that are kept are 0; the level value alone carries the field to every slope."""
+    slopes = np.array([0.0, 20.0, 60.0, 90.0, 130.0, 180.0])
+    normal = face_normal(slopes, 35.0)
+    light = ambient_of_faces(np.ones(6), np.zeros((6, count)), np.zeros((6, len(zonal(count)))), np.zeros(6), normal)
+    assert light == pytest.approx(np.maximum(eval_legendre(degree, np.cos(np.radians(slopes))), 0.0), abs=1e-12)

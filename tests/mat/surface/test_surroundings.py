@@ -106,3 +106,11 @@ def test_hours_of_the_sun_count_from_midnight():
     """Shade of 0 to 12 h covers the first half of `sun_hours()`, half of its two edge samples."""
     share = shaded_share([(0, 12)], sun_hours(), 24 / 576)
     assert share[0] == share[288] == 0.5 and np.all(share[1:288] == 1) and np.all(share[289:] == 0)
+
+
+def test_a_wall_hides_its_share_of_an_even_sky_and_nothing_of_the_light_around_the_sun():
+    """100 W m^-2 of diffuse light, 60 of it from an even sky, half of which a wall hides: 30, and 40 where sunlit."""
+    direct, diffuse = Surroundings(sky_view=0.5, facing=300.0).sunlight(
+        np.array([800.0, 800.0]), np.array([100.0, 100.0]), np.array([60.0, 60.0]), np.array([0.0, 1.0])
+    )
+    assert direct.tolist() == [800.0, 0.0] and diffuse == pytest.approx([70.0, 30.0])

@@ -62,7 +62,8 @@ class LineTests:
         return counts
 
     def of(self, module: str, line: int, most: int) -> list[str]:
-        """Node ids of tests that run a line, those with the fewest lines first.
+        """Node ids of tests that run a line, those with the fewest lines first; of a line that no test runs, as those of
+        constants and of what fixtures build, the tests that run any line of its module.
 
         Parameters
         ----------
@@ -75,7 +76,7 @@ class LineTests:
         recorded = self._data.contexts_by_lineno(self._files[module]) if module in self._files else {}
         # A statement of several lines may be recorded at an earlier one.
         lines = (set(recorded.get(number, ())) - {""} for number in range(line, max(0, line - LONGEST), -1))
-        tests = next((tests for tests in lines if tests), set())
+        tests = next((tests for tests in lines if tests), set().union(*recorded.values()) - {""})
         nodes = []
         for test in sorted(tests, key=lambda test: (self._lines_of_test[test], test)):
             dotted, _, function = test.rpartition(".")

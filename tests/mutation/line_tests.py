@@ -62,8 +62,10 @@ class LineTests:
         return counts
 
     def of(self, module: str, line: int, most: int) -> list[str]:
-        """Node ids of tests that run a line, those with the fewest lines first; of a line that no test runs, as those of
-        constants and of what fixtures build, the tests that run any line of its module.
+        """Node ids of tests that run a line, those with the fewest lines first.
+
+        Of a line that no test runs, as those of constants and of what fixtures build, the tests that run any line of
+        its module.
 
         Parameters
         ----------

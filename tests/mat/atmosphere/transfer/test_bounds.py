@@ -136,4 +136,4 @@ def test_lines_end_at_the_range():
 
 
 def test_the_bound_of_molecules_takes_the_largest_value_of_their_phase_function():
-    assert bounds._RAYLEIGH_PEAK == optics.rayleigh_phase(np.linspace(-1, 1, 201), 0.0).max()
+    assert optics.rayleigh_phase(np.linspace(-1, 1, 201), 0.0).max() == bounds._RAYLEIGH_PEAK

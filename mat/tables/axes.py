@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Axis
 
 RULES = LINEAR, PERIODIC, FOLDED, EXACT = "linear", "linear_periodic", "linear_folded", "exact"
 POLICIES = ("error", "clamp")
+Policy = str | Mapping[str, str] | None  # one of `POLICIES`, or one of them by axis name; None: what the file states
 
 
 @dataclass(frozen=True)
@@ -137,6 +139,33 @@ class AxisRule:
             known = ", ".join(f"{node:g}" for node in self.nodes[:64])
             raise InputError(f"{self.name}: found {unknown}; allowed: {known}; name one of them")
         return position, position, np.zeros(values.shape)
+
+
+def with_policy(rules: Sequence[AxisRule], out_of_range: Policy, known: Collection[str] = ()) -> list[AxisRule]:
+    """Rules of axes whose `out_of_range` the caller may override.
+
+    Parameters
+    ----------
+    rules : sequence of AxisRule
+    out_of_range : Policy
+    known : collection of str, optional
+        Further axes that a mapping may name.
+
+    Raises
+    ------
+    InputError
+        A policy or an axis that does not exist.
+    """
+    if out_of_range is None:
+        return list(rules)
+    names = [rule.name for rule in rules]
+    chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
+    for name, policy in chosen.items():
+        if policy not in POLICIES:
+            raise InputError(f"found out_of_range {policy!r}; allowed: 'error', 'clamp', or one of them by axis")
+        if name not in names and name not in known:
+            raise InputError(f"found the axis '{name}' in out_of_range; {nearest(name, sorted({*names, *known}))}")
+    return [replace(rule, out_of_range=chosen.get(rule.name, rule.out_of_range)) for rule in rules]
 
 
 def _number(value: Any) -> float:

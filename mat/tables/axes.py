@@ -14,6 +14,7 @@ from skyshine.schemas.hdf5 import Axis
 
 RULES = LINEAR, PERIODIC, FOLDED, EXACT = "linear", "linear_periodic", "linear_folded", "exact"
 POLICIES = ("error", "clamp")
+DARK_BELOW = "dark_below"  # attribute of axes of source elevation
 Policy = str | Mapping[str, str] | None  # one of `POLICIES`, or one of them by axis name; None: what the file states
 
 
@@ -34,6 +35,9 @@ class AxisRule:
         0 where the axis does not repeat.
     out_of_range : str
         ``error`` or ``clamp``.
+    dark_below : float
+        Of elevations of a source: at and below it the air holds no light of the source; NaN where the file does not
+        say.
     """
 
     name: str
@@ -41,6 +45,7 @@ class AxisRule:
     interpolation: str = LINEAR
     period: float = 0.0
     out_of_range: str = "error"
+    dark_below: float = np.nan
 
     @classmethod
     def of(cls, name: str, axis: Axis) -> AxisRule:
@@ -58,6 +63,7 @@ class AxisRule:
             str(attributes.get("interpolation", LINEAR)),
             _number(attributes.get("period", 0.0)),
             str(attributes.get("out_of_range", "error")),
+            _number(attributes.get(DARK_BELOW, np.nan)),
         )
         numbers = nodes.ndim == 1 and nodes.size > 0 and nodes.dtype.kind in "iuf" and np.all(np.isfinite(nodes))
         if not numbers or np.any(np.diff(nodes) <= 0):
@@ -72,6 +78,10 @@ class AxisRule:
         if rule.out_of_range not in POLICIES:
             raise InputError(
                 f"the axis '{name}' has out_of_range '{rule.out_of_range}'; allowed: {', '.join(POLICIES)}"
+            )
+        if DARK_BELOW in attributes and not -90 <= rule.dark_below <= 0:
+            raise InputError(
+                f"the axis '{name}' has {DARK_BELOW} {rule.dark_below:g}; allowed: -90 to 0; build it again"
             )
         return rule
 

@@ -57,6 +57,8 @@ LIMITS: dict[str, Limits] = {
     "path_radiance_ratio": _NOT_NEGATIVE,
     "ambient_radiance": _NOT_NEGATIVE,
     "direct_radiance": _NOT_NEGATIVE,
+    "thermal_path_radiance_ratio": _NOT_NEGATIVE,
+    "thermal_ambient_radiance": _NOT_NEGATIVE,
     "blackbody_radiance": _NOT_NEGATIVE,
     "response": _SHARE,
     "reflectance": _SHARE,

@@ -6,9 +6,10 @@ Arrays are read from their file when they are first asked for (a flat export sta
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
 from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.mat.tables.laws import broken_rules_of_axes
 from skyshine.mat.tables.limits import refuse_values
+from skyshine.mat.tables.night import SOURCE_ELEVATION, WITHOUT_SOURCE, Night
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.mat.tables.shade import absorbed_change
 from skyshine.mat.tables.stored_layout import refuse_layout
@@ -172,13 +174,47 @@ class AtmosphereTable(Table):
     """An ``.atmq`` or ``.lunar_atmq`` database."""
 
     def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
-        """As `Table.value`; a table by scattering angle is read by source azimuth too."""
+        """As `Table.value`; a table by scattering angle is read by source azimuth too.
+
+        Below the lowest source elevation there is the light that the air emits, by the rule of `night`.
+        """
         azimuth = AXES[-1]
         if self._by_angle(quantity) and ANGLE not in where and azimuth in self.fixed_axes | where:
             where = self._with_angle(where)
             if isinstance(out_of_range, Mapping):
                 out_of_range = {name: policy for name, policy in out_of_range.items() if name != azimuth}
-        return super().value(quantity, out_of_range=out_of_range, **where)
+        night, height = Night.of(self.root, quantity), where.get(SOURCE_ELEVATION)
+        if night is None or height is None or not night.begins(height):
+            return super().value(quantity, out_of_range=out_of_range, **where)
+        share = night.share(height, out_of_range)
+        where[SOURCE_ELEVATION] = night.within(height)
+        light = share * super().value(quantity, out_of_range=out_of_range, **where)
+        if night.thermal is None:
+            return light
+        names = {rule.name for rule in self.rules(night.thermal)}
+        if isinstance(out_of_range, Mapping):
+            out_of_range = {name: policy for name, policy in out_of_range.items() if name in names}
+        place = {name: values for name, values in where.items() if name in names}
+        return light + (1.0 - share) * super().value(night.thermal, out_of_range=out_of_range, **place)
+
+    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
+        """As `Table.part`, at night too."""
+        part, height = super().part(out_of_range=out_of_range, **where), where.get(SOURCE_ELEVATION)
+        if height is None or np.ndim(height) > 0:
+            return part
+        variables = dict(part.root.variables)
+        for quantity in WITHOUT_SOURCE:
+            night = Night.of(self.root, quantity)
+            if night is None or not night.begins(height):
+                continue
+            light, share = variables[quantity], float(night.share(height, out_of_range))
+            data = share * light.data
+            if night.thermal is not None:
+                emitted = variables[night.thermal].data
+                by_source = np.ndim(data) > np.ndim(emitted)
+                data = data + (1.0 - share) * (emitted[..., None] if by_source else emitted)
+            variables[quantity] = replace(light, data=data)
+        return replace(part, root=replace(part.root, variables=variables))
 
     def _by_angle(self, quantity: str) -> bool:
         variable = self.root.variables.get(quantity)
@@ -193,12 +229,15 @@ class AtmosphereTable(Table):
         return {name: values for name, values in where.items() if name != AXES[-1]} | {ANGLE: angle}
 
     def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
-        if not self._by_angle(quantity):
+        if self._by_angle(quantity):
+            place = self.fixed_axes | where
+            if ANGLE not in where and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
+                where = self._with_angle(where)
+            where = {name: values for name, values in where.items() if name != AXES[-1]}
+        night, height = Night.of(self.root, quantity), where.get(SOURCE_ELEVATION)
+        if night is None or height is None or not night.begins(height):
             return where
-        place = self.fixed_axes | where
-        if ANGLE not in where and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
-            return self._with_angle(where)
-        return {name: values for name, values in where.items() if name != AXES[-1]}
+        return where | {SOURCE_ELEVATION: night.within(height)}
 
     def ambient_radiance(
         self,

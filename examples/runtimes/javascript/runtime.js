@@ -4,7 +4,6 @@
 import { readFileSync } from "node:fs";
 import { dirname, isAbsolute, join } from "node:path";
 import h5wasm from "h5wasm";
-import { Database, SceneError } from "./database.js";
 import { absorbedChange, temperatureUnder } from "./shade.js";
 import { CODES, Database, GLOW, LIGHT, SceneError } from "./database.js";
 

@@ -33,6 +33,7 @@ from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
+from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, ThermalLight, atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
@@ -59,7 +60,7 @@ class AtmosphereProduct:
                 {
                     "site": job.site.model_dump(mode="json"),
                     "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
-                    "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
+                    "band": {**job.bands[task.band - 1].model_dump(mode="json"), "name": job.band_name(task.band)},
                     "source": source,
                     "water_continuum": job.water_continuum,
                     "atmosphere_grid": {
@@ -111,8 +112,9 @@ class AtmosphereProduct:
             }
             if text:
                 report.notes.append(f"{source}: left out {text}")
+            names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
             yield _SourceTables(loaded, job.states[task.index - 1], source, lit, compiled, response).group(
-                notes, report
+                names, notes, report
             )
 
 
@@ -147,7 +149,7 @@ class _SourceTables:
     compiled: CompiledBand
     response: SpectralResponse
 
-    def group(self, notes: dict[str, Any], report: TaskReport) -> Group:
+    def group(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> Group:
         """The tables with their measured errors, arranged for writing."""
         job = self.loaded.trimmed
         base, band = path_grid(job), self.compiled.band
@@ -175,7 +177,7 @@ class _SourceTables:
             report.notes.append(f"{self.source}: nodes that hold the tolerance: {nodes}")
         notes = notes | _placement_notes(job.atmosphere_grid, placed)
         edges = [self.response.lower, self.response.upper]
-        attributes = {"source": self.source, "state": self.air.air.state.name, "wavelength_um": edges}
+        attributes = {"source": self.source, **state_attributes(self.state), **names, "wavelength_um": edges}
         if harmonics is not None:
             attributes |= self._ground()
         accuracy = _accuracy(measures, self.compiled, job.accuracy.seed, notes)

@@ -50,6 +50,8 @@ _BETA = Limits(
     BETA_CAP_KM * (1 + ROUNDING),
     above=True,
 )
+_ELEVATION = Limits("lie in -90 to 90 degree", -90.0, 90.0)
+_AZIMUTH = Limits("lie in -1080 to 1080 degree", -1080.0, 1080.0)  # a day and a half, without jumps
 LIMITS: dict[str, Limits] = {
     "temperature": Limits(f"lie in {COLDEST_K:g} to {HOTTEST_K:g} K", COLDEST_K, HOTTEST_K),
     "beta_star": _BETA,
@@ -73,6 +75,14 @@ LIMITS: dict[str, Limits] = {
     "normalisation_by_angle": _NOT_NEGATIVE,
     "normalisation_fine": _NOT_NEGATIVE,
     "class_difference": _NOT_NEGATIVE,
+    "sun_elevation": _ELEVATION,
+    "sun_azimuth": _AZIMUTH,
+    "sun_distance": Limits("lie in 0.9 to 1.1 au", 0.9, 1.1),
+    "moon_elevation": _ELEVATION,
+    "moon_azimuth": _AZIMUTH,
+    "moon_distance": Limits("lie in 300,000 to 450,000 km", 3e5, 4.5e5),
+    "moon_phase_angle": Limits("lie in 0 to 180 degree", 0.0, 180.0),
+    "moon_illuminated_fraction": _SHARE,
 }
 
 

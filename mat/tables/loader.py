@@ -29,6 +29,7 @@ from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.mat.tables.shade import absorbed_change
 from skyshine.mat.tables.stored_layout import refuse_layout
 from skyshine.mat.tables.table import Table
+from skyshine.mat.tables.tracks import SourceTrack, source_track
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import check_version, read_file
 from skyshine.schemas.paths import StrPath
@@ -148,6 +149,22 @@ class TemperatureTable(Table):
             facing_emissivity=facing_emissivity,
         )
         return self.temperature(material=material, **where, absorbed_change=change)
+
+    def source_track(self, source: str, *, time: npt.ArrayLike) -> SourceTrack:
+        """Where the Sun or the Moon stands on the file's date and in the night after it.
+
+        Parameters
+        ----------
+        source : {'sun', 'moon'}
+        time : h
+            Local clock, 0 to 36.
+
+        Raises
+        ------
+        InputError
+            Another source, a time beyond the track, or a file without tracks.
+        """
+        return source_track(self.root, source, time)
 
 
 class BandTable(Table):

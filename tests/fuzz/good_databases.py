@@ -37,7 +37,7 @@ def write_all(folder: Path) -> dict[str, Path]:
     _write(paths["surface"], _temperatures(), HTT)
     _write(paths["band"], _band(), BAND)
     _write(paths["atmosphere"], _atmosphere(), ATMQ)
-    _write_texture(paths["texture"])
+    write_texture_of_two(folder)
     return paths
 
 
@@ -148,13 +148,15 @@ def _atmosphere() -> Group:
     return atmq_group(tables, accuracy, {"state": "none", "source": "sun", "wavelength_um": [8.0, 12.0]})
 
 
-def _write_texture(path: Path) -> None:
-    """Green on the left and grey on the right."""
+def write_texture_of_two(folder: Path) -> Path:
+    """Write the texture of `FILES` into a folder: green on the left and grey on the right; returns its path."""
+    path = folder / FILES["texture"]
     draw = np.random.default_rng(1)
     pixels = np.empty((20, 40, 3))
     pixels[:, :20], pixels[:, 20:] = (60, 140, 50), (120, 120, 125)
     noise = draw.normal(0, 6, pixels.shape)
-    Image.fromarray(np.clip(pixels + noise, 0, 255).astype(np.uint8)).save(path.parent / "road.png")
+    Image.fromarray(np.clip(pixels + noise, 0, 255).astype(np.uint8)).save(folder / "road.png")
     polygons = {NAMES[1]: [[[2, 2], [12, 2], [12, 15], [2, 15]]], NAMES[0]: [[[25, 3], [38, 3], [38, 12], [25, 12]]]}
     job = TextureJob.model_validate({"image": "road.png", "seeds": {"polygons": polygons}})
-    write_texture(map_texture(job, path.parent, load_library()), path)
+    write_texture(map_texture(job, folder, load_library()), path)
+    return path

@@ -86,7 +86,7 @@ def wrong_answers(
     counts : Counter, optional
         Counts the files by what must be done with them, and by 'refused', 'equal' or 'wrong'.
     textures : bool
-        Read the textures too, with the library: no runtime reads them.
+        Read textures whole, with the library; otherwise those texels that the pixels of the scene ask for.
     """
 
     def answer(paths: dict[str, Path]) -> Answer:
@@ -98,14 +98,12 @@ def wrong_answers(
     texture = texels(good["texture"])
     assert original.status == texture.status == 0, (original, texture)
     for case in cases:
-        if case.kind == "texture" and not textures:
-            continue
         path = case.write(good, folder)
-        if case.kind == "texture":
+        if case.kind == "texture" and textures:
             found = judge(texels(path), texture)
         else:
             found = judge(answer(good | {case.kind: path}), original)
-        if not case.is_met_by(found):
+        if not case.is_met_by(found, whole=textures or case.kind != "texture"):
             wrong[case.name] = f"must {case.verdict}: {found}"
         if counts is not None:
             counts[case.verdict, found if found in ("refused", "equal") else "wrong"] += 1

@@ -75,12 +75,14 @@ export class Texture {
 
   // An array of this very file.
   plane(name, rank) {
+    const parts = name.split("/");
     let place = this.file;
-    for (const part of name.split("/")) {
-      if (place?.type === "Dataset" || !place?.keys().includes(part)) throw new SceneError(`lacks '${name}'`);
-      if (place.get_link(part) !== null) throw new SceneError(`'${name}' is a link to somewhere else`);
-      place = place.get(part);
-    }
+    parts.forEach((part, depth) => {
+      const whole = parts.slice(0, depth + 1).join("/");
+      if (!place?.keys?.().includes(part)) throw new SceneError(`lacks '${name}'`);
+      if (this.file.get_link(whole) !== null) throw new SceneError(`'${name}' is a link to somewhere else`);
+      place = this.file.get(whole);
+    });
     if (place?.type !== "Dataset") throw new SceneError(`'${name}' is not an array`);
     const { metadata } = place;
     if (metadata.virtual_sources) throw new SceneError(`'${name}' is kept in another file`);

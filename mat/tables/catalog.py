@@ -12,7 +12,14 @@ from skyshine.schemas.hdf5 import open_database
 from skyshine.schemas.whole_files import write_whole
 
 CATALOG_FORMAT = "1.1.0"
-_NAMES = ("state", "sounding", "band", "date", "source")  # root attributes; of state and band the number comes first
+# Root attributes by the keys of an entry, in which state and band are numbers.
+_NAMES = {
+    "state_name": "state",
+    "sounding": "sounding",
+    "band_name": "band",
+    "date": "date",
+    "source": "source",
+}
 _NAME = re.compile(r"^(?:s(?P<state>\d+))?(?:b(?P<band>\d+))?\.")
 
 
@@ -29,5 +36,9 @@ def _entry(folder: Path, name: str) -> dict[str, Any]:
     numbers = {key: int(text) for key, text in match.groupdict().items() if text} if match else {}
     with open_database(folder / name) as file:
         read = ("filetype", "format_version", "data_version", "generator", "content_sha256")
-        names = {f"{key}_name" if key in numbers else key: str(file.attrs[key]) for key in _NAMES if key in file.attrs}
+        names = {
+            f"{key}_name" if key in ("state", "band") else key: str(file.attrs[key])
+            for key in _NAMES
+            if key in file.attrs
+        }
         return {"file": name, **numbers, **names, **{key: str(file.attrs[key]) for key in read}}

@@ -11,7 +11,8 @@ from typing import Any
 from skyshine.mat.builder.build import Progress, silent
 from skyshine.mat.builder.build import build as build_files
 from skyshine.mat.job.load import load_job
-from skyshine.mat.tables.loader import Table, open_table
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.table import Table
 
 
 @dataclass(frozen=True, repr=False)

@@ -55,6 +55,13 @@ def _cloud(cloud: Cloud) -> dict[str, Any]:
     }
 
 
+def state_attributes(state: State) -> dict[str, str]:
+    """Root attributes that name a state in its files: a sounding, its preset, or its profile."""
+    if state.sounding is not None:
+        return {"state": "sounding", "sounding": state.sounding.name}
+    return {"state": state.preset or blended_profile(state.profile_weights).name}
+
+
 def summary_line(summary: dict[str, Any]) -> str:
     """A summary in one line of text."""
     parts = [summary["profile"] if summary["sounding"] is None else f"{summary['sounding']} below {summary['profile']}"]

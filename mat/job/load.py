@@ -91,7 +91,7 @@ def load_job(source: str | os.PathLike[str] | Mapping[str, Any], library: Materi
     document = mapping_document(source, Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
-    job = _with_series(parse_model(document, Job, context), document, context)
+    job = _with_air_times(_with_series(parse_model(document, Job, context), document, context), document)
     limits = job.query_limits
     for i, name in enumerate((limits and limits.bands) or []):
         if name not in job.band_names:
@@ -123,11 +123,27 @@ def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
                         ("states", i), f"states.{i}: in member {number} of its series, {message}"
                     ) from None
                 raise InputError(message, file=member.file, line=member.line) from None
+    _refuse_many(states, document, "series")
+    return job.model_copy(update={"states": states})
+
+
+def _with_air_times(job: Job, document: Document) -> Job:
+    """The job with a state for each time whose air a state asks for."""
+    if all(state.air_times is None for state in job.states):
+        return job
+    states: list[State] = []
+    for state in job.states:
+        times = state.air_times
+        states += [state] if times is None else [state.model_copy(update={"air_times": [time]}) for time in times]
+    _refuse_many(states, document, "series and air_times")
+    return job.model_copy(update={"states": states})
+
+
+def _refuse_many(states: list[State], document: Document, what: str) -> None:
     if len(states) > MEMBER_LIMIT:
         raise document.error(
-            ("states",), f"states: found {len(states)} with all series; allowed: at most {MEMBER_LIMIT}"
+            ("states",), f"states: found {len(states)} with all {what}; allowed: at most {MEMBER_LIMIT}"
         )
-    return job.model_copy(update={"states": states})
 
 
 def _inside(series: Series, document: Document, state: int, context: dict[str, Any]) -> Series:

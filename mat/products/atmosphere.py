@@ -27,7 +27,7 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
-from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.atmosphere import air_text, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
@@ -172,7 +172,8 @@ class _SourceTables:
             report.notes.append(f"{self.source}: nodes that hold the tolerance: {nodes}")
         notes = notes | _placement_notes(job.atmosphere_grid, placed)
         edges = [self.response.lower, self.response.upper]
-        attributes = {"source": self.source, "state": self.air.air.state.name, "wavelength_um": edges}
+        state = {"state": self.air.air.state.name, "air": air_text(self.state)}
+        attributes = {"source": self.source, **state, "wavelength_um": edges}
         if harmonics is not None:
             attributes |= self._ground()
         accuracy = _accuracy(measures, self.compiled, job.accuracy.seed, notes)

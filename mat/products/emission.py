@@ -91,7 +91,8 @@ class EmissionProduct:
             "class_tolerance": tolerance,
             "spectral_points": int(band.weight.size),
         }
-        attributes = {"state": state.name, "wavelength_um": [response.lower, response.upper]}
+        followed = air_text(job.states[task.index - 1])
+        attributes = {"state": state.name, "air": followed, "wavelength_um": [response.lower, response.upper]}
         report.notes.append(
             f"{len(materials)} materials in {classes.count} classes, within {classes.difference.max():.1e} of"
             " transmittance"

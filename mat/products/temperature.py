@@ -17,7 +17,7 @@ from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
-from skyshine.mat.scene.atmosphere import materials_digest
+from skyshine.mat.scene.atmosphere import air_text, materials_digest, profile_of, without_air_time
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -121,7 +121,12 @@ class TemperatureProduct:
             errors.append(shade.measured)
             by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
             notes["shade_method"] = SHADE_METHOD
-        attributes = {"state": job.states[state - 1].profile, "date": job.site.date.isoformat()}
+        written = without_air_time(job.states[state - 1])
+        attributes = {
+            "state": profile_of(written).name,
+            "air": air_text(written),
+            "date": job.site.date.isoformat(),
+        }
         accuracy = accuracy_group(errors, by_material, by_material_axes, notes)
         report.notes.append(
             f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"

@@ -14,6 +14,7 @@ from skyshine.mat.atmosphere.state.profiles import Profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.site import Site
 from skyshine.mat.job.surface import RADIATION, Weather
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
@@ -40,6 +41,18 @@ def atmospheric_state(site: Site, state: State) -> AtmosphericState:
         surface_temperature=None if follows else state.weather.mean_air_temperature_c + ZERO_CELSIUS,
         surface_albedo=state.surface_albedo,
     )
+
+
+def air_text(state: State) -> str:
+    """What the air near the ground follows, for files and people."""
+    if state.air == "profile":
+        return "profile" if state.sounding is None else "sounding"
+    return "weather, day's mean" if state.air_time is None else f"weather at {clock_text(state.air_time)}"
+
+
+def without_air_time(state: State) -> State:
+    """The state with the day's mean air, which the sky over surfaces has all day."""
+    return state.model_copy(update={"air_times": None})
 
 
 def profile_of(state: State) -> Profile:

@@ -16,7 +16,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.surface import Operation
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
-from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.atmosphere import atmospheric_state, without_air_time
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.scene.weather import measured_radiation, near_surface_air, sun_path
 from skyshine.mat.surface.forcing import Sky
@@ -56,7 +56,7 @@ def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, S
     state = job.states[state_index - 1]
     place = job.on_date_of_state(state_index).site
     sun = sun_path(place)
-    air = atmospheric_state(place, state.model_copy(update={"air_times": None}))
+    air = atmospheric_state(place, without_air_time(state))
     sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, sun.sun_distance)
     weather = near_surface_air(sun, state.weather)
     if state.clouds:  # their layers are in the sky already

@@ -24,7 +24,7 @@ from skyshine.mat.quantities.emission import (
 )
 from skyshine.mat.quantities.formulas import BETA_FACTOR, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest
+from skyshine.mat.scene.atmosphere import air_text, atmospheric_state, materials_digest
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.tables.axes import EXACT, AxisRule

@@ -13,8 +13,9 @@ from skyshine.mat.scene.atmosphere import air_key, atmospheric_state, profile_of
 from skyshine.mat.scene.weather import ground_air
 from skyshine.mat.surface.weather import LAPSE_RATE
 
-# K between the weather's daily mean and the profile at the ground: where paths do not follow the weather, a path of 1
-# km in 8 to 12 um is .4 K wrong; where they do, a usual profile of place and season is that far from most days.
+# K between the weather's daily mean and the profile at the ground. Where paths do not follow the weather, the first is
+# some .7 K of a path of 1 km in 8 to 12 um; most days are nearer to the profile of their place and season than the
+# second.
 NOT_FOLLOWED, FOLLOWED = 5.0, 12.0
 _VAPOUR_FACTOR, _VAPOUR = 1.5, 300.0  # Pa; both are to be exceeded
 

@@ -32,7 +32,7 @@ def test_air_that_agrees_is_not_warned_of(warnings, more):
 
 
 def test_weather_16_k_from_the_profile(warnings):
-    """Midlatitude summer has 294.2 K and 18.8 hPa of vapour at sea level (Anderson et al. 1986)."""
+    """Midlatitude summer has 294.2 K and 18,750 ppmv of vapour at sea level (Anderson et al. 1986)."""
     cold = {"air_temperature_c": 5, "relative_humidity_percent": 76}
     (temperature,) = warnings({"weather": cold})
     assert temperature.startswith("state 1: weather of 278.1 K at the ground")
@@ -40,7 +40,7 @@ def test_weather_16_k_from_the_profile(warnings):
     assert "paths follow the weather" in temperature
     temperature, vapour = warnings({"weather": AGREES}, {"weather": cold, "air": "profile"})
     assert temperature.startswith("state 2: ") and "paths do not follow the weather" in temperature
-    assert "weather with 6.6 hPa" in vapour and "profile midlatitude_summer with 18.8 hPa" in vapour
+    assert "weather with 6.6 hPa" in vapour and "profile midlatitude_summer with 19.0 hPa" in vapour
 
 
 def test_weather_that_a_sounding_does_not_have(warnings):

@@ -81,7 +81,6 @@ def test_particles_whose_light_has_no_bound_stay(tiny_job, tmp_path):
         ("{air_temperature_c: 75}", "found air of 348.1 K at the ground by the weather; allowed: 140 to 335 K"),
         ("{air_temperature_c: [-120, -118]}", None),
         ("{air_temperature_c: 60, relative_humidity_percent: 0}", None),
-        ("{air_temperature_c: -60, relative_humidity_percent: 100}", None),
     ],
 )
 def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_is_built(

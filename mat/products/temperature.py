@@ -17,7 +17,7 @@ from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
-from skyshine.mat.scene.atmosphere import materials_digest
+from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
 from skyshine.mat.scene.sources import source_tracks
 from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
@@ -125,7 +125,7 @@ class TemperatureProduct:
             by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
             notes["shade_method"] = SHADE_METHOD
         day = job.on_date_of_state(state).site
-        attributes = {**state_attributes(job.states[state - 1]), "date": day.date.isoformat()}
+        attributes = {**state_attributes(without_air_time(job.states[state - 1])), "date": day.date.isoformat()}
         accuracy = accuracy_group(errors, by_material, by_material_axes, notes)
         report.notes.append(
             f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"

@@ -21,9 +21,13 @@ def state(tmp_path, tiny_job, keys):
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
-        ("profile: tropical", {"state": "tropical"}),
-        ("preset: clear_day", {"state": "clear_day"}),
-        ("sounding: kyoto.csv\n    profile: tropical", {"state": "sounding", "sounding": "kyoto.csv"}),
+        ("profile: tropical", {"state": "tropical", "air": "weather, day's mean"}),
+        ("profile: tropical\n    air: profile", {"state": "tropical", "air": "profile"}),
+        ("preset: clear_day", {"state": "clear_day", "air": "weather, day's mean"}),
+        (
+            "sounding: kyoto.csv\n    profile: tropical",
+            {"state": "sounding", "sounding": "kyoto.csv", "air": "sounding"},
+        ),
     ],
 )
 def test_a_state_has_the_name_of_what_it_is_made_from(tmp_path, tiny_job, keys, expected):

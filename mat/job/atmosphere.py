@@ -19,6 +19,7 @@ from skyshine.mat.job.files import JobFile
 from skyshine.mat.job.presets import presets, with_preset
 from skyshine.mat.job.series import Series
 from skyshine.mat.job.surface import Weather
+from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.job.model import MaterialName
@@ -211,9 +212,15 @@ class State(StrictModel):
     ground_material: MaterialName | None = Field(
         None,
         description=(
-            "Whose temperature, by hour, the ground around tilted faces has; its table of temperatures is built too. By"
-            " default the ground has the day's mean air temperature."
+            "Of the ground around tilted faces. Its temperature by hour, emissivity and albedo (unless"
+            " weather.ground_albedo is given) are those of the ground in their heat balance and ambient light; its table"
+            " of temperatures is built too. By default the ground is black: as warm as the air in the heat balance, as"
+            " the day's mean air in ambient light."
         ),
+    )
+    # Excluded from dumps: only temperature tables depend on it, and their identity states it.
+    surroundings: StateSurroundings | None = Field(
+        None, exclude=True, description="Walls around all surfaces; by default an open plain."
     )
     date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
@@ -222,6 +229,12 @@ class State(StrictModel):
     def profile_weights(self) -> dict[str, float]:
         """Weights of the standard profiles; a loaded job has no `AUTO`."""
         return {self.profile: 1.0} if isinstance(self.profile, str) else self.profile
+
+    @property
+    def surrounding_materials(self) -> tuple[str, ...]:
+        """Of the ground and of the walls, where the state names them."""
+        wall = None if self.surroundings is None else self.surroundings.wall.material
+        return tuple(name for name in (self.ground_material, wall) if name is not None)
 
     @pydantic.model_validator(mode="before")
     @classmethod

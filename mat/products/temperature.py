@@ -18,7 +18,7 @@ from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes, within_per
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
 from skyshine.mat.scene.atmosphere import materials_digest
-from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.scene.surface import scene_inputs, surface_materials, surroundings_identity
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
@@ -59,6 +59,7 @@ class TemperatureProduct:
             **({} if hours is None else {"hours": [clock_text(time) for time in hours]}),
             "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
             "materials_sha256": materials_digest(library, materials),
+            **surroundings_identity(job, context.task.index),
         }
         return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
 

@@ -53,7 +53,9 @@ class Wall(StrictModel):
     def _one_kind(self) -> Self:
         for key in _OF_MATERIAL:
             if self.material is not None and key in self.model_fields_set:
-                raise ValueError(f"found material and {key}; allowed: a material, which has its own, or {key}; remove one")
+                raise ValueError(
+                    f"found material and {key}; allowed: a material, which has its own, or {key}; remove one"
+                )
         return self
 
 

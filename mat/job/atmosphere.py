@@ -213,9 +213,9 @@ class State(StrictModel):
         None,
         description=(
             "Of the ground around tilted faces. Its temperature by hour, emissivity and albedo (unless"
-            " weather.ground_albedo is given) are those of the ground in their heat balance and ambient light; its table"
-            " of temperatures is built too. By default the ground is black: as warm as the air in the heat balance, as"
-            " the day's mean air in ambient light."
+            " weather.ground_albedo is given) are those of the ground in their heat balance, its temperature that in"
+            " their ambient light; its table of temperatures is built too. By default the ground is black and as warm"
+            " as the air, in ambient light as the day's mean air."
         ),
     )
     # Excluded from dumps: only temperature tables depend on it, and their identity states it.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Annotated, Any, Self
 
 import pydantic
@@ -20,7 +21,7 @@ Node = tuple[Annotated[float, Field(ge=0, lt=360)], Elevation]
 
 
 def _ascending(nodes: list[Node]) -> list[Node]:
-    for (before, _), (after, _) in zip(nodes[:-1], nodes[1:], strict=True):
+    for (before, _), (after, _) in itertools.pairwise(nodes):
         if not after > before:
             raise ValueError(f"found azimuth {after:g} after {before:g}; allowed: strictly ascending ones; sort them")
     return nodes
@@ -53,25 +54,23 @@ class Wall(StrictModel):
     def _one_kind(self) -> Self:
         for key in _OF_MATERIAL:
             if self.material is not None and key in self.model_fields_set:
-                raise ValueError(
-                    f"found material and {key}; allowed: a material, which has its own, or {key}; remove one"
-                )
+                raise ValueError(f"found material and {key}; allowed: a material, which has its own; remove {key}")
         return self
 
 
 class StateSurroundings(StrictModel):
-    """What stands around all surfaces of a state, seen from the middle of it: a street, a court, a forest's edge."""
+    """What stands around all surfaces of a state, seen from among them: a street, a court, the edge of a forest."""
 
     horizon_deg: HorizonElevation = Field(
         0.0,
         description=(
-            "Elevation up to which walls stand: one all around, or [azimuth, elevation] pairs, linear between them. They"
-            " hide the Sun behind them."
+            "Elevation up to which walls stand: one all around, or [azimuth, elevation] pairs, linear between them."
+            " Walls hide the Sun."
         ),
     )
     sky_view: Fraction = Field(
         1.0,
-        description="Open share of the sky above the horizon; walls hide the rest of its light and longwave, not the Sun.",
+        description="Open share of the sky above the horizon; walls hide the rest, but not the Sun.",
     )
     wall: Wall = Wall()
 
@@ -79,8 +78,8 @@ class StateSurroundings(StrictModel):
     def _has_walls(self) -> Self:
         if self.open and "wall" in self.model_fields_set:
             raise ValueError(
-                "found wall with a horizon_deg of 0 and a sky_view of 1, which leave none; allowed: a horizon above 0 or"
-                " a sky_view below 1; give one, or remove wall"
+                "found wall with a horizon_deg of 0 and a sky_view of 1, which leave none; allowed: a horizon above 0"
+                " or a sky_view below 1; give one, or remove wall"
             )
         return self
 

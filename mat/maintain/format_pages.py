@@ -48,10 +48,19 @@ ATTRIBUTES = {
     "job": "the part of the job that the file depends on, as YAML",
     "digest_version": "version of the rule of `content_sha256`; absent in older files, whose digest covers arrays only",
     "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one (`schemas/hdf5_digest.py`)",
-    "ground_emissivity": "of the ground around a face; only beside `ambient_radiance_harmonics`, as the three below",
+    "ground_emissivity": "of the ground around a face",
     "ground_temperature": "K, of the ground where `ground_material` is not read",
     "ground_radiance": "W m^-2 sr^-1, emitted by the ground at `ground_temperature`",
     "ground_material": "name of the ground's material in the `.htt` file, where the job names one",
+    "ground_albedo": "of the ground, for sunlight",
+    "horizon_azimuth": "degree from north eastward, nodes of the horizon; only between walls, as those below",
+    "horizon_elevation": "degree, up to which walls stand at these azimuths",
+    "sky_view": "open share of the sky above the horizon",
+    "level_sky_view": "view factor of the open sky from a level surface",
+    "wall_material": "name of the walls' material, whose temperature they have",
+    "wall_temperature": "K, of the walls: one, or 24 at the hours 0 to 23",
+    "wall_emissivity": "of the walls, for longwave",
+    "wall_albedo": "of the walls, for sunlight",
 }
 
 

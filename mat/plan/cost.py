@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
 from skyshine.mat.plan.plan import Kind, Plan
 from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -29,6 +30,8 @@ MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABL
 EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
 # s for the sky of a state, for each material under it, and for each distinct surface column, its forcing included.
 SKY, MATERIAL, COLUMN = 0.2, 0.02, 2.0e-5
+# s for solving the ground around the surfaces of a state, and its walls, at each altitude.
+GROUND, WALLS = 0.03, 0.08
 PICTURE = 0.45  # s for each file that is drawn
 TEXTURE = 1.0  # s for each texture of a megapixel or so
 
@@ -65,10 +68,17 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
         "weighted transmittance": sets
         * emission
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
-        "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns),
+        "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns) + _surroundings(job),
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }
+
+
+def _surroundings(job: Job) -> float:
+    """Processor seconds for the ground and the walls around the surfaces of all states."""
+    grounds = sum(state.ground_material is not None for state in job.states)
+    walls = sum(state.surroundings is not None and state.surroundings.wall.material is not None for state in job.states)
+    return GROUND * grounds + WALLS * walls * len(job.surface_altitudes_km)
 
 
 def distinct_airs(loaded: LoadedJob) -> int:

@@ -125,8 +125,8 @@ def _facing(job: Job, name: str) -> Facing:
 
 
 def surroundings_identity(job: Job, state_index: int) -> dict[str, Any]:
-    """What a table of temperatures depends on by the surroundings of a state, counted from 1; empty on an open plain."""
-    state, library = job.states[state_index - 1], load_library()
+    """What a table of temperatures depends on by the surroundings of a state, counted from 1; empty without any."""
+    state = job.states[state_index - 1]
     if not has_enclosure(state):
         return {}
     names = state.surrounding_materials
@@ -138,7 +138,7 @@ def surroundings_identity(job: Job, state_index: int) -> dict[str, Any]:
             content.setdefault("operated", {})[name] = job.operated[name].model_dump(mode="json")
         if name in job.temperatures_c:
             content.setdefault("temperatures_c", {})[name] = job.temperatures_c[name]
-    return {"surroundings": content | {"materials_sha256": materials_digest(library, names)}}
+    return {"surroundings": content | {"materials_sha256": materials_digest(load_library(), names)}}
 
 
 def check_measured_light(job: Job, state_index: int) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure
 from skyshine.mat.surface.forcing import Scene, Sky
-from skyshine.mat.surface.horizon import Horizon
+from skyshine.mat.surface.horizon import LEVEL, Horizon
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
@@ -54,7 +54,7 @@ def solved_enclosure(
     *,
     ground: Facing,
     walls: Facing = AIR,
-    horizon: Horizon | None = None,
+    horizon: Horizon = LEVEL,
     sky_view: float = 1.0,
     steps: int = 96,
 ) -> Enclosure:
@@ -68,10 +68,8 @@ def solved_enclosure(
         Increasing, at which temperatures are solved [m].
     ground, walls : Facing
         The ground is level, walls are upright and face each of `ASPECTS`.
-    horizon : Horizon, optional
-        By default level.
-    sky_view : float
-        As `Enclosure`.
+    horizon, sky_view
+        As of `Enclosure`.
     steps : int
         Solver times of a day.
 
@@ -92,9 +90,7 @@ def solved_enclosure(
     solved in turn from air temperature on, each pass with the temperatures of the one before.
     """
     altitude = np.asarray(altitudes_m, float)
-    enclosure = Enclosure(
-        _given(ground, altitude), _given(walls, altitude), horizon or Horizon(), float(sky_view), altitude
-    )
+    enclosure = Enclosure(_given(ground, altitude), _given(walls, altitude), horizon, float(sky_view), altitude)
     solved = {
         name: (facing.temperature, planes)
         for name, facing, planes in (("ground", ground, slice(0, 1)), ("walls", walls, slice(1, None)))

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.surface.horizon import ASPECTS, Horizon, Views
+from skyshine.mat.surface.horizon import ASPECTS, LEVEL, Horizon, Views
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -75,7 +75,7 @@ class Enclosure:
 
     ground: Emitter
     walls: Emitter
-    horizon: Horizon = Horizon()
+    horizon: Horizon = LEVEL
     sky_view: float = 1.0
     altitude: Floats | tuple[float, ...] = (0.0,)
 
@@ -114,8 +114,8 @@ class Enclosure:
         direct, diffuse : (A, P, SUN_STEPS) ndarray
             Of Sun and sky without the enclosure [W m^-2].
         level : (A, SUN_STEPS) ndarray
-            Diffuse irradiance of a level surface [W m^-2]. What a plane has above its view of an evenly bright sky comes
-            from around the Sun, and goes with the direct light.
+            Diffuse irradiance of a level surface [W m^-2]. What a plane has above its view of an evenly bright sky
+            comes from around the Sun, and ends with the direct light.
         """
         whole = 0.5 * (1 + np.cos(np.radians(slope)))
         share = np.divide(views.sky, whole, out=np.zeros_like(whole), where=whole > 0)[:, None]

@@ -339,17 +339,13 @@ class Scene:
         return np.clip([self.weather.altitude], *self.sky.altitude[[0, -1]])
 
     def open_air(self, steps: int) -> tuple[Floats, Floats, Floats, Floats]:
-        """Direct normal light, diffuse light and longwave of the sky on a level surface [W m^-2], air temperature [K].
+        """Direct normal and diffuse horizontal light, longwave of the whole sky [W m^-2], air temperature [K].
 
-        Each (A, steps); light and longwave are those that walls and horizon leave.
+        Each (A, steps). Direct light is that which the horizon leaves; diffuse light and longwave are of the whole sky.
         """
         direct, diffuse = self._sunlight
-        longwave, enclosure = self._longwave, self.sky.enclosure
-        if enclosure is not None:
-            open_share = enclosure.between.sky[0]
-            direct, diffuse, longwave = direct * self._visible, open_share * diffuse, open_share * longwave
         direct, diffuse, longwave, air = (
-            step_means(field, steps) for field in (direct, diffuse, longwave, self._air[0])
+            step_means(field, steps) for field in (direct * self._visible, diffuse, self._longwave, self._air[0])
         )
         return direct, diffuse, longwave, air
 
@@ -357,7 +353,7 @@ class Scene:
     def _visible(self) -> Floats:
         """1 where the Sun is not behind the horizon, (SUN_STEPS,)."""
         hidden = self._around.horizon.hides(self.sun.solar_elevation, self.sun.solar_azimuth)
-        return 1.0 - hidden
+        return np.where(hidden, 0.0, 1.0)
 
     def surrounding_radiation(self, steps: int) -> SurroundingRadiation:
         """What the columns see beside the sky, as means over each of so many steps of the day."""

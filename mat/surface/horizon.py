@@ -63,6 +63,9 @@ class Horizon:
         return hidden
 
 
+LEVEL = Horizon()
+
+
 @dataclass(frozen=True, eq=False)
 class Views:
     """View factors of P planes; sky, walls and ground sum to 1.
@@ -103,12 +106,12 @@ class Views:
 
         Notes
         -----
-        A ring of azimuth A and width dA between two elevations has the view factor (k sin^2 e + c (e + sin(2e) / 2)) / 2
-        dA / pi at both ends e, k = cos(slope), c = sin(slope) cos(A - azimuth), as far as it is above the plane: the
-        cosine of incidence times the solid angle, integrated over elevation. Sums over azimuth are scaled to
-        (1 + cos(slope)) / 2 of the whole sky.
+        A lune of azimuth A and width dA has, between two elevations in front of the plane, the view factor dA / pi
+        times the difference of (k sin^2 e + c (e + sin(2e) / 2)) / 2 at both, k = cos(slope),
+        c = sin(slope) cos(A - azimuth): the cosine of incidence times the solid angle, integrated over elevation. Sums
+        over azimuth are scaled to the (1 + cos(slope)) / 2 of the whole sky.
         """
-        around = (np.arange(_AZIMUTHS) + 0.5) * (360.0 / _AZIMUTHS)
+        around = (np.arange(float(_AZIMUTHS)) + 0.5) * (360.0 / _AZIMUTHS)
         above = 0.5 * (1 + np.cos(np.radians(slope)))
         top = np.radians(horizon.at(around))
         across = np.sin(np.radians(slope))[:, None] * np.cos(np.radians(around - np.asarray(azimuth)[:, None]))

@@ -256,14 +256,14 @@ def test_the_response_is_taken_about_temperatures_in_the_enclosure(plain):
     assert np.all(warm[0, 0, 0] > open_air[0, 0, 0].min() + 5)
 
 
-def test_light_and_longwave_of_the_open_air_are_those_that_the_horizon_leaves(plain):
+def test_of_the_open_air_the_horizon_takes_the_direct_light_alone(plain):
     rim = Enclosure(Emitter(1.0, 0.2), Emitter(1.0, 0.2), Horizon((0.0,), (30.0,)))
     direct, diffuse, longwave, air = within(plain, rim).open_air(SUN_STEPS)
     whole = plain.open_air(SUN_STEPS)
     assert np.all(direct[:, plain.sun.solar_elevation <= 30] == 0)
-    for part, of_all in ((diffuse, whole[1]), (longwave, whole[2])):
-        np.testing.assert_allclose(part, 0.75 * of_all, rtol=1e-9)
-    assert np.array_equal(air, whole[3])
+    assert np.array_equal(direct[:, plain.sun.solar_elevation > 30], whole[0][:, plain.sun.solar_elevation > 30])
+    for part, of_all in zip((diffuse, longwave, air), whole[1:], strict=True):
+        assert np.array_equal(part, of_all)
 
 
 def test_surrounding_radiation_adds_up_to_the_forcing(plain):

@@ -212,10 +212,10 @@ class State(StrictModel):
     ground_material: MaterialName | None = Field(
         None,
         description=(
-            "Of the ground around tilted faces. Its temperature by hour, emissivity and albedo (unless"
-            " weather.ground_albedo is given) are those of the ground in their heat balance, its temperature that in"
-            " their ambient light; its table of temperatures is built too. By default the ground is black and as warm"
-            " as the air, in ambient light as the day's mean air."
+            "Of the ground around tilted faces and below the paths: its temperature by hour, emissivity and albedo in"
+            " the heat balance and in the bands; weather.ground_albedo and surface_albedo, where written, replace its"
+            " albedo. Its table of temperatures is built too. By default the ground has the temperature of the air, the"
+            " day's mean in ambient light."
         ),
     )
     # Excluded from dumps: only temperature tables depend on it, and their identity states it.

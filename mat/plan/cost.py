@@ -86,7 +86,11 @@ def distinct_airs(loaded: LoadedJob) -> int:
     job = loaded.trimmed
     return len(
         {
-            (air_key(state), (state.date or job.site.date) if "moon" in loaded.requested.sources else None)
+            (
+                air_key(state),
+                state.ground_material,
+                (state.date or job.site.date) if "moon" in loaded.requested.sources else None,
+            )
             for state in job.states
         }
     )

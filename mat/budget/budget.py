@@ -42,6 +42,7 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.sources import source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.materials.library import MaterialLibrary
@@ -126,7 +127,7 @@ class Prepared:
         """Prepare a state and band, counted from 1."""
         loaded = loaded.on_date_of_state(state)
         job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
-        air = atmospheric_state(job.site, job.states[state - 1])
+        air = over_ground(atmospheric_state(job.site, job.states[state - 1]), job.states[state - 1], response)
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         compiled, _ = compiled_band(loaded, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))

@@ -8,6 +8,7 @@ import pytest
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES
 from skyshine.mat.quantities.ambient_harmonics import (
     GROUND_TEMPERATURES,
     HarmonicSky,
@@ -16,7 +17,7 @@ from skyshine.mat.quantities.ambient_harmonics import (
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.facet_light import facet_irradiance
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.quantities.radiance_field import Directions
+from skyshine.mat.quantities.radiance_field import Directions, cell_phases
 from skyshine.mat.quantities.sky_table import SkyTable
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS, HARMONICS, ambient_of_faces, harmonics_at, zonal
@@ -153,6 +154,20 @@ def test_directions_fill_the_sphere():
     values = harmonics_at(directions.vectors) * directions.solid_angle[..., None]
     integral = values.sum(axis=(0, 1))
     np.testing.assert_allclose(integral, np.sqrt(4 * np.pi) * (np.arange(len(HARMONICS)) == 0), atol=1e-12)
+
+
+def test_phase_functions_are_linear_between_their_angles(lit):
+    """Over a cell a constant gives itself and the angle gives the mean angle, both by the cell's size."""
+    air, directions = lit[0].air, Directions.of(4, 3)
+    even = replace(air, optics=replace(air.optics, phase=np.ones_like(air.optics.phase)))
+    for row, phases in enumerate(cell_phases(even, directions, np.radians([10.0, 80.0]))):
+        scale = np.diff(directions.edges[row])[0] / directions.weight[row]
+        np.testing.assert_allclose(phases, scale, rtol=1e-12)
+        linear = np.arange(even.optics.phase.shape[0]) * np.ones_like(even.optics.phase.T)
+        angle = cell_phases(replace(even, optics=replace(even.optics, phase=linear.T)), directions, np.radians([10.0]))
+        directly = np.arccos(directions.samples[row] @ [np.cos(np.radians(10.0)), 0.0, np.sin(np.radians(10.0))])
+        mean = directly.mean(axis=1) / PHASE_ANGLES[1] * scale
+        np.testing.assert_allclose(angle[row][0, :, 0], mean, rtol=1e-9)
 
 
 def test_a_face_gathers_the_cosine_over_its_hemisphere():

@@ -112,6 +112,16 @@ def test_shade_of_a_record_is_in_utc_and_needs_the_sun(tmp_path):
     assert "give latitude and longitude" in str(run(tmp_path, "--shade", "10:00-14:00").exception)
 
 
+def test_a_wall_under_a_dull_sky_that_sees_none_of_it_is_dark(tmp_path):
+    rows = [f"2026-06-21T{hour:02d}:00Z,{40 if 9 <= hour <= 15 else 0},300,20,40,2.0,950" for hour in range(24)]
+    place = ("--latitude", "40", "--longitude", "0", "--slope", "90", "--azimuth", "0", "--ground-albedo", "0")
+    light = [
+        np.array(json.loads(run(tmp_path, *place, *sky, "--json", rows=rows).output)["shortwave_absorbed"]["values"])
+        for sky in ((), ("--sky-view", "0"))
+    ]
+    assert light[0].max() > 15 and np.abs(light[1]).max() < 1e-9
+
+
 def minutes(wave):
     for minute in range(1440):
         value = wave(2 * np.pi * minute / 1440)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.weather_readings import read_record
+from skyshine.mat.surface.weather_readings import AIR_COLUMNS, read_record
 from skyshine.schemas.errors import InputError
 
 HEADER = "time,sw_down,lw_down,air_temperature[C],relative_humidity,wind_speed,pressure[hPa]"
@@ -32,6 +32,21 @@ def test_units_and_zones(tmp_path):
     assert record.values["wind_speed"] == pytest.approx(10.0)
     assert record.values["pressure"] == pytest.approx(95000.0)
     assert record.values["sw_down"][0] == 0.0 and record.values["relative_humidity"][1] == 100.0
+
+
+@pytest.mark.parametrize(
+    ("name", "cell", "unit", "value"),
+    [
+        ("pressure", "101.325", "kPa", 101325.0),
+        ("pressure", "1013.25", "hPa", 101325.0),
+        ("air_temperature", "32", "F", 273.15),
+        ("wind_speed", "18", "km/h", 5.0),
+        ("wind_speed", "1", "kt", 0.514444),
+        ("relative_humidity", "0.5", "1", 50.0),
+    ],
+)
+def test_each_unit_is_converted(name, cell, unit, value):
+    assert AIR_COLUMNS[name].to_si(cell, unit) == pytest.approx(value, rel=1e-6)
 
 
 def test_missing_hours_are_bridged(tmp_path):

@@ -208,6 +208,12 @@ def test_a_planted_violation_has_a_line(filetype, change, line):
     assert any(line in text for text in lines), lines
 
 
+def test_radiance_of_a_black_body_may_stay_within_rounding():
+    root = FILES["band"]()
+    put("blackbody_radiance", 5.0, at=(1,))(root)
+    assert list(broken_laws("band", root)) == []
+
+
 def test_beyond_the_ground_transmittance_need_not_fall():
     root = atmosphere()
     put("beta_star", 500.0, at=(2, 1, 0))(root)

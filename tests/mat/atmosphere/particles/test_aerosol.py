@@ -243,3 +243,12 @@ def test_sea_spray_grows_with_wind_and_humidity():
     for arguments, message in (((-1.0, 3), "wind speed -1"), ((5.0, 11), "air mass 11 is not allowed")):
         with pytest.raises(InputError, match=message):
             windblown.navy_maritime_model(*arguments)
+
+
+def test_models_change_over_at_the_heights_of_lowtran():
+    """LOWTRAN7's regions: 0 to 2, 2 to 10, 10 to 30 and 30 to 100 km, with the level above each for the change."""
+    levels = np.array([0.0, 2e3, 3e3, 10e3, 11e3, 30e3, 35e3, 60e3])
+    extinctions = [part for _, part in aerosol_layers(levels, Aerosol("rural"), 23.0, "spring_summer")]
+    assert [np.flatnonzero(part > 0).tolist() for part in extinctions] == [[0, 1], [2, 3], [4, 5], [6, 7]]
+    total = aerosol_extinction_550(levels, 23.0, "spring_summer", 0.0, "background")
+    np.testing.assert_allclose(sum(extinctions), total, rtol=1e-12)

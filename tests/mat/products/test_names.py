@@ -22,7 +22,7 @@ def state(tmp_path, tiny_job, keys):
     ("keys", "expected"),
     [
         ("profile: tropical", {"state": "tropical"}),
-        ("preset: clear_day", {"state": "clear_day"}),
+        ("preset: desert_noon", {"state": "desert_noon"}),
         ("sounding: kyoto.csv\n    profile: tropical", {"state": "sounding", "sounding": "kyoto.csv"}),
     ],
 )

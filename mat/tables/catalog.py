@@ -36,9 +36,5 @@ def _entry(folder: Path, name: str) -> dict[str, Any]:
     numbers = {key: int(text) for key, text in match.groupdict().items() if text} if match else {}
     with open_database(folder / name) as file:
         read = ("filetype", "format_version", "data_version", "generator", "content_sha256")
-        names = {
-            f"{key}_name" if key in ("state", "band") else key: str(file.attrs[key])
-            for key in _NAMES
-            if key in file.attrs
-        }
+        names = {entry: str(file.attrs[key]) for entry, key in _NAMES.items() if key in file.attrs}
         return {"file": name, **numbers, **names, **{key: str(file.attrs[key]) for key in read}}

@@ -23,7 +23,7 @@ def state(tmp_path, tiny_job, keys):
     [
         ("profile: tropical", {"state": "tropical", "air": "weather, day's mean"}),
         ("profile: tropical\n    air: profile", {"state": "tropical", "air": "profile"}),
-        ("preset: clear_day", {"state": "clear_day", "air": "weather, day's mean"}),
+        ("preset: desert_noon", {"state": "desert_noon", "air": "weather, day's mean"}),
         (
             "sounding: kyoto.csv\n    profile: tropical",
             {"state": "sounding", "sounding": "kyoto.csv", "air": "sounding"},

@@ -14,8 +14,8 @@ from skyshine.mat.scene.weather import ground_air
 from skyshine.mat.surface.weather import LAPSE_RATE
 
 # K between the weather's daily mean and the profile at the ground. Where paths do not follow the weather, the first is
-# some .7 K of a path of 1 km in 8 to 12 um; most days are nearer to the profile of their place and season than the
-# second.
+# .35 K of a path of 1 km in 8 to 12 um and .9 K in 3 to 5 um (tests/validation/test_weather_air.py); most days are
+# nearer to the profile of their place and season than the second.
 NOT_FOLLOWED, FOLLOWED = 5.0, 12.0
 _VAPOUR_FACTOR, _VAPOUR = 1.5, 300.0  # Pa; both are to be exceeded
 

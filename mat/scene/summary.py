@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.state.climate import blended_profile
-from skyshine.mat.job.atmosphere import Cloud, State
+from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.clouds import Cloud
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import Site
 from skyshine.mat.scene.atmosphere import air_key, air_text, atmospheric_state

@@ -55,10 +55,29 @@ def test_check_says_why_it_does_not_know_how_many_nodes_a_tolerance_takes(mat, s
     assert words in shown and "not known before the build" in shown and "at most 20,000,000 nodes" in shown
 
 
+def test_check_warns_of_weather_far_from_the_profile_and_says_what_the_air_follows(mat, small_job, tmp_path):
+    """Midlatitude summer has 294.2 K at sea level."""
+    job = tmp_path / "job.yaml"
+    text = small_job.read_text(encoding="utf-8").replace("[22, 33]", "[2, 8]").replace("[8, 12]", "[10, 10.2]")
+    job.write_text(text, encoding="utf-8")
+    status, shown, _ = mat("check", job)
+    assert status == 0 and "air at the ground 278.1 K, 60 % (weather, day's mean)" in shown
+    assert (
+        "\nwarning: state 1: weather of 278.1 K at the ground (day's mean) and the profile midlatitude_summer" in shown
+    )
+    plan = json.loads(mat("check", job, "--json")[1])
+    assert len(plan["warnings"]) == 1 and "16.1 K apart" in plan["warnings"][0]
+    assert plan["states"][0]["air_temperature_at_ground"]["value"] == pytest.approx(278.15)
+
+
 def test_info_shows_versions_axes_and_errors(mat, small_build):
     status, shown, _ = mat("info", small_build / "s01b01.atmq.h5", "--json")
     content = json.loads(shown)
     assert status == 0 and content["attributes"]["filetype"] == "atmq"
+    assert (content["attributes"]["state"], content["attributes"]["air"]) == (
+        "midlatitude_summer",
+        "weather, day's mean",
+    )
     assert content["axes"]["range"] == {
         "units": "km",
         "nodes": 4,

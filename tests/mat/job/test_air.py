@@ -99,6 +99,8 @@ def test_weather_by_hour_reaches_the_air_with_its_altitude_and_pressure():
     (air,) = air_of({"weather": HOURLY})
     assert air.temperature[0] == pytest.approx(mean + 273.15 + 6.5 * 0.029)
     assert air.pressure_at(1829.0) == pytest.approx(818.4e2, abs=60.0)
+    (scaled,) = air_of({"weather": HOURLY, "humidity_scale": 0.5})
+    assert scaled.pressure[0] == pytest.approx(air.pressure[0], rel=1e-9)
     (noon,) = air_of({"weather": HOURLY, "air_times": ["15:00"]})
     assert noon.temperature[0] == pytest.approx(303.15 + 6.5 * 0.029)
     vapour = 0.3 * saturation_pressure(303.15)

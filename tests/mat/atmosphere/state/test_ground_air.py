@@ -64,6 +64,11 @@ def test_the_day_s_mean_moves_the_air_mass():
     fixed = linear(moved.altitude, profile.altitude, np.log(profile.pressure))
     ratio = np.exp(np.log(moved.pressure) - fixed)
     assert ratio[0] == pytest.approx(1.0) and np.ptp(ratio[high]) < 1e-12
+    # Water vapour: the factor at the ground, its square root at 5 km, none from 10 km on.
+    own = linear(moved.altitude, profile.altitude, np.log(mixing_ratio(profile)))
+    change = np.log(mixing_ratio(moved)) - own
+    assert change[0] > 0.5 and change[high] == pytest.approx(0.0, abs=1e-4)
+    assert np.interp(5e3, moved.altitude, change) == pytest.approx(0.5 * change[0], abs=0.01)
     # Hypsometric: the layer of 10 km is thicker by 8 K of some 250 K, so its pressure falls by 3 % less.
     assert ratio[-1] == pytest.approx(np.exp(9.80665 * 10e3 / 287.05 * 8 / 250.0**2), rel=0.02)
 

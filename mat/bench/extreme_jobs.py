@@ -77,8 +77,8 @@ def random_job(generator: np.random.Generator) -> dict[str, Any]:
     """A job as plain data, small in nodes and extreme in everything else.
 
     Bands lie anywhere from the ultraviolet to 1 mm and may be 0.01 um wide; sites from 500 m below the sea to
-    mountains; weather may be measured radiation; materials may be heated from behind, or held at a temperature; nodes
-    may be placed by a tolerance.
+    mountains; weather may be measured radiation; materials may be heated from behind, or held at a temperature; there
+    may be ground of a material and walls; nodes may be placed by a tolerance.
     """
     ground = float(generator.choice([-0.5, -0.43, 0.0, round(float(generator.uniform(0, 5.5)), 3)]))
     materials = [str(name) for name in generator.choice(MATERIALS, int(generator.integers(1, 4)), replace=False)]
@@ -111,6 +111,8 @@ def random_job(generator: np.random.Generator) -> dict[str, Any]:
         job["extra_tables"] = ["weighted_transmittance", "normalisation_by_angle"]
     if generator.random() < 0.15:
         job["surface_grid"]["tolerance"] = "5 K"
+    for state in job["states"]:
+        _surround(generator, state)
     return job
 
 
@@ -188,6 +190,27 @@ def _operate(generator: np.random.Generator, job: dict[str, Any], materials: lis
         job["operated"] = {materials[0]: kinds[generator.integers(3)]}
     if len(materials) > 1 and generator.random() < 0.2:
         job["temperatures_c"] = {materials[1]: float(generator.choice([-150.0, 15.0, 1200.0]))}
+
+
+def _surround(generator: np.random.Generator, state: dict[str, Any]) -> None:
+    """Ground of a material, or walls from none to a pit, for some of the states."""
+    if generator.random() < 0.2:
+        state["ground_material"] = str(generator.choice(MATERIALS))
+    if generator.random() < 0.8:
+        return
+    horizon: list[Any] = [0.0, 30.0, 90.0, [[0.0, 0.0], [90.0, 80.0], [180.0, 90.0]]]
+    around: dict[str, Any] = {
+        "horizon_deg": horizon[generator.integers(4)],
+        "sky_view": _some(generator, 1.0, (0.0, 0.5)),
+    }
+    if around["horizon_deg"] != 0.0 or around["sky_view"] < 1:
+        kinds: tuple[dict[str, Any], ...] = (
+            {"material": str(generator.choice(MATERIALS))},
+            {"temperature_c": float(generator.choice([-200.0, 20.0, 1500.0]))},
+            {"emissivity": float(generator.choice([0.01, 1.0])), "albedo": float(generator.choice([0.0, 0.99]))},
+        )
+        around["wall"] = kinds[generator.integers(3)]
+    state["surroundings"] = around
 
 
 def _some(generator: np.random.Generator, usual: float, extremes: tuple[float, ...]) -> float:

@@ -21,7 +21,7 @@ from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emiss
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest, without_air_time
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.scene.weather import measured_radiation, near_surface_air, sun_path
-from skyshine.mat.surface.enclosed import Facing, solved_enclosure
+from skyshine.mat.surface.enclosed import GivenEmitter, solved_enclosure
 from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.horizon import Horizon
@@ -88,15 +88,15 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
     if not has_enclosure(state):
         return None
     given = state.surroundings or StateSurroundings()
-    ground = Facing(1.0, sky.ground_albedo)
+    ground = GivenEmitter(1.0, sky.ground_albedo)
     if state.ground_material is not None:
-        ground = replace(_facing(job, state.ground_material), albedo=sky.ground_albedo)
+        ground = replace(_emitter(job, state.ground_material), albedo=sky.ground_albedo)
     wall, (azimuth, elevation) = given.wall, given.horizon
     if wall.material is not None:
-        walls = _facing(job, wall.material)
+        walls = _emitter(job, wall.material)
     else:
         celsius = wall.temperature_c
-        walls = Facing(wall.emissivity, wall.albedo, None if celsius is None else at_kelvin(celsius))
+        walls = GivenEmitter(wall.emissivity, wall.albedo, None if celsius is None else at_kelvin(celsius))
     return solved_enclosure(
         sun,
         weather,
@@ -110,11 +110,11 @@ def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sk
     )
 
 
-def _facing(job: Job, name: str) -> Facing:
+def _emitter(job: Job, name: str) -> GivenEmitter:
     """A material as ground or wall, at the temperature that the job gives or that its heat balance has."""
     (material,) = surface_materials([load_library()[name]], job.operated)
     celsius = job.temperatures_c.get(name)
-    return Facing(
+    return GivenEmitter(
         material.thermal_emissivity,
         1 - material.solar_absorptance,
         material if celsius is None else at_kelvin(celsius),

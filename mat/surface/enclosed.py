@@ -27,7 +27,7 @@ _LARGEST_CHANGE = 0.2
 
 
 @dataclass(frozen=True)
-class Facing:
+class GivenEmitter:
     """Ground or walls as they are given.
 
     Attributes
@@ -43,7 +43,7 @@ class Facing:
     temperature: SurfaceMaterial | float | tuple[float, ...] | None = None
 
 
-AIR = Facing(1.0, 0.0)
+AIR = GivenEmitter(1.0, 0.0)
 
 
 def solved_enclosure(
@@ -52,8 +52,8 @@ def solved_enclosure(
     sky: Sky,
     altitudes_m: Sequence[float],
     *,
-    ground: Facing,
-    walls: Facing = AIR,
+    ground: GivenEmitter,
+    walls: GivenEmitter = AIR,
     horizon: Horizon = LEVEL,
     sky_view: float = 1.0,
     steps: int = 96,
@@ -66,7 +66,7 @@ def solved_enclosure(
         As of `Scene`; an enclosure that the sky has already is replaced.
     altitudes_m : (L,) sequence
         Increasing, at which temperatures are solved [m].
-    ground, walls : Facing
+    ground, walls : GivenEmitter
         The ground is level, walls are upright and face each of `ASPECTS`.
     horizon, sky_view
         As of `Enclosure`.
@@ -92,9 +92,9 @@ def solved_enclosure(
     altitude = np.asarray(altitudes_m, float)
     enclosure = Enclosure(_given(ground, altitude), _given(walls, altitude), horizon, float(sky_view), altitude)
     solved = {
-        name: (facing.temperature, planes)
-        for name, facing, planes in (("ground", ground, slice(0, 1)), ("walls", walls, slice(1, None)))
-        if isinstance(facing.temperature, SurfaceMaterial) and not (name == "walls" and enclosure.open)
+        name: (given.temperature, planes)
+        for name, given, planes in (("ground", ground, slice(0, 1)), ("walls", walls, slice(1, None)))
+        if isinstance(given.temperature, SurfaceMaterial) and not (name == "walls" and enclosure.open)
     }
     largest = np.inf
     for _ in range(_PASSES if solved else 0):
@@ -119,12 +119,12 @@ def solved_enclosure(
     return enclosure
 
 
-def _given(facing: Facing, altitude: Floats) -> Emitter:
+def _given(given: GivenEmitter, altitude: Floats) -> Emitter:
     """An emitter with the temperatures that are given; those to be solved begin at air temperature."""
-    if facing.temperature is None or isinstance(facing.temperature, SurfaceMaterial):
-        return Emitter(facing.emissivity, facing.albedo)
-    day = at_hours(facing.temperature, sun_hours())
-    return Emitter(facing.emissivity, facing.albedo, np.tile(day, (altitude.size, 1, 1)))
+    if given.temperature is None or isinstance(given.temperature, SurfaceMaterial):
+        return Emitter(given.emissivity, given.albedo)
+    day = at_hours(given.temperature, sun_hours())
+    return Emitter(given.emissivity, given.albedo, np.tile(day, (altitude.size, 1, 1)))
 
 
 def _temperature(material: SurfaceMaterial, scene: Scene, steps: int) -> Floats:

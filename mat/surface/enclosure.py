@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.surface.horizon import ASPECTS, LEVEL, Horizon, Views
+from skyshine.mat.surface.horizon import ASPECTS, LEVEL, Horizon, ViewFactors
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -90,23 +90,23 @@ class Enclosure:
         """Whether no walls stand around."""
         return self.horizon.level and self.sky_view == 1
 
-    def views(self, slope: Floats, azimuth: Floats) -> Views:
+    def views(self, slope: Floats, azimuth: Floats) -> ViewFactors:
         """View factors of planes (P,) [degree]."""
-        return Views.of(self.horizon, self.sky_view, np.asarray(slope, float), np.asarray(azimuth, float))
+        return ViewFactors.of(self.horizon, self.sky_view, np.asarray(slope, float), np.asarray(azimuth, float))
 
     @cached_property
-    def between(self) -> Views:
+    def between(self) -> ViewFactors:
         """View factors of ground and walls themselves."""
         return self.views(SLOPES, AZIMUTHS)
 
     def light_of_sky(
-        self, views: Views, slope: Floats, sun: SunPath, direct: Floats, diffuse: Floats, level: Floats
+        self, views: ViewFactors, slope: Floats, sun: SunPath, direct: Floats, diffuse: Floats, level: Floats
     ) -> tuple[Floats, Floats]:
         """Direct and diffuse irradiance of planes that is left of that without the enclosure [W m^-2].
 
         Parameters
         ----------
-        views : Views
+        views : ViewFactors
             Of the planes.
         slope : (P,) ndarray
             [degree]
@@ -202,7 +202,7 @@ class SurroundingRadiation:
 
     Attributes
     ----------
-    views : Views
+    views : ViewFactors
         View factors of the P planes.
     visible : (N,) ndarray
         Share of each step in which the Sun is not behind the horizon.
@@ -212,7 +212,7 @@ class SurroundingRadiation:
         That leave ground and walls, emitted and reflected, per area of theirs [W m^-2].
     """
 
-    views: Views
+    views: ViewFactors
     visible: Floats
     temperature: Floats
     longwave: Floats

@@ -15,7 +15,7 @@ from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure, SurroundingRadiation
-from skyshine.mat.surface.horizon import Views
+from skyshine.mat.surface.horizon import ViewFactors
 from skyshine.mat.surface.step_means import step_means
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.surroundings import Surroundings
@@ -253,7 +253,7 @@ class Scene:
         return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 
     @cached_property
-    def _views(self) -> Views | None:
+    def _views(self) -> ViewFactors | None:
         """View factors of the planes in the enclosure."""
         enclosure = self.sky.enclosure
         return None if enclosure is None else enclosure.views(self.slope, self.azimuth)
@@ -272,7 +272,7 @@ class Scene:
         shaded = self.surroundings.shaded(sun_hours(), 24.0 / SUN_STEPS)
         return *self.surroundings.sunlight(direct, diffuse, even, shaded), reflected
 
-    def _on_planes(self, slope: Floats, azimuth: Floats, views: Views | None) -> tuple[Floats, Floats, Floats]:
+    def _on_planes(self, slope: Floats, azimuth: Floats, views: ViewFactors | None) -> tuple[Floats, Floats, Floats]:
         """Direct and diffuse on planes (P,), and reflected by ground on an open plain, each (A, P, SUN_STEPS)."""
         direct, diffuse = self._sunlight
         received = plane_irradiance(

@@ -67,7 +67,7 @@ LEVEL = Horizon()
 
 
 @dataclass(frozen=True, eq=False)
-class Views:
+class ViewFactors:
     """View factors of P planes; sky, walls and ground sum to 1.
 
     Attributes
@@ -92,7 +92,7 @@ class Views:
         return irradiance
 
     @classmethod
-    def of(cls, horizon: Horizon, sky_view: float, slope: Floats, azimuth: Floats) -> Views:
+    def of(cls, horizon: Horizon, sky_view: float, slope: Floats, azimuth: Floats) -> ViewFactors:
         """What planes see.
 
         Parameters

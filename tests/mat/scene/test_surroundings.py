@@ -118,6 +118,9 @@ def test_the_file_tells_what_stood_around_its_surfaces(job, tmp_path):
     assert attributes["level_sky_view"] == pytest.approx(views.sky[0]) and attributes["sky_view"] == 1
     morning = street.value("direct_normal_irradiance", altitude=0.0, forcing_time=[8.0, 12.5])
     assert morning[0] == 0 < morning[1]
+    court = table(job(surroundings={"sky_view": 0.4, "wall": {"temperature_c": 20}}) | NO_SHADE, tmp_path / "court")
+    assert court.attributes["wall_temperature"] == pytest.approx(293.15) and "wall_material" not in court.attributes
+    assert court.attributes["level_sky_view"] == pytest.approx(0.4) and problems(court.path) == []
     plain = table(job() | NO_SHADE, tmp_path / "plain")
     assert not {"ground_albedo", "horizon_azimuth", "sky_view"} & plain.attributes.keys()
 

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from skyshine.mat.surface import enclosed
 from skyshine.mat.surface.balance import Balance, Forcing
-from skyshine.mat.surface.enclosed import AIR, Facing, solved_enclosure
+from skyshine.mat.surface.enclosed import AIR, GivenEmitter, solved_enclosure
 from skyshine.mat.surface.enclosure import Emitter, Enclosure
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.horizon import Horizon
@@ -174,8 +174,8 @@ def test_solved_walls_and_ground_are_those_of_a_table_between_them(plain, weathe
         weather,
         sky,
         HEIGHTS,
-        ground=Facing(0.95, 0.1, street),
-        walls=Facing(0.93, 0.4, brick),
+        ground=GivenEmitter(0.95, 0.1, street),
+        walls=GivenEmitter(0.93, 0.4, brick),
         horizon=CANYON,
     )
     times = np.arange(24.0)
@@ -196,7 +196,13 @@ def test_walls_beside_hot_ground_have_the_temperature_of_a_scalar_balance(sun_pa
     air, wall = still_air(280.0), material(0.5, 0.8, thickness=1e-3, back="adiabatic")
     pit = Horizon((0.0,), (90.0,))
     enclosure = solved_enclosure(
-        sun_path, air, dark(sky), [0.0], ground=Facing(0.9, 0.2, 350.0), walls=Facing(0.8, 0.5, wall), horizon=pit
+        sun_path,
+        air,
+        dark(sky),
+        [0.0],
+        ground=GivenEmitter(0.9, 0.2, 350.0),
+        walls=GivenEmitter(0.8, 0.5, wall),
+        horizon=pit,
     )
     scene = Scene(sun_path, air, replace(dark(sky), enclosure=enclosure), np.zeros(1), np.array([90.0]), np.zeros(1))
     forcing = scene.forcing(96).times(np.array([0]))
@@ -217,7 +223,7 @@ def test_walls_beside_hot_ground_have_the_temperature_of_a_scalar_balance(sun_pa
 def test_given_temperatures_stay_and_the_air_is_taken_where_there_are_none(sun_path, weather, sky):
     hours = tuple(280.0 + hour for hour in range(24))
     enclosure = solved_enclosure(
-        sun_path, weather, sky, [0.0, 500.0], ground=Facing(0.9, 0.2, hours), horizon=Horizon((0.0,), (30.0,))
+        sun_path, weather, sky, [0.0, 500.0], ground=GivenEmitter(0.9, 0.2, hours), horizon=Horizon((0.0,), (30.0,))
     )
     assert enclosure.walls.temperature is None
     assert enclosure.ground.temperature[:, 0, :: SUN_STEPS // 24] == pytest.approx(np.tile(hours, (2, 1)))
@@ -232,8 +238,8 @@ def test_polar_night_between_foil_walls_settles(make_sun_path, sky):
         air,
         sky,
         [0.0],
-        ground=Facing(0.98, 0.8, material(0.2, 0.98)),
-        walls=Facing(0.05, 0.9, foil),
+        ground=GivenEmitter(0.98, 0.8, material(0.2, 0.98)),
+        walls=GivenEmitter(0.05, 0.9, foil),
         horizon=CANYON,
     )
     for emitter in (enclosure.ground, enclosure.walls):
@@ -244,7 +250,9 @@ def test_walls_that_do_not_settle_are_refused(sun_path, weather, sky, monkeypatc
     calls = iter(range(10_000))
     monkeypatch.setattr(enclosed, "_temperature", lambda *_: np.full((1, 8, SUN_STEPS), 280.0 + next(calls) % 2))
     with pytest.raises(CheckFailed, match="still change by 1 K after 60 passes; give the walls a temperature_c"):
-        solved_enclosure(sun_path, weather, sky, [0.0], ground=AIR, walls=Facing(0.9, 0.2, material()), horizon=CANYON)
+        solved_enclosure(
+            sun_path, weather, sky, [0.0], ground=AIR, walls=GivenEmitter(0.9, 0.2, material()), horizon=CANYON
+        )
 
 
 def test_the_response_is_taken_about_temperatures_in_the_enclosure(plain):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.horizon import ASPECTS, Horizon, Views
+from skyshine.mat.surface.horizon import ASPECTS, Horizon, ViewFactors
 from skyshine.schemas.errors import InputError
 
 SLOPES, AZIMUTHS = np.array([0.0, 30.0, 90.0, 90.0, 130.0, 180.0]), np.array([0.0, 20.0, 90.0, 200.0, 310.0, 0.0])
@@ -18,8 +18,8 @@ def canyon(left: float, right: float) -> Horizon:
     return Horizon(tuple(azimuth), tuple(elevation))
 
 
-def level(horizon: Horizon, sky_view: float = 1.0) -> Views:
-    return Views.of(horizon, sky_view, np.zeros(1), np.zeros(1))
+def level(horizon: Horizon, sky_view: float = 1.0) -> ViewFactors:
+    return ViewFactors.of(horizon, sky_view, np.zeros(1), np.zeros(1))
 
 
 @pytest.mark.parametrize("elevation", [0.0, 10.0, 45.0, 80.0, 90.0])
@@ -47,7 +47,7 @@ def test_floor_and_walls_of_a_street_have_the_mean_views_of_crossed_strings(rati
     floor = sum(w * level(canyon(ratio / x, ratio / (1 - x))).sky[0] for x, w in zip(place, weights, strict=True))
     assert floor == pytest.approx(root - ratio, abs=3e-4)
     wall = sum(
-        w * Views.of(canyon(0.0, ratio * z), 1.0, np.array([90.0]), np.array([90.0])).sky[0]
+        w * ViewFactors.of(canyon(0.0, ratio * z), 1.0, np.array([90.0]), np.array([90.0])).sky[0]
         for z, w in zip(place, weights, strict=True)
     )
     assert wall == pytest.approx((1 + ratio - root) / (2 * ratio), abs=3e-4)
@@ -56,7 +56,7 @@ def test_floor_and_walls_of_a_street_have_the_mean_views_of_crossed_strings(rati
 @pytest.mark.parametrize("horizon", [Horizon(), Horizon((0.0,), (35.0,)), canyon(1.0, 4.0), Horizon((0.0,), (90.0,))])
 @pytest.mark.parametrize("sky_view", [0.0, 0.3, 1.0])
 def test_sky_walls_and_ground_fill_the_half_space_of_every_plane(horizon, sky_view):
-    views = Views.of(horizon, sky_view, SLOPES, AZIMUTHS)
+    views = ViewFactors.of(horizon, sky_view, SLOPES, AZIMUTHS)
     assert views.sky + views.walls.sum(axis=1) + views.ground == pytest.approx(1.0, abs=1e-12)
     assert views.sky.min() >= 0 and views.walls.min() >= 0 and views.ground.min() >= 0
     assert views.ground == pytest.approx(0.5 * (1 - np.cos(np.radians(SLOPES))))
@@ -71,7 +71,7 @@ def test_views_agree_with_a_count_of_random_directions():
     azimuth = np.degrees(np.arctan2(directions[:, 0], directions[:, 1])) % 360
     horizon = Horizon((0.0, 90.0, 200.0), (10.0, 70.0, 30.0))
     hidden = (elevation > 0) & (elevation <= horizon.at(azimuth))
-    views = Views.of(horizon, 1.0, SLOPES, AZIMUTHS)
+    views = ViewFactors.of(horizon, 1.0, SLOPES, AZIMUTHS)
     for number, (slope, facing) in enumerate(np.radians(np.stack([SLOPES, AZIMUTHS], axis=1))):
         normal = np.array([np.sin(slope) * np.sin(facing), np.sin(slope) * np.cos(facing), np.cos(slope)])
         weight = 4 * np.maximum(directions @ normal, 0) / len(directions)
@@ -80,7 +80,7 @@ def test_views_agree_with_a_count_of_random_directions():
 
 
 def test_a_face_to_the_east_sees_walls_that_face_west():
-    views = Views.of(Horizon((0.0,), (40.0,)), 1.0, np.array([90.0]), np.array([90.0])).walls[0]
+    views = ViewFactors.of(Horizon((0.0,), (40.0,)), 1.0, np.array([90.0]), np.array([90.0])).walls[0]
     assert ASPECTS[np.argmax(views)] == 270.0
     assert views[ASPECTS == 90.0] == 0.0
     assert views[ASPECTS == 225.0] == pytest.approx(views[ASPECTS == 315.0], rel=1e-9)

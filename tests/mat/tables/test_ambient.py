@@ -102,7 +102,7 @@ def test_a_file_that_does_not_state_its_ground_is_refused(sun):
         bare.ambient_radiance(slope=90.0, **PLACE)
 
 
-def test_ground_of_a_material_has_its_temperature_by_the_hour(grounded):
+def test_ground_of_a_material_has_its_emissivity_and_its_temperature_by_the_hour(grounded):
     """The material is built though no list names it; noon is hotter than midnight."""
     sun, surface, band = (
         skyshine.mat.open(grounded / name) for name in ("s01b01.atmq.h5", "s01.htt.h5", "b01.band.h5")
@@ -112,7 +112,10 @@ def test_ground_of_a_material_has_its_temperature_by_the_hour(grounded):
     expected = surface.temperature(material="asphalt_road", altitude=0.0, slope=0.0, azimuth=0.0, time=[0.0, 12.0])
     assert [night, noon] == expected.tolist() and noon > night + 15
     light = sun.ambient_radiance(slope=180.0, ground_temperature=[night, noon], band=band, **PLACE)
-    assert light[1] - light[0] == pytest.approx(0.9 * np.diff(band.blackbody_radiance([night, noon]))[0], rel=2e-3)
+    emissivity = 1 - float(band.value("reflectance", material="asphalt_road"))
+    assert sun.attributes["ground_emissivity"] == pytest.approx(emissivity, abs=1e-6) and emissivity > 0.94
+    emitted = emissivity * np.diff(band.blackbody_radiance([night, noon]))[0]
+    assert light[1] - light[0] == pytest.approx(emitted, rel=2e-3)
     assert sun.root.variables[HARMONICS].data.shape[-1] == 11
 
 

@@ -107,6 +107,21 @@ def test_weather_by_hour_reaches_the_air_with_its_altitude_and_pressure():
     assert noon.mole_fraction["H2O"][0] == pytest.approx(vapour / 818.375e2, rel=1e-3)
 
 
+def test_states_share_their_air_where_what_it_follows_is_the_same():
+    dry, wind = {"relative_humidity_percent": 20}, {"wind_speed_m_s": 9, "ground_albedo": 0.5}
+    keys = [air_key(job_of({"weather": DAY | change}).states[0]) for change in ({}, wind, dry)]
+    assert keys[0] == keys[1] != keys[2]
+    by_hour = HOURLY["hourly"]
+    colder, breeze = {"air_temperature_c": [10] * 8}, {"wind_speed_m_s": [3] * 8}
+    thinner = {"pressure_hpa": [800] * 8}
+    keys = [
+        air_key(job_of({"weather": {"hourly": by_hour | change}}).states[0]) for change in ({}, breeze, colder, thinner)
+    ]
+    assert keys[0] == keys[1] and len(set(keys)) == 3
+    days = [{"weather": DAY, "profile": "tropical"} | date for date in ({}, {"date": "2026-07-01"})]
+    assert len({air_key(job_of(day).states[0]) for day in days}) == 1
+
+
 @pytest.mark.parametrize("amount", [{"humidity_scale": 0.5}, {"gases": {"H2O": {"column_mm": 8}}}])
 def test_an_amount_of_water_that_the_job_states_stays(amount):
     """Its mole fractions where it is a factor: warmer air holds fewer molecules. A column to the last digit."""

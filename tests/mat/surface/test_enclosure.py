@@ -152,6 +152,9 @@ def test_a_shadow_and_a_wall_of_its_own_add_to_the_enclosure(plain):
     hidden = replace(walled, surroundings=Surroundings(((0, 24),), 0.5, 320.0, 1.0)).forcing(96)
     assert np.all(hidden.shortwave_direct == 0)
     np.testing.assert_allclose(hidden.longwave_sky, 0.5 * walled.forcing(96).longwave_sky, rtol=1e-12)
+    # In the shade no plane has more than its view of an evenly bright sky, also one that faces the Sun.
+    even = np.outer(enclosure.views(SLOPES, AZIMUTHS).sky, plain.forcing(96).shortwave_diffuse[0])
+    assert np.all(hidden.shortwave_diffuse[: len(SLOPES)] <= 0.5 * even * (1 + 1e-6) + 1e-9)
     level = 0.5 * Stefan_Boltzmann * 300.0**4 + 0.25 * Stefan_Boltzmann * 320.0**4
     np.testing.assert_allclose(hidden.longwave_ground[0], level, rtol=1e-9)
 

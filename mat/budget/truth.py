@@ -1,0 +1,179 @@
+"""The radiance of faces by brute force: what every table of a job is judged against.
+
+All spectral points of the band, the light of sky and ground over each face's own hemisphere, temperatures from the
+heat balance of each face under its own shadows and beside its own walls, paths and light with the job's air.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.budget.circumstances import Circumstances
+from skyshine.mat.budget.columns import temperatures_at
+from skyshine.mat.budget.runtime_terms import Finish, exact_normalisation, reflection, spectral_radiance
+from skyshine.mat.budget.views import Views, slope_and_azimuth
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.surface import at_kelvin
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.facet_light import Faces, Walls
+from skyshine.mat.quantities.results import SpectralLines
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.spherical_harmonics import face_normal
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.sources import source_irradiance
+from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.surface.surroundings import Surroundings
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.arrays import Floats
+
+FINE_STEPS = 288  # solver times of a day
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A state and band of a job, at all spectral points and at the few that its tables were computed with."""
+
+    loaded: LoadedJob
+    state: int
+    band: int
+    response: SpectralResponse
+    exact: BandAtmosphere
+    few: BandAtmosphere
+
+    @classmethod
+    def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
+        """Prepare a state and band, counted from 1."""
+        loaded = loaded.on_date_of_state(state)
+        job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
+        air = atmospheric_state(job.site, job.states[state - 1])
+        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        compiled, _ = compiled_band(loaded, air, everything)
+        exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
+        return cls(loaded, state, band, response, exact, few)
+
+
+class FacetTruth:
+    """Temperature and radiance of faces of some materials, computed directly.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    library : MaterialLibrary
+    names : sequence of M str
+        Of the materials.
+    source : {'sun', 'moon'}
+    """
+
+    def __init__(self, prepared: Prepared, library: MaterialLibrary, names: Sequence[str], source: str) -> None:
+        job = prepared.loaded.trimmed
+        self.air, self.source = prepared.exact, source
+        self.irradiance = source_irradiance(job, source, self.air.band.wavenumber, self.air.band.width)
+        chosen = [library[name] for name in names]
+        self.materials, self.inputs = surface_materials(chosen, job.operated), scene_inputs(job, prepared.state)
+        self.given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
+        micron = 1e4 / self.air.band.wavenumber
+        self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
+        ground = job.states[prepared.state - 1].ground_material
+        self._ground = surface_materials([] if ground is None else [library[ground]], job.operated)
+        self._lowest = job.site.altitude_km
+
+    @property
+    def mean_air_temperature(self) -> float:
+        """Of the day, at the weather's altitude [K]."""
+        return float(np.mean(self.inputs[1].air_temperature))
+
+    def temperature(
+        self,
+        normal: Floats,
+        altitude: Floats,
+        time: Floats,
+        surroundings: Sequence[Surroundings] | None = None,
+        steps: int = FINE_STEPS,
+    ) -> Floats:
+        """Temperatures (n, M) [K] from the heat balance of each face.
+
+        Parameters
+        ----------
+        normal : (n, 3) array
+            East, north, up.
+        altitude, time : (n,) arrays
+            km; local clock, h.
+        surroundings : sequence of n Surroundings, optional
+            By default none.
+        steps : int
+            Solver times of a day.
+        """
+        slope, azimuth = slope_and_azimuth(normal)
+        place = altitude, azimuth, slope, time
+        return temperatures_at(
+            self.materials, self.inputs, *place, steps=steps, given=self.given, surroundings=surroundings
+        )
+
+    def temperatures_among(self, views: Views, circumstances: Circumstances) -> tuple[Floats, Floats, Floats]:
+        """Temperatures (n, M) [K] of the faces of views in the open, under their shadows alone, and under shadows and
+        beside walls.
+        """
+        open_air = self.temperature(views.normal, views.surface_altitude, views.time)
+        results = [open_air]
+        for chosen, surroundings in (
+            (circumstances.shaded, circumstances.shadows_alone),
+            (circumstances.walled, circumstances.surroundings),
+        ):
+            kelvin, rows = results[-1].copy(), np.flatnonzero(chosen)
+            part = views.take(chosen)
+            around = [surroundings[row] for row in rows]
+            kelvin[rows] = self.temperature(part.normal, part.surface_altitude, part.time, around)
+            results.append(kelvin)
+        return results[0], results[1], results[2]
+
+    def faces(self, views: Views, circumstances: Circumstances | None = None) -> Faces:
+        """The faces of views, over ground whose temperature is solved at their times, among walls or in the open."""
+        slope, azimuth = slope_and_azimuth(views.normal)
+        ground = np.full(len(views), self.air.air.state.surface_temperature)
+        if self._ground:
+            level, altitude = np.zeros(len(views)), np.full(len(views), self._lowest)
+            ground = temperatures_at(
+                self._ground, self.inputs, altitude, level, level, views.time, steps=FINE_STEPS, given=self.given
+            )[:, 0]
+        walls = None
+        if circumstances is not None:
+            walls = Walls(circumstances.sky_view, circumstances.wall_temperature, circumstances.wall_emissivity)
+        normal = face_normal(slope, azimuth - views.source_azimuth)
+        return Faces(normal, ground, views.surface_altitude * 1e3, walls)
+
+    def lines(self, views: Views, faces: Faces) -> SpectralLines:
+        """Spectra of the lines of sight and of the light on the faces."""
+        return self.air.spectral_at_points(*views.place, self.irradiance, faces)
+
+    def bounce(self, views: Views, normal: Floats, finish: Finish, in_shade: Circumstances) -> Floats:
+        """As `runtime_terms.reflection`; 0 where a face is in the Sun's shade."""
+        dark = in_shade.in_shade & (self.source == "sun")
+        return np.where(dark[:, None], 0.0, reflection(views, normal, finish))
+
+    def radiance(self, views: Views, circumstances: Circumstances, finish: Finish) -> Floats:
+        """Radiance (n, M) of all materials at the observers, W m^-2 sr^-1.
+
+        Parameters
+        ----------
+        views : Views
+        circumstances : Circumstances
+            Of the faces.
+        finish : Finish
+            Of the materials; of its lobes alone, with N_s of (43) at each angle of incidence.
+        """
+        lines = self.lines(views, self.faces(views, circumstances))
+        kelvin = self.temperatures_among(views, circumstances)[-1]
+        exact = Finish(
+            finish.reflectance,
+            finish.specular_fraction,
+            finish.shininess,
+            exact_normalisation(finish.shininess, views, views.normal),
+        )
+        bounce = self.bounce(views, views.normal, exact, circumstances)
+        return spectral_radiance(lines, self.air.band, kelvin, self.reflectance, bounce)

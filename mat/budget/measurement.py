@@ -77,7 +77,11 @@ class Measurement:
     ) -> None:
         job, band = prepared.loaded.trimmed, truth.air.band
         self.tables, self.truth, self.views, self.around, self.grid = tables, truth, views, around, grid
-        self.few, self.steps, self.finish = prepared.few, job.accuracy.solver_steps, tables.finish
+        self.few, self.steps, self.finish = (
+            prepared.lit(prepared.few, truth.source),
+            job.accuracy.solver_steps,
+            tables.finish,
+        )
         self.few_light = source_irradiance(job, truth.source, self.few.band.wavenumber, self.few.band.width)
         self.open_air, self.shadowed, self.kelvin = truth.temperatures_among(views, around)
         self.lines = truth.lines(views, truth.faces(views, around))

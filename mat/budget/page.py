@@ -63,12 +63,8 @@ def _plot(described: dict[str, Any], budget: Budget) -> str:
     bars, lines, cloud = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
     names = list(described["errors"])[::-1]
     rms, p99 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p99"))
-    bars.barh(
-        np.arange(len(names)),
-        rms,
-        color=["tab:red" if name in ("pixel", "all") else "tab:blue" for name in names],
-        label="rms",
-    )
+    colours = ["tab:red" if name in ("pixel", "all") else "tab:blue" for name in names]
+    bars.barh(np.arange(len(names)), rms, color=colours, label="rms")
     bars.plot(p99, np.arange(len(names)), "k|", label="99th percentile")
     bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"error, {units}")
     bars.set_yticklabels([name.replace("_", " ") for name in names], fontsize=7)

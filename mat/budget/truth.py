@@ -7,11 +7,12 @@ heat balance of each face under its own shadows and beside its own walls, paths 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.transfer.bounds import Bounds
 from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.columns import temperatures_at
 from skyshine.mat.budget.runtime_terms import Finish, exact_normalisation, reflection, spectral_radiance
@@ -26,9 +27,14 @@ from skyshine.mat.radiometry.spherical_harmonics import face_normal
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
-from skyshine.mat.scene.sources import source_irradiance
+from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.omission import Omission
+from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.surface.forcing import Sky
+from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.surroundings import Surroundings
+from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Floats
 
@@ -37,7 +43,21 @@ FINE_STEPS = 288  # solver times of a day
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A state and band of a job, at all spectral points and at the few that its tables were computed with."""
+    """A state and band of a job.
+
+    Attributes
+    ----------
+    loaded : LoadedJob
+    state, band : int
+        Counted from 1.
+    response : SpectralResponse
+    exact, few : BandAtmosphere
+        At all spectral points, and at those that the tables were computed with, without what these omit.
+    inputs : SunPath, NearSurfaceAir, Sky
+        Of the heat balance.
+    unscattered : set of str
+        Sources whose scattered light the job's `negligible_k` omits, by a bound.
+    """
 
     loaded: LoadedJob
     state: int
@@ -45,6 +65,8 @@ class Prepared:
     response: SpectralResponse
     exact: BandAtmosphere
     few: BandAtmosphere
+    inputs: tuple[SunPath, NearSurfaceAir, Sky]
+    unscattered: frozenset[str]
 
     @classmethod
     def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
@@ -55,7 +77,17 @@ class Prepared:
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         compiled, _ = compiled_band(loaded, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
-        return cls(loaded, state, band, response, exact, few)
+        requested, weight = loaded.requested, compiled.band.radiance_weight
+        light = irradiance_of_sources(requested, compiled.band)
+        bounds = Bounds.of(few.air, path_grid(requested), light, weight)
+        omission = Omission.of(job, requested.sources, air, response, bounds)
+        if omission.particles:
+            few = BandAtmosphere.of(omission.without(air), compiled.band)
+        return cls(loaded, state, band, response, exact, few, scene_inputs(job, state), frozenset(omission.scattered))
+
+    def lit(self, air: BandAtmosphere, source: str) -> BandAtmosphere:
+        """One of the two atmospheres, under a source whose light is scattered unless that is negligible."""
+        return replace(air, air=replace(air.air, scatters=False)) if source in self.unscattered else air
 
 
 class FacetTruth:
@@ -72,10 +104,10 @@ class FacetTruth:
 
     def __init__(self, prepared: Prepared, library: MaterialLibrary, names: Sequence[str], source: str) -> None:
         job = prepared.loaded.trimmed
-        self.air, self.source = prepared.exact, source
+        self.air, self.source = prepared.lit(prepared.exact, source), source
         self.irradiance = source_irradiance(job, source, self.air.band.wavenumber, self.air.band.width)
         chosen = [library[name] for name in names]
-        self.materials, self.inputs = surface_materials(chosen, job.operated), scene_inputs(job, prepared.state)
+        self.materials, self.inputs = surface_materials(chosen, job.operated), prepared.inputs
         self.given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
         micron = 1e4 / self.air.band.wavenumber
         self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])

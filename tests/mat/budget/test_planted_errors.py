@@ -1,0 +1,139 @@
+"""A table that is made wrong shows under its own name in the error budget, and under no other."""
+
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+
+from skyshine.mat.budget.budget import PIXEL_SOURCES, error_budget
+from skyshine.mat.budget.summary import describe, kelvin
+from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.builder.build import build
+from skyshine.mat.job.load import load_job
+from skyshine.materials.library import load_library
+
+# Rows in which several sources meet.
+TOGETHER = {"tables", "pixel", "all", "transmittance_extrapolation", "radiance_extrapolation", "face"}
+
+
+@pytest.fixture(scope="module")
+def job(tiny_job, tmp_path_factory):
+    """Two materials on walls and level, a node at 100 m, emission of classes of materials."""
+    text = tiny_job()
+    for before, after in (
+        ("[asphalt_road]", "[asphalt_road, concrete]\nextra_tables: [weighted_transmittance]"),
+        ("[0.001, 5]", "[0.001, 0.1, 1, 5]"),
+        ("[0.01, 1]", "[0.001, 1]"),
+        ("slope_deg: [0, 45], time: [00:00, 12:00]", "slope_deg: [0, 90], time: [00:00, 06:00, 12:00, 18:00]"),
+    ):
+        assert before in text
+        text = text.replace(before, after)
+    file = tmp_path_factory.mktemp("street") / "job.yaml"
+    file.write_text(text, encoding="utf-8")
+    build(load_job(file), jobs=1)
+    return file
+
+
+@pytest.fixture(scope="module")
+def budget_of(job):
+    prepared, library = Prepared.of(load_job(job), 1, 1), load_library()
+    return lambda folder: error_budget(prepared, folder, library, source="sun", scenes=24, seed=2)
+
+
+@pytest.fixture(scope="module")
+def honest(budget_of, job):
+    return budget_of(job.parent / "built")
+
+
+@pytest.fixture
+def planted(budget_of, job, tmp_path):
+    """The budget of a copy of the databases, one array of which is changed."""
+
+    def measured(file, quantity, change):
+        copy = shutil.copytree(job.parent / "built", tmp_path / "built")
+        with h5py.File(copy / file, "r+") as opened:
+            opened[quantity][...] = change(opened[quantity][...])
+        return budget_of(copy)
+
+    return measured
+
+
+def rms(error):
+    return float(np.sqrt(np.mean(np.square(error))))
+
+
+def changed(wrong, honest):
+    """Sources whose errors differ, with the change over the largest error of a pixel."""
+    assert set(wrong.errors) == set(honest.errors)
+    return {name for name in honest.errors if not np.array_equal(wrong.errors[name], honest.errors[name])} - TOGETHER
+
+
+def test_the_views_have_all_circumstances(honest):
+    around, views = honest.circumstances, honest.views
+    assert around.in_shade.any() and around.walled.any() and views.near.any() and not views.near.all()
+    assert np.any(around.in_shade & (views.source_elevation > 0))
+
+
+def test_a_response_of_nothing_shows_as_shade_and_surroundings(honest, planted):
+    """Both are read from the kernel: without it a surface in the shade is some kelvin too warm."""
+    wrong = planted("s01.htt.h5", "response_kernel", np.zeros_like)
+    assert changed(wrong, honest) == {"shade", "surroundings"}
+    assert rms(wrong.errors["shade"]) > 10 * rms(honest.errors["shade"])
+    warm = kelvin(wrong, wrong.errors["shade"])[wrong.circumstances.in_shade & (wrong.views.source_elevation > 20)]
+    assert warm.max() > 2
+
+
+def test_sunlight_too_weak_shows_as_shade(honest, planted):
+    """Light that walls take depends on it too, where the diffuse part is bounded by that of an even sky."""
+    wrong = planted("s01.htt.h5", "direct_normal_irradiance", lambda light: 0.5 * light)
+    assert changed(wrong, honest) <= {"shade", "surroundings"}
+    moved = {name: rms(wrong.errors[name] - honest.errors[name]) for name in ("shade", "surroundings")}
+    assert rms(wrong.errors["shade"]) > 3 * rms(honest.errors["shade"]) and moved["surroundings"] < 0.1 * moved["shade"]
+
+
+def test_a_sky_too_cold_behind_walls_shows_as_surroundings(honest, planted):
+    wrong = planted("s01.htt.h5", "sky_irradiance", lambda sky: 0.5 * sky)
+    assert changed(wrong, honest) == {"surroundings"}
+    assert rms(wrong.errors["surroundings"]) > 3 * rms(honest.errors["surroundings"])
+
+
+def test_paths_wrong_at_the_first_node_show_as_near_range(honest, planted):
+    wrong = planted("s01b01.atmq.h5", "beta_star", lambda beta: np.concatenate([0.1 * beta[:1], beta[1:]]))
+    assert changed(wrong, honest) == {"near_range"}
+    assert rms(wrong.errors["near_range"]) > 3 * rms(honest.errors["near_range"])
+    assert np.all(wrong.errors["near_range"][~wrong.views.near] == 0)
+
+
+def test_emission_through_too_clear_air_shows_as_its_transmittance(honest, planted):
+    """Beyond 100 m; the note's own average is no error of a runtime that reads the table."""
+
+    def clearer(beta):
+        return np.concatenate([beta[:, :, :2], 1.05 * beta[:, :, 2:]], axis=2)
+
+    wrong = planted("s01b01.thermal_atmq.h5", "beta_star_thermal", clearer)
+    assert changed(wrong, honest) == {"emitted_transmittance"} and "transmittance" not in honest.errors
+    assert rms(wrong.errors["emitted_transmittance"]) > 2 * rms(honest.errors["emitted_transmittance"])
+
+
+def test_temperatures_too_warm_show_as_interpolation_of_the_table(honest, planted):
+    wrong = planted("s01.htt.h5", "temperature", lambda kelvins: kelvins + 5)
+    assert "temperature_table" in changed(wrong, honest)
+    # The response departs from linear by a few percent where a surface begins 5 K warmer.
+    assert changed(wrong, honest) <= {"temperature_table", "shade", "surroundings"}
+    moved = {name: rms(wrong.errors[name] - honest.errors[name]) for name in changed(wrong, honest)}
+    assert all(moved[name] < 0.1 * moved["temperature_table"] for name in moved if name != "temperature_table")
+
+
+def test_the_sources_sum_to_the_pixel(honest):
+    """Errors are small, so what they are together is nearly their sum."""
+    total = sum(honest.errors[name] for name in PIXEL_SOURCES if name in honest.errors)
+    assert rms(total - honest.errors["pixel"]) < 0.2 * rms(honest.errors["pixel"])
+
+
+def test_a_sentence_names_the_largest_source(honest, planted):
+    wrong = planted("s01.htt.h5", "temperature", lambda kelvins: kelvins + 20)
+    described = describe(wrong)
+    assert "the largest source is temperature table (" in described["dominant"]
+    assert described["regions"]["beside a wall"]["views"] == wrong.circumstances.walled.sum()
+    assert described["errors"]["pixel"]["temperature"]["p99"]["value"] > 10

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.quantities.radiance_field import Directions, GroundReflection, RadianceField, cell_phases
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.threads import parallel_map
@@ -136,12 +137,15 @@ def _weighted_light(
 ) -> list[Floats]:
     """Sums of the radiance around n places, each with weights (F, D, A) of its own: n of (F, P)."""
     air.prepare()
+    # Of a source so far below the horizon nothing is scattered.
+    dark = replace(air, scatters=False)
 
     def one(place: int) -> Floats:
         source = source_elevation[place : place + 1]
-        reflection = GroundReflection.of(air, source)
-        phases = cell_phases(air, directions, source)
-        field = RadianceField.at(air, float(altitude[place]), source, reflection, directions, phases)
+        lit = air if source[0] > np.radians(ELEVATIONS[0]) else dark
+        reflection = GroundReflection.of(lit, source)
+        phases = cell_phases(lit, directions, source)
+        field = RadianceField.at(lit, float(altitude[place]), source, reflection, directions, phases)
         emitted = (1 - air.state.surface_albedo) * planck_wavenumber(air.optics.wavenumber, ground_temperature[place])
         radiance = field.radiance(irradiance)[:, 0] + (field.to_ground * emitted)[:, None]
         light: Floats = np.einsum("fda,dap->fp", weights[place], radiance, optimize=True)

@@ -11,7 +11,9 @@ from typing import Any
 from skyshine.mat.builder.build import Progress, silent
 from skyshine.mat.builder.build import build as build_files
 from skyshine.mat.job.load import load_job
-from skyshine.mat.tables.loader import Table, open_table
+from skyshine.mat.scene.agreement import air_warnings
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.table import Table
 
 
 @dataclass(frozen=True, repr=False)
@@ -27,12 +29,15 @@ class Build:
         By name: ``kept``, ``seconds``, ``processor_seconds``, ``stages``, ``peak_memory_bytes``, ``notes``.
     not_of_this_job : list of str
         Databases in the folder that this job does not build, left as they are.
+    warnings : list of str
+        Where weather, profile, sounding and the place of a weather file disagree, with numbers.
     """
 
     folder: Path
     seconds: float
     files: dict[str, dict[str, Any]]
     not_of_this_job: list[str]
+    warnings: list[str]
 
     def open(self, name: str) -> Table:
         """Open one of the files, such as ``'s01.htt'``, with or without ``.h5``."""
@@ -110,5 +115,7 @@ def build(
     >>> bool(290 < wall < 330)
     True
     """
-    record = build_files(load_job(job), out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
-    return Build(Path(record["folder"]), record["seconds"], record["files"], record["not_of_this_job"])
+    loaded = load_job(job)
+    record = build_files(loaded, out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
+    warnings = [*loaded.warnings, *air_warnings(loaded.trimmed)]
+    return Build(Path(record["folder"]), record["seconds"], record["files"], record["not_of_this_job"], warnings)

@@ -14,6 +14,7 @@ from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.plan.plan import Plan, make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.plan.twins import twins_left_out
+from skyshine.mat.scene.agreement import air_warnings
 from skyshine.mat.scene.check import check_scene
 from skyshine.mat.scene.sources import source_hours
 from skyshine.mat.scene.summary import state_summaries
@@ -36,6 +37,8 @@ class JobCheck:
         Summary of each state.
     seconds : dict of str to float
         Processor seconds by stage, estimated within a factor of two.
+    warnings : list of str
+        Where weather, profile, sounding and the place of a weather file disagree, with numbers.
     """
 
     loaded: LoadedJob
@@ -44,6 +47,7 @@ class JobCheck:
     source_up: dict[str, list[tuple[str, str]]]
     states: list[dict[str, Any]]
     seconds: dict[str, float]
+    warnings: list[str]
 
     @property
     def files(self) -> list[str]:
@@ -99,4 +103,5 @@ def check(job: str | os.PathLike[str] | Mapping[str, Any]) -> JobCheck:
         source_hours(loaded.trimmed.on_date_of_state(1)),
         state_summaries(loaded.trimmed),
         estimate(loaded, plan),
+        [*loaded.warnings, *air_warnings(loaded.trimmed)],
     )

@@ -22,7 +22,8 @@ from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, Table, TemperatureTable, ThermalTable, open_table
+from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
+from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.reader import open_tmm

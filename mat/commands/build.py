@@ -25,6 +25,8 @@ def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: 
         return
     for name, entry in built.files.items():
         click.echo(f"  {name}  {'kept' if entry['kept'] else 'built'}")
+    for warning in built.warnings:
+        click.echo(f"warning: {warning}")
     if built.not_of_this_job:
         click.echo(f"  not of this job, left as they are: {', '.join(built.not_of_this_job)}")
     click.echo(f"{built.folder}: {len(built.files)} files in {built.seconds:.1f} s")

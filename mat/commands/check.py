@@ -57,6 +57,7 @@ def _as_json(result: JobCheck) -> dict[str, Any]:
     return {
         "files": result.files,
         "states": result.states,
+        "warnings": result.warnings,
         "materials": result.materials,
         "left_out": [vars(item) for item in result.left_out],
         "source_up": {source: [list(span) for span in spans] for source, spans in result.source_up.items()},
@@ -84,6 +85,8 @@ def _print(result: JobCheck) -> None:
     for line, numbers in groupby(range(1, len(states) + 1), lambda number: summary_line(states[number - 1])):
         first, *others = (f"{number:02d}" for number in numbers)
         click.echo(f"{f'states {first} to {others[-1]}' if others else f'state {first}'}: {line}")
+    for warning in result.warnings:
+        click.echo(f"warning: {warning}")
     click.echo("will be built:")
     for line in _files(result):
         click.echo(f"  {line}")

@@ -11,7 +11,7 @@ from skyshine.schemas.commands import emit_json, json_option
 @json_option
 def command(files: tuple[str, ...], out: str, as_json: bool) -> None:
     """Write FILES, databases of an older format, in the present format into a folder; their arrays stay the same."""
-    from skyshine.mat.tables.convert import convert
+    from skyshine.mat.tables.convert import convert, parts_lacking
     from skyshine.mat.tables.files import FILE_TYPES
     from skyshine.tmm.classify import model_file
     from skyshine.tmm.database import layout
@@ -21,8 +21,11 @@ def command(files: tuple[str, ...], out: str, as_json: bool) -> None:
     converted = []
     for name in files:
         target, old, new = convert(name, out, versions)
-        converted.append({"file": str(target), "from": old, "to": new})
+        lacking = parts_lacking(target)
+        converted.append({"file": str(target), "from": old, "to": new, "lacks": lacking})
         if not as_json:
-            click.echo(f"{target}: {f'{old} to {new}' if old != new else f'is in the present format, {new}'}")
+            lifted = f"{old} to {new}" if old != new else f"is in the present format, {new}"
+            rest = f"; lacks {', '.join(lacking)}: build it again for that" if lacking else ""
+            click.echo(f"{target}: {lifted}{rest}")
     if as_json:
         emit_json({"files": converted})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import pydantic
 from pydantic import Field
@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.particles.cloud import TYPES as CLOUD_TYPES
 from skyshine.mat.atmosphere.particles.rain import RATES
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
-from skyshine.mat.job.fields import Fraction, Tolerance, axis, one_of, tolerance
+from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, axis, one_of, tolerance
 from skyshine.mat.job.files import JobFile
 from skyshine.mat.job.presets import presets, with_preset
 from skyshine.mat.job.series import Series
@@ -187,6 +187,23 @@ class State(StrictModel):
     sounding: JobFile | None = Field(
         None, description="CSV of altitude, pressure, temperature, humidity and other gases."
     )
+    air: Literal["weather", "profile"] = Field(
+        "weather",
+        description=(
+            "What the air near the ground has, in paths and sky: temperature, humidity and pressure of the weather, or"
+            " those of profile and sounding. By default that of the weather, with a sounding that of the sounding."
+            " humidity_scale and an amount of H2O in gases keep their water vapour."
+        ),
+    )
+    air_times: (
+        Annotated[list[TimeOfDay], Field(min_length=1, max_length=96), pydantic.AfterValidator(ascending)] | None
+    ) = Field(
+        None,
+        description=(
+            "Makes a state for each time of the day, whose paths have the air of that time; by default they have the"
+            " day's mean. Surface temperatures follow the whole day in each."
+        ),
+    )
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")
     co2_ppm: float = Field(420.0, ge=0, le=5000)
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
@@ -223,10 +240,32 @@ class State(StrictModel):
         """Weights of the standard profiles; a loaded job has no `AUTO`."""
         return {self.profile: 1.0} if isinstance(self.profile, str) else self.profile
 
+    @property
+    def has_water_amount(self) -> bool:
+        """Whether the job states how much water vapour the air holds, in place of the weather's humidity."""
+        return self.humidity_scale != 1.0 or "H2O" in self.gases
+
+    @property
+    def air_time(self) -> float | None:
+        """Local clock hour of the air of paths; None is the day's mean. A loaded job has one at most."""
+        return None if self.air_times is None else self.air_times[0]
+
     @pydantic.model_validator(mode="before")
     @classmethod
     def _from_preset(cls, data: Any) -> Any:
-        return with_preset(data) if isinstance(data, dict) else data
+        if not isinstance(data, dict):
+            return data
+        written = with_preset(data)
+        return {"air": "profile", **written} if written.get("sounding") is not None else written
+
+    @pydantic.model_validator(mode="after")
+    def _air_of_a_time(self) -> Self:
+        if self.air_times is not None and self.air == "profile":
+            raise ValueError(
+                "found air_times and the air of the profile, which has no times; allowed: with air: weather; give it,"
+                " or remove air_times"
+            )
+        return self
 
     @pydantic.model_validator(mode="after")
     def _amounts(self) -> Self:

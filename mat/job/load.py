@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pydantic
 
@@ -14,14 +14,22 @@ from skyshine.mat.atmosphere.state.climate import profile_weights
 from skyshine.mat.job.atmosphere import AUTO, State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
+from skyshine.mat.job.site import Site, great_circle
 from skyshine.mat.job.surface import HOURLY_QUANTITIES
 from skyshine.mat.job.trim import trimmed
+from skyshine.mat.job.warnings import merged
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, mapping_document, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 
+if TYPE_CHECKING:
+    from skyshine.mat.job.weather_files import Station
+
 Location = tuple[str | int, ...]
+
+# A weather file of a station further away than this is worth a warning.
+FARTHEST_STATION_KM, HIGHEST_STATION_KM = 50.0, 0.2
 
 
 @dataclass(frozen=True)
@@ -35,11 +43,14 @@ class LoadedJob:
     trimmed : Job
         With the nodes and sources that its query limits read; the tables are built from it.
     document : Document
+    warnings : tuple of str
+        What is allowed but hardly meant: weather files of another place.
     """
 
     requested: Job
     trimmed: Job
     document: Document
+    warnings: tuple[str, ...] = ()
 
     @property
     def file(self) -> Path:
@@ -91,15 +102,15 @@ def load_job(source: str | os.PathLike[str] | Mapping[str, Any], library: Materi
     document = mapping_document(source, Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
-    job = _with_series(parse_model(document, Job, context), document, context)
+    job = _with_air_times(_with_series(parse_model(document, Job, context), document, context), document)
     limits = job.query_limits
     for i, name in enumerate((limits and limits.bands) or []):
         if name not in job.band_names:
             raise document.error(
                 ("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}"
             )
-    requested = _with_weather_files(_with_profiles(job), document)
-    return LoadedJob(requested, trimmed(requested), document)
+    requested, warnings = _with_weather_files(_with_profiles(job), document)
+    return LoadedJob(requested, trimmed(requested), document, tuple(warnings))
 
 
 def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
@@ -123,11 +134,27 @@ def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
                         ("states", i), f"states.{i}: in member {number} of its series, {message}"
                     ) from None
                 raise InputError(message, file=member.file, line=member.line) from None
+    _refuse_many(states, document, "series")
+    return job.model_copy(update={"states": states})
+
+
+def _with_air_times(job: Job, document: Document) -> Job:
+    """The job with a state for each time whose air a state asks for."""
+    if all(state.air_times is None for state in job.states):
+        return job
+    states: list[State] = []
+    for state in job.states:
+        times = state.air_times
+        states += [state] if times is None else [state.model_copy(update={"air_times": [time]}) for time in times]
+    _refuse_many(states, document, "series and air_times")
+    return job.model_copy(update={"states": states})
+
+
+def _refuse_many(states: list[State], document: Document, what: str) -> None:
     if len(states) > MEMBER_LIMIT:
         raise document.error(
-            ("states",), f"states: found {len(states)} with all series; allowed: at most {MEMBER_LIMIT}"
+            ("states",), f"states: found {len(states)} with all {what}; allowed: at most {MEMBER_LIMIT}"
         )
-    return job.model_copy(update={"states": states})
 
 
 def _inside(series: Series, document: Document, state: int, context: dict[str, Any]) -> Series:
@@ -155,13 +182,15 @@ def _with_profiles(job: Job) -> Job:
     return job.model_copy(update={"states": states})
 
 
-def _with_weather_files(job: Job, document: Document) -> Job:
-    """The job with the hours of its weather files in their places, so that nothing later depends on a file."""
+def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
+    """The job with the hours of its weather files in their places, so that nothing later depends on a file; warnings
+    of files of another place.
+    """
     if all(state.weather.file is None for state in job.states):
-        return job
-    from skyshine.mat.job.weather_files import read_weather
+        return job, []
+    from skyshine.mat.job.weather_files import read_weather, station_of
 
-    states = list(job.states)
+    states, warnings = list(job.states), []
     for i, state in enumerate(states):
         if state.weather.file is not None:
             try:
@@ -176,10 +205,29 @@ def _with_weather_files(job: Job, document: Document) -> Job:
                 )
             measured = state.weather.radiation == "measured"
             hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h, radiation=measured)
+            text = _other_place(job.site, station_of(file))
+            if text:
+                warnings.append((i + 1, f"weather file {state.weather.file} {text}"))
             given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
             weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
             states[i] = state.model_copy(update={"weather": weather})
-    return job.model_copy(update={"states": states})
+    return job.model_copy(update={"states": states}), merged(warnings)
+
+
+def _other_place(site: Site, station: Station | None) -> str:
+    """How far a station is from the site, where that is too far; empty where it is not."""
+    if station is None:
+        return ""
+    distance = great_circle(site.latitude_deg, site.longitude_deg, station.latitude, station.longitude)
+    higher = station.altitude / 1e3 - site.altitude_km
+    if distance <= FARTHEST_STATION_KM and abs(higher) <= HIGHEST_STATION_KM:
+        return ""
+    return (
+        f"was measured at latitude {station.latitude:g}, longitude {station.longitude:g}, {station.altitude:g} m:"
+        f" {distance:.0f} km from the site and {abs(1e3 * higher):.0f} m {'above' if higher > 0 else 'below'} it"
+        f" (warned beyond {FARTHEST_STATION_KM:g} km and {1e3 * HIGHEST_STATION_KM:g} m); its temperatures are carried"
+        " to the site's altitude by 6.5 K/km"
+    )
 
 
 def _place(document: Document, state: int) -> Location:

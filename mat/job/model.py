@@ -178,6 +178,10 @@ class Job(StrictModel):
         wanted = None if self.query_limits is None else self.query_limits.bands
         return [number for number, name in enumerate(self.band_names, 1) if wanted is None or name in wanted]
 
+    def band_name(self, index: int) -> str:
+        """Name of a band, counted from 1: that of the job, or one by its order."""
+        return self.bands[index - 1].name or f"b{index:02d}"
+
     def on_date_of_state(self, index: int) -> Job:
         """The job with its site on the date of a state, counted from 1."""
         day = self.states[index - 1].date or self.site.date

@@ -9,6 +9,8 @@ from pydantic import Field
 
 from skyshine.schemas.documents import StrictModel
 
+_EARTH_RADIUS = 6371.0  # km, of the sphere of the Earth's volume
+
 
 class Site(StrictModel):
     """Where and when: what places Sun and Moon."""
@@ -34,3 +36,16 @@ def local_times_utc(site: Site, hours: np.ndarray) -> np.ndarray:
     """
     seconds = np.round((np.asarray(hours, float) - site.utc_offset_h) * 3600).astype("timedelta64[s]")
     return np.datetime64(site.date.isoformat(), "s") + seconds
+
+
+def great_circle(latitude: float, longitude: float, other_latitude: float, other_longitude: float) -> float:
+    """Distance of two places on a sphere [km]; latitudes and longitudes in degree.
+
+    Examples
+    --------
+    >>> round(great_circle(0, 0, 0, 90))  # a quarter of the equator
+    10008
+    """
+    a, b, difference = np.radians([latitude, other_latitude, other_longitude - longitude])
+    haversine = np.sin((b - a) / 2) ** 2 + np.cos(a) * np.cos(b) * np.sin(difference / 2) ** 2
+    return float(2 * _EARTH_RADIUS * np.arcsin(np.sqrt(min(haversine, 1.0))))

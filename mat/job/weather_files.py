@@ -29,6 +29,15 @@ COLUMNS = AIR_COLUMNS | {
 
 
 @dataclass(frozen=True)
+class Station:
+    """Where a typical year was measured: degree, degree, m above sea level."""
+
+    latitude: float
+    longitude: float
+    altitude: float
+
+
+@dataclass(frozen=True)
 class _TypicalYear:
     """How a format of typical years holds its readings: pvlib's names with factor to the unit of the job's key.
 
@@ -112,6 +121,15 @@ def read_weather(file: Path, day: date, utc_offset_h: float, *, radiation: bool 
             _typical_day(file, _TMY3, day, utc_offset_h, radiation) if _is_tmy3(file) else _day_table(file, radiation)
         )
     raise InputError(f"found the ending '{file.suffix}'; allowed: .epw or .csv; convert the file", file=file)
+
+
+def station_of(file: Path) -> Station | None:
+    """Place in the header of a typical year; None for a table by time of day, which has none."""
+    kind = _EPW if file.suffix.lower() == ".epw" else _TMY3 if _is_tmy3(file) else None
+    if kind is None:
+        return None
+    station = _year(file, file.stat().st_mtime_ns, kind.name)[1]
+    return Station(*(float(station[name]) for name in ("latitude", "longitude", "altitude")))
 
 
 def _is_tmy3(file: Path) -> bool:

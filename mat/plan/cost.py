@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.plan import Kind, Plan
+from skyshine.mat.plan.plan import Kind, Plan, response_planes
 from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
@@ -29,6 +29,8 @@ MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABL
 EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
 # s for the sky of a state, for each material under it, and for each distinct surface column, its forcing included.
 SKY, MATERIAL, COLUMN = 0.2, 0.02, 2.0e-5
+# s for each material and plane of the response to shade, and for the whole solutions of a material that measure it.
+RESPONSE_PLANE, SHADE_ERROR = 3.5e-3, 0.075
 PICTURE = 0.45  # s for each file that is drawn
 TEXTURE = 1.0  # s for each texture of a megapixel or so
 
@@ -53,6 +55,8 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
     planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
     columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
+    shaded = response_planes(job)
+    shade = RESPONSE_PLANE * shaded + (SHADE_ERROR if shaded else 0.0)
     weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
     emission = (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km)
     weighted = {task.band for task in plan.tasks if task.kind is Kind.THERMAL}
@@ -66,6 +70,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
         * emission
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
         "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns),
+        "shade": sets * len(plan.materials) * shade,
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
+import numpy as np
+
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut, tables_left_out, temperature_times
 from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES
 from skyshine.mat.radiometry.spherical_harmonics import zonal
 from skyshine.mat.scene.averages import weighted_transmittance_bands
+from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS, response_slopes
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.materials.library import MaterialLibrary
@@ -20,6 +23,7 @@ from skyshine.tmm.database.usage import read_usage
 from skyshine.tmm.inputs.load import job_materials
 
 FLOAT_BYTES = 4
+_VALUES_OF_RESPONSE = RESPONSE_HOURS.size * (LAG_STARTS.size + OFFSETS.size + 3)  # of a plane
 
 
 class Kind(StrEnum):
@@ -144,7 +148,7 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
                 # One class for each material is the most there can be.
                 size = len(materials) * PLANCK_TEMPERATURES.size * _paths(job)
                 tasks.append(Task(Kind.THERMAL, state, band, (thermal_file(state, band, states),), size))
-        size = len(materials) * _surface_values(job)
+        size = len(materials) * (_surface_values(job) + response_planes(job) * _VALUES_OF_RESPONSE)
         tasks.append(Task(Kind.TEMPERATURE, state, 0, (state_file(state, states),), size))
     tasks += [Task(Kind.BAND, band, band, (band_file(band),), 0) for band in job.needed_bands]
     return Plan(tuple(tasks), materials, tuple(tables_left_out(loaded, library, materials)))
@@ -164,3 +168,11 @@ def _paths(job: Job) -> int:
 def _surface_values(job: Job) -> int:
     grid = job.surface_grid
     return len(job.surface_altitudes_km) * len(grid.azimuth_deg) * len(grid.slope_deg) * len(temperature_times(job))
+
+
+def response_planes(job: Job) -> int:
+    """How many planes of each material have a response to shade in the temperature table."""
+    if job.query_limits is not None and not job.query_limits.shade:
+        return 0
+    altitudes = min(2, len(job.surface_altitudes_km))
+    return altitudes * response_slopes(np.array(job.surface_grid.slope_deg, float)).size

@@ -33,9 +33,11 @@ from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
-from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, atmq_group
+from skyshine.mat.scene.summary import state_attributes
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, ThermalLight, atmq_group
 from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
+from skyshine.mat.tables.night import dark_elevation
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
@@ -58,7 +60,7 @@ class AtmosphereProduct:
                 {
                     "site": job.site.model_dump(mode="json"),
                     "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
-                    "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
+                    "band": {**job.bands[task.band - 1].model_dump(mode="json"), "name": job.band_name(task.band)},
                     "source": source,
                     "water_continuum": job.water_continuum,
                     "atmosphere_grid": {
@@ -110,8 +112,9 @@ class AtmosphereProduct:
             }
             if text:
                 report.notes.append(f"{source}: left out {text}")
+            names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
             yield _SourceTables(loaded, job.states[task.index - 1], source, lit, compiled, response).group(
-                notes, report
+                names, notes, report
             )
 
 
@@ -146,7 +149,7 @@ class _SourceTables:
     compiled: CompiledBand
     response: SpectralResponse
 
-    def group(self, notes: dict[str, Any], report: TaskReport) -> Group:
+    def group(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> Group:
         """The tables with their measured errors, arranged for writing."""
         job = self.loaded.trimmed
         base, band = path_grid(job), self.compiled.band
@@ -163,6 +166,8 @@ class _SourceTables:
             with report.stage("harmonics"):
                 grid = tables["ambient_radiance"].grid
                 harmonics = ambient_harmonics(self.air, grid, irradiance, job.ambient_harmonics)
+        with report.stage("tables"):
+            thermal = self._thermal(tables, irradiance, job.ambient_harmonics)
         with report.stage("accuracy"):
             measures = self._interpolation_errors(tables, base, irradiance)
             if harmonics is not None:
@@ -172,11 +177,30 @@ class _SourceTables:
             report.notes.append(f"{self.source}: nodes that hold the tolerance: {nodes}")
         notes = notes | _placement_notes(job.atmosphere_grid, placed)
         edges = [self.response.lower, self.response.upper]
-        attributes = {"source": self.source, "state": self.air.air.state.name, "wavelength_um": edges}
+        attributes = {"source": self.source, **state_attributes(self.state), **names, "wavelength_um": edges}
         if harmonics is not None:
             attributes |= self._ground()
         accuracy = _accuracy(measures, self.compiled, job.accuracy.seed, notes)
-        return atmq_group(tables, accuracy, attributes, harmonics)
+        return atmq_group(tables, accuracy, attributes, harmonics, thermal)
+
+    def _thermal(self, tables: dict[str, Gridded], irradiance: npt.NDArray[np.float64], count: int) -> ThermalLight:
+        """The tables without the source, on its lowest elevation alone."""
+        dark = np.zeros_like(irradiance)
+        path, ambient = (_one_source(tables[name].grid) for name in ("path_radiance_ratio", "ambient_radiance"))
+        paths = self.air.table(path, dark, wanted=("path_radiance_ratio",)).path_radiance_ratio
+        light = self.air.table(ambient, dark, wanted=("ambient",)).ambient
+        assert paths is not None and light is not None  # they are wanted
+        coefficients = None
+        if count:
+            coefficients = ambient_harmonics(self.air, ambient, dark, count).radiance[..., 0, :]
+        return ThermalLight(
+            tables["path_radiance_ratio"].grid,
+            tables["ambient_radiance"].grid,
+            paths[..., 0, 0],
+            light[..., 0],
+            coefficients,
+            dark_elevation(float(path.altitude_km[-1])),
+        )
 
     def _ground(self) -> dict[str, Any]:
         """Root attributes of the ground around tilted faces: that of the air."""
@@ -234,6 +258,11 @@ class _SourceTables:
         faces = FaceProbes.drawn(self.air, base, irradiance, generator)
         in_units, in_kelvin = (faces.errors(level, harmonics, s) for s in (None, Scale.kelvin(self.response)))
         return measure(AMBIENT_HARMONICS, in_units, in_kelvin)
+
+
+def _one_source(grid: PathGrid) -> PathGrid:
+    """The lines of sight of a grid with the lowest of its source elevations."""
+    return PathGrid(grid.range_km, grid.altitude_km, grid.elevation_deg, grid.source_elevation_deg[:1], np.zeros(1))
 
 
 def _placement_notes(axes: AtmosphereGrid, placed: dict[str, Placed]) -> dict[str, Any]:

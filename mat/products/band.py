@@ -22,7 +22,10 @@ class BandProduct:
         """The one file of a band."""
         job, library, materials = context.loaded.trimmed, context.library, context.materials
         resolved: dict[str, Any] = {
-            "band": job.bands[context.task.band - 1].model_dump(mode="json", exclude={"name"}),
+            "band": {
+                **job.bands[context.task.band - 1].model_dump(mode="json"),
+                "name": job.band_name(context.task.band),
+            },
             "materials": list(materials),
             "materials_sha256": materials_digest(library, materials),
         }
@@ -36,6 +39,7 @@ class BandProduct:
         with report.stage("tables"):
             materials = [context.library[name] for name in context.materials]
             root = band_group(response_of(job.bands[context.task.band - 1]), materials, solar_spectrum(LONGEST_WAVE))
+        root.attributes["band"] = job.band_name(context.task.band)
         if NORMALISATION_BY_ANGLE in (job.extra_tables or ()):
             with report.stage(NORMALISATION_BY_ANGLE):
                 root = with_fine_normalisation(root, materials, job.accuracy.seed)

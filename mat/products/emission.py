@@ -27,6 +27,7 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import THERMAL_ATMQ
@@ -49,7 +50,7 @@ class EmissionProduct:
         resolved = {
             "site": job.site.model_dump(mode="json", exclude={"date"}),
             "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
-            "band": job.bands[task.band - 1].model_dump(mode="json", exclude={"name"}),
+            "band": {**job.bands[task.band - 1].model_dump(mode="json"), "name": job.band_name(task.band)},
             "water_continuum": job.water_continuum,
             "atmosphere_grid": _lists(path_grid(job)),
             "grouped_on": _lists(path_grid(context.loaded.requested)),
@@ -91,7 +92,11 @@ class EmissionProduct:
             "class_tolerance": tolerance,
             "spectral_points": int(band.weight.size),
         }
-        attributes = {"state": state.name, "wavelength_um": [response.lower, response.upper]}
+        attributes = {
+            **state_attributes(job.states[task.index - 1]),
+            "band": job.band_name(task.band),
+            "wavelength_um": [response.lower, response.upper],
+        }
         report.notes.append(
             f"{len(materials)} materials in {classes.count} classes, within {classes.difference.max():.1e} of"
             " transmittance"

@@ -17,7 +17,9 @@ from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
-from skyshine.mat.scene.atmosphere import materials_digest
+from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
+from skyshine.mat.scene.sources import source_tracks
+from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -30,6 +32,7 @@ from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.htt import htt_group, material_axis, shade_fields
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
+from skyshine.mat.tables.tracks import track_fields, track_hours
 from skyshine.schemas.hdf5 import Group
 
 # Random values of each axis at which the interpolation error is measured; all their combinations are.
@@ -121,14 +124,26 @@ class TemperatureProduct:
             errors.append(shade.measured)
             by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
             notes["shade_method"] = SHADE_METHOD
-        attributes = {"state": job.states[state - 1].profile, "date": job.site.date.isoformat()}
+        day = job.on_date_of_state(state).site
+        attributes = {**state_attributes(without_air_time(job.states[state - 1])), "date": day.date.isoformat()}
         accuracy = accuracy_group(errors, by_material, by_material_axes, notes)
         report.notes.append(
             f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
         )
         extraterrestrial = SOLAR_CONSTANT / solver.inputs[0].sun_distance ** 2
         fields = None if response is None else shade_fields(response, solver.scene(axes), extraterrestrial)
-        yield htt_group(table, codes, context.materials, axes, accuracy, attributes, whole_day=whole_day, shade=fields)
+        tracks = track_fields(source_tracks(day, track_hours()))
+        yield htt_group(
+            table,
+            codes,
+            context.materials,
+            axes,
+            accuracy,
+            attributes,
+            whole_day=whole_day,
+            shade=fields,
+            tracks=tracks,
+        )
 
 
 def _axes(job: Job) -> Axes:

@@ -10,12 +10,15 @@ from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, Ae
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.state.climate import blended_profile
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
+from skyshine.mat.atmosphere.state.profiles import Profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.site import Site
-from skyshine.mat.job.surface import Weather
+from skyshine.mat.job.surface import RADIATION, Weather
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.scene.weather import ground_air
 from skyshine.materials.library import MaterialLibrary
 
 _AMOUNTS = ("scale", "ppm", "column_mm", "column_du")
@@ -24,22 +27,40 @@ _AMOUNTS = ("scale", "ppm", "column_mm", "column_du")
 def atmospheric_state(site: Site, state: State) -> AtmosphericState:
     """The atmospheric state of a job's state over the ground of its site.
 
-    The ground below the paths has the mean of the day's air temperature.
+    The ground below the paths has the temperature of the weather: the day's mean, or that of the time of the air.
     """
-    mean = state.weather.mean_air_temperature_c + ZERO_CELSIUS
-    profile = blended_profile(state.profile_weights)
-    if state.sounding is not None:
-        profile = read_sounding(state.sounding.text, state.sounding.path, profile)
+    follows = state.air == "weather"
     return AtmosphericState.from_profile(
-        profile,
+        profile_of(state),
         surface_altitude=site.altitude_km * 1e3,
+        ground_air=ground_air(site, state) if follows else None,
         gas_amounts=_gas_amounts(state),
         aerosol=_aerosol(state),
         clouds=[cloud.layer() for cloud in state.clouds],
         rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),
-        surface_temperature=mean,
+        surface_temperature=None if follows else state.weather.mean_air_temperature_c + ZERO_CELSIUS,
         surface_albedo=state.surface_albedo,
     )
+
+
+def air_text(state: State) -> str:
+    """What the air near the ground follows, for files and people."""
+    if state.air == "profile":
+        return "profile" if state.sounding is None else "sounding"
+    return "weather, day's mean" if state.air_time is None else f"weather at {clock_text(state.air_time)}"
+
+
+def without_air_time(state: State) -> State:
+    """The state with the day's mean air, which the sky over surfaces has all day."""
+    return state.model_copy(update={"air_times": None})
+
+
+def profile_of(state: State) -> Profile:
+    """The profile of a state as it is written or measured, whatever the weather."""
+    profile = blended_profile(state.profile_weights)
+    if state.sounding is None:
+        return profile
+    return read_sounding(state.sounding.text, state.sounding.path, profile)
 
 
 def _gas_amounts(state: State) -> GasAmounts:
@@ -68,10 +89,19 @@ def _aerosol(state: State) -> Aerosol:
     )
 
 
-def air_key(state: State) -> tuple[str, float | None]:
-    """Cache key of a state's air: the same for states that differ in day, ground temperature and weather alone."""
+def air_key(state: State) -> tuple[str, float | None, str]:
+    """Cache key of a state's air: the same for states that differ in day, ground temperature and weather alone, as far
+    as the air does not follow the weather.
+    """
     wind = _mean_wind(state.weather) if BOUNDARY_MODELS.get(state.aerosol, 0.0) is None else None
-    return state.model_dump_json(exclude={"date", "series", "weather", "ground_material"}), wind
+    followed = ""
+    if state.air == "weather":
+        date = None if state.air_time is None else state.date  # the hour of the highest temperature is the Sun's
+        weather, table = state.weather, state.weather.hourly
+        humidity = weather.relative_humidity_percent
+        readings = None if table is None else table.model_dump(exclude={"wind_speed_m_s", "cloud_fraction", *RADIATION})
+        followed = repr((weather.air_temperature_c, humidity, readings, date))
+    return state.model_dump_json(exclude={"date", "series", "weather", "ground_material"}), wind, followed
 
 
 def _mean_wind(weather: Weather) -> float:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
-from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.sources.solar import ASTRONOMICAL_UNIT, solar_irradiance
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.model import Job
-from skyshine.mat.job.site import local_times_utc
+from skyshine.mat.job.site import Site, local_times_utc
 from skyshine.schemas.arrays import Floats
 
 SUNLIGHT_UM, SUNLIGHT_NODES = (0.25, 25.0), 3000
+TRACK_NODE_H = 0.5
 LONGEST_WAVE = 1000.0  # um, the end of the solar table and of the band model
 
 
@@ -86,3 +88,38 @@ def source_hours(job: Job, step: float = 1 / 12) -> dict[str, list[tuple[str, st
 def irradiance_of_sources(job: Job, band: BandPoints) -> Floats:
     """Irradiance (B, P) W m^-2 (cm^-1)^-1 of each source of a job outside the atmosphere, at the points of a band."""
     return np.stack([source_irradiance(job, source, band.wavenumber, band.width) for source in job.sources])
+
+
+def source_tracks(site: Site, hours: Floats) -> dict[str, Floats]:
+    """Where Sun and Moon stand at local clock hours on the day of a site.
+
+    The positions are computed each half hour; cubic splines through them give the direction between them within
+    0.001 degree.
+
+    Parameters
+    ----------
+    site : Site
+    hours : (T,) array
+        Increasing; beyond 24 on the next day.
+
+    Returns
+    -------
+    dict of str to (T,) array
+        sun_elevation, sun_azimuth [degree], sun_distance [au]; moon_elevation, moon_azimuth, moon_phase_angle
+        [degree], moon_distance [km]. Azimuths have no jumps.
+    """
+    nodes = np.arange(hours[0] - TRACK_NODE_H, hours[-1] + 2 * TRACK_NODE_H, TRACK_NODE_H)
+    times = local_times_utc(site, nodes)
+    tracks: dict[str, Floats] = {}
+    for source, unit in (("sun", ASTRONOMICAL_UNIT), ("moon", 1e3)):
+        where = position(source, times, site.latitude_deg, site.longitude_deg, 1e3 * site.altitude_km)
+        up, turn = np.radians(where.elevation), np.radians(where.azimuth)
+        level = np.cos(up)
+        vector = np.stack([level * np.sin(turn), level * np.cos(turn), np.sin(up)], axis=-1) * where.distance[:, None]
+        east, north, above = CubicSpline(nodes, vector)(hours).T
+        tracks[f"{source}_elevation"] = np.degrees(np.arctan2(above, np.hypot(east, north)))
+        tracks[f"{source}_azimuth"] = np.degrees(np.unwrap(np.arctan2(east, north)))
+        tracks[f"{source}_distance"] = np.sqrt(east**2 + north**2 + above**2) / unit
+        if source == "moon":
+            tracks["moon_phase_angle"] = np.clip(CubicSpline(nodes, where.phase_angle)(hours), 0.0, 180.0)
+    return tracks

@@ -10,7 +10,7 @@ from skyshine.mat.atmosphere.state.climate import blended_profile
 from skyshine.mat.job.atmosphere import Cloud, State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import Site
-from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
+from skyshine.mat.scene.atmosphere import air_key, air_text, atmospheric_state
 from skyshine.schemas.quantity import quantity
 
 
@@ -28,6 +28,9 @@ def _summary(site: Site, state: State) -> dict[str, Any]:
     summary: dict[str, Any] = {
         "profile": blended_profile(state.profile_weights).name,
         "sounding": None if state.sounding is None else state.sounding.name,
+        "air": air_text(state),
+        "air_temperature_at_ground": quantity(float(air.temperature[0]), "K"),
+        "relative_humidity_at_ground": quantity(float(air.relative_humidity[0]), "%"),
         "preset": state.preset,
         "aerosol": state.aerosol,
         "stratosphere": state.stratosphere,
@@ -55,9 +58,21 @@ def _cloud(cloud: Cloud) -> dict[str, Any]:
     }
 
 
+def state_attributes(state: State) -> dict[str, str]:
+    """Root attributes that name a state in its files: a sounding, its preset, or its profile; and what its air near the
+    ground follows.
+    """
+    air = {"air": air_text(state)}
+    if state.sounding is not None:
+        return {"state": "sounding", "sounding": state.sounding.name, **air}
+    return {"state": state.preset or blended_profile(state.profile_weights).name, **air}
+
+
 def summary_line(summary: dict[str, Any]) -> str:
     """A summary in one line of text."""
     parts = [summary["profile"] if summary["sounding"] is None else f"{summary['sounding']} below {summary['profile']}"]
+    kelvin, humidity = (summary[f"{name}_at_ground"]["value"] for name in ("air_temperature", "relative_humidity"))
+    parts.append(f"air at the ground {kelvin:.1f} K, {humidity:.0f} % ({summary['air']})")
     parts.append(f"water vapour {summary['water_vapour']['value']:.3g} mm, ozone {summary['ozone']['value']:.3g} DU")
     parts.append(
         f"aerosol {summary['aerosol']}, optical depth {summary['aerosol_optical_depth_550']['value']:.2g} at 0.55 um"

@@ -10,22 +10,19 @@ from typing import Any
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
-from skyshine.mat.atmosphere.sources.ephemeris import position
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.model import Job
-from skyshine.mat.job.site import Site, local_times_utc
-from skyshine.mat.job.surface import HourlyWeather, Operation, Weather
-from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.job.surface import Operation
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
-from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.atmosphere import atmospheric_state, without_air_time
 from skyshine.mat.scene.sources import solar_spectrum
+from skyshine.mat.scene.weather import measured_radiation, near_surface_air, sun_path
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.measured import MeasuredRadiation
-from skyshine.mat.surface.sun_path import SunPath, sun_hours
-from skyshine.mat.surface.weather import NearSurfaceAir, from_extremes, from_hours
+from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
 
@@ -58,10 +55,10 @@ def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, S
     """Sun, weather and sky of a state, counted from 1."""
     state = job.states[state_index - 1]
     place = job.on_date_of_state(state_index).site
-    sun = _sun_path(place)
-    air = atmospheric_state(place, state)
+    sun = sun_path(place)
+    air = atmospheric_state(place, without_air_time(state))
     sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, sun.sun_distance)
-    weather = _weather(sun, state.weather)
+    weather = near_surface_air(sun, state.weather)
     if state.clouds:  # their layers are in the sky already
         weather = replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
     return sun, weather, sky
@@ -77,47 +74,7 @@ def check_measured_light(job: Job, state_index: int) -> None:
     """
     weather = job.states[state_index - 1].weather
     if weather.radiation == "measured" and weather.hourly is not None:
-        _radiation(weather.hourly).refuse_light_at_night(_sun_path(job.on_date_of_state(state_index).site))
-
-
-def _sun_path(place: Site) -> SunPath:
-    """The Sun through the day of a site."""
-    sun = position(
-        "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
-    )
-    return SunPath(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
-
-
-def _weather(sun: SunPath, given: Weather) -> NearSurfaceAir:
-    daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
-    if given.hourly is None:
-        low, high = np.broadcast_to(np.asarray(given.air_temperature_c, float), 2) + ZERO_CELSIUS
-        return from_extremes(sun, low, high, *daily)
-    table = given.hourly
-    by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
-    humidity, wind, cloud = (
-        np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)
-    )
-    return from_hours(
-        sun.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
-        np.array(table.time),
-        np.array(table.air_temperature_c) + ZERO_CELSIUS,
-        humidity,
-        wind,
-        cloud,
-        None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
-        _radiation(table) if given.radiation == "measured" else None,
-    )
-
-
-def _radiation(table: HourlyWeather) -> MeasuredRadiation:
-    longwave = table.longwave_down_w_m2
-    return MeasuredRadiation(
-        np.array(table.time),
-        np.array(table.direct_normal_w_m2),
-        np.array(table.diffuse_w_m2),
-        None if longwave is None else np.array(longwave),
-    )
+        measured_radiation(weather.hourly).refuse_light_at_night(sun_path(job.on_date_of_state(state_index).site))
 
 
 def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:

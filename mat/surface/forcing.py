@@ -23,6 +23,7 @@ from skyshine.schemas.errors import InputError
 SOLAR_CONSTANT = 1361.1  # W m^-2, Gueymard (2018), Solar Energy 168, 2-9
 _LARGEST_ALTITUDE_RATIO = 3.0  # times that measured light may be stronger on a mountain: the Sun rises earlier there
 _CIRCUMSOLAR_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
+_FAINTEST_LIGHT = 1e-30  # W m^-2: below, under clouds of optical depth 100 and more, cubic slopes leave the numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +113,8 @@ class Sky:
         low, high = self.solar_elevation[[0, -1]]
         elevation = np.clip(sun.solar_elevation, low, high)
         direct, diffuse = (
-            PchipInterpolator(self.solar_elevation, self.at(name, altitude), axis=1)(elevation)
-            for name in ("direct", "diffuse")
+            PchipInterpolator(self.solar_elevation, np.where(light < _FAINTEST_LIGHT, 0.0, light), axis=1)(elevation)
+            for light in (self.at("direct", altitude), self.at("diffuse", altitude))
         )
         sine = np.maximum(np.sin(np.radians(sun.solar_elevation)), 0.0)
         total = (direct * sine + diffuse) * (1 - 0.75 * cloud_fraction**3.4)

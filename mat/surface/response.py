@@ -75,13 +75,18 @@ class SurfaceResponse:
         )
 
 
-def response_planes(sun: SunPath, slopes: Floats) -> tuple[Floats, Floats]:
-    """Slopes of the planes whose response is stored for faces of some slopes, and the azimuth of each [degree].
+def response_slopes(slopes: Floats) -> Floats:
+    """Slopes of the planes whose response is stored for faces of some slopes [degree].
 
-    Convection differs between level, upright and hanging surfaces; walls are those that face the Sun at its highest.
+    Convection differs between level, upright and hanging surfaces.
     """
     between = RESPONSE_SLOPES[np.searchsorted(RESPONSE_SLOPES, slopes.min(), side="right") - 1 :]
-    chosen = between[: int(np.searchsorted(between, slopes.max())) + 1]
+    return between[: int(np.searchsorted(between, slopes.max())) + 1]
+
+
+def response_planes(sun: SunPath, slopes: Floats) -> tuple[Floats, Floats]:
+    """Those slopes and the azimuth of each plane [degree]: walls are those that face the Sun at its highest."""
+    chosen = response_slopes(slopes)
     return chosen, np.full(chosen.size, float(sun.solar_azimuth[np.argmax(sun.solar_elevation)]))
 
 

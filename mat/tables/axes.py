@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import Axis
 
 RULES = LINEAR, PERIODIC, FOLDED, EXACT = "linear", "linear_periodic", "linear_folded", "exact"
 POLICIES = ("error", "clamp")
+DARK_BELOW = "dark_below"  # attribute of axes of source elevation
+Policy = str | Mapping[str, str] | None  # one of `POLICIES`, or one of them by axis name; None: what the file states
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,9 @@ class AxisRule:
         0 where the axis does not repeat.
     out_of_range : str
         ``error`` or ``clamp``.
+    dark_below : float
+        Of elevations of a source: at and below it the air holds no light of the source; NaN where the file does not
+        say.
     """
 
     name: str
@@ -39,6 +45,7 @@ class AxisRule:
     interpolation: str = LINEAR
     period: float = 0.0
     out_of_range: str = "error"
+    dark_below: float = np.nan
 
     @classmethod
     def of(cls, name: str, axis: Axis) -> AxisRule:
@@ -56,6 +63,7 @@ class AxisRule:
             str(attributes.get("interpolation", LINEAR)),
             _number(attributes.get("period", 0.0)),
             str(attributes.get("out_of_range", "error")),
+            _number(attributes.get(DARK_BELOW, np.nan)),
         )
         numbers = nodes.ndim == 1 and nodes.size > 0 and nodes.dtype.kind in "iuf" and np.all(np.isfinite(nodes))
         if not numbers or np.any(np.diff(nodes) <= 0):
@@ -70,6 +78,10 @@ class AxisRule:
         if rule.out_of_range not in POLICIES:
             raise InputError(
                 f"the axis '{name}' has out_of_range '{rule.out_of_range}'; allowed: {', '.join(POLICIES)}"
+            )
+        if DARK_BELOW in attributes and not -90 <= rule.dark_below <= 0:
+            raise InputError(
+                f"the axis '{name}' has {DARK_BELOW} {rule.dark_below:g}; allowed: -90 to 0; build it again"
             )
         return rule
 
@@ -137,6 +149,33 @@ class AxisRule:
             known = ", ".join(f"{node:g}" for node in self.nodes[:64])
             raise InputError(f"{self.name}: found {unknown}; allowed: {known}; name one of them")
         return position, position, np.zeros(values.shape)
+
+
+def with_policy(rules: Sequence[AxisRule], out_of_range: Policy, known: Collection[str] = ()) -> list[AxisRule]:
+    """Rules of axes whose `out_of_range` the caller may override.
+
+    Parameters
+    ----------
+    rules : sequence of AxisRule
+    out_of_range : Policy
+    known : collection of str, optional
+        Further axes that a mapping may name.
+
+    Raises
+    ------
+    InputError
+        A policy or an axis that does not exist.
+    """
+    if out_of_range is None:
+        return list(rules)
+    names = [rule.name for rule in rules]
+    chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
+    for name, policy in chosen.items():
+        if policy not in POLICIES:
+            raise InputError(f"found out_of_range {policy!r}; allowed: 'error', 'clamp', or one of them by axis")
+        if name not in names and name not in known:
+            raise InputError(f"found the axis '{name}' in out_of_range; {nearest(name, sorted({*names, *known}))}")
+    return [replace(rule, out_of_range=chosen.get(rule.name, rule.out_of_range)) for rule in rules]
 
 
 def _number(value: Any) -> float:

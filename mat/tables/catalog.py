@@ -11,7 +11,15 @@ from typing import Any
 from skyshine.schemas.hdf5 import open_database
 from skyshine.schemas.whole_files import write_whole
 
-CATALOG_FORMAT = "1.0.0"
+CATALOG_FORMAT = "1.1.0"
+# Root attributes by the keys of an entry, in which state and band are numbers.
+_NAMES = {
+    "state_name": "state",
+    "sounding": "sounding",
+    "band_name": "band",
+    "date": "date",
+    "source": "source",
+}
 _NAME = re.compile(r"^(?:s(?P<state>\d+))?(?:b(?P<band>\d+))?\.")
 
 
@@ -28,4 +36,9 @@ def _entry(folder: Path, name: str) -> dict[str, Any]:
     numbers = {key: int(text) for key, text in match.groupdict().items() if text} if match else {}
     with open_database(folder / name) as file:
         read = ("filetype", "format_version", "data_version", "generator", "content_sha256")
-        return {"file": name, **numbers, **{key: str(file.attrs[key]) for key in read}}
+        names = {
+            f"{key}_name" if key in ("state", "band") else key: str(file.attrs[key])
+            for key in _NAMES
+            if key in file.attrs
+        }
+        return {"file": name, **numbers, **names, **{key: str(file.attrs[key]) for key in read}}

@@ -16,6 +16,17 @@ from skyshine.schemas.hdf5_digest import DIGEST, DIGEST_VERSION, content_hash, d
 from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import part_file
 
+_ATMOSPHERE = {
+    "ambient_radiance_harmonics": "light on tilted faces",
+    "thermal_path_radiance_ratio": "light of moonless nights",
+}
+# Parts of a file by an array of each.
+_PARTS = {
+    "htt": {"response_kernel": "response to shade", "sun_elevation": "tracks of Sun and Moon"},
+    "atmq": _ATMOSPHERE,
+    "lunar_atmq": _ATMOSPHERE,
+}
+
 
 def convert(path: StrPath, folder: StrPath, versions: Mapping[str, str]) -> tuple[Path, str, str]:
     """Write a database in the present format of its type under its own name into a folder.
@@ -58,6 +69,20 @@ def convert(path: StrPath, folder: StrPath, versions: Mapping[str, str]) -> tupl
     finally:
         part.unlink(missing_ok=True)
     return target, old, new
+
+
+def parts_lacking(path: StrPath) -> list[str]:
+    """What a build of today would add to a file: parts that its older format had not, and that nothing but a build
+    can compute.
+
+    Parameters
+    ----------
+    path : path
+        Of a sound file.
+    """
+    with open_database(Path(path)) as file, sound(path):
+        parts = _PARTS.get(str(file.attrs["filetype"]), {})
+        return [words for name, words in parts.items() if name not in file]
 
 
 def _versions(path: Path, versions: Mapping[str, str]) -> tuple[str, str]:

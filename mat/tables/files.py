@@ -27,9 +27,9 @@ class FileType:
         return int(self.format_version.split(".")[0])
 
 
-HTT = FileType("htt", "1.3.0", "Surface temperatures through the day")
-ATMQ = FileType("atmq", "2.2.0", "Atmospheric quantities with the Sun as source")
-LUNAR_ATMQ = FileType("lunar_atmq", "2.2.0", "Atmospheric quantities with the Moon as source")
+HTT = FileType("htt", "1.4.0", "Surface temperatures through the day")
+ATMQ = FileType("atmq", "2.3.0", "Atmospheric quantities with the Sun as source")
+LUNAR_ATMQ = FileType("lunar_atmq", "2.3.0", "Atmospheric quantities with the Moon as source")
 THERMAL_ATMQ = FileType("thermal_atmq", "1.1.0", "Transmittance of the light that classes of material emit")
 BAND = FileType("band", "1.2.0", "Blackbody radiance and material properties of a spectral band")
 FILE_TYPES = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, THERMAL_ATMQ, BAND)}

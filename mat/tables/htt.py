@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from skyshine.mat.surface.table import SurfaceTemperatures
     from skyshine.schemas.hdf5 import Axis
 
+    Fields = tuple[dict[str, Axis], dict[str, Variable]]
+
 COLUMN = ("material", "altitude", "azimuth", "slope")
 
 
@@ -38,7 +40,8 @@ def htt_group(
     attributes: dict[str, Any],
     *,
     whole_day: bool = True,
-    shade: tuple[dict[str, Axis], dict[str, Variable]] | None = None,
+    shade: Fields | None = None,
+    tracks: Fields | None = None,
 ) -> Group:
     """Arrange the temperatures of a state for writing.
 
@@ -57,6 +60,8 @@ def htt_group(
         The times close to a day; otherwise they are a part of it, from 0 on and beyond 24 after midnight.
     shade : tuple of dict, optional
         Axes and arrays of `shade_fields`.
+    tracks : tuple of dict, optional
+        Axes and arrays of `tracks.track_fields`.
     """
     column_axes = {
         "material": material_axis(codes),
@@ -88,16 +93,15 @@ def htt_group(
         "method": Variable(COLUMN, table.method, "1", "method that solved the column", {"comment": table.method_names}),
         "iterations": Variable(COLUMN, table.iterations, "1", "iterations of the solver"),
     }
-    if shade is not None:
-        all_axes |= shade[0]
-        variables |= shade[1]
+    for fields in (shade, tracks):
+        if fields is not None:
+            all_axes |= fields[0]
+            variables |= fields[1]
     groups = {"diagnostics": Group(column_axes, diagnostics), "accuracy": accuracy}
     return Group(all_axes, with_names(variables), groups, attributes)
 
 
-def shade_fields(
-    table: ResponseTable, scene: Scene, extraterrestrial: float
-) -> tuple[dict[str, Axis], dict[str, Variable]]:
+def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) -> Fields:
     """Axes and arrays with which a runtime shades surfaces.
 
     Parameters

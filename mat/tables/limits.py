@@ -50,6 +50,8 @@ _BETA = Limits(
     BETA_CAP_KM * (1 + ROUNDING),
     above=True,
 )
+_ELEVATION = Limits("lie in -90 to 90 degree", -90.0, 90.0)
+_AZIMUTH = Limits("lie in -1080 to 1080 degree", -1080.0, 1080.0)  # a day and a half, without jumps
 LIMITS: dict[str, Limits] = {
     "temperature": Limits(f"lie in {COLDEST_K:g} to {HOTTEST_K:g} K", COLDEST_K, HOTTEST_K),
     "beta_star": _BETA,
@@ -57,6 +59,8 @@ LIMITS: dict[str, Limits] = {
     "path_radiance_ratio": _NOT_NEGATIVE,
     "ambient_radiance": _NOT_NEGATIVE,
     "direct_radiance": _NOT_NEGATIVE,
+    "thermal_path_radiance_ratio": _NOT_NEGATIVE,
+    "thermal_ambient_radiance": _NOT_NEGATIVE,
     "blackbody_radiance": _NOT_NEGATIVE,
     "response": _SHARE,
     "reflectance": _SHARE,
@@ -71,6 +75,27 @@ LIMITS: dict[str, Limits] = {
     "normalisation_by_angle": _NOT_NEGATIVE,
     "normalisation_fine": _NOT_NEGATIVE,
     "class_difference": _NOT_NEGATIVE,
+    "response_temperature": _NOT_NEGATIVE,
+    "heat_loss_slope": _POSITIVE,
+    "solar_absorptance": _SHARE,
+    "thermal_emissivity": _SHARE,
+    "melting_heat": _NOT_NEGATIVE,
+    "highest_temperature": _POSITIVE,
+    "direct_normal_irradiance": _NOT_NEGATIVE,
+    "diffuse_irradiance": _NOT_NEGATIVE,
+    "sky_irradiance": _NOT_NEGATIVE,
+    "air_temperature": _POSITIVE,
+    "extraterrestrial_irradiance": _POSITIVE,
+    "solar_elevation": _ELEVATION,
+    "solar_azimuth": Limits("lie in -360 to 360 degree", -360.0, 360.0),
+    "sun_elevation": _ELEVATION,
+    "sun_azimuth": _AZIMUTH,
+    "sun_distance": Limits("lie in 0.9 to 1.1 au", 0.9, 1.1),
+    "moon_elevation": _ELEVATION,
+    "moon_azimuth": _AZIMUTH,
+    "moon_distance": Limits("lie in 300,000 to 450,000 km", 3e5, 4.5e5),
+    "moon_phase_angle": Limits("lie in 0 to 180 degree", 0.0, 180.0),
+    "moon_illuminated_fraction": _SHARE,
 }
 
 

@@ -1,4 +1,4 @@
-"""Loading a database and reading it as a runtime does: linear in every axis.
+"""The kinds of databases, what a runtime computes from each, and how one is opened.
 
 Arrays are read from their file when they are first asked for (a flat export stays on disk, memory-mapped).
 """
@@ -6,10 +6,10 @@ Arrays are read from their file when they are first asked for (a flat export sta
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -19,237 +19,22 @@ from skyshine.mat.radiometry.scattering_angle import scattering_angle
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
 from skyshine.mat.tables import response
 from skyshine.mat.tables.ambient import ambient_radiance, stated_ground
-from skyshine.mat.tables.axes import POLICIES, AxisRule
+from skyshine.mat.tables.axes import Policy
 from skyshine.mat.tables.files import BAND, FILE_TYPES, HTT, THERMAL_ATMQ
-from skyshine.mat.tables.frame import part_of
 from skyshine.mat.tables.gridded import ANGLE, AXES
-from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.laws import broken_rules_of_axes
 from skyshine.mat.tables.limits import refuse_values
-from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
+from skyshine.mat.tables.night import SOURCE_ELEVATION, WITHOUT_SOURCE, Night
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.mat.tables.shade import absorbed_change
 from skyshine.mat.tables.stored_layout import refuse_layout
+from skyshine.mat.tables.table import Table
+from skyshine.mat.tables.tracks import SourceTrack, source_track
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.schemas.hdf5 import Group, check_version, open_database, read_file
+from skyshine.schemas.hdf5 import check_version, read_file
 from skyshine.schemas.paths import StrPath
 
-if TYPE_CHECKING:
-    import xarray
-
-Policy = str | Mapping[str, str] | None  # 'error' or 'clamp', or one of them by axis name; None: what the file states
 _TURNED = ("elevation", "source_elevation", AXES[-1])  # give the scattering angle
-
-
-@dataclass(frozen=True, repr=False)
-class Table:
-    """An open database; safe to share between threads, for nothing in it changes once it is read.
-
-    Attributes
-    ----------
-    path : Path
-    filetype : str
-    root : Group
-    attributes : dict
-        The root attributes.
-    fixed_axes : dict of str to float
-        Of a part of a table: axes that are gone, with the value that they were read at.
-    """
-
-    path: Path
-    filetype: str
-    root: Group
-    attributes: dict[str, Any]
-    fixed_axes: dict[str, float] = field(default_factory=dict)
-
-    def __repr__(self) -> str:
-        """Type, file, axes and quantities, in a few lines."""
-        axes = [f"{name} {np.size(axis.values)}" for name, axis in self.root.axes.items()]
-        axes += [f"{name} = {value:g}" for name, value in self.fixed_axes.items()]
-        quantities = [f"{name} [{self.root.variables[name].units}]" for name in self.quantities]
-        return (
-            f"<{type(self).__name__} {self.filetype} {self.attributes.get('format_version')} '{self.path}'\n"
-            f"  axes: {', '.join(axes)}\n  quantities: {', '.join(quantities)}>"
-        )
-
-    @property
-    def quantities(self) -> list[str]:
-        """Names of the quantities that can be interpolated."""
-        return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
-
-    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
-        """Axes of a quantity, without its name where they are its own; `out_of_range` ('error' or 'clamp', or one of
-        them by axis name)
-        overrides what the file states."""
-        if quantity not in self.root.variables:
-            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
-        dims = self.root.variables[quantity].dims
-        if not set(dims) <= set(self.root.axes):
-            raise InputError(f"'{quantity}' has an axis that the file lacks; build it again", file=self.path)
-        rules = [AxisRule.of(dim.removeprefix(f"{quantity}_"), self.root.axes[dim]) for dim in dims]
-        if out_of_range is None:
-            return rules
-        names = [rule.name for rule in rules]
-        chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
-        for name, policy in chosen.items():
-            if policy not in POLICIES:
-                raise InputError(f"found out_of_range {policy!r}; allowed: 'error', 'clamp', or one of them by axis")
-            if name not in names:
-                raise InputError(f"found the axis '{name}' in out_of_range; {nearest(name, names)}")
-        return [replace(rule, out_of_range=chosen.get(rule.name, rule.out_of_range)) for rule in rules]
-
-    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
-        """Interpolated values of a quantity.
-
-        Parameters
-        ----------
-        quantity : str
-            One of `quantities`.
-        out_of_range : {'error', 'clamp'} or mapping of axis name to one of them, optional
-            Overrides what the file states for its axes.
-        **where
-            A number or an array for each axis, broadcast against each other; a material may be named.
-
-        Returns
-        -------
-        ndarray
-            In the quantity's units, of the broadcast shape.
-
-        Raises
-        ------
-        InputError
-            Unknown quantity, axis or material, missing axis, or a value outside its axis.
-        """
-        rules = self.rules(quantity, out_of_range)
-        if "material" in where:
-            where["material"] = self.material_codes(where["material"])
-        data = self.root.variables[quantity].data
-        if data.shape != tuple(rule.nodes.size for rule in rules) or data.dtype.kind not in "iuf":
-            raise InputError(f"'{quantity}' does not fit its axes; build the file again", file=self.path)
-        return interpolate(data, rules, where)
-
-    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
-        """The part of the table that one frame reads; reading it gives what the whole table gives, with fewer values.
-
-        Parameters
-        ----------
-        out_of_range
-            As in `value`.
-        **where
-            For an axis, a number: its quantities are read there, and the axis is gone; or a pair, the least and the
-            most that will be asked for: the nodes around them stay. Other axes stay whole.
-
-        Returns
-        -------
-        Table
-            Of the same type, in memory.
-
-        Raises
-        ------
-        InputError
-            An unknown axis, a value outside its axis, or a pair on an axis that repeats.
-        """
-        if "material" in where:
-            where["material"] = self.material_codes(where["material"])
-        rules: dict[str, list[AxisRule]] = {}
-        places: dict[str, dict[str, Any]] = {}
-        for quantity in self.quantities:
-            rules[quantity] = self.rules(quantity)
-            places[quantity] = self._coordinates(quantity, where)
-        known = {rule.name for axis_rules in rules.values() for rule in axis_rules}
-        known |= {AXES[-1]} if ANGLE in known else set()
-        for name in where:
-            if name not in known:
-                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
-        if out_of_range is not None:
-            for quantity, axis_rules in rules.items():
-                names = [rule.name for rule in axis_rules]
-                chosen = out_of_range if isinstance(out_of_range, Mapping) else dict.fromkeys(names, out_of_range)
-                rules[quantity] = self.rules(
-                    quantity, {name: policy for name, policy in chosen.items() if name in names}
-                )
-        fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
-        return replace(self, root=part_of(self.root, rules, places), fixed_axes=self.fixed_axes | fixed)
-
-    def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
-        """What `part` reads or cuts of a quantity's own axes."""
-        return where
-
-    def stored_bytes(self, quantity: str) -> int:
-        """What a quantity takes in the file, packed; of a flat export as it stands."""
-        if self.path.name.endswith(ENDING):
-            return int(self.root.variables[quantity].data.nbytes)
-        with open_database(self.path) as file:
-            return int(file[quantity].id.get_storage_size())
-
-    def error(self, quantity: str) -> dict[str, float]:
-        """The interpolation error that the file states for a quantity.
-
-        Returns
-        -------
-        dict of str to float
-            maximum, p95, rms in the quantity's units; the same with ``_kelvin`` as equivalent temperature; the number
-            of points measured. Empty where the file states none.
-        """
-        group = self.root.groups.get("accuracy")
-        if group is None or quantity not in list(group.axes["quantity"].values):
-            return {}
-        at = list(group.axes["quantity"].values).index(quantity)
-        return {name: float(v.data[at]) for name, v in group.variables.items() if v.dims == ("quantity",)}
-
-    def to_xarray(self) -> xarray.Dataset:
-        """The table as an xarray Dataset, in memory: axes as coordinates, materials by name.
-
-        A material axis has the names as its index and the codes as the coordinate ``material_code``, so that
-        ``.sel(material="asphalt_road")`` picks one. The stated errors are not in it; see `error`.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            xarray is not installed.
-        """
-        import xarray
-
-        coordinates: dict[str, Any] = {
-            name: (name, axis.values, {"units": axis.units, "long_name": axis.long_name, **axis.attributes})
-            for name, axis in self.root.axes.items()
-        }
-        arrays: dict[str, Any] = {
-            name: (
-                variable.dims,
-                variable.data,
-                {"units": variable.units, "long_name": variable.long_name, **variable.attributes},
-            )
-            for name, variable in self.root.variables.items()
-        }
-        if NAMES in arrays:
-            arrays = {name: (dims, data, _without(about, COORDINATES)) for name, (dims, data, about) in arrays.items()}
-            coordinates[f"{AXIS}_code"] = coordinates[AXIS]
-            coordinates[AXIS] = arrays.pop(NAMES)
-        return xarray.Dataset(arrays, coordinates, self.attributes | self.fixed_axes)
-
-    @property
-    def materials(self) -> dict[str, int]:
-        """Material names with their codes, where the file has a material axis."""
-        if "material_name" not in self.root.variables:
-            return {}
-        names = self.root.variables["material_name"].data
-        return dict(zip(names.tolist(), (int(code) for code in self.root.axes["material"].values), strict=True))
-
-    def material_codes(self, given: Any) -> npt.NDArray[Any]:
-        """Codes of materials given by code or by name."""
-        array = np.asarray(given)
-        if array.dtype.kind not in "UO":
-            return array
-        known = self.materials
-        for name in array.ravel():
-            if name not in known:
-                raise InputError(f"found the material '{name}'; {nearest(name, known)}", file=self.path)
-        return np.array([known[name] for name in array.ravel()], dtype=int).reshape(array.shape)
-
-
-def _without(mapping: dict[str, Any], key: str) -> dict[str, Any]:
-    return {name: value for name, value in mapping.items() if name != key}
 
 
 class TemperatureTable(Table):
@@ -365,6 +150,22 @@ class TemperatureTable(Table):
         )
         return self.temperature(material=material, **where, absorbed_change=change)
 
+    def source_track(self, source: str, *, time: npt.ArrayLike) -> SourceTrack:
+        """Where the Sun or the Moon stands on the file's date and in the night after it.
+
+        Parameters
+        ----------
+        source : {'sun', 'moon'}
+        time : h
+            Local clock, 0 to 36.
+
+        Raises
+        ------
+        InputError
+            Another source, a time beyond the track, or a file without tracks.
+        """
+        return source_track(self.root, source, time)
+
 
 class BandTable(Table):
     """A ``.band`` database."""
@@ -390,30 +191,70 @@ class AtmosphereTable(Table):
     """An ``.atmq`` or ``.lunar_atmq`` database."""
 
     def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
-        """As `Table.value`; a table by scattering angle is read by source azimuth too."""
+        """As `Table.value`; a table by scattering angle is read by source azimuth too.
+
+        Below the lowest source elevation there is the light that the air emits, by the rule of `night`.
+        """
         azimuth = AXES[-1]
         if self._by_angle(quantity) and ANGLE not in where and azimuth in self.fixed_axes | where:
-            place = self.fixed_axes | where
-            if missing := [name for name in _TURNED if name not in place]:
-                raise InputError(f"the axis '{missing[0]}' is missing; give a value for it")
-            where[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
-            where.pop(azimuth, None)
+            where = self._with_angle(where)
             if isinstance(out_of_range, Mapping):
                 out_of_range = {name: policy for name, policy in out_of_range.items() if name != azimuth}
-        return super().value(quantity, out_of_range=out_of_range, **where)
+        night, height = Night.of(self.root, quantity), where.get(SOURCE_ELEVATION)
+        if night is None or height is None or not night.begins(height):
+            return super().value(quantity, out_of_range=out_of_range, **where)
+        share = night.share(height, out_of_range)
+        where[SOURCE_ELEVATION] = night.within(height)
+        light = share * super().value(quantity, out_of_range=out_of_range, **where)
+        if night.thermal is None:
+            return light
+        names = {rule.name for rule in self.rules(night.thermal)}
+        if isinstance(out_of_range, Mapping):
+            out_of_range = {name: policy for name, policy in out_of_range.items() if name in names}
+        place = {name: values for name, values in where.items() if name in names}
+        return light + (1.0 - share) * super().value(night.thermal, out_of_range=out_of_range, **place)
+
+    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
+        """As `Table.part`, at night too."""
+        part, height = super().part(out_of_range=out_of_range, **where), where.get(SOURCE_ELEVATION)
+        if height is None or np.ndim(height) > 0:
+            return part
+        variables = dict(part.root.variables)
+        for quantity in WITHOUT_SOURCE:
+            night = Night.of(self.root, quantity)
+            if night is None or not night.begins(height):
+                continue
+            light, share = variables[quantity], float(night.share(height, out_of_range))
+            data = share * light.data
+            if night.thermal is not None:
+                emitted = variables[night.thermal].data
+                by_source = np.ndim(data) > np.ndim(emitted)
+                data = data + (1.0 - share) * (emitted[..., None] if by_source else emitted)
+            variables[quantity] = replace(light, data=data)
+        return replace(part, root=replace(part.root, variables=variables))
 
     def _by_angle(self, quantity: str) -> bool:
         variable = self.root.variables.get(quantity)
         return variable is not None and any(dim.endswith(ANGLE) for dim in variable.dims)
 
-    def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
-        if not self._by_angle(quantity):
-            return where
+    def _with_angle(self, where: dict[str, Any]) -> dict[str, Any]:
+        """The coordinates with the scattering angle in place of the azimuth of the source."""
         place = self.fixed_axes | where
-        coordinates = _without(where, AXES[-1])
-        if ANGLE not in coordinates and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
-            coordinates[ANGLE] = scattering_angle(*(place[name] for name in _TURNED))
-        return coordinates
+        if missing := [name for name in _TURNED if name not in place]:
+            raise InputError(f"the axis '{missing[0]}' is missing; give a value for it")
+        angle = scattering_angle(*(place[name] for name in _TURNED))
+        return {name: values for name, values in where.items() if name != AXES[-1]} | {ANGLE: angle}
+
+    def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
+        if self._by_angle(quantity):
+            place = self.fixed_axes | where
+            if ANGLE not in where and all(np.ndim(place.get(name, ())) == 0 for name in _TURNED):
+                where = self._with_angle(where)
+            where = {name: values for name, values in where.items() if name != AXES[-1]}
+        night, height = Night.of(self.root, quantity), where.get(SOURCE_ELEVATION)
+        if night is None or height is None or not night.begins(height):
+            return where
+        return where | {SOURCE_ELEVATION: night.within(height)}
 
     def ambient_radiance(
         self,

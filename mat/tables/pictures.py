@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.tables.axes import PERIODIC
-from skyshine.mat.tables.loader import AtmosphereTable, Table, TemperatureTable, ThermalTable, open_table
+from skyshine.mat.tables.loader import AtmosphereTable, TemperatureTable, ThermalTable, open_table
+from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
 

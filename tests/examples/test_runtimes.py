@@ -15,10 +15,13 @@ import h5py
 import numpy as np
 import pytest
 
+import skyshine.mat
+import skyshine.tmm
 from skyshine.mat.tables.axes import table_axis
 from skyshine.schemas.hdf5 import Header, read_file, write_file
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+import good_databases
 from runtime_loaders import by_library, missing_tools, prepared
 
 FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5"}
@@ -76,6 +79,12 @@ def scene(small_build):
     return {name: str(small_build / file) for name, file in FILES.items()} | CAMERA | {"pixels": pixels}
 
 
+@pytest.fixture(scope="module")
+def texture(tmp_path_factory):
+    """A texture of 40 x 20 texels and six levels, grass on the left and asphalt on the right."""
+    return good_databases.write_texture_of_two(tmp_path_factory.mktemp("texture"))
+
+
 def test_every_term_agrees_with_the_library(runtime, scene):
     status, shown, complaint = runtime(scene)
     assert status == 0, complaint
@@ -83,6 +92,131 @@ def test_every_term_agrees_with_the_library(runtime, scene):
     assert len(pixels) == PIXELS and np.count_nonzero(expected["diffuse"]) > PIXELS / 4
     for name, values in expected.items():
         np.testing.assert_allclose([pixel[name] for pixel in pixels], values, rtol=1e-6, atol=1e-12, err_msg=name)
+
+
+def test_at_night_and_in_twilight_every_term_agrees_with_the_library(runtime, scene, tmp_path):
+    """Of a file whose lowest node is -20 degree, where it is dark, and of one that has it as -8, in twilight."""
+    root, _ = read_file(scene["atmosphere"])
+    axis = root.axes["source_elevation"]
+    fading = table_axis(np.array([-8.0, 0, 30, 60]), axis.units, axis.long_name)
+    fading.attributes["dark_below"] = axis.attributes["dark_below"]
+    twilight = tmp_path / "twilight.atmq.h5"
+    # The light of 30 degrees stands at -8, so that there is some to fade.
+    lit = {name: replace(array, data=_shifted(name, array.data)) for name, array in root.variables.items()}
+    write_file(
+        twilight,
+        replace(root, axes=root.axes | {"source_elevation": fading}, variables=lit),
+        Header("atmq", "2.3.0", "data", "job"),
+    )
+    draw = np.random.default_rng(13)
+    heights = draw.uniform(-90, -8, PIXELS)
+    heights[:40] = draw.uniform(-19, -8, 40)
+    pixels = [
+        pixel | {"source_elevation": float(height), "source_heading": float(draw.uniform(0, 360))}
+        for pixel, height in zip(scene["pixels"], heights, strict=True)
+    ]
+    for path in (scene["atmosphere"], str(twilight)):
+        night = scene | {"atmosphere": path, "pixels": pixels}
+        if path == scene["atmosphere"]:
+            night["pixels"] = [pixel | {"source_elevation": -21.0 - k} for k, pixel in enumerate(pixels[:60])]
+        status, shown, complaint = runtime(night)
+        assert status == 0, complaint
+        expected = by_library(night)
+        for name, values in expected.items():
+            found = [pixel[name] for pixel in json.loads(shown)["pixels"]]
+            np.testing.assert_allclose(found, values, rtol=1e-6, atol=1e-12, err_msg=name)
+    assert np.count_nonzero(expected["diffuse"]) > 5 and np.all(expected["skyshine"] > 0)
+
+
+def _shifted(name, values):
+    """Values with those of 30 degrees at the lowest elevation of the source."""
+    if name not in ("path_radiance_ratio", "ambient_radiance", "direct_radiance", "ambient_radiance_harmonics"):
+        return values
+    shifted = np.array(values)
+    shifted[:, :, :, 0] = shifted[:, :, :, 2]
+    return shifted
+
+
+def test_a_twilight_that_no_node_holds_is_refused_in_one_line(runtime, scene, tmp_path):
+    root, _ = read_file(scene["atmosphere"])
+    axis = root.axes["source_elevation"]
+    day = table_axis(np.array([-1.0, 0, 30, 60]), axis.units, axis.long_name)
+    day.attributes["dark_below"] = axis.attributes["dark_below"]
+    path = tmp_path / "day.atmq.h5"
+    write_file(path, replace(root, axes=root.axes | {"source_elevation": day}), Header("atmq", "2.3.0", "data", "job"))
+    dusk = scene["pixels"][0] | {"source_elevation": -9.0}
+    status, shown, complaint = runtime(scene | {"atmosphere": str(path), "pixels": [dusk]})
+    assert (status, shown) == (1, "") and complaint.startswith("source_elevation: found -9; allowed: -1 to 60")
+    dark = [dusk | {"source_elevation": -30.0}]
+    assert runtime(scene | {"atmosphere": str(path), "pixels": dark})[0] == 0
+
+
+@pytest.mark.parametrize("source", ["atmq", "lunar_atmq"])
+def test_the_source_of_a_pixel_comes_from_the_tracks(runtime, scene, small_build, source):
+    """Where the pixel names the azimuth of its line of sight in place of the source; day and night, to 36 h."""
+    draw = np.random.default_rng(17)
+    hours = [k * 0.61 % 36 for k in range(PIXELS)]
+    pixels = [
+        {
+            name: value
+            for name, value in pixel.items()
+            if name not in ("source_elevation", "source_azimuth", "to_source")
+        }
+        | {"time": hour, "line_heading": float(draw.uniform(-180, 540))}
+        for pixel, hour in zip(scene["pixels"], hours, strict=True)
+    ]
+    tracked = scene | {
+        "atmosphere": str(small_build / f"s01b01.{source}.h5"),
+        "pixels": pixels,
+        "clamp": ["source_elevation"],
+    }
+    status, shown, complaint = runtime(tracked)
+    assert status == 0, complaint
+    low = skyshine.mat.open(tracked["surface"]).source_track(
+        "sun" if source == "atmq" else "moon", time=np.array(hours)
+    )
+    high = low.elevation <= 60
+    assert np.count_nonzero(high) > PIXELS / 2
+    kept = [pixel for pixel, inside in zip(pixels, high, strict=True) if inside]
+    expected = by_library(tracked | {"pixels": kept})
+    found = [pixel for pixel, inside in zip(json.loads(shown)["pixels"], high, strict=True) if inside]
+    for name, values in expected.items():
+        np.testing.assert_allclose([pixel[name] for pixel in found], values, rtol=1e-6, atol=1e-12, err_msg=name)
+
+
+def test_texels_of_a_texture_agree_with_the_library(runtime, scene, texture):
+    """At several levels, at texels of one material and of two, at borders of the image, beside named materials."""
+    draw = np.random.default_rng(19)
+    pixels = []
+    for number, pixel in enumerate(scene["pixels"]):
+        texel = {"texel": [float(draw.uniform(0, 40)), float(draw.uniform(0, 20))], "level": number % 6}
+        if number % 17 == 0:
+            texel["texel"] = [40.0, 20.0]
+        pixels.append(pixel if number % 9 == 0 else {k: v for k, v in pixel.items() if k != "material"} | texel)
+    textured = scene | {"texture": str(texture), "pixels": pixels}
+    status, shown, complaint = runtime(textured)
+    assert status == 0, complaint
+    found, expected = json.loads(shown)["pixels"], by_library(textured)
+    for name, values in expected.items():
+        np.testing.assert_allclose([each[name] for each in found], values, rtol=1e-6, atol=1e-12, err_msg=name)
+    with skyshine.tmm.open_tmm(texture) as file:
+        wanted = [file.code(*p["texel"], level=p["level"]) for p in pixels if "texel" in p]
+        shares = np.array([file.mixture(*p["texel"], level=p["level"])[1] for p in pixels if "texel" in p])
+    assert [each["material"] for each, p in zip(found, pixels, strict=True) if "texel" in p] == wanted
+    assert np.any((shares[:, 1] > 0.05) & (shares[:, 1] < 0.5)) and len(set(wanted)) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"texel": [40.5, 3]}, "allowed: 0 to 40, 0 to 20"),
+        ({"texel": [-1, 3]}, "allowed: 0 to 40, 0 to 20"),
+        ({"texel": [1, 1], "level": 6}, "level"),
+    ],
+)
+def test_a_texel_beyond_the_texture_is_refused_in_one_line(runtime, scene, texture, change, words):
+    status, shown, complaint = runtime(scene | {"texture": str(texture), "pixels": [scene["pixels"][0] | change]})
+    assert (status, shown) == (1, "") and words in complaint and len(complaint.strip().splitlines()) == 1
 
 
 def test_shaded_and_heated_faces_agree_with_the_library(runtime, scene):
@@ -123,7 +257,7 @@ def test_melting_faces_agree_with_the_library(runtime, scene, tmp_path):
         for (name, array), value in zip(arrays.items(), (300.0, 90.0), strict=True)
     }
     melting = tmp_path / "melting.htt.h5"
-    write_file(melting, replace(root, variables=root.variables | changed), Header("htt", "1.3.0", "data", "job"))
+    write_file(melting, replace(root, variables=root.variables | changed), Header("htt", "1.4.0", "data", "job"))
     shade = {"surroundings": {"shade": [[8, 17]], "sky_view": 0.7, "facing": 290}}
     pixels = [
         pixel | (shade if number % 2 else {"absorbed_change": [40.0]})

@@ -12,21 +12,24 @@ from types import SimpleNamespace
 import numpy as np
 from PIL import Image
 
+from skyshine.mat.quantities.ambient_harmonics import AmbientHarmonics
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.mat.tables.atmq import atmq_group
+from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS
+from skyshine.mat.tables.atmq import ThermalLight, atmq_group
 from skyshine.mat.tables.band import band_group
 from skyshine.mat.tables.files import ATMQ, BAND, HTT, FileType
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
-from skyshine.mat.tables.htt import htt_group
+from skyshine.mat.tables.htt import htt_group, shade_fields
 from skyshine.mat.tables.stated_error import accuracy_group, measure
+from skyshine.mat.tables.tracks import track_fields, track_hours
 from skyshine.materials.library import load_library
 from skyshine.schemas.hdf5 import Group, Header, Variable, write_file
 from skyshine.tmm import map_texture, write_texture
 from skyshine.tmm.job.model import TextureJob
 
 FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5", "texture": "road.tmm.h5"}
-READ_BY_RUNTIMES = ("surface", "band", "atmosphere")
+READ_BY_RUNTIMES = ("surface", "band", "atmosphere")  # whole; of a texture they read what pixels ask for
 NAMES = ("asphalt_road", "grass_green")
 NO_ERRORS = np.zeros(1)
 
@@ -37,7 +40,7 @@ def write_all(folder: Path) -> dict[str, Path]:
     _write(paths["surface"], _temperatures(), HTT)
     _write(paths["band"], _band(), BAND)
     _write(paths["atmosphere"], _atmosphere(), ATMQ)
-    _write_texture(paths["texture"])
+    write_texture_of_two(folder)
     return paths
 
 
@@ -48,6 +51,7 @@ def scene(paths: dict[str, Path]) -> dict:
         share = number / 7
         pixels.append(
             {
+                "source_heading": 300 * share,
                 "material": NAMES[number % 2] if number else _materials()[0].code,
                 "surface_altitude": share,
                 "surface_azimuth": 500 * share - 90,
@@ -57,15 +61,21 @@ def scene(paths: dict[str, Path]) -> dict:
                 "centre_range": 0.1 + 19 * share,
                 "altitude": 0.01 + 0.9 * (1 - share),
                 "centre_elevation": 170 * share - 85,
-                "source_elevation": 80 * share - 20,
+                "source_elevation": {0: -22.0, 2: -40.0}.get(number, 80 * share - 30),
                 "source_azimuth": 400 * share - 20,
                 "normal": [0.0, 0.3 * share, 1.0],
                 "to_source": [0.5 - share, 0.2, 0.8 if number != 3 else -0.8],
                 "to_observer": [0.1, share, 0.7],
             }
         )
+    placed = ("source_heading", "source_elevation", "source_azimuth", "to_source")
+    pixels[1] = {name: value for name, value in pixels[1].items() if name not in placed} | {"line_heading": 75.0}
+    pixels[2]["surroundings"] = {"shade": [[9, 16]], "sky_view": 0.7, "facing": 290.0}
+    pixels[4]["absorbed_change"] = [50.0, -30.0, 80.0]
+    for number, texel in ((6, {"texel": [10.5, 7.5]}), (7, {"texel": [30, 10], "level": 1})):
+        pixels[number] = {name: value for name, value in pixels[number].items() if name != "material"} | texel
     camera = {"bits": 12, "gain": 60.0, "buffer_gain": 1.02, "offset": 0.05}
-    return {kind: str(paths[kind]) for kind in READ_BY_RUNTIMES} | camera | {"pixels": pixels}
+    return {kind: str(paths[kind]) for kind in FILES} | camera | {"pixels": pixels}
 
 
 def _write(path: Path, root: Group, kind: FileType) -> None:
@@ -108,7 +118,56 @@ def _temperatures() -> Group:
         method_names="none",
     )
     codes, names = zip(*((material.code, material.name) for material in materials), strict=True)
-    return htt_group(table, codes, names, axes, _accuracy(["temperature"]), {"state": "none"})
+    return htt_group(
+        table,
+        codes,
+        names,
+        axes,
+        _accuracy(["temperature"]),
+        {"state": "none"},
+        shade=_shade(materials),
+        tracks=track_fields(_tracks()),
+    )
+
+
+def _shade(materials) -> tuple:
+    """Response and light of a day: kernels that fade with the lag, a loss that grows with temperature."""
+    altitudes, slopes, count = np.array([0.0, 800.0]), np.array([0.0, 90.0]), len(materials)
+    shape = (count, altitudes.size, slopes.size, RESPONSE_HOURS.size)
+    column = _waves([range(size) for size in shape], 1.0, 0.1)
+    response = SimpleNamespace(
+        altitudes_m=altitudes,
+        slopes_deg=slopes,
+        kernel=(0.004 * column[..., None] * np.exp(-LAG_STARTS / 5)).astype(np.float32),
+        temperature=280 * column**0.1,
+        loss_slope=12 * column,
+        loss_excess=(0.02 * column[..., None] * OFFSETS * np.abs(OFFSETS)).astype(np.float32),
+        solar_absorptance=np.array([0.9, 0.6], np.float32),
+        thermal_emissivity=np.array([0.95, 0.97], np.float32),
+        melt=5 * column,
+        highest=np.full(count, 350.0, np.float32),
+    )
+    hours = np.arange(288) / 12
+    up = np.maximum(np.sin((hours - 6) / 12 * np.pi), 0.0)
+    light = [np.stack([factor * up, 1.1 * factor * up]) for factor in (700.0, 90.0)]
+    air = [np.stack([base + 5 * up, base - 4 + 5 * up]) for base in (320.0, 285.0)]
+    turn = np.repeat(hours * 15, 2)
+    sun = SimpleNamespace(solar_elevation=60 * np.cos(np.radians(turn - 180)), solar_azimuth=turn)
+    scene = SimpleNamespace(open_air=lambda steps: (*light, *air), sun=sun)
+    return shade_fields(response, scene, 1361.0)
+
+
+def _tracks() -> dict:
+    turn = 15 * track_hours()
+    return {
+        "sun_elevation": 50 * np.cos(np.radians(turn - 180)),
+        "sun_azimuth": turn,
+        "sun_distance": 1.01 + 1e-4 * np.sin(np.radians(turn)),
+        "moon_elevation": 40 * np.cos(np.radians(turn)),
+        "moon_azimuth": turn - 175.0,
+        "moon_distance": 3.8e5 + 10 * turn,
+        "moon_phase_angle": 30 - turn / 40,
+    }
 
 
 def _band() -> Group:
@@ -145,16 +204,35 @@ def _atmosphere() -> Group:
     accuracy = Group(
         accuracy.axes | {"spectral_quantity": axis}, accuracy.variables | spectral, {}, accuracy.attributes
     )
-    return atmq_group(tables, accuracy, {"state": "none", "source": "sun", "wavelength_um": [8.0, 12.0]})
+    attributes = {
+        "state": "none",
+        "source": "sun",
+        "wavelength_um": [8.0, 12.0],
+        "ground_emissivity": 0.9,
+        "ground_temperature": 290.0,
+        "ground_radiance": 7.5,
+    }
+    harmonics = AmbientHarmonics(
+        grid,
+        _waves([range(n) for n in (3, 3, 3, 3, 6)], 4.0, 0.5),
+        _waves([range(n) for n in (3, 3, 3, 4, 3)], 0.5, 0.1),
+    )
+    lines = [grid.range_km, grid.altitude_km, grid.elevation_deg]
+    thermal = ThermalLight(
+        grid, grid, _waves(lines, 3.0, 0.4), _waves(lines, 2.0, 0.3), _waves([*lines, range(6)], 2.0, 0.4), -26.0
+    )
+    return atmq_group(tables, accuracy, attributes, harmonics, thermal)
 
 
-def _write_texture(path: Path) -> None:
-    """Green on the left and grey on the right."""
+def write_texture_of_two(folder: Path) -> Path:
+    """Write the texture of `FILES` into a folder: green on the left and grey on the right; returns its path."""
+    path = folder / FILES["texture"]
     draw = np.random.default_rng(1)
     pixels = np.empty((20, 40, 3))
     pixels[:, :20], pixels[:, 20:] = (60, 140, 50), (120, 120, 125)
     noise = draw.normal(0, 6, pixels.shape)
-    Image.fromarray(np.clip(pixels + noise, 0, 255).astype(np.uint8)).save(path.parent / "road.png")
+    Image.fromarray(np.clip(pixels + noise, 0, 255).astype(np.uint8)).save(folder / "road.png")
     polygons = {NAMES[1]: [[[2, 2], [12, 2], [12, 15], [2, 15]]], NAMES[0]: [[[25, 3], [38, 3], [38, 12], [25, 12]]]}
     job = TextureJob.model_validate({"image": "road.png", "seeds": {"polygons": polygons}})
-    write_texture(map_texture(job, path.parent, load_library()), path)
+    write_texture(map_texture(job, folder, load_library()), path)
+    return path

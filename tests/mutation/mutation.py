@@ -2,11 +2,13 @@
 
 A fault is one operator or one constant changed, by the operators of Cosmic Ray and by factors of 0.8 and 1.25. Faults
 are drawn at random, so many of each folder; each is planted in a copy of the installed package, first on the path, and
-the tests that know the module run until one fails: those of the mirrored folder, then those that import the module. A
-fault that no test notices survives; survivors are listed with their line.
+the tests that know the module run until one fails: those of the mirrored folder, then those that import the module;
+with `--lines`, before them the tests that run the line (line_tests.py records them). A fault that no test notices
+survives; survivors are listed with their line.
 
     python tests/mutation/mutation.py --count 50                         # of each folder
     python tests/mutation/mutation.py --folder mat/surface --count 20 --seed 3 --out faults.json
+    python tests/mutation/line_tests.py lines.coverage && python tests/mutation/mutation.py --lines lines.coverage
 
 It needs the package ``cosmic-ray`` of the extra ``mutation``. Exit status 1 where fewer than
 `--least` of the faults were caught.
@@ -35,6 +37,7 @@ from cosmic_ray.ast import is_number
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
 from cosmic_ray.plugins import get_operator, operator_names
+from line_tests import LineTests
 
 CHECKOUT = Path(__file__).parents[2]
 FOLDERS = ("mat/atmosphere", "mat/surface", "mat/quantities", "mat/radiometry", "mat/tables", "tmm")
@@ -53,6 +56,7 @@ PASSED_OVER = (
 ARITHMETIC = {"Add", "Sub", "Mul", "Div", "Pow"}
 TURNED = {("Lt", "Gt"), ("Gt", "Lt"), ("LtE", "GtE"), ("GtE", "LtE"), ("Lt", "GtE"), ("Gt", "LtE")}
 SECONDS = 1800  # for the tests of one fault
+TESTS_OF_LINE, FILES_BESIDE = 80, 6  # at most, where the tests of each line are known
 
 
 class ScaledNumber(Operator):
@@ -172,8 +176,11 @@ def tests_of(module: str) -> list[str]:
     return [str(file.relative_to(CHECKOUT)) for file in files[:40]]
 
 
-def planted(fault: Fault, text: str) -> Fault:
+def planted(fault: Fault, text: str, lines: LineTests | None = None) -> Fault:
     """Run the tests of a fault in a copy of the package."""
+    tests = tests_of(fault.module)
+    if lines is not None and (nodes := lines.of(fault.module, fault.line, TESTS_OF_LINE)):
+        tests = [*nodes, *tests[:FILES_BESIDE]]
     with tempfile.TemporaryDirectory() as work:
         package = Path(work) / "path" / "skyshine"
         installed = Path(importlib.util.find_spec("skyshine").origin).parent
@@ -188,7 +195,7 @@ def planted(fault: Fault, text: str) -> Fault:
             "OMP_NUM_THREADS": "1",
         }
         command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
-        command += [f"--basetemp={work}/pytest", *tests_of(fault.module)]
+        command += [f"--basetemp={work}/pytest", *tests]
         try:
             done = subprocess.run(
                 command, cwd=CHECKOUT, env=environment, capture_output=True, text=True, timeout=SECONDS
@@ -209,11 +216,13 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="Faults at a time.")
     parser.add_argument("--least", type=float, default=0.0, help="Share to be caught, for the exit status.")
     parser.add_argument("--out", type=Path, help="JSON file of all faults.")
+    parser.add_argument("--lines", type=Path, help="File of line_tests.py.")
     given = parser.parse_args()
+    lines = None if given.lines is None else LineTests(given.lines)
     faults = [fault for folder in given.folder or FOLDERS for fault in drawn_faults(folder, given.count, given.seed)]
     results: list[Fault] = []
     with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
-        for fault in pool.map(lambda pair: planted(*pair), faults):
+        for fault in pool.map(lambda pair: planted(*pair, lines), faults):
             results.append(fault)
             print("caught  " if fault.caught_by else "SURVIVED", f"{fault.module}:{fault.line}", flush=True)
             if given.out:

@@ -79,7 +79,14 @@ def module_name(file: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-MODULES = {module_name(file): file for top in TOP for file in sorted((CHECKOUT / top).rglob("*.py"))}
+# The example runtimes are programs of their own, outside the package.
+RUNTIMES = CHECKOUT / "examples" / "runtimes"
+MODULES = {
+    module_name(file): file
+    for top in TOP
+    for file in sorted((CHECKOUT / top).rglob("*.py"))
+    if not file.is_relative_to(RUNTIMES)
+}
 
 
 def imports_of(module: str, file: Path) -> list[tuple[str, int]]:

@@ -1,5 +1,6 @@
 /* Files come from anywhere: nothing in one is believed before it is checked. */
 #include "database.h"
+#include "layouts.h"
 
 #include <hdf5.h>
 #include <math.h>
@@ -9,52 +10,21 @@
 #include <string.h>
 #include <sys/stat.h>
 
-static const struct layout SURFACE[] = {
-    {"temperature", {"material", "altitude", "azimuth", "slope", "time"}, 1.0, 1e4},
-    {NULL, {NULL}, 0, 0},
-};
-/* What an .htt that holds the first of them must hold, to shade surfaces. */
-static const struct layout SHADE[] = {
-    {"response_kernel", {"material", "response_altitude", "response_slope", "response_hour", "lag"}, -HUGE_VALF, HUGE_VALF},
-    {"response_temperature", {"material", "response_altitude", "response_slope", "response_hour"}, 0.0, 1e4},
-    {"heat_loss_slope", {"material", "response_altitude", "response_slope", "response_hour"}, 1e-6, HUGE_VALF},
-    {"heat_loss_excess", {"material", "response_altitude", "response_slope", "response_hour", "temperature_offset"}, -HUGE_VALF, HUGE_VALF},
-    {"solar_absorptance", {"material"}, 0.0, 1.0},
-    {"thermal_emissivity", {"material"}, 0.0, 1.0},
-    {"melting_heat", {"material", "response_altitude", "response_slope", "response_hour"}, 0.0, HUGE_VALF},
-    {"highest_temperature", {"material"}, 1.0, 1e4},
-    {"direct_normal_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
-    {"diffuse_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
-    {"sky_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
-    {"air_temperature", {"altitude", "forcing_time"}, 1.0, 1e4},
-    {"solar_elevation", {"forcing_time"}, -90.0, 90.0},
-    {"solar_azimuth", {"forcing_time"}, -360.0, 360.0},
-    {"extraterrestrial_irradiance", {"forcing_time"}, 1e-6, HUGE_VALF},
-    {NULL, {NULL}, 0, 0},
-};
-static const struct layout BAND[] = {
-    {"blackbody_radiance", {"temperature"}, 0.0, HUGE_VALF},
-    {"reflectance", {"material"}, 0.0, 1.0},
-    {"specular_fraction", {"material"}, 0.0, 1.0},
-    {"shininess", {"material"}, 0.0, HUGE_VALF},
-    {"normalisation", {"material"}, 0.0, HUGE_VALF},
-    {NULL, {NULL}, 0, 0},
-};
-static const struct layout ATMOSPHERE[] = {
-    {"beta_star", {"range", "altitude", "elevation"}, 1e-12, HUGE_VALF},
-    {"path_radiance_ratio", {"range", "altitude", "elevation", "source_elevation", "source_azimuth"}, 0.0, HUGE_VALF},
-    {"ambient_radiance", {"range", "altitude", "elevation", "source_elevation"}, 0.0, HUGE_VALF},
-    {"direct_radiance", {"range", "altitude", "elevation", "source_elevation"}, 0.0, HUGE_VALF},
-    {NULL, {NULL}, 0, 0},
-};
-static const struct layout TILTED[] = {
-    {LIGHT, {"range", "altitude", "elevation", "source_elevation", "harmonic"}, -HUGE_VALF, HUGE_VALF},
-    {GLOW, {"range", "altitude", "elevation", "ground_temperature", "zonal_harmonic"}, -HUGE_VALF, HUGE_VALF},
-    {NULL, {NULL}, 0, 0},
-};
 const double HARMONIC_CODES[HARMONICS] = {0, 10, 11, 20, 21, 22, 40, 41, 42, 43, 44};
 static const double ZONAL_CODES[] = {0, 10, 20, 40};
 static const char *const GROUND[] = {"ground_emissivity", "ground_temperature", "ground_radiance"};
+/* What each quantity that depends on the source equals without it; direct light nothing. */
+static const struct {
+    const char *quantity, *emitted;
+} WITHOUT_SOURCE[] = {
+    {"path_radiance_ratio", "thermal_path_radiance_ratio"},
+    {"ambient_radiance", "thermal_ambient_radiance"},
+    {"direct_radiance", NULL},
+    {LIGHT, "thermal_radiance_harmonics"},
+    {NULL, NULL},
+};
+/* Degree: a table whose lowest source elevation is above says nothing of twilight. */
+static const double CIVIL_TWILIGHT = -6.0;
 /* How the format reads an axis; the last line holds for all that have none of their own. */
 static const struct {
     const char *name, *rule, *or_rule;
@@ -70,8 +40,7 @@ static const struct {
     {"forcing_time", "linear_periodic", "linear_periodic", 24},
     {NULL, "linear", "linear", 0},
 };
-/* Deflate packs at most 1032 bytes into one: a file that claims more does not hold it. */
-enum { PACKING = 1100, SMALL = 1 << 20, LAST_CODE = 65535 };
+enum { LAST_CODE = 65535 };
 
 /* An open file. */
 struct source {
@@ -101,7 +70,7 @@ void *allocate(size_t count, size_t size)
 }
 
 /* A text attribute into NAME bytes; 0 where there is none, or it is not one text that fits. */
-static int read_text(hid_t item, const char *name, char *to)
+int read_text(hid_t item, const char *name, char *to)
 {
     memset(to, 0, NAME);
     if (H5Aexists(item, name) <= 0) return 0;
@@ -122,7 +91,7 @@ static int read_text(hid_t item, const char *name, char *to)
 }
 
 /* A number attribute; 0 where it is not one number. */
-static int read_number(hid_t item, const char *name, double *to)
+int read_number(hid_t item, const char *name, double *to)
 {
     hid_t attribute = H5Aopen(item, name, H5P_DEFAULT), type = H5Aget_type(attribute), space = H5Aget_space(attribute);
     H5T_class_t kind = H5Tget_class(type);
@@ -193,6 +162,10 @@ static void read_rule(const struct source *from, hid_t array, const char *stored
         fail("%s: the axis '%s' has out_of_range '%s'; allowed: error, clamp", from->path, stored, policy);
     axis->clamps = is_listed(clamped, axis->name) || (H5Aexists(array, "out_of_range") > 0 && !strcmp(policy, "clamp"));
     if (H5Aexists(array, "period") > 0 && !read_number(array, "period", &axis->period)) axis->period = NAN;
+    axis->dark_below = NAN;
+    if (!strcmp(axis->name, "source_elevation") && H5Aexists(array, "dark_below") > 0 &&
+        (!read_number(array, "dark_below", &axis->dark_below) || !(axis->dark_below >= -90 && axis->dark_below <= 0)))
+        fail("%s: the axis '%s' has dark_below %g; allowed: -90 to 0", from->path, stored, axis->dark_below);
     if (axis->period != RULES[rule].period)
         fail("%s: the axis '%s' has period %g; allowed: %g", from->path, stored, axis->period, RULES[rule].period);
     const double first = axis->nodes[0], last = axis->nodes[axis->count - 1];
@@ -274,20 +247,48 @@ static void read_array(const struct source *from, const struct layout *layout, s
     H5Dclose(stored);
 }
 
-/* Harmonics of the light around faces, behind the other arrays, and what the file states of the ground. */
+/* Arrays of a list behind those that are there. */
+static void read_more(const struct source *from, struct database *database, const struct layout *layout, const struct json *clamped)
+{
+    size_t next = 0;
+    while (database->arrays[next].name) ++next;
+    for (; layout->name; ++layout, ++next) {
+        if (next == ARRAYS) fail("%s: holds more arrays than this program has room for", from->path);
+        read_array(from, layout, &database->arrays[next], clamped);
+    }
+}
+
+static int holds(const struct database *database, const char *name)
+{
+    for (size_t i = 0; i < ARRAYS && database->arrays[i].name; ++i)
+        if (!strcmp(database->arrays[i].name, name)) return 1;
+    return 0;
+}
+
+/* Harmonics of the light around faces, and what the file states of the ground. */
 static void read_tilted(const struct source *from, struct database *database, const struct json *clamped)
 {
-    size_t first = 0;
-    while (database->arrays[first].name) ++first;
-    struct array *light = &database->arrays[first], *glow = &database->arrays[first + 1];
-    read_array(from, &TILTED[0], light, clamped);
-    read_array(from, &TILTED[1], glow, clamped);
+    read_more(from, database, TILTED, clamped);
+    const struct array *light = array_of(database, LIGHT), *glow = array_of(database, GLOW);
     if ((light->axes[4].count == 6) != (glow->axes[4].count == 3)) fail("%s: '%s' and '%s' are of different harmonics", from->path, LIGHT, GLOW);
     for (int k = 0; k < 3; ++k)
         if (H5Aexists(from->file, GROUND[k]) <= 0 || !read_number(from->file, GROUND[k], &database->ground[k]) ||
             !isfinite(database->ground[k]) || database->ground[k] < 0)
             fail("%s: does not state '%s'", from->path, GROUND[k]);
     database->tilted = 1;
+}
+
+/* Quantities without the source; the axes of source elevation then say where it is dark. */
+static void read_night(const struct source *from, struct database *database, const struct json *clamped)
+{
+    struct layout wanted[sizeof NIGHT / sizeof *NIGHT];
+    memcpy(wanted, NIGHT, sizeof NIGHT);
+    if (!database->tilted) wanted[2].name = NULL;
+    read_more(from, database, wanted, clamped);
+    for (size_t i = 0; WITHOUT_SOURCE[i].quantity; ++i)
+        if (holds(database, WITHOUT_SOURCE[i].quantity) && isnan(array_of(database, WITHOUT_SOURCE[i].quantity)->axes[3].dark_below))
+            fail("%s: the source elevations of '%s' do not state dark_below", from->path, WITHOUT_SOURCE[i].quantity);
+    database->night = 1;
 }
 
 static int is_utf8(const char *text)
@@ -332,9 +333,14 @@ void open_database(struct database *database, const char *path, const char *file
     database->path = path;
     const struct layout *layout = air ? ATMOSPHERE : !strcmp(filetype, "band") ? BAND : SURFACE;
     for (size_t i = 0; layout[i].name; ++i) read_array(&from, &layout[i], &database->arrays[i], clamped);
-    if (layout == SURFACE && H5Lexists(from.file, SHADE[0].name, H5P_DEFAULT) > 0)
-        for (size_t i = 0; SHADE[i].name; ++i) read_array(&from, &SHADE[i], &database->arrays[1 + i], clamped);
+    if (layout == SURFACE && H5Lexists(from.file, SHADE[0].name, H5P_DEFAULT) > 0) read_more(&from, database, SHADE, clamped);
+    if (layout == SURFACE && H5Lexists(from.file, TRACKS[0].name, H5P_DEFAULT) > 0) {
+        read_more(&from, database, TRACKS, clamped);
+        database->tracked = 1;
+    }
+    database->lunar = !strcmp(found, "lunar_atmq");
     if (air && H5Lexists(from.file, LIGHT, H5P_DEFAULT) > 0) read_tilted(&from, database, clamped);
+    if (air && H5Lexists(from.file, NIGHT[0].name, H5P_DEFAULT) > 0) read_night(&from, database, clamped);
     if (layout == BAND) database->material_names = read_names(&from, array_of(database, "reflectance")->axes[0].count);
     H5Fclose(from.file);
 }
@@ -389,7 +395,7 @@ static struct place locate(const struct axis *axis, double value)
     return (struct place){lower, upper, (value - axis->nodes[lower]) / (end - axis->nodes[lower])};
 }
 
-double value_at(const struct database *database, const char *name, const double *where)
+static double interpolated(const struct database *database, const char *name, const double *where)
 {
     const struct array *array = array_of(database, name);
     struct place places[AXES];
@@ -406,4 +412,22 @@ double value_at(const struct database *database, const char *name, const double 
         if (share != 0.0) total += share * array->values[index];
     }
     return total;
+}
+
+double value_at(const struct database *database, const char *name, const double *where)
+{
+    size_t entry = 0;
+    while (database->night && WITHOUT_SOURCE[entry].quantity && strcmp(WITHOUT_SOURCE[entry].quantity, name)) ++entry;
+    if (!database->night || !WITHOUT_SOURCE[entry].quantity) return interpolated(database, name, where);
+    const struct array *array = array_of(database, name);
+    const double lowest = array->axes[3].nodes[0], dark = array->axes[3].dark_below, height = where[3];
+    if (!isfinite(height) || height >= lowest || (height > dark && lowest > CIVIL_TWILIGHT)) return interpolated(database, name, where);
+    double place[AXES] = {0};
+    for (size_t k = 0; k < array->rank; ++k) place[k] = where[k];
+    place[3] = lowest;
+    const double share = height > dark ? (height - dark) / (lowest - dark) : 0.0;
+    const double light = share * interpolated(database, name, place);
+    if (!WITHOUT_SOURCE[entry].emitted) return light;
+    if (!strcmp(name, LIGHT)) place[3] = where[4]; /* the harmonic follows the line of sight there */
+    return light + (1.0 - share) * interpolated(database, WITHOUT_SOURCE[entry].emitted, place);
 }

@@ -4,9 +4,12 @@
 
 #include "json.h"
 
+#include <hdf5.h>
 #include <stddef.h>
 
-enum { AXES = 5, ARRAYS = 16, NAME = 64 };
+/* Deflate packs at most 1032 bytes into one: a file that claims more does not hold it. */
+enum { PACKING = 1100, SMALL = 1 << 20 };
+enum { AXES = 5, ARRAYS = 32, NAME = 64 };
 #define LIGHT "ambient_radiance_harmonics"
 #define GLOW "ground_radiance_harmonics"
 
@@ -20,6 +23,7 @@ struct axis {
     double *nodes, period; /* period 0 where it does not repeat */
     size_t count;
     int clamps;
+    double dark_below; /* of source elevations: no light of the source is left there; NaN where the file does not say */
 };
 
 struct array {
@@ -41,6 +45,9 @@ struct database {
     struct array arrays[ARRAYS];
     int tilted;            /* it has harmonics of the light around faces */
     double ground[3];      /* emissivity, temperature and emitted radiance of the ground, where it has them */
+    int night;             /* it has its quantities without the source */
+    int tracked;           /* it has the tracks of Sun and Moon */
+    int lunar;             /* its source is the Moon */
     char **material_names; /* as many as the axis 'material' has nodes; of a .band only */
 };
 
@@ -52,9 +59,14 @@ void *allocate(size_t count, size_t size);
 /* Read a file of a type ("htt", "band" or "atmq"), or end with a message; `clamped` names axes whose ends hold outside. */
 void open_database(struct database *database, const char *path, const char *filetype, const struct json *clamped);
 
+/* An attribute of an HDF5 object, for other readers: a text of less than NAME bytes, or one number; 0 where it is not. */
+int read_text(hid_t item, const char *name, char *to);
+int read_number(hid_t item, const char *name, double *to);
+
 const struct array *array_of(const struct database *database, const char *name);
 
-/* Linear interpolation in every axis, at one value for each. */
+/* Linear interpolation in every axis, at one value for each; below the lowest elevation of the source, its light fades
+ * into what the air emits. */
 double value_at(const struct database *database, const char *name, const double *where);
 
 #endif

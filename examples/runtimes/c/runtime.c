@@ -6,6 +6,7 @@
 #include "database.h"
 #include "json.h"
 #include "shade.h"
+#include "texture.h"
 
 #include <hdf5.h>
 #include <math.h>
@@ -78,10 +79,17 @@ static double ambient(const struct database *air, const double *centre, const do
     return fmax(sum + missing * share, 0.0);
 }
 
+/* Where Sun or Moon stands: elevation, azimuth from the line of sight, azimuth from north eastward (NaN where the pixel
+ * does not say), and the direction to it, of length 1. */
+struct position {
+    double elevation, azimuth, heading, direction[3];
+};
+
 /* L_ambient of a pixel's face; of a level one where the file or the pixel says no more. */
-static double ambient_of_pixel(const struct database *surface, const struct database *band, const struct database *air, const double *centre, const struct json *given)
+static double ambient_of_pixel(const struct database *surface, const struct database *band, const struct database *air, const double *centre,
+                               const struct json *given, const struct position *source)
 {
-    if (!air->tilted || !json_get(given, "source_heading")) return value_at(air, "ambient_radiance", centre);
+    if (!air->tilted || isnan(source->heading)) return value_at(air, "ambient_radiance", centre);
     double ground[2] = {air->ground[1], air->ground[2]};
     const struct json *material = json_get(given, "ground_material");
     if (material) {
@@ -90,7 +98,7 @@ static double ambient_of_pixel(const struct database *surface, const struct data
         ground[1] = air->ground[0] * value_at(band, "blackbody_radiance", &ground[0]);
     }
     const double slope = RADIAN * number(given, "surface_slope");
-    const double turn = RADIAN * (number(given, "surface_azimuth") - number(given, "source_heading"));
+    const double turn = RADIAN * (number(given, "surface_azimuth") - source->heading);
     const double normal[3] = {sin(slope) * cos(turn), sin(slope) * sin(turn), cos(slope)};
     return ambient(air, centre, normal, ground);
 }
@@ -140,8 +148,48 @@ static double scattering_angle(double elevation, double source_elevation, double
     return 2.0 * asin(sqrt(fmin(fmax(half, 0.0), 1.0))) / degree;
 }
 
+/* The source of a pixel: as it says, or from the tracks of the surface file. */
+static struct position source_of(const struct database *surface, const struct database *air, const struct json *given)
+{
+    struct position source = {0, 0, NAN, {0}};
+    if (json_get(given, "source_elevation")) {
+        source.elevation = number(given, "source_elevation");
+        source.azimuth = number(given, "source_azimuth");
+        if (json_get(given, "source_heading")) source.heading = number(given, "source_heading");
+        direction(given, "to_source", source.direction);
+        return source;
+    }
+    if (!surface->tracked) fail("the surface file holds no tracks of Sun and Moon");
+    const double time = number(given, "time");
+    source.elevation = value_at(surface, air->lunar ? "moon_elevation" : "sun_elevation", &time);
+    const double heading = value_at(surface, air->lunar ? "moon_azimuth" : "sun_azimuth", &time);
+    source.azimuth = json_get(given, "source_azimuth") ? number(given, "source_azimuth") : heading - number(given, "line_heading");
+    source.heading = json_get(given, "source_heading") ? number(given, "source_heading") : heading;
+    source.direction[0] = cos(RADIAN * source.elevation) * sin(RADIAN * heading);
+    source.direction[1] = cos(RADIAN * source.elevation) * cos(RADIAN * heading);
+    source.direction[2] = sin(RADIAN * source.elevation);
+    if (json_get(given, "to_source")) direction(given, "to_source", source.direction);
+    return source;
+}
+
+/* Codes and shares of the materials that a pixel sees, those of a texel or one; returns how many. */
+static size_t materials_of(const struct database *band, struct texture *texture, const struct json *given, double *codes, double *shares)
+{
+    const struct json *texel = json_get(given, "texel");
+    if (!texel) {
+        codes[0] = material_code(band, json_get(given, "material"));
+        shares[0] = 1.0;
+        return 1;
+    }
+    if (!texture->path) fail("the scene lacks 'texture'");
+    const struct json *across = texel->kind == JSON_LIST ? texel->children : NULL, *down = across ? across->next : NULL;
+    if (!down || down->next || across->kind != JSON_NUMBER || down->kind != JSON_NUMBER) fail("'texel' must be two numbers");
+    const double level = json_get(given, "level") ? number(given, "level") : 0.0;
+    return mixture_at(texture, across->number, down->number, level, codes, shares);
+}
+
 struct pixel {
-    double temperature, blackbody, beta, tau, thermal, path, skyshine, diffuse, specular, radiance;
+    double material, temperature, blackbody, beta, tau, thermal, path, skyshine, diffuse, specular, radiance;
     long value;
 };
 
@@ -162,30 +210,36 @@ static double temperature_of(const struct database *surface, const double *face,
 
 /* Equations (1) to (44) for one pixel. */
 static struct pixel compute(const struct json *scene, const struct database *surface, const struct database *band,
-                            const struct database *air, const struct json *given)
+                            const struct database *air, struct texture *texture, const struct json *given)
 {
-    const double code = material_code(band, json_get(given, "material"));
-    const double face[] = {code, number(given, "surface_altitude"), number(given, "surface_azimuth"), number(given, "surface_slope"), number(given, "time")};
-    double centre[] = {number(given, "centre_range"), number(given, "altitude"), number(given, "centre_elevation"),
-                       number(given, "source_elevation"), number(given, "source_azimuth")};
-    struct pixel pixel;
-    pixel.temperature = temperature_of(surface, face, given);
-    pixel.blackbody = value_at(band, "blackbody_radiance", &pixel.temperature); /* (7) */
-    const double rho = value_at(band, "reflectance", &code), fraction = value_at(band, "specular_fraction", &code);
+    const struct position source = source_of(surface, air, given);
+    double centre[] = {number(given, "centre_range"), number(given, "altitude"), number(given, "centre_elevation"), source.elevation, source.azimuth};
+    double codes[COMPONENTS], shares[COMPONENTS], normal[3], to_observer[3];
+    const size_t count = materials_of(band, texture, given, codes, shares);
+    struct pixel pixel = {.material = codes[0]};
     pixel.beta = value_at(air, "beta_star", centre);
     const double depth = 5.5 * number(given, "range") / pixel.beta;
     pixel.tau = exp(-depth); /* (9) */
-    double normal[3], to_source[3], to_observer[3];
     direction(given, "normal", normal);
-    direction(given, "to_source", to_source);
     direction(given, "to_observer", to_observer);
-    const double incidence = fmax(dot(normal, to_source), 0.0);
-    const double direct = incidence > 0.0 ? value_at(air, "direct_radiance", centre) * rho * pixel.tau : 0.0;
-    pixel.thermal = pixel.blackbody * (1.0 - rho) * pixel.tau; /* (6) */
-    pixel.skyshine = ambient_of_pixel(surface, band, air, centre, given) * rho * pixel.tau; /* (19) */
-    pixel.diffuse = direct * incidence * (1.0 - fraction); /* (34) */
-    const double shape = lobe(normal, to_source, to_observer, value_at(band, "shininess", &code));
-    pixel.specular = direct * shape * fraction * value_at(band, "normalisation", &code); /* (35) */
+    const double incidence = fmax(dot(normal, source.direction), 0.0);
+    const double beam = incidence > 0.0 ? value_at(air, "direct_radiance", centre) : 0.0;
+    const double sky = ambient_of_pixel(surface, band, air, centre, given, &source);
+    for (size_t k = 0; k < count; ++k) {
+        const double code = codes[k], share = shares[k];
+        const double face[] = {code, number(given, "surface_altitude"), number(given, "surface_azimuth"), number(given, "surface_slope"), number(given, "time")};
+        const double temperature = temperature_of(surface, face, given);
+        const double blackbody = value_at(band, "blackbody_radiance", &temperature); /* (7) */
+        const double rho = value_at(band, "reflectance", &code), fraction = value_at(band, "specular_fraction", &code);
+        const double direct = beam * rho * pixel.tau;
+        pixel.temperature += share * temperature;
+        pixel.blackbody += share * blackbody;
+        pixel.thermal += share * blackbody * (1.0 - rho) * pixel.tau; /* (6) */
+        pixel.skyshine += share * sky * rho * pixel.tau; /* (19) */
+        pixel.diffuse += share * direct * incidence * (1.0 - fraction); /* (34) */
+        const double shape = lobe(normal, source.direction, to_observer, value_at(band, "shininess", &code));
+        pixel.specular += share * direct * shape * fraction * value_at(band, "normalisation", &code); /* (35) */
+    }
     if (!strcmp(array_of(air, "path_radiance_ratio")->axes[4].name, "scattering_angle"))
         centre[4] = scattering_angle(centre[2], centre[3], centre[4]);
     pixel.path = value_at(air, "path_radiance_ratio", centre) * -expm1(-depth); /* (11) */
@@ -196,10 +250,10 @@ static struct pixel compute(const struct json *scene, const struct database *sur
 
 static void print(const struct pixel *pixel)
 {
-    printf("{\"temperature\": %.17g, \"blackbody_radiance\": %.17g, \"beta_star\": %.17g, \"transmittance\": %.17g, "
+    printf("{\"material\": %.17g, \"temperature\": %.17g, \"blackbody_radiance\": %.17g, \"beta_star\": %.17g, \"transmittance\": %.17g, "
            "\"thermal\": %.17g, \"path\": %.17g, \"skyshine\": %.17g, \"diffuse\": %.17g, \"specular\": %.17g, "
            "\"radiance\": %.17g, \"pixel_value\": %ld}",
-           pixel->temperature, pixel->blackbody, pixel->beta, pixel->tau, pixel->thermal, pixel->path, pixel->skyshine,
+           pixel->material, pixel->temperature, pixel->blackbody, pixel->beta, pixel->tau, pixel->thermal, pixel->path, pixel->skyshine,
            pixel->diffuse, pixel->specular, pixel->radiance, pixel->value);
 }
 
@@ -242,11 +296,13 @@ int main(int count, char **arguments)
     open_database(&surface, path_of(scene, "surface", arguments[1]), "htt", clamped);
     open_database(&band, path_of(scene, "band", arguments[1]), "band", clamped);
     open_database(&air, path_of(scene, "atmosphere", arguments[1]), "atmq", clamped);
+    static struct texture texture;
+    if (json_get(scene, "texture")) open_texture(&texture, path_of(scene, "texture", arguments[1]));
     size_t total = 0, done = 0;
     for (const struct json *each = pixels->children; each; each = each->next) ++total;
     struct pixel *computed = allocate(total, sizeof *computed); /* nothing is printed where one pixel fails */
     for (const struct json *each = pixels->children; each; each = each->next)
-        computed[done++] = compute(scene, &surface, &band, &air, each);
+        computed[done++] = compute(scene, &surface, &band, &air, &texture, each);
     printf("{\"pixels\": [");
     for (size_t i = 0; i < total; ++i) {
         if (i) printf(", ");

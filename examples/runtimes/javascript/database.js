@@ -41,12 +41,36 @@ const SHADE = {
   solar_azimuth: [["forcing_time"], -360, 360],
   extraterrestrial_irradiance: [["forcing_time"], 1e-6, Infinity],
 };
+// Of an .htt that holds the first of them: where Sun and Moon stand.
+const TRACKS = {
+  sun_elevation: [["track_time"], -90, 90],
+  sun_azimuth: [["track_time"], -1080, 1080],
+  sun_distance: [["track_time"], 0.9, 1.1],
+  moon_elevation: [["track_time"], -90, 90],
+  moon_azimuth: [["track_time"], -1080, 1080],
+  moon_distance: [["track_time"], 3e5, 4.5e5],
+  moon_phase_angle: [["track_time"], 0, 180],
+  moon_illuminated_fraction: [["track_time"], 0, 1],
+};
 // Of an .atmq file that has them: coefficients of the light around faces of any direction.
 export const [LIGHT, GLOW] = ["ambient_radiance_harmonics", "ground_radiance_harmonics"];
 const HARMONICS = {
   [LIGHT]: [[...PATH.slice(0, 4), "harmonic"], -Infinity, Infinity],
   [GLOW]: [[...PATH.slice(0, 3), "ground_temperature", "zonal_harmonic"], -Infinity, Infinity],
 };
+// Of an .atmq that holds the first of them: its quantities without the source.
+const NIGHT = {
+  thermal_path_radiance_ratio: [PATH.slice(0, 3), 0, Infinity],
+  thermal_ambient_radiance: [PATH.slice(0, 3), 0, Infinity],
+};
+const NIGHT_HARMONICS = { thermal_radiance_harmonics: [[...PATH.slice(0, 3), "harmonic"], -Infinity, Infinity] };
+const WITHOUT_SOURCE = {
+  path_radiance_ratio: "thermal_path_radiance_ratio",
+  ambient_radiance: "thermal_ambient_radiance",
+  direct_radiance: "",
+  [LIGHT]: "thermal_radiance_harmonics",
+};
+const CIVIL_TWILIGHT = -6; // degree: a table whose lowest source elevation is above says nothing of twilight
 // Codes 10 l + m of the harmonics, and of those without azimuth; a file has as many as suit its l.
 export const CODES = { harmonic: [0, 10, 11, 20, 21, 22, 40, 41, 42, 43, 44], zonal_harmonic: [0, 10, 20, 40] };
 const COUNTS = { harmonic: [6, 11], zonal_harmonic: [3, 4] };
@@ -64,8 +88,8 @@ const RULES = {
 };
 const LAST_CODE = 65535;
 // Deflate packs at most 1032 bytes into one: a file that claims more does not hold it.
-const [PACKING, SMALL] = [1100, 1 << 20];
-const [INTEGER, FLOAT, TEXT, REFERENCE, LIST] = [0, 1, 3, 7, 9]; // type classes of HDF5
+export const [PACKING, SMALL] = [1100, 1 << 20];
+export const [INTEGER, FLOAT, TEXT, REFERENCE, LIST] = [0, 1, 3, 7, 9]; // type classes of HDF5
 const UNREADABLE = "\ufffd"; // what bytes that are not UTF-8 are decoded to
 
 export class SceneError extends Error {}
@@ -73,7 +97,7 @@ export class SceneError extends Error {}
 const modulo = (value, period) => value - period * Math.floor(value / period);
 
 // An attribute of one value, of the type of `otherwise`; `otherwise` where there is none, null where it is of another kind.
-function attribute(item, name, otherwise) {
+export function attribute(item, name, otherwise) {
   if (!(name in item.attrs)) return otherwise;
   const { metadata, value } = item.attrs[name];
   const one = metadata.total_size === 1 && metadata.shape ? [value].flat()[0] : null;
@@ -89,6 +113,8 @@ class Axis {
     this.period = attribute(dataset, "period", 0);
     const policy = attribute(dataset, "out_of_range", "error");
     this.clamps = clamped || policy === "clamp";
+    // Of source elevations: no light of the source is left there; undefined where the file does not say.
+    this.dark = "dark_below" in dataset.attrs ? (attribute(dataset, "dark_below", 0) ?? NaN) : undefined;
     const fault = ["error", "clamp"].includes(policy) ? this.fault() : "out_of_range that is neither error nor clamp";
     if (fault) throw new SceneError(`the axis '${stored}' has ${fault}`);
   }
@@ -99,6 +125,7 @@ class Axis {
     const [rules, period] = RULES[this.name] ?? [["linear"], 0];
     const [first, last] = [nodes[0], nodes.at(-1)];
     if (!rules.includes(rule)) return `interpolation '${String(rule).slice(0, 40)}'; allowed: ${rules.join(" or ")}`;
+    if (this.name === "source_elevation" && this.dark !== undefined && !(this.dark >= -90 && this.dark <= 0)) return `dark_below ${this.dark}; allowed: -90 to 0`;
     if (this.period !== period) return `period ${this.period}; allowed: ${period}`;
     if (!nodes.every((node, i) => Number.isFinite(node) && (i === 0 || node > nodes[i - 1]))) return "nodes that are not ascending numbers";
     const folded = rule === "linear_folded" && (first < 0 || last > period / 2);
@@ -177,16 +204,32 @@ export class Database {
     if (!filetypes.includes(filetype) || !version?.startsWith(major))
       throw new SceneError(`holds '${String(filetype).slice(0, 40)}' ${String(version).slice(0, 20)}; allowed: ${filetypes.join(" or ")} ${major}x`);
     this.stored = new Set(this.file.keys());
-    const shaded = filetype === "htt" && this.stored.has("response_kernel") ? SHADE : {};
-    for (const [name, [axes, least, most]] of Object.entries({ ...ARRAYS[filetypes[0]], ...shaded })) this.arrays[name] = this.array(name, axes, least, most);
-    if (filetypes[0] === "atmq" && this.stored.has(LIGHT)) {
-      for (const [name, [axes, least, most]] of Object.entries(HARMONICS)) this.arrays[name] = this.array(name, axes, least, most);
-      const [light, glow] = [LIGHT, GLOW].map((name) => this.arrays[name].axes[4].nodes.length);
-      if ((light === 6) !== (glow === 3)) throw new SceneError(`'${LIGHT}' and '${GLOW}' are of different harmonics`);
-      this.ground = GROUND.map((name) => attribute(this.file, name, NaN));
-      if (!this.ground.every((value) => Number.isFinite(value) && value >= 0)) throw new SceneError(`does not state the ground: ${GROUND.join(", ")}`);
+    this.filetype = filetype;
+    for (const [name, [axes, least, most]] of Object.entries(this.layouts(filetypes[0]))) this.arrays[name] = this.array(name, axes, least, most);
+    if (LIGHT in this.arrays) this.checkLight();
+    if ("thermal_path_radiance_ratio" in this.arrays) {
+      const unstated = Object.keys(WITHOUT_SOURCE).find((name) => name in this.arrays && this.arrays[name].axes[3].dark === undefined);
+      if (unstated) throw new SceneError(`the source elevations of '${unstated}' do not state dark_below`);
     }
     if (filetype === "band") this.codes = this.names(this.arrays.reflectance.axes[0]);
+  }
+
+  // What the file must hold, by the first array of each part that may be absent.
+  layouts(kind) {
+    const has = (part) => this.stored.has(Object.keys(part)[0]);
+    if (kind === "htt") return { ...ARRAYS.htt, ...(has(SHADE) ? SHADE : {}), ...(has(TRACKS) ? TRACKS : {}) };
+    if (kind !== "atmq") return ARRAYS[kind];
+    const lit = this.stored.has(LIGHT);
+    const night = has(NIGHT) ? { ...NIGHT, ...(lit ? NIGHT_HARMONICS : {}) } : {};
+    return { ...ARRAYS.atmq, ...(lit ? HARMONICS : {}), ...night };
+  }
+
+  // The harmonics go together, and the file states the ground.
+  checkLight() {
+    const [light, glow] = [LIGHT, GLOW].map((name) => this.arrays[name].axes[4].nodes.length);
+    if ((light === 6) !== (glow === 3)) throw new SceneError(`'${LIGHT}' and '${GLOW}' are of different harmonics`);
+    this.ground = GROUND.map((name) => attribute(this.file, name, NaN));
+    if (!this.ground.every((value) => Number.isFinite(value) && value >= 0)) throw new SceneError(`does not state the ground: ${GROUND.join(", ")}`);
   }
 
   // An array of this very file, of a type class, a size in bytes, and so many axes.
@@ -240,8 +283,23 @@ export class Database {
     return new Map(names.map((name, k) => [name, axis.nodes[k]]));
   }
 
-  // Linear interpolation in every axis: the weighted sum over the corners of one cell.
+  // A quantity at a place; below the lowest elevation of the source, its light fades into what the air emits.
   value(quantity, where) {
+    if (quantity in WITHOUT_SOURCE && "thermal_path_radiance_ratio" in this.arrays) {
+      const { nodes, dark } = this.arrays[quantity].axes[3];
+      const [lowest, height] = [nodes[0], where.source_elevation];
+      if (Number.isFinite(height) && height < lowest && (height <= dark || lowest <= CIVIL_TWILIGHT)) {
+        const share = height > dark ? (height - dark) / (lowest - dark) : 0;
+        const light = share * this.interpolated(quantity, { ...where, source_elevation: lowest });
+        const emitted = WITHOUT_SOURCE[quantity];
+        return emitted ? light + (1 - share) * this.interpolated(emitted, where) : light;
+      }
+    }
+    return this.interpolated(quantity, where);
+  }
+
+  // Linear interpolation in every axis: the weighted sum over the corners of one cell.
+  interpolated(quantity, where) {
     const { axes, values } = this.arrays[quantity];
     const located = axes.map((axis) => axis.locate(where[axis.name]));
     let total = 0;

@@ -4,8 +4,8 @@
 import { readFileSync } from "node:fs";
 import { dirname, isAbsolute, join } from "node:path";
 import h5wasm from "h5wasm";
-import { Database, SceneError } from "./database.js";
 import { absorbedChange, temperatureUnder } from "./shade.js";
+import { Texture } from "./texture.js";
 import { CODES, Database, GLOW, LIGHT, SceneError } from "./database.js";
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -92,38 +92,71 @@ function ambientOfPixel(surface, band, air, centre, given) {
   return ambient(air, centre, normal, [temperature, emitted]);
 }
 
-// Equations (1) to (44) for one pixel.
-function pixel(scene, surface, band, air, given) {
-  const code = band.material(given.material);
-  const face = {
-    material: code,
-    altitude: given.surface_altitude,
-    azimuth: given.surface_azimuth,
-    slope: given.surface_slope,
-    time: given.time,
+// The pixel with the source from the tracks of the surface file, where it does not say where the source is.
+function withSource(surface, air, given) {
+  if (given.source_elevation !== undefined) return given;
+  if (!surface.arrays.sun_elevation) throw new SceneError("the surface file holds no tracks of Sun and Moon");
+  const source = air.filetype === "lunar_atmq" ? "moon" : "sun";
+  const [elevation, azimuth] = ["elevation", "azimuth"].map((angle) => surface.value(`${source}_${angle}`, { track_time: given.time }));
+  if (!Number.isFinite(given.line_heading)) throw new SceneError("the scene lacks 'line_heading'");
+  const [up, turn] = [elevation, azimuth].map((angle) => (angle * Math.PI) / 180);
+  return {
+    source_elevation: elevation,
+    source_azimuth: azimuth - given.line_heading,
+    source_heading: azimuth,
+    to_source: [Math.cos(up) * Math.sin(turn), Math.cos(up) * Math.cos(turn), Math.sin(up)],
+    ...given,
   };
-  const temperature = temperatureOf(surface, face, given);
-  const blackbody = band.value("blackbody_radiance", { temperature }); // (7)
-  const property = (name) => band.value(name, { material: code });
-  const rho = property("reflectance");
-  const fraction = property("specular_fraction");
+}
+
+// Codes and shares of the materials that the pixel sees: those of a texel, or one.
+function materialsOf(band, texture, { material, texel, level = 0 }) {
+  if (texel === undefined) return [[band.material(material), 1]];
+  if (!texture) throw new SceneError("the scene lacks 'texture'");
+  if (!Array.isArray(texel) || texel.length !== 2) throw new SceneError("'texel' must be two numbers");
+  return texture.mixture(...texel, level);
+}
+
+// Equations (1) to (44) for one pixel.
+function pixel(scene, surface, band, air, texture, asked) {
+  const given = withSource(surface, air, asked);
   const centre = { ...given, range: given.centre_range, elevation: given.centre_elevation };
   const beta = air.value("beta_star", centre);
   const depth = (5.5 * given.range) / beta;
   const tau = Math.exp(-depth); // (9)
   centre.scattering_angle = scatteringAngle(centre.elevation, centre.source_elevation, centre.source_azimuth);
-  const path = air.value("path_radiance_ratio", centre) * -Math.expm1(-depth); // (11)
-  const skyshine = ambientOfPixel(surface, band, air, centre, given) * rho * tau; // (19)
+  const sky = ambientOfPixel(surface, band, air, centre, given);
   const [normal, toSource, toObserver] = [given.normal, given.to_source, given.to_observer].map(unit);
   const incidence = Math.max(dot(normal, toSource), 0);
-  const direct = incidence > 0 ? air.value("direct_radiance", centre) * rho * tau : 0;
-  const thermal = blackbody * (1 - rho) * tau; // (6)
-  const diffuse = direct * incidence * (1 - fraction); // (34)
-  const specular = direct * lobe(normal, toSource, toObserver, property("shininess")) * fraction * property("normalisation"); // (35)
-  const radiance = diffuse + specular + skyshine + thermal + path; // (1)
+  const beam = incidence > 0 ? air.value("direct_radiance", centre) : 0;
+  const sums = { temperature: 0, blackbody_radiance: 0, thermal: 0, skyshine: 0, diffuse: 0, specular: 0 };
+  const materials = materialsOf(band, texture, given);
+  for (const [code, share] of materials) {
+    const face = {
+      material: code,
+      altitude: given.surface_altitude,
+      azimuth: given.surface_azimuth,
+      slope: given.surface_slope,
+      time: given.time,
+    };
+    const temperature = temperatureOf(surface, face, given);
+    const blackbody = band.value("blackbody_radiance", { temperature }); // (7)
+    const property = (name) => band.value(name, { material: code });
+    const [rho, fraction] = [property("reflectance"), property("specular_fraction")];
+    const direct = beam * rho * tau;
+    sums.temperature += share * temperature;
+    sums.blackbody_radiance += share * blackbody;
+    sums.thermal += share * blackbody * (1 - rho) * tau; // (6)
+    sums.skyshine += share * sky * rho * tau; // (19)
+    sums.diffuse += share * direct * incidence * (1 - fraction); // (34)
+    const shape = lobe(normal, toSource, toObserver, property("shininess"));
+    sums.specular += share * direct * shape * fraction * property("normalisation"); // (35)
+  }
+  const path = air.value("path_radiance_ratio", centre) * -Math.expm1(-depth); // (11)
+  const radiance = sums.diffuse + sums.specular + sums.skyshine + sums.thermal + path; // (1)
   return {
-    temperature, blackbody_radiance: blackbody, beta_star: beta, transmittance: tau,
-    thermal, path, skyshine, diffuse, specular, radiance, pixel_value: pixelValue(radiance, scene),
+    material: materials[0][0], ...sums, beta_star: beta, transmittance: tau, path, radiance,
+    pixel_value: pixelValue(radiance, scene),
   };
 }
 
@@ -132,11 +165,13 @@ async function main(path) {
   activate_throwing_error_handler();
   const scene = JSON.parse(readFileSync(path, "utf-8"));
   const clamped = scene.clamp ?? [];
-  const open = (name, filetypes) => new Database(isAbsolute(name) ? name : join(dirname(path), name), filetypes, clamped);
+  const place = (name) => (isAbsolute(name) ? name : join(dirname(path), name));
+  const open = (name, filetypes) => new Database(place(name), filetypes, clamped);
   const surface = open(scene.surface, ["htt"]);
   const band = open(scene.band, ["band"]);
   const air = open(scene.atmosphere, ["atmq", "lunar_atmq"]);
-  console.log(JSON.stringify({ pixels: scene.pixels.map((given) => pixel(scene, surface, band, air, given)) }));
+  const texture = scene.texture === undefined ? null : new Texture(place(scene.texture));
+  console.log(JSON.stringify({ pixels: scene.pixels.map((given) => pixel(scene, surface, band, air, texture, given)) }));
 }
 
 main(process.argv[2]).catch((error) => {

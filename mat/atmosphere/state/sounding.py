@@ -7,20 +7,18 @@ are gases in parts of the air, ``O3[ppbv]``.
 from __future__ import annotations
 
 import os
-from typing import TypeVar
 
 import numpy as np
 from scipy import constants
 
 from skyshine.mat.atmosphere.state.humidity import mole_fraction
+from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS, gravity
 from skyshine.mat.atmosphere.state.profiles import Profile
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import CsvTable, parse_table
 from skyshine.schemas.errors import nearest
-
-_Altitude = TypeVar("_Altitude", np.float64, Floats)
 
 _KELVIN = {
     "K": (1.0, 0.0),
@@ -56,7 +54,6 @@ HIGHEST_PRESSURE = 1100e2  # Pa; the record at sea level is 1085 hPa
 SATURATION_MARGIN = 1.03
 # Pressure at the top against that which hydrostatic balance gives from the bottom: more says that a unit is wrong.
 HYDROSTATIC_MARGIN = 0.05
-_MOLAR_MASS = 28.9647e-3  # kg mol^-1 of dry air (US Standard Atmosphere 1976)
 # The air at the lowest level is continued down this far at its own temperature; above the highest level its difference
 # from the standard profile fades out over the other.
 _BELOW = 500.0  # m
@@ -181,7 +178,7 @@ def _check_levels(table: CsvTable, columns: dict[str, int], values: dict[str, Fl
             "with altitude; fix the row",
         )
     balance = np.cumsum(
-        _MOLAR_MASS * _gravity(altitude[:-1]) * np.diff(altitude) / (constants.R * _middle(values["temperature"]))
+        DRY_AIR_MOLAR_MASS * gravity(altitude[:-1]) * np.diff(altitude) / (constants.R * _middle(values["temperature"]))
     )
     imbalance = np.abs(np.log(pressure[1:] / pressure[0]) + balance)
     for row in np.flatnonzero(imbalance > np.maximum(HYDROSTATIC_MARGIN, HYDROSTATIC_MARGIN * balance))[:1]:
@@ -207,19 +204,13 @@ def _check_humidity(table: CsvTable, index: int, values: dict[str, Floats], wate
         )
 
 
-def _gravity(altitude: _Altitude) -> _Altitude:
-    """m s^-2 at 45 degrees (US Standard Atmosphere 1976: 9.80665 falling with the square of distance)."""
-    gravity: _Altitude = constants.g * (6356766.0 / (6356766.0 + altitude)) ** 2
-    return gravity
-
-
 def _middle(values: Floats) -> Floats:
     return 0.5 * (values[1:] + values[:-1])
 
 
 def _continued(sounding: Profile, above: Profile) -> Profile:
     """The sounding with one level below it and the levels of a standard profile above."""
-    scale = _MOLAR_MASS * _gravity(sounding.altitude[0]) / (constants.R * sounding.temperature[0])
+    scale = DRY_AIR_MOLAR_MASS * gravity(sounding.altitude[0]) / (constants.R * sounding.temperature[0])
     top = sounding.altitude[-1]
     higher = above.altitude > top
     at_top = np.exp(np.interp(top, above.altitude, np.log(above.pressure)))

@@ -26,6 +26,7 @@ from skyshine.mat.atmosphere.state.gas_amounts import (
     mean_exponential,
     scaled_gases,
 )
+from skyshine.mat.atmosphere.state.ground_air import GroundAir, with_ground_air
 from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
 from skyshine.mat.atmosphere.state.levels import exponential, level_altitudes, linear
 from skyshine.mat.atmosphere.state.profiles import Profile, load_profile
@@ -112,6 +113,7 @@ class AtmosphericState:
         profile: str | Profile,
         *,
         surface_altitude: float = 0.0,
+        ground_air: GroundAir | None = None,
         gas_amounts: GasAmounts = _AS_IN_PROFILE,
         aerosol: Aerosol = _RURAL,
         clouds: Sequence[CloudLayer] = (),
@@ -127,6 +129,8 @@ class AtmosphericState:
             A name of `profiles.PROFILES`, or a profile.
         surface_altitude : float
             Above sea level, m. The profile is cut there; below its lowest level it is continued.
+        ground_air : GroundAir, optional
+            Of the weather, in place of the profile's lowest part.
         gas_amounts : GasAmounts
             By default those of the profile.
         aerosol : Aerosol
@@ -145,6 +149,8 @@ class AtmosphericState:
         """
         profile = load_profile(profile) if isinstance(profile, str) else profile
         _check_surface_altitude(surface_altitude, profile)
+        if ground_air is not None:
+            profile = with_ground_air(profile, surface_altitude, ground_air)
         hydrometeors: list[CloudLayer | RainLayer] = [*clouds, *([] if rain is None else [rain])]
         edges = [surface_altitude + height for layer in hydrometeors for height in layer.edges]
         altitude = level_altitudes(surface_altitude, profile, edges)

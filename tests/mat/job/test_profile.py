@@ -30,7 +30,7 @@ def test_a_state_of_another_date_has_the_air_of_its_date(tmp_path, tiny_job):
 
 
 def test_the_blend_reaches_the_air(tmp_path, tiny_job):
-    job = load(tmp_path, tiny_job, "{tropical: 0.25, subarctic_winter: 0.75}")
+    job = load(tmp_path, tiny_job, "{tropical: 0.25, subarctic_winter: 0.75}\n    air: profile")
     air = atmospheric_state(job.site, job.states[0])
     assert air.temperature[0] == pytest.approx(0.25 * 299.7 + 0.75 * 257.2)
     assert "0.75 subarctic_winter" in air.name

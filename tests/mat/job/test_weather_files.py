@@ -7,6 +7,7 @@ import numpy as np
 import pvlib
 import pytest
 
+from skyshine.mat.job.load import load_job
 from skyshine.mat.job.weather_files import read_weather
 from skyshine.mat.scene.surface import scene_inputs
 from skyshine.mat.surface.forcing import Scene
@@ -203,3 +204,27 @@ def test_a_file_without_light_is_named(tmp_path, load_weather):
     )
     with pytest.raises(InputError, match="day.csv.*direct_normal"):
         load_weather("{file: day.csv, radiation: measured}")
+
+
+def test_a_file_of_another_place_is_warned_of_with_its_distance(tmp_path, load_weather):
+    """The station lies at 39.74 N, 105.18 W, 1829 m; a degree of latitude is 111 km."""
+    epw(tmp_path)
+    load_weather("{file: test.epw}")
+    text = (tmp_path / "job.yaml").read_text(encoding="utf-8")
+    assert load_job(tmp_path / "job.yaml").warnings == ()
+    for old, new, message in (
+        ("latitude_deg: 39.7", "latitude_deg: 41.74", "222 km from the site and 29 m above it"),
+        ("longitude_deg: -105.2", "longitude_deg: 105.18", "km from the site"),
+        ("altitude_km: 1.8", "altitude_km: 2.5", "5 km from the site and 671 m below it"),
+    ):
+        assert old in text
+        (tmp_path / "job.yaml").write_text(text.replace(old, new), encoding="utf-8")
+        (warning,) = load_job(tmp_path / "job.yaml").warnings
+        assert warning.startswith("state 1: weather file test.epw was measured at latitude 39.74, longitude -105.18")
+        assert message in warning
+
+
+def test_a_table_by_time_of_day_has_no_place(tmp_path, load_weather):
+    csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(0, 24, 3)])
+    load_weather("{file: day.csv}")
+    assert load_job(tmp_path / "job.yaml").warnings == ()

@@ -72,6 +72,7 @@ def test_what_is_not_built_costs_nothing(cost):
     assert plain["pictures"] == plain["textures"] == plain["weighted transmittance"] == 0
     drawn = cost(("pictures: false", "pictures: true"))
     assert drawn["pictures"] > 0 and drawn["atmosphere"] == plain["atmosphere"]
+    assert plain["shade"] > 0 == cost(("output:", "needs: {shade: false}\noutput:"))["shade"]
     extra = cost(("output:", "extra_tables: [weighted_transmittance]\noutput:"))
     assert extra["weighted transmittance"] > 0
 

@@ -1,5 +1,6 @@
 """Sizes of a job: known before anything is computed, limited by its own keys, in check and build alike."""
 
+import h5py
 import pytest
 import yaml
 from click.testing import CliRunner
@@ -7,7 +8,7 @@ from click.testing import CliRunner
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.physics import STATES, physics_left_out
-from skyshine.mat.plan.plan import make_plan
+from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
@@ -59,13 +60,22 @@ def test_many_small_tables_are_limited_together(tmp_path):
     states = [JOB["states"][0] | {"series": FIRST_TO_LAST}]
     loaded = load_job(written(tmp_path, states=states))
     plan = make_plan(loaded, load_library())
-    # 29 ranges, 12 altitudes, 25 elevations, 13 heights of the source, 13 azimuths, of two sources; a surface.
+    # 29 ranges, 12 altitudes, 25 elevations, 13 heights of the source, 13 azimuths, of two sources; a surface and its
+    # response to shade at 24 hours.
     lines = 29 * 12 * 25
-    assert plan.bytes == 9999 * 4 * (2 * lines * (1 + 13 * 2 + 13 * 13) + 1)
+    assert plan.bytes == 9999 * 4 * (2 * lines * (1 + 13 * 2 + 13 * 13) + 1 + 24 * (14 + 29 + 3))
     with pytest.raises(InputError, match=r"found 136 GB of tables in 29,998 files.*output.max_gigabytes"):
         check_size(loaded, plan)
     loaded = load_job(written(tmp_path, states=states, output={"max_gigabytes": 200}))
     check_size(loaded, make_plan(loaded, load_library()))
+
+
+def test_a_table_of_temperature_has_the_numbers_that_its_plan_counts(small_job, small_build):
+    task = next(task for task in make_plan(load_job(small_job), load_library()).tasks if task.kind is Kind.TEMPERATURE)
+    with h5py.File(small_build / task.files[0]) as file:
+        arrays = [entry for entry in file.values() if isinstance(entry, h5py.Dataset) and entry.ndim > 1]
+        size = sum(array.size for array in arrays if array.dims[0][0] == file["material"])
+    assert size == task.values
 
 
 def test_of_thousands_of_states_a_few_are_looked_at_and_the_check_says_so(tmp_path):

@@ -73,3 +73,26 @@ def test_particles_whose_light_has_no_bound_stay(tiny_job, tmp_path):
     (tmp_path / "job.yaml").write_text(text.replace("midlatitude_summer", haze), encoding="utf-8")
     left_out = physics_left_out(load_job(tmp_path / "job.yaml"))
     assert not [item for item in left_out if "particle" in item.what or "aerosol" in item.what]
+
+
+@pytest.mark.parametrize(
+    ("weather", "message"),
+    [
+        ("{air_temperature_c: 75}", "found air of 348.1 K at the ground by the weather; allowed: 140 to 335 K"),
+        ("{air_temperature_c: [-120, -118]}", None),
+        ("{air_temperature_c: 60, relative_humidity_percent: 0}", None),
+    ],
+)
+def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_is_built(
+    tiny_job, tmp_path, weather, message
+):
+    file = tmp_path / "job.yaml"
+    file.write_text(tiny_job().replace("{air_temperature_c: [22, 33]}", weather), encoding="utf-8")
+    loaded = load_job(file)
+    if message is not None:
+        with pytest.raises(InputError, match=rf"job.yaml:5:\d+: states.0: {message}"):
+            check_scene(loaded)
+        return
+    check_scene(loaded)
+    build(loaded, jobs=1)
+    assert [problem for path in (tmp_path / "built").glob("*.h5") for problem in problems(path)] == []

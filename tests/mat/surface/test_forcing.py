@@ -46,6 +46,17 @@ def test_no_light_comes_up_from_below_the_horizon(sky):
     assert np.all(np.diff(direct, axis=1) >= 0)
 
 
+@pytest.mark.filterwarnings("error")
+def test_the_faintest_light_under_a_cloud_is_none(sky):
+    faint = np.geomspace(1e-320, 1e-290, sky.direct.shape[1]) * np.ones_like(sky.direct)
+    elevation = np.linspace(1.0, 80.0, SUN_STEPS)
+    sun_path = SunPath(0.0, elevation, np.zeros(SUN_STEPS))
+    dim_sky = replace(sky, direct=faint, diffuse=faint)
+    direct, diffuse = dim_sky.irradiance(sun_path, 0.0, np.array([0.0]))
+    assert not direct.any()
+    assert not diffuse.any()
+
+
 def test_twilight_is_diffuse():
     direct, diffuse, reflected = plane_irradiance(0.0, 0.0, -2.0, 0.0, 0.0, 3.0, 0.2, 1361.0)
     assert (direct, reflected) == (0, 0) and diffuse == pytest.approx(3.0)

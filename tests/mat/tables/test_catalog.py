@@ -22,7 +22,7 @@ def test_entries_say_type_state_band_and_versions(tmp_path):
         database(tmp_path / name, name.split(".")[1])
     catalogue = json.loads(write_catalog(tmp_path, names).read_text(encoding="utf-8"))
     entries = {entry["file"]: entry for entry in catalogue["files"]}
-    assert list(entries) == sorted(names) and catalogue["format_version"] == "1.0.0"
+    assert list(entries) == sorted(names) and catalogue["format_version"] == "1.1.0"
     numbers = {name: (entry.get("state"), entry.get("band")) for name, entry in entries.items()}
     assert numbers == {
         "s012b03.atmq.h5": (12, 3),

@@ -1,5 +1,7 @@
 """Files of older formats in the present one: what a build of today writes, but for the storage."""
 
+import json
+
 import h5py
 import numpy as np
 import pytest
@@ -51,6 +53,17 @@ def test_a_converted_file_says_what_a_new_one_says(present, older, tmp_path):
         np.testing.assert_array_equal(lifted["temperature"][()], made["temperature"][()])
     assert not any("content_sha256" in line for line in problems(target))
     assert [path.name for path in target.parent.iterdir()] == ["s01.htt.h5"]
+
+
+def test_a_lifted_file_is_said_to_lack_what_only_a_build_adds(older, small_build, tmp_path):
+    files = [str(older), str(small_build / "s01.htt.h5")]
+    done = CliRunner().invoke(main, ["convert", *files, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    lifted, present = done.output.splitlines()
+    assert lifted.endswith("; lacks response to shade, tracks of Sun and Moon: build it again for that")
+    assert "lacks" not in present
+    done = CliRunner().invoke(main, ["convert", "--json", str(older), "--out", str(tmp_path / "json")])
+    assert json.loads(done.output)["files"][0]["lacks"] == ["response to shade", "tracks of Sun and Moon"]
 
 
 def test_a_present_file_is_copied(present, tmp_path):

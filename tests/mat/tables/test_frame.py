@@ -5,7 +5,7 @@ import pytest
 
 from skyshine.mat.tables.axes import EXACT, FOLDED, AxisRule, table_axis
 from skyshine.mat.tables.frame import part_of
-from skyshine.mat.tables.loader import Table
+from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group, Variable
 

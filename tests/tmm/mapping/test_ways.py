@@ -54,6 +54,12 @@ def test_palette_beyond_the_type(make, four):
         make(four, palette={"colours": {"300": SOIL}})
 
 
+def test_a_palette_names_no_near_infrared(make, write_image):
+    image = write_image("infrared.tif", np.full((2, 2, 4), 100, np.uint8))
+    with pytest.raises(InputError, match="has near infrared, which a palette does not name"):
+        make(image, near_infrared="4", palette={"colours": {"#646464": SOIL}, "match": "nearest"})
+
+
 def test_rules_take_the_first_that_holds(make, write_image, library):
     lab = np.array([[20.0, 0, -20], [60, 0, 0], [60, -40, 30], [90, 0, 0]])
     image = write_image("lab.png", np.rint(255 * lab2rgb(lab[np.newaxis])).astype(np.uint8))

@@ -32,6 +32,17 @@ const SHADE: &[Layout] = &[
     ("solar_azimuth", &["forcing_time"], -360.0, 360.0),
     ("extraterrestrial_irradiance", &["forcing_time"], 1e-6, f32::MAX),
 ];
+/// Of an .htt that holds the first of them: where Sun and Moon stand.
+const TRACKS: &[Layout] = &[
+    ("sun_elevation", &["track_time"], -90.0, 90.0),
+    ("sun_azimuth", &["track_time"], -1080.0, 1080.0),
+    ("sun_distance", &["track_time"], 0.9, 1.1),
+    ("moon_elevation", &["track_time"], -90.0, 90.0),
+    ("moon_azimuth", &["track_time"], -1080.0, 1080.0),
+    ("moon_distance", &["track_time"], 3e5, 4.5e5),
+    ("moon_phase_angle", &["track_time"], 0.0, 180.0),
+    ("moon_illuminated_fraction", &["track_time"], 0.0, 1.0),
+];
 const BAND: &[Layout] = &[
     ("blackbody_radiance", &["temperature"], 0.0, f32::MAX),
     ("reflectance", &["material"], 0.0, 1.0),
@@ -52,14 +63,29 @@ const TILTED: &[Layout] = &[
     (LIGHT, &["range", "altitude", "elevation", "source_elevation", "harmonic"], -f32::MAX, f32::MAX),
     (GLOW, &["range", "altitude", "elevation", "ground_temperature", "zonal_harmonic"], -f32::MAX, f32::MAX),
 ];
+/// Of an .atmq that holds the first of them: its quantities without the source; the last beside harmonics alone.
+const NIGHT: &[Layout] = &[
+    ("thermal_path_radiance_ratio", PATH.split_at(3).0, 0.0, f32::MAX),
+    ("thermal_ambient_radiance", PATH.split_at(3).0, 0.0, f32::MAX),
+    ("thermal_radiance_harmonics", &["range", "altitude", "elevation", "harmonic"], -f32::MAX, f32::MAX),
+];
+/// What each quantity that depends on the source equals without it; direct light nothing.
+const WITHOUT_SOURCE: &[(&str, Option<&str>)] = &[
+    ("path_radiance_ratio", Some("thermal_path_radiance_ratio")),
+    ("ambient_radiance", Some("thermal_ambient_radiance")),
+    ("direct_radiance", None),
+    (LIGHT, Some("thermal_radiance_harmonics")),
+];
+/// Degree: a table whose lowest source elevation is above says nothing of twilight.
+const CIVIL_TWILIGHT: f64 = -6.0;
 /// Codes 10 l + m of the harmonics, and of those without azimuth.
 pub const HARMONICS: &[f64] = &[0.0, 10.0, 11.0, 20.0, 21.0, 22.0, 40.0, 41.0, 42.0, 43.0, 44.0];
 const ZONES: &[f64] = &[0.0, 10.0, 20.0, 40.0];
 const GROUND: [&str; 3] = ["ground_emissivity", "ground_temperature", "ground_radiance"];
 const LAST_CODE: f64 = 65535.0;
 /// Deflate packs at most 1032 bytes into one: a file that claims more does not hold it.
-const PACKING: u64 = 1100;
-const SMALL: u64 = 1 << 20;
+pub const PACKING: u64 = 1100;
+pub const SMALL: u64 = 1 << 20;
 const LONGEST: usize = 64;
 
 /// How the format reads an axis: rules and period.
@@ -79,7 +105,7 @@ fn is_one_value(attribute: &hdf5::Attribute) -> bool {
 }
 
 /// A text attribute; empty where there is none, or it is not one short text in UTF-8.
-fn text(place: &hdf5::Location, name: &str) -> Result<String> {
+pub fn text(place: &hdf5::Location, name: &str) -> Result<String> {
     let Some(attribute) = place.attr(name).ok().filter(is_one_value) else { return Ok(String::new()) };
     let bytes = match attribute.dtype()?.to_descriptor()? {
         TypeDescriptor::VarLenUnicode => attribute.read_raw::<VarLenUnicode>()?[0].as_bytes().to_vec(),
@@ -92,7 +118,7 @@ fn text(place: &hdf5::Location, name: &str) -> Result<String> {
 }
 
 /// A number attribute: 0 where there is none, NaN where it is not one number.
-fn number(place: &hdf5::Location, name: &str) -> Result<f64> {
+pub fn number(place: &hdf5::Location, name: &str) -> Result<f64> {
     let Ok(attribute) = place.attr(name) else { return Ok(0.0) };
     let kind = attribute.dtype()?.to_descriptor()?;
     let is_number = matches!(kind, TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) | TypeDescriptor::Float(_));
@@ -112,6 +138,8 @@ struct Axis {
     rule: String,
     period: f64,
     clamps: bool,
+    /// Of source elevations: no light of the source is left there.
+    dark_below: Option<f64>,
 }
 
 impl Axis {
@@ -122,6 +150,9 @@ impl Axis {
         let (folded, periodic) = (self.rule == "linear_folded", self.rule == "linear_periodic");
         if !rules.contains(&self.rule.as_str()) {
             return Err(format!("the axis '{}' has interpolation '{}'; allowed: {}", self.name, self.rule, rules.join(" or ")).into());
+        }
+        if let Some(dark) = self.dark_below.filter(|dark| self.name == "source_elevation" && !(-90.0..=0.0).contains(dark)) {
+            return Err(format!("the axis '{}' has dark_below {dark}; allowed: -90 to 0", self.name).into());
         }
         if self.period != period {
             return Err(format!("the axis '{}' has period {}; allowed: {period}", self.name, self.period).into());
@@ -240,6 +271,7 @@ impl Source<'_> {
             rule: text(&dataset, "interpolation")?,
             period: number(&dataset, "period")?,
             clamps: policy == "clamp" || self.clamped.iter().any(|each| each == name),
+            dark_below: if dataset.attr("dark_below").is_ok() { Some(number(&dataset, "dark_below")?) } else { None },
         };
         axis.check()?;
         Ok((stored, axis))
@@ -300,6 +332,8 @@ pub struct Database {
     codes: HashMap<String, f64>,
     /// Emissivity, temperature and emitted radiance of the ground, where the file has harmonics.
     pub ground: Option<[f64; 3]>,
+    /// Whether its source is the Moon.
+    pub lunar: bool,
 }
 
 impl Database {
@@ -329,15 +363,23 @@ impl Database {
         let links = links.into_iter().map(|(name, link)| (name, link.link_type)).collect();
         let source = Source { file, links, bytes, clamped };
         let mut arrays = HashMap::new();
-        let shaded = filetype == "htt" && source.links.contains_key(SHADE[0].0);
-        for layout in layouts.iter().chain(if shaded { SHADE } else { &[] }) {
+        let has = |part: &'static [Layout]| if source.links.contains_key(part[0].0) { part } else { &[] };
+        let (surface, air) = (filetype == "htt", layouts[0].0 == ATMOSPHERE[0].0);
+        let tilted = if air { has(TILTED) } else { &[] };
+        let night = if air { has(NIGHT) } else { &[] };
+        let night = if tilted.is_empty() && !night.is_empty() { night.split_at(2).0 } else { night };
+        let (shade, tracks) = if surface { (has(SHADE), has(TRACKS)) } else { (&[] as &[Layout], &[] as &[Layout]) };
+        for layout in [layouts, shade, tracks, tilted, night].into_iter().flatten() {
             arrays.insert(layout.0, source.array(layout)?);
         }
-        let mut ground = None;
-        if layouts[0].0 == ATMOSPHERE[0].0 && source.links.contains_key(LIGHT) {
-            for layout in TILTED {
-                arrays.insert(layout.0, source.array(layout)?);
+        if !night.is_empty() {
+            let lit = WITHOUT_SOURCE.iter().filter_map(|(name, _)| arrays.get(name).map(|array| (name, array)));
+            for (name, _) in lit.filter(|(_, array)| array.axes[3].dark_below.is_none()) {
+                return Err(format!("the source elevations of '{name}' do not state dark_below").into());
             }
+        }
+        let mut ground = None;
+        if !tilted.is_empty() {
             if (arrays[LIGHT].axes[4].nodes.len() == 6) != (arrays[GLOW].axes[4].nodes.len() == 3) {
                 return Err(format!("'{LIGHT}' and '{GLOW}' are of different harmonics").into());
             }
@@ -354,7 +396,7 @@ impl Database {
             Some(array) => source.names(&array.axes[0].nodes)?,
             None => HashMap::new(),
         };
-        Ok(Database { arrays, codes, ground })
+        Ok(Database { arrays, codes, ground, lunar: filetype == "lunar_atmq" })
     }
 
     /// Nodes of the last axis of an array.
@@ -363,8 +405,33 @@ impl Database {
         &axes[axes.len() - 1].nodes
     }
 
-    /// Linear interpolation in every axis: the weighted sum over the corners of one cell.
+    /// A quantity at a place; below the lowest elevation of the source, its light fades into what the air emits.
     pub fn value(&self, quantity: &str, place: &[(&str, f64)]) -> Result<f64> {
+        let entry = WITHOUT_SOURCE.iter().find(|(name, _)| *name == quantity);
+        let (Some((_, emitted)), true) = (entry, self.arrays.contains_key(NIGHT[0].0)) else {
+            return self.interpolated(quantity, place);
+        };
+        let axis = &self.arrays[quantity].axes[3];
+        let (lowest, dark) = (axis.nodes[0], axis.dark_below.unwrap_or(f64::NAN));
+        let height = place.iter().find(|(name, _)| *name == axis.name).map_or(f64::NAN, |(_, value)| *value);
+        let night = height.is_finite() && height < lowest && (height <= dark || lowest <= CIVIL_TWILIGHT);
+        if !night {
+            return self.interpolated(quantity, place);
+        }
+        let share = if height > dark { (height - dark) / (lowest - dark) } else { 0.0 };
+        let lit: Vec<(&str, f64)> =
+            place.iter().map(|(name, value)| (*name, if *name == axis.name { lowest } else { *value })).collect();
+        let light = share * self.interpolated(quantity, &lit)?;
+        Ok(light + emitted.map_or(Ok(0.0), |name| self.interpolated(name, place))? * (1.0 - share))
+    }
+
+    /// Whether the file holds an array.
+    pub fn holds(&self, array: &str) -> bool {
+        self.arrays.contains_key(array)
+    }
+
+    /// Linear interpolation in every axis: the weighted sum over the corners of one cell.
+    fn interpolated(&self, quantity: &str, place: &[(&str, f64)]) -> Result<f64> {
         let array = &self.arrays[quantity];
         let mut located = Vec::new();
         for axis in &array.axes {

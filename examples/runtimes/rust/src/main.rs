@@ -6,18 +6,21 @@
 
 mod database;
 mod shade;
+mod texture;
 
 use database::{Database, Result, GLOW, HARMONICS, LIGHT};
 use serde::{Deserialize, Serialize};
 use shade::{absorbed_change, temperature_under, Face, Surroundings};
 use std::collections::HashMap;
 use std::path::Path;
+use texture::Texture;
 
 #[derive(Deserialize)]
 struct Scene {
     surface: String,
     band: String,
     atmosphere: String,
+    texture: Option<String>,
     #[serde(default)]
     clamp: Vec<String>,
     bits: i32,
@@ -36,7 +39,10 @@ enum Material {
 
 #[derive(Deserialize)]
 struct Given {
-    material: Material,
+    material: Option<Material>,
+    texel: Option<[f64; 2]>,
+    #[serde(default)]
+    level: u32,
     surface_altitude: f64,
     surface_azimuth: f64,
     surface_slope: f64,
@@ -45,19 +51,21 @@ struct Given {
     centre_range: f64,
     altitude: f64,
     centre_elevation: f64,
-    source_elevation: f64,
-    source_azimuth: f64,
+    source_elevation: Option<f64>,
+    source_azimuth: Option<f64>,
     source_heading: Option<f64>,
+    line_heading: Option<f64>,
     ground_material: Option<Material>,
     normal: [f64; 3],
-    to_source: [f64; 3],
+    to_source: Option<[f64; 3]>,
     to_observer: [f64; 3],
     absorbed_change: Option<Vec<f64>>,
     surroundings: Option<Surroundings>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 struct Pixel {
+    material: f64,
     temperature: f64,
     blackbody_radiance: f64,
     beta_star: f64,
@@ -166,9 +174,54 @@ fn ambient(air: &Database, centre: &Place, normal: [f64; 3], temperature: f64, e
     Ok((sum(irradiance_harmonics(normal)) + missing * share).max(0.0))
 }
 
+/// Where Sun or Moon stands: its azimuth from the line of sight, and from north eastward; and the direction to it.
+struct Source {
+    elevation: f64,
+    azimuth: f64,
+    heading: Option<f64>,
+    direction: [f64; 3],
+}
+
+/// The source of a pixel: as it says, or from the tracks of the surface file.
+fn source_of(surface: &Database, air: &Database, given: &Given) -> Result<Source> {
+    let lacks = |key: &str| format!("the scene lacks '{key}'");
+    if let Some(elevation) = given.source_elevation {
+        return Ok(Source {
+            elevation,
+            azimuth: given.source_azimuth.ok_or_else(|| lacks("source_azimuth"))?,
+            heading: given.source_heading,
+            direction: unit(&given.to_source.ok_or_else(|| lacks("to_source"))?)?,
+        });
+    }
+    if !surface.holds("sun_elevation") {
+        return Err("the surface file holds no tracks of Sun and Moon".into());
+    }
+    let names = if air.lunar { ["moon_elevation", "moon_azimuth"] } else { ["sun_elevation", "sun_azimuth"] };
+    let time = [("track_time", given.time)];
+    let (elevation, heading) = (surface.value(names[0], &time)?, surface.value(names[1], &time)?);
+    let from_line = || given.line_heading.map(|line| heading - line).ok_or_else(|| lacks("line_heading"));
+    let (up, turn) = (elevation.to_radians(), heading.to_radians());
+    Ok(Source {
+        elevation,
+        azimuth: given.source_azimuth.map_or_else(from_line, Ok)?,
+        heading: given.source_heading.or(Some(heading)),
+        direction: unit(&given.to_source.unwrap_or([up.cos() * turn.sin(), up.cos() * turn.cos(), up.sin()]))?,
+    })
+}
+
+/// Codes and shares of the materials that a pixel sees: those of a texel, or one.
+fn materials_of(band: &Database, texture: &mut Option<Texture>, given: &Given) -> Result<Vec<(f64, f64)>> {
+    match (given.texel, texture, &given.material) {
+        (Some(texel), Some(texture), _) => texture.mixture(texel, given.level),
+        (Some(_), None, _) => Err("the scene lacks 'texture'".into()),
+        (None, _, Some(material)) => Ok(vec![(code_of(band, material)?, 1.0)]),
+        (None, _, None) => Err("the scene lacks 'material'".into()),
+    }
+}
+
 /// L_ambient of a pixel's face; of a level one where the file or the pixel says no more.
-fn ambient_of_pixel(surface: &Database, band: &Database, air: &Database, centre: &Place, given: &Given) -> Result<f64> {
-    let (Some([emissivity, mut temperature, mut emitted]), Some(heading)) = (air.ground, given.source_heading) else {
+fn ambient_of_pixel(surface: &Database, band: &Database, air: &Database, centre: &Place, given: &Given, heading: Option<f64>) -> Result<f64> {
+    let (Some([emissivity, mut temperature, mut emitted]), Some(heading)) = (air.ground, heading) else {
         return air.value("ambient_radiance", centre);
     };
     if let Some(material) = &given.ground_material {
@@ -188,55 +241,57 @@ fn ambient_of_pixel(surface: &Database, band: &Database, air: &Database, centre:
 }
 
 /// Equations (1) to (44) for one pixel.
-fn pixel(scene: &Scene, surface: &Database, band: &Database, air: &Database, given: &Given) -> Result<Pixel> {
-    let code = code_of(band, &given.material)?;
-    let face = [
-        ("material", code),
-        ("altitude", given.surface_altitude),
-        ("azimuth", given.surface_azimuth),
-        ("slope", given.surface_slope),
-        ("time", given.time),
-    ];
-    let temperature = temperature_of(surface, &face, given)?;
-    let blackbody_radiance = band.value("blackbody_radiance", &[("temperature", temperature)])?; // (7)
-    let property = |name: &str| band.value(name, &[("material", code)]);
-    let (rho, fraction) = (property("reflectance")?, property("specular_fraction")?);
+fn pixel(
+    scene: &Scene,
+    surface: &Database,
+    band: &Database,
+    air: &Database,
+    texture: &mut Option<Texture>,
+    given: &Given,
+) -> Result<Pixel> {
+    let source = source_of(surface, air, given)?;
     let centre = [
         ("range", given.centre_range),
         ("altitude", given.altitude),
         ("elevation", given.centre_elevation),
-        ("source_elevation", given.source_elevation),
-        ("source_azimuth", given.source_azimuth),
-        ("scattering_angle", scattering_angle(given.centre_elevation, given.source_elevation, given.source_azimuth)),
+        ("source_elevation", source.elevation),
+        ("source_azimuth", source.azimuth),
+        ("scattering_angle", scattering_angle(given.centre_elevation, source.elevation, source.azimuth)),
     ];
     let beta_star = air.value("beta_star", &centre)?;
     let depth = 5.5 * given.range / beta_star;
     let transmittance = (-depth).exp(); // (9)
-    let path = air.value("path_radiance_ratio", &centre)? * -(-depth).exp_m1(); // (11)
-    let skyshine = ambient_of_pixel(surface, band, air, &centre, given)? * rho * transmittance; // (19)
-    let (normal, to_source, to_observer) = (unit(&given.normal)?, unit(&given.to_source)?, unit(&given.to_observer)?);
-    let incidence = dot(&normal, &to_source).max(0.0);
-    let lit = incidence > 0.0;
-    let direct = if lit { air.value("direct_radiance", &centre)? * rho * transmittance } else { 0.0 };
-    let thermal = blackbody_radiance * (1.0 - rho) * transmittance; // (6)
-    let diffuse = direct * incidence * (1.0 - fraction); // (34)
-    let shape = lobe(&normal, &to_source, &to_observer, property("shininess")?);
-    let specular = direct * shape * fraction * property("normalisation")?; // (35)
-    let radiance = diffuse + specular + skyshine + thermal + path; // (1)
-    let pixel_value = pixel_value(radiance, scene);
-    Ok(Pixel {
-        temperature,
-        blackbody_radiance,
-        beta_star,
-        transmittance,
-        thermal,
-        path,
-        skyshine,
-        diffuse,
-        specular,
-        radiance,
-        pixel_value,
-    })
+    let (normal, to_observer) = (unit(&given.normal)?, unit(&given.to_observer)?);
+    let incidence = dot(&normal, &source.direction).max(0.0);
+    let beam = if incidence > 0.0 { air.value("direct_radiance", &centre)? } else { 0.0 };
+    let sky = ambient_of_pixel(surface, band, air, &centre, given, source.heading)?;
+    let materials = materials_of(band, texture, given)?;
+    let mut sums = Pixel { material: materials[0].0, beta_star, transmittance, ..Pixel::default() };
+    for (code, share) in materials {
+        let face = [
+            ("material", code),
+            ("altitude", given.surface_altitude),
+            ("azimuth", given.surface_azimuth),
+            ("slope", given.surface_slope),
+            ("time", given.time),
+        ];
+        let temperature = temperature_of(surface, &face, given)?;
+        let blackbody = band.value("blackbody_radiance", &[("temperature", temperature)])?; // (7)
+        let property = |name: &str| band.value(name, &[("material", code)]);
+        let (rho, fraction) = (property("reflectance")?, property("specular_fraction")?);
+        let direct = beam * rho * transmittance;
+        sums.temperature += share * temperature;
+        sums.blackbody_radiance += share * blackbody;
+        sums.thermal += share * blackbody * (1.0 - rho) * transmittance; // (6)
+        sums.skyshine += share * sky * rho * transmittance; // (19)
+        sums.diffuse += share * direct * incidence * (1.0 - fraction); // (34)
+        let shape = lobe(&normal, &source.direction, &to_observer, property("shininess")?);
+        sums.specular += share * direct * shape * fraction * property("normalisation")?; // (35)
+    }
+    sums.path = air.value("path_radiance_ratio", &centre)? * -(-depth).exp_m1(); // (11)
+    sums.radiance = sums.diffuse + sums.specular + sums.skyshine + sums.thermal + sums.path; // (1)
+    sums.pixel_value = pixel_value(sums.radiance, scene);
+    Ok(sums)
 }
 
 fn run(path: &Path) -> Result<String> {
@@ -245,8 +300,9 @@ fn run(path: &Path) -> Result<String> {
     let surface = Database::open(&folder.join(&scene.surface), &["htt"], &scene.clamp)?;
     let band = Database::open(&folder.join(&scene.band), &["band"], &scene.clamp)?;
     let air = Database::open(&folder.join(&scene.atmosphere), &["atmq", "lunar_atmq"], &scene.clamp)?;
-    let pixels: Result<Vec<Pixel>> =
-        scene.pixels.iter().map(|given| pixel(&scene, &surface, &band, &air, given)).collect();
+    let mut texture = scene.texture.as_ref().map(|name| Texture::open(&folder.join(name))).transpose()?;
+    let one = |given: &Given| pixel(&scene, &surface, &band, &air, &mut texture, given);
+    let pixels: Result<Vec<Pixel>> = scene.pixels.iter().map(one).collect();
     Ok(serde_json::to_string(&HashMap::from([("pixels", pixels?)]))?)
 }
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.selection import select_points
+from skyshine.mat.atmosphere.band.selection import _factor, _fits, select_points
 
 
 def exponentials(points=200, seed=0):
@@ -87,3 +87,15 @@ def test_bad_input_is_refused():
         select_points(np.ones((3, 4)), np.ones(5), tolerance=0.1, max_points=2, total_weight=1.0)
     with pytest.raises(ValueError, match="finite"):
         select_points(np.full((3, 4), np.nan), np.ones(4), tolerance=0.1, max_points=2, total_weight=1.0)
+
+
+def test_weights_of_a_further_point_are_those_of_least_squares():
+    candidates, truth = exponentials(), np.array([0.3, 0.2, 0.1])
+    chosen = candidates[[3, 50, 120]]
+    gram, moment = chosen @ chosen.T, chosen @ (truth @ chosen)
+    factor = _factor(gram[:2, :2])
+    rows = np.linalg.solve(factor, gram[:2, 2:])
+    goal = np.linalg.solve(factor, moment[:2])
+    root = np.sqrt(gram[2, 2] - np.sum(rows**2, axis=0))
+    weights = _fits(factor, rows, root, goal, (moment[2] - goal @ rows) / root)
+    assert weights[0] == pytest.approx(truth, rel=1e-6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.state.profiles import PROFILES, load_profile
+from skyshine.mat.atmosphere.state.profiles import PROFILES, halocarbons, load_profile
 from skyshine.mat.maintain.atmospheres.fortran import block_data
 from skyshine.schemas.errors import InputError
 
@@ -114,6 +114,17 @@ def test_halocarbons_are_even_below_the_tropopause_and_fall_above(profile):
         for gas in ("CFC-11", "CFC-12")
     )
     assert eleven < 0.35 and eleven < twelve < 0.7
+
+
+@pytest.mark.parametrize(("latitude", "powers"), [(0.0, (8 / 11, 0.4)), (45.0, (1.0, 0.5)), (90.0, (1.6, 1.6))])
+def test_halocarbons_fall_with_the_powers_of_the_climate_model(latitude, powers):
+    """NCAR/TN-420, section 4: tropopause at 250 - 150 cos^2 hPa, powers that meet at 45 degrees."""
+    pressure = np.array([250e2 - 150e2 * np.cos(np.radians(latitude)) ** 2, 20e2])
+    for side in (latitude, -latitude):
+        amounts = halocarbons(pressure, side)
+        for gas, power in zip(("CFC-11", "CFC-12"), powers, strict=True):
+            values = amounts[gas]
+            assert np.log(values[1] / values[0]) / np.log(pressure[1] / pressure[0]) == pytest.approx(power, abs=1e-4)
 
 
 def test_a_profile_that_is_loaded_again_is_the_same_and_none_changes_another():

@@ -13,6 +13,7 @@ from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer import bounds, optics
 from skyshine.mat.atmosphere.transfer.bounds import Scattering, particle_bounds, table_lines
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
@@ -132,3 +133,7 @@ def test_lines_end_at_the_range():
     lines = table_lines(air, PathGrid([0.1], [0.0, 50.0], [0.0], [30.0], [0.0]))
     assert lines.sum(axis=1)[0] == pytest.approx(100.0 * air.state.number_density[0], rel=1e-3)
     assert np.all(table_lines(air, GRID) >= 0)
+
+
+def test_the_bound_of_molecules_takes_the_largest_value_of_their_phase_function():
+    assert optics.rayleigh_phase(np.linspace(-1, 1, 201), 0.0).max() == bounds._RAYLEIGH_PEAK

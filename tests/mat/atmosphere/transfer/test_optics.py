@@ -16,7 +16,13 @@ def test_rayleigh_cross_section_of_bodhaine(micron):
         1 + 0.0027059889 / micron**2 - 85.968563 * micron**2
     )
     section, _ = optics.rayleigh_scattering(np.array([1e4 / micron]), 0.036)
-    assert section[0] == pytest.approx(fit * 1e-32, rel=5e-4)
+    assert section[0] == pytest.approx(fit * 1e-32, rel=1e-4)
+
+
+def test_carbon_dioxide_alone_depolarises_as_measured():
+    # King factor 1.15 (Bates 1984, Planet. Space Sci. 32, 785): depolarisation 0.0814.
+    _, anisotropy = optics.rayleigh_scattering(np.array([1e4 / 0.55]), 1e9)
+    assert 2 * anisotropy[0] / (1 + anisotropy[0]) == pytest.approx(0.0814, abs=1e-4)
 
 
 def test_rayleigh_optical_depth_of_the_air():

@@ -52,6 +52,21 @@ def test_isothermal_air_emits_as_much_as_it_absorbs(synthetic_points, isothermal
     assert air.thermal_radiance(segments, Depths(depth)).sum(axis=0) == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("altitude", "elevation", "distance"), [(0.0, 30.0, 20e3), (12e3, -3.0, None), (1e3, -90.0, None)]
+)
+def test_a_source_linear_in_altitude_has_its_values_at_the_ends_of_segments(
+    synthetic_points, isothermal, altitude, elevation, distance
+):
+    air = SpectralAir.of(isothermal(280.0), synthetic_points(EDGES, {"CO2": SECTIONS}))
+    _, segments, _ = path(air, altitude, elevation, distance)
+    levels = air.state.altitude
+    mean = (100.0 + 1e-3 * levels)[:, None]
+    near, far = segments.source_ends(mean, np.zeros_like(mean), levels)
+    assert (far - near)[:, 0] == pytest.approx(1e-3 * np.diff(segments.altitude), abs=1e-12)
+    assert (far + near)[:, 0] / 2 == pytest.approx(segments.mean(mean)[:, 0], rel=1e-12)
+
+
 def test_transparent_air_emits_nothing(synthetic_points):
     state = AtmosphericState.from_profile("tropical", aerosol=Aerosol("none"))
     air = SpectralAir.of(state, synthetic_points(EDGES, {"CO2": np.zeros(2)}))

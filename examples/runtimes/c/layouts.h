@@ -1,0 +1,72 @@
+/* What each file type must hold; included by database.c alone. */
+#ifndef LAYOUTS_H
+#define LAYOUTS_H
+
+#include "database.h"
+
+#include <math.h>
+
+static const struct layout SURFACE[] = {
+    {"temperature", {"material", "altitude", "azimuth", "slope", "time"}, 1.0, 1e4},
+    {NULL, {NULL}, 0, 0},
+};
+/* What an .htt that holds the first of them must hold, to shade surfaces. */
+static const struct layout SHADE[] = {
+    {"response_kernel", {"material", "response_altitude", "response_slope", "response_hour", "lag"}, -HUGE_VALF, HUGE_VALF},
+    {"response_temperature", {"material", "response_altitude", "response_slope", "response_hour"}, 0.0, 1e4},
+    {"heat_loss_slope", {"material", "response_altitude", "response_slope", "response_hour"}, 1e-6, HUGE_VALF},
+    {"heat_loss_excess", {"material", "response_altitude", "response_slope", "response_hour", "temperature_offset"}, -HUGE_VALF, HUGE_VALF},
+    {"solar_absorptance", {"material"}, 0.0, 1.0},
+    {"thermal_emissivity", {"material"}, 0.0, 1.0},
+    {"melting_heat", {"material", "response_altitude", "response_slope", "response_hour"}, 0.0, HUGE_VALF},
+    {"highest_temperature", {"material"}, 1.0, 1e4},
+    {"direct_normal_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
+    {"diffuse_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
+    {"sky_irradiance", {"altitude", "forcing_time"}, 0.0, HUGE_VALF},
+    {"air_temperature", {"altitude", "forcing_time"}, 1.0, 1e4},
+    {"solar_elevation", {"forcing_time"}, -90.0, 90.0},
+    {"solar_azimuth", {"forcing_time"}, -360.0, 360.0},
+    {"extraterrestrial_irradiance", {"forcing_time"}, 1e-6, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+/* Of an .htt that holds the first of them: where Sun and Moon stand. */
+static const struct layout TRACKS[] = {
+    {"sun_elevation", {"track_time"}, -90.0, 90.0},
+    {"sun_azimuth", {"track_time"}, -1080.0, 1080.0},
+    {"sun_distance", {"track_time"}, 0.9, 1.1},
+    {"moon_elevation", {"track_time"}, -90.0, 90.0},
+    {"moon_azimuth", {"track_time"}, -1080.0, 1080.0},
+    {"moon_distance", {"track_time"}, 3e5, 4.5e5},
+    {"moon_phase_angle", {"track_time"}, 0.0, 180.0},
+    {"moon_illuminated_fraction", {"track_time"}, 0.0, 1.0},
+    {NULL, {NULL}, 0, 0},
+};
+static const struct layout BAND[] = {
+    {"blackbody_radiance", {"temperature"}, 0.0, HUGE_VALF},
+    {"reflectance", {"material"}, 0.0, 1.0},
+    {"specular_fraction", {"material"}, 0.0, 1.0},
+    {"shininess", {"material"}, 0.0, HUGE_VALF},
+    {"normalisation", {"material"}, 0.0, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+static const struct layout ATMOSPHERE[] = {
+    {"beta_star", {"range", "altitude", "elevation"}, 1e-12, HUGE_VALF},
+    {"path_radiance_ratio", {"range", "altitude", "elevation", "source_elevation", "source_azimuth"}, 0.0, HUGE_VALF},
+    {"ambient_radiance", {"range", "altitude", "elevation", "source_elevation"}, 0.0, HUGE_VALF},
+    {"direct_radiance", {"range", "altitude", "elevation", "source_elevation"}, 0.0, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+static const struct layout TILTED[] = {
+    {LIGHT, {"range", "altitude", "elevation", "source_elevation", "harmonic"}, -HUGE_VALF, HUGE_VALF},
+    {GLOW, {"range", "altitude", "elevation", "ground_temperature", "zonal_harmonic"}, -HUGE_VALF, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+/* Of an .atmq that holds the first of them: its quantities without the source; the last beside harmonics alone. */
+static const struct layout NIGHT[] = {
+    {"thermal_path_radiance_ratio", {"range", "altitude", "elevation"}, 0.0, HUGE_VALF},
+    {"thermal_ambient_radiance", {"range", "altitude", "elevation"}, 0.0, HUGE_VALF},
+    {"thermal_radiance_harmonics", {"range", "altitude", "elevation", "harmonic"}, -HUGE_VALF, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+
+#endif

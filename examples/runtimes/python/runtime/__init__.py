@@ -1,0 +1,1 @@
+"""A runtime's reader of the databases with h5py and numpy alone."""

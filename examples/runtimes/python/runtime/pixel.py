@@ -1,0 +1,191 @@
+"""The radiance of one pixel; equation numbers are those of DSTO-TN-0193."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .database import CODES, FACE, GLOW, GROUND, LIGHT, Database, Floats, SceneError
+from .shade import absorbed_change, temperature_under
+from .texture import Texture
+
+
+def unit(vector: Sequence[float]) -> Floats:
+    """A direction of length 1."""
+    parts: Floats = np.asarray(vector, float)
+    length = float(np.linalg.norm(parts))
+    if parts.shape != (3,) or not math.isfinite(length) or length == 0:
+        raise SceneError("a direction must be three finite numbers that are not all 0")
+    direction: Floats = parts / length
+    return direction
+
+
+def scattering_angle(elevation: float, source_elevation: float, azimuth: float) -> float:
+    """Angle between line of sight and source, all in degree."""
+    line, source = math.radians(elevation), math.radians(source_elevation)
+    half = (
+        math.sin((line - source) / 2) ** 2
+        + math.cos(line) * math.cos(source) * math.sin(math.radians(azimuth) / 2) ** 2
+    )
+    return 2 * math.degrees(math.asin(math.sqrt(min(max(half, 0.0), 1.0))))
+
+
+def lobe(normal: Floats, to_source: Floats, to_observer: Floats, shininess: float) -> float:
+    """Equations (37) and (38): chi of the half vector to the power of the shininess."""
+    between = to_source + to_observer
+    length = float(np.linalg.norm(between))
+    chi = max(float(between @ normal) / length, 0.0) if length > 0 else 0.0
+    return float(min(chi, 1.0) ** shininess)
+
+
+def temperature_of(surface: Database, face: dict[str, float], given: dict[str, Any]) -> float:
+    """Temperature of the table, or with the heat or the surroundings that the pixel has."""
+    if given.get("surroundings"):
+        return temperature_under(surface, face, absorbed_change(surface, face, given["surroundings"]))
+    if given.get("absorbed_change"):
+        return temperature_under(surface, face, given["absorbed_change"])
+    return surface.value("temperature", face)
+
+
+def irradiance_harmonics(x: float, y: float, z: float) -> tuple[float, ...]:
+    """A_l / pi times Y_lm of a unit normal, in the order of the codes."""
+    even = x * x - y * y
+    return (
+        0.28209479177387814,
+        0.32573500793527993 * z,
+        0.32573500793527993 * x,
+        0.15769578262626002 * (3 * z * z - 1) / 2,
+        0.2731371076480198 * x * z,
+        0.1365685538240099 * even,
+        -0.03526184897173477 * (35 * z**4 - 30 * z * z + 3) / 8,
+        -0.0557538786297741 * x * z * (7 * z * z - 3) / 2,
+        -0.039423945656565 * even * (7 * z * z - 1) / 2,
+        -0.14751089748166088 * x * z * (x * x - 3 * y * y) / 2,
+        -0.026076488977049006 * (even * even - 4 * x * x * y * y),
+    )
+
+
+def ambient(air: Database, where: Mapping[str, float], face: Mapping[str, float], ground: tuple[float, float]) -> float:
+    """L_ambient of a face: slope, and azimuth from that of the source, in degree; temperature of the ground and the
+    radiance that it emits.
+    """
+    level = air.value("ambient_radiance", where)
+    slope, turn = math.radians(face["slope"]), math.radians(face["azimuth"])
+    normal = math.sin(slope) * math.cos(turn), math.sin(slope) * math.sin(turn), math.cos(slope)
+    facing, upright, square = irradiance_harmonics(*normal), irradiance_harmonics(0.0, 0.0, 1.0), normal[2] ** 2
+    codes = air.arrays[LIGHT][0][-1].nodes
+    total = [air.value(LIGHT, {**where, "harmonic": code}) for code in codes]
+    for code in air.arrays[GLOW][0][-1].nodes:
+        place = {**where, "ground_temperature": ground[0], "zonal_harmonic": code}
+        total[CODES["harmonic"].index(int(code))] += ground[1] * air.value(GLOW, place)
+    missing = level - sum(part * up for part, up in zip(total, upright, strict=False))
+    if codes.size == 6:
+        share = (35 * square**2 - 30 * square + 3) / 8
+    else:
+        share = (231 * square**3 - 315 * square**2 + 105 * square - 5) / 16
+    return max(sum(part * at for part, at in zip(total, facing, strict=False)) + missing * share, 0.0)
+
+
+def ambient_of_pixel(
+    surface: Database, band: Database, air: Database, centre: Mapping[str, float], given: dict[str, Any]
+) -> float:
+    """L_ambient of a pixel's face; of a level one where the file or the pixel says no more."""
+    if not air.ground or "source_heading" not in given:
+        return air.value("ambient_radiance", centre)
+    emissivity, temperature, radiance = (air.ground[name] for name in GROUND)
+    if "ground_material" in given:
+        place = {"material": band.material(given["ground_material"]), "azimuth": 0.0, "slope": 0.0}
+        temperature = surface.value(
+            "temperature", {**place, "altitude": given["surface_altitude"], "time": given["time"]}
+        )
+        radiance = emissivity * band.value("blackbody_radiance", {"temperature": temperature})
+    face = {"slope": given["surface_slope"], "azimuth": given["surface_azimuth"] - given["source_heading"]}
+    return ambient(air, centre, face, (temperature, radiance))
+
+
+def with_source(surface: Database, air: Database, given: dict[str, Any]) -> dict[str, Any]:
+    """The pixel with the source from the tracks of the surface file, where it does not say where the source is."""
+    if "source_elevation" in given:
+        return given
+    if "sun_elevation" not in surface.arrays:
+        raise SceneError("the surface file holds no tracks of Sun and Moon")
+    source = "moon" if air.filetype == "lunar_atmq" else "sun"
+    elevation, azimuth = (
+        surface.value(f"{source}_{angle}", {"track_time": given["time"]}) for angle in ("elevation", "azimuth")
+    )
+    up, turn = math.radians(elevation), math.radians(azimuth)
+    place = {
+        "source_elevation": elevation,
+        "source_azimuth": azimuth - given["line_heading"],
+        "source_heading": azimuth,
+        "to_source": [math.cos(up) * math.sin(turn), math.cos(up) * math.cos(turn), math.sin(up)],
+    }
+    return place | given
+
+
+def materials_of(band: Database, texture: Texture | None, given: dict[str, Any]) -> list[tuple[float, float]]:
+    """Codes and shares of the materials that the pixel sees: those of a texel, or one."""
+    if "texel" not in given:
+        return [(band.material(given["material"]), 1.0)]
+    if texture is None:
+        raise SceneError("the scene lacks 'texture'")
+    across, down = given["texel"]
+    return texture.mixture(float(across), float(down), int(given.get("level", 0)))
+
+
+def pixel(
+    scene: dict[str, Any],
+    surface: Database,
+    band: Database,
+    air: Database,
+    texture: Texture | None,
+    given: dict[str, Any],
+) -> dict[str, float]:
+    """Equations (1) to (44) for one pixel."""
+    given = with_source(surface, air, given)
+    centre = {name: given[f"centre_{name}"] for name in ("range", "elevation")} | {
+        name: given[name] for name in ("altitude", "source_elevation", "source_azimuth")
+    }
+    centre["scattering_angle"] = scattering_angle(
+        *(centre[name] for name in ("elevation", "source_elevation", "source_azimuth"))
+    )
+    beta = air.value("beta_star", centre)
+    depth = 5.5 * given["range"] / beta
+    tau = math.exp(-depth)  # (9)
+    sky = ambient_of_pixel(surface, band, air, centre, given)
+    normal, to_source, to_observer = (unit(given[name]) for name in ("normal", "to_source", "to_observer"))
+    incidence = max(float(normal @ to_source), 0.0)
+    beam = air.value("direct_radiance", centre) if incidence > 0 else 0.0
+    sums = dict.fromkeys(("temperature", "blackbody_radiance", "thermal", "skyshine", "diffuse", "specular"), 0.0)
+    materials = materials_of(band, texture, given)
+    for code, share in materials:
+        face = {name: given[f"surface_{name}"] for name in FACE[1:-1]} | {"material": code, "time": given["time"]}
+        temperature = temperature_of(surface, face, given)
+        blackbody = band.value("blackbody_radiance", {"temperature": temperature})  # (7)
+        rho, fraction, shininess, normalisation = (
+            band.value(name, {"material": code})
+            for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
+        )
+        direct = beam * rho * tau
+        sums["temperature"] += share * temperature
+        sums["blackbody_radiance"] += share * blackbody
+        sums["thermal"] += share * blackbody * (1.0 - rho) * tau  # (6)
+        sums["skyshine"] += share * sky * rho * tau  # (19)
+        sums["diffuse"] += share * direct * incidence * (1.0 - fraction)  # (34)
+        shape = lobe(normal, to_source, to_observer, shininess)
+        sums["specular"] += share * direct * shape * fraction * normalisation  # (35)
+    path = air.value("path_radiance_ratio", centre) * -math.expm1(-depth)  # (11)
+    radiance = sums["diffuse"] + sums["specular"] + sums["skyshine"] + sums["thermal"] + path  # (1)
+    others = {"material": materials[0][0], "beta_star": beta, "transmittance": tau, "path": path}
+    return sums | others | {"radiance": radiance, "pixel_value": pixel_value(radiance, scene)}
+
+
+def pixel_value(radiance: float, scene: dict[str, Any]) -> int:
+    """Equation (44), rounded to the nearest integer: the nearest to x - 1/2, halves upwards, is the floor of x."""
+    size = int(2 ** scene["bits"])
+    share = min(max(radiance / scene["gain"], 0.0), 1.0)
+    value: int = math.floor(size * scene["buffer_gain"] * (share - scene["offset"]))
+    return min(max(value, 0), size - 1)

@@ -1,0 +1,132 @@
+//! A texture, from whose texels materials are read; each level is read and checked whole when the first pixel asks for it.
+
+use crate::database::{number, text, Result, PACKING, SMALL};
+use hdf5::types::{IntSize, TypeDescriptor};
+use hdf5::{Dataset, File, Group, IterationOrder, LinkType};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// What the weights of a texel sum to.
+const TOTAL: u32 = 65535;
+const COMPONENTS: usize = 3;
+
+/// One mip level: three codes and three weights a texel.
+struct Level {
+    height: usize,
+    width: usize,
+    codes: Vec<u16>,
+    weights: Vec<u16>,
+}
+
+pub struct Texture {
+    path: PathBuf,
+    levels: HashMap<u32, Level>,
+}
+
+impl Texture {
+    pub fn open(path: &Path) -> Result<Self> {
+        let levels = HashMap::from([(0, read(path, 0)?)]);
+        Ok(Texture { path: path.to_owned(), levels })
+    }
+
+    /// Codes and shares of the materials at a point, in texels of level 0 from the top left corner of the image.
+    pub fn mixture(&mut self, [across, down]: [f64; 2], number: u32) -> Result<Vec<(f64, f64)>> {
+        let (height, width) = (self.levels[&0].height, self.levels[&0].width);
+        if !(0.0..=width as f64).contains(&across) || !(0.0..=height as f64).contains(&down) {
+            return Err(format!("texel: found [{across}, {down}]; allowed: 0 to {width}, 0 to {height}").into());
+        }
+        if !self.levels.contains_key(&number) {
+            self.levels.insert(number, read(&self.path, number)?);
+        }
+        let level = &self.levels[&number];
+        let place = |at: f64, whole: usize, count: usize| ((at * count as f64 / whole as f64) as usize).min(count - 1);
+        let (row, column) = (place(down, height, level.height), place(across, width, level.width));
+        let first = COMPONENTS * (row * level.width + column);
+        if level.codes[first] == 0 {
+            return Err(format!("texel: [{across}, {down}] has no material").into());
+        }
+        let parts = (first..first + COMPONENTS).filter(|k| level.weights[*k] > 0);
+        Ok(parts.map(|k| (f64::from(level.codes[k]), f64::from(level.weights[k]) / f64::from(TOTAL))).collect())
+    }
+}
+
+fn read(path: &Path, number: u32) -> Result<Level> {
+    let shown = path.display();
+    let unreadable = || format!("{shown}: is not a readable HDF5 file");
+    let on_disk = std::fs::metadata(path).ok().filter(|found| found.is_file()).ok_or_else(unreadable)?;
+    let file = File::open(path).map_err(|_| unreadable())?;
+    read_level(&file, PACKING * on_disk.len() + SMALL, number).map_err(|error| {
+        let words = error.to_string().replace(char::is_control, "?");
+        let damaged = if error.is::<hdf5::Error>() { "is damaged: " } else { "" };
+        format!("{shown}: {damaged}{}", words.chars().take(200).collect::<String>()).into()
+    })
+}
+
+fn read_level(file: &File, most: u64, level: u32) -> Result<Level> {
+    let (filetype, version) = (text(file, "filetype")?, text(file, "format_version")?);
+    if filetype != "tmm" || !version.starts_with("1.") {
+        return Err(format!("holds '{filetype}' {version}; allowed: tmm 1.x").into());
+    }
+    let (_, known) = plane(file, "materials/material", 1, most)?;
+    let known = known.read_raw::<u16>()?;
+    if known[0] < 1 || known.windows(2).any(|pair| pair[1] <= pair[0]) {
+        return Err("the codes of its materials do not ascend from 1".into());
+    }
+    let (shape, code) = plane(file, &format!("levels/{level}/code"), 2, most)?;
+    let (mixed, mix_code) = plane(file, &format!("levels/{level}/mix_code"), 3, most)?;
+    let (weighted, mix_weight) = plane(file, &format!("levels/{level}/mix_weight"), 3, most)?;
+    if mixed != [shape[0], shape[1], COMPONENTS] || weighted != mixed {
+        return Err(format!("the arrays of level {level} do not fit each other").into());
+    }
+    if number(&mix_weight, "total")? != f64::from(TOTAL) {
+        return Err(format!("the weights of level {level} do not state their total, {TOTAL}").into());
+    }
+    let (code, codes, weights) = (code.read_raw::<u16>()?, mix_code.read_raw::<u16>()?, mix_weight.read_raw::<u16>()?);
+    for ((first, codes), weights) in code.iter().zip(codes.chunks(COMPONENTS)).zip(weights.chunks(COMPONENTS)) {
+        let unknown = |code: &u16| *code != 0 && known.binary_search(code).is_err();
+        if codes[0] != *first || codes.iter().any(unknown) {
+            return Err(format!("level {level} has codes that are not those of its materials").into());
+        }
+        if *first != 0 && codes.iter().zip(weights).any(|(code, weight)| *code == 0 && *weight > 0) {
+            return Err(format!("level {level} gives weight to no material").into());
+        }
+        if weights.iter().map(|weight| u32::from(*weight)).sum::<u32>() != TOTAL {
+            return Err(format!("the weights of level {level} do not sum to {TOTAL}").into());
+        }
+    }
+    Ok(Level { height: shape[0], width: shape[1], codes, weights })
+}
+
+/// Shape and array of 16-bit integers of this very file.
+fn plane(file: &File, name: &str, rank: usize, most: u64) -> Result<(Vec<usize>, Dataset)> {
+    let parts: Vec<&str> = name.split('/').collect();
+    let mut place: Group = file.group("/")?;
+    for (k, part) in parts.iter().enumerate() {
+        let links = place.links(hdf5::IndexType::Name, IterationOrder::Native)?;
+        match links.into_iter().find(|(each, _)| each == part) {
+            None => return Err(format!("lacks '{name}'").into()),
+            Some((_, link)) if link.link_type == LinkType::Hard => {}
+            Some(_) => return Err(format!("'{name}' is a link to somewhere else").into()),
+        }
+        if k + 1 < parts.len() {
+            place = place.group(part).map_err(|_| format!("lacks '{name}'"))?;
+        }
+    }
+    let array = place.dataset(parts[parts.len() - 1]).map_err(|_| format!("'{name}' is not an array"))?;
+    let how = array.dcpl()?;
+    if how.get_layout()? == hdf5::dataset::Layout::Virtual || !how.get_external()?.is_empty() {
+        return Err(format!("'{name}' is kept in another file").into());
+    }
+    if array.dtype()?.to_descriptor().ok() != Some(TypeDescriptor::Unsigned(IntSize::U2)) {
+        return Err(format!("'{name}' has values of another type").into());
+    }
+    let shape = array.get_shape()?;
+    if shape.len() != rank || array.space()?.is_null() || shape.contains(&0) {
+        return Err(format!("'{name}' has the shape {shape:?}; allowed: {rank} axes, none empty").into());
+    }
+    let bytes = shape.iter().try_fold(2u64, |product, length| product.checked_mul(*length as u64));
+    if bytes.is_none_or(|bytes| bytes > most) {
+        return Err(format!("'{name}' claims more bytes than the file can hold").into());
+    }
+    Ok((shape, array))
+}

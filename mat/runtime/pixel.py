@@ -1,0 +1,217 @@
+"""The radiance of pixels from the databases: equation (1) of DSTO-TN-0193, as the example runtimes compute it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.quantities.formulas import BETA_FACTOR
+from skyshine.mat.radiometry.lobe import specular_lobe
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
+from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable
+from skyshine.schemas.arrays import Floats, Integers
+from skyshine.schemas.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Where n pixels are seen from, and how they are lit; every array has the shape (n,).
+
+    Attributes
+    ----------
+    range : array
+        From the observer to the point of the pixel [km].
+    centre_range, centre_elevation : array
+        Range [km] and elevation [degree] at which the atmospheric tables are read.
+    altitude : array
+        Of the observer [km].
+    source_elevation, source_azimuth : array
+        Of Sun or Moon; azimuth relative to the line of sight [degree].
+    normal, to_source, to_observer : (n, 3) array
+        Directions from the points, of any length.
+    source_heading : array, optional
+        Azimuth of Sun or Moon from north eastward [degree]; without it the sky of level faces is taken.
+    """
+
+    range: Floats
+    centre_range: Floats
+    centre_elevation: Floats
+    altitude: Floats
+    source_elevation: Floats
+    source_azimuth: Floats
+    normal: Floats
+    to_source: Floats
+    to_observer: Floats
+    source_heading: Floats | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """The surfaces of n pixels, each of up to M materials; angles and times of the shape (n,).
+
+    Attributes
+    ----------
+    codes : (n, M) int array
+        Of the materials, as `skyshine.tmm.TmmFile.mixture` gives them; 0 where unused.
+    shares : (n, M) array
+        Of the materials; they sum to 1.
+    altitude : array
+        [km]
+    azimuth, slope : array
+        [degree]
+    time : array
+        Local clock [h].
+    temperature : (n, M) array, optional
+        [K], in place of that of the table: in the shade, say, from `TemperatureTable.temperature`.
+    ground_material : array of int or str, optional
+        Code or name of the ground around, for the sky of tilted faces.
+    """
+
+    codes: Integers
+    shares: Floats
+    altitude: Floats
+    azimuth: Floats
+    slope: Floats
+    time: Floats
+    temperature: Floats | None = None
+    ground_material: npt.NDArray[Any] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PixelRadiance:
+    """Terms of the radiance of n pixels, in W m^-2 sr^-1 where nothing else is said.
+
+    Attributes
+    ----------
+    temperature, blackbody_radiance : (n,) array
+        Means over the materials [K], and by equation (7).
+    transmittance : (n,) array
+        Equation (9).
+    thermal, path, skyshine, diffuse, specular : (n,) array
+        Equations (6), (11), (19), (34) and (35).
+    """
+
+    temperature: Floats
+    blackbody_radiance: Floats
+    transmittance: Floats
+    thermal: Floats
+    path: Floats
+    skyshine: Floats
+    diffuse: Floats
+    specular: Floats
+
+    @property
+    def radiance(self) -> Floats:
+        """The sum of all terms, equation (1)."""
+        return self.thermal + self.path + self.skyshine + self.diffuse + self.specular
+
+
+def pixel_radiance(
+    surface: TemperatureTable, band: BandTable, air: AtmosphereTable, faces: Faces, view: View
+) -> PixelRadiance:
+    """Radiance of pixels: of the materials of each by their shares, behind the air.
+
+    Parameters
+    ----------
+    surface : TemperatureTable
+    band : BandTable
+    air : AtmosphereTable
+        Of the same band and state: that of the Sun or of the Moon.
+    faces : Faces
+    view : View
+
+    Raises
+    ------
+    InputError
+        A pixel without material, a material that a table lacks, or a value outside an axis.
+    """
+    used = faces.shares > 0
+    if np.any(used & (faces.codes == 0)) or not np.all(used.any(axis=-1)):
+        raise InputError("found a pixel without material; allowed: codes of the tables; leave such pixels out")
+    # Unused places read as the first material, with no share.
+    codes = np.where(used, faces.codes, np.take_along_axis(faces.codes, used.argmax(axis=-1)[:, None], axis=-1))
+    temperature = faces.temperature
+    if temperature is None:
+        temperature = surface.temperature(
+            material=codes,
+            altitude=faces.altitude[:, None],
+            azimuth=faces.azimuth[:, None],
+            slope=faces.slope[:, None],
+            time=faces.time[:, None],
+        )
+    reflectance, fraction, shininess, normalisation = (
+        band.value(name, material=codes) for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
+    )
+    line: dict[str, Any] = {"range": view.centre_range, "altitude": view.altitude, "elevation": view.centre_elevation}
+    source: dict[str, Any] = {"source_elevation": view.source_elevation}
+    beta = air.value("beta_star", **line)
+    transmittance = air.transmittance(range=view.range, beta_star=beta)
+    normal, to_source, to_observer = (_unit(each) for each in (view.normal, view.to_source, view.to_observer))
+    incidence = np.maximum(np.sum(normal * to_source, axis=-1), 0.0)
+    beam = np.where(incidence > 0, air.value("direct_radiance", **line, **source), 0.0)
+    sky = _ambient(surface, band, air, faces, view, line | source)
+    blackbody = band.blackbody_radiance(temperature)
+    shape = specular_lobe(shininess, to_source[:, None], to_observer[:, None], normal[:, None])
+
+    def over_materials(values: Floats) -> Floats:
+        total: Floats = np.sum(faces.shares * values, axis=-1)
+        return total
+
+    path = air.value("path_radiance_ratio", **line, **source, source_azimuth=view.source_azimuth)
+    return PixelRadiance(
+        over_materials(temperature),
+        over_materials(blackbody),
+        transmittance,
+        over_materials(blackbody * (1 - reflectance)) * transmittance,
+        path * -np.expm1(-BETA_FACTOR * view.range / beta),
+        over_materials(reflectance) * sky * transmittance,
+        over_materials(reflectance * (1 - fraction)) * beam * incidence * transmittance,
+        over_materials(reflectance * shape * fraction * normalisation) * beam * transmittance,
+    )
+
+
+def pixel_value(radiance: npt.ArrayLike, *, bits: int, gain: float, buffer_gain: float, offset: float) -> Integers:
+    """Pixel values of radiances in W m^-2 sr^-1, equation (44), rounded to the nearest integer.
+
+    The nearest integer to x - 1/2, halves upwards, is the floor of x.
+
+    Parameters
+    ----------
+    radiance : array_like
+    bits : int
+        N.
+    gain, buffer_gain, offset : float
+        G [W m^-2 sr^-1], BG and DC.
+    """
+    share = np.clip(np.asarray(radiance, float) / gain, 0.0, 1.0)
+    level = np.clip(np.floor(2**bits * buffer_gain * (share - offset)), 0, 2**bits - 1)
+    return np.asarray(level, np.int64)
+
+
+def _unit(vectors: Floats) -> Floats:
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    if not np.all(np.isfinite(length) & (length > 0)):
+        raise InputError("found a direction without length; allowed: three finite numbers that are not all 0")
+    return np.asarray(vectors / length)
+
+
+def _ambient(
+    surface: TemperatureTable,
+    band: BandTable,
+    air: AtmosphereTable,
+    faces: Faces,
+    view: View,
+    place: dict[str, Any],
+) -> Floats:
+    """L_ambient of the faces; of level ones where the file or the view says no more."""
+    if view.source_heading is None or AMBIENT_HARMONICS not in air.root.variables:
+        return air.value("ambient_radiance", **place)
+    ground: dict[str, Any] = {}
+    if faces.ground_material is not None:
+        kelvin = surface.temperature(material=faces.ground_material, altitude=faces.altitude, time=faces.time)
+        ground = {"ground_temperature": kelvin, "band": band}
+    turn = faces.azimuth - view.source_heading
+    return air.ambient_radiance(slope=faces.slope, azimuth=turn, **ground, **place)

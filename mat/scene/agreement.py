@@ -1,0 +1,70 @@
+"""Where weather, profile and sounding of a state disagree at the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.atmosphere.state.levels import linear
+from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.model import Job
+from skyshine.mat.job.site import Site
+from skyshine.mat.job.warnings import merged
+from skyshine.mat.scene.atmosphere import air_key, atmospheric_state, profile_of, without_air_time
+from skyshine.mat.scene.weather import ground_air
+from skyshine.mat.surface.weather import LAPSE_RATE
+
+# K between the weather's daily mean and the profile at the ground. Where paths do not follow the weather, the first is
+# some .7 K of a path of 1 km in 8 to 12 um; most days are nearer to the profile of their place and season than the
+# second.
+NOT_FOLLOWED, FOLLOWED = 5.0, 12.0
+_VAPOUR_FACTOR, _VAPOUR = 1.5, 300.0  # Pa; both are to be exceeded
+
+
+def air_warnings(job: Job) -> list[str]:
+    """A line for each disagreement beyond the limits, with its numbers and the states that it concerns."""
+    by_air: dict[tuple[object, ...], list[str]] = {}
+    warnings = []
+    for number, state in enumerate(job.states, 1):
+        mean = state.weather.mean_air_temperature_c
+        key = (air_key(state), mean, state.weather.relative_humidity_percent, state.weather.hourly is None)
+        if key not in by_air:
+            by_air[key] = _warnings(job.site, state)
+        warnings += [(number, text) for text in by_air[key]]
+    return merged(warnings)
+
+
+def _warnings(site: Site, state: State) -> list[str]:
+    follows, measured = state.air == "weather", state.sounding is not None
+    ground, profile = 1e3 * site.altitude_km, profile_of(state)
+    weather = ground_air(site, state.model_copy(update={"humidity_scale": 1.0, "gases": {}, "air_times": None}))
+    kelvin = weather.mean_temperature + LAPSE_RATE * (weather.altitude - ground)
+    source = f"the sounding {profile.name}" if measured else f"the profile {profile.name}"
+    there = float(linear(ground, profile.altitude, profile.temperature))
+    texts = []
+    if abs(kelvin - there) > (FOLLOWED if follows and not measured else NOT_FOLLOWED):
+        advice = (
+            "paths follow the weather; check weather, date and profile"
+            if follows
+            else "paths do not follow the weather; check both, or give air: weather"
+        )
+        texts.append(
+            f"weather of {kelvin:.1f} K at the ground (day's mean) and {source} of {there:.1f} K there are"
+            f" {abs(kelvin - there):.1f} K apart; {advice}"
+        )
+    if not follows or state.has_water_amount:
+        air = atmospheric_state(site, without_air_time(state))
+        station = (
+            float(air.pressure_at(max(weather.altitude, ground))) if weather.pressure is None else weather.pressure
+        )
+        assert weather.mean_vapour_pressure is not None  # humidity_scale and gases were left out above
+        humid = weather.mean_vapour_pressure * float(air.pressure[0]) / station
+        present = float(air.mole_fraction["H2O"][0] * air.pressure[0])
+        low, high = np.sort([humid, present])
+        if high > _VAPOUR_FACTOR * low and high - low > _VAPOUR:
+            source = "humidity_scale or gases.H2O" if state.has_water_amount else source
+            texts.append(
+                f"weather with {humid / 100:.1f} hPa of water vapour at the ground (day's mean) and {source} with"
+                f" {present / 100:.1f} hPa there disagree; air of paths has the latter, that of surfaces the former;"
+                " check both"
+            )
+    return texts

@@ -1,0 +1,99 @@
+"""The weather of a job's state through its day, and the air that it gives to paths."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skyshine.mat.atmosphere.sources.ephemeris import position
+from skyshine.mat.atmosphere.state.ground_air import GroundAir
+from skyshine.mat.job.atmosphere import State
+from skyshine.mat.job.site import Site, local_times_utc
+from skyshine.mat.job.surface import HourlyWeather, Weather
+from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.measured import MeasuredRadiation
+from skyshine.mat.surface.sun_path import SunPath, sun_hours
+from skyshine.mat.surface.vapour import saturation_pressure
+from skyshine.mat.surface.weather import NearSurfaceAir, from_extremes, from_hours
+from skyshine.schemas.arrays import Floats
+
+_QUARTERS = np.arange(0, 24, 0.25)  # hours at which a mean of the day is taken
+
+
+def sun_path(place: Site) -> SunPath:
+    """The Sun through the day of a site."""
+    sun = position(
+        "sun", local_times_utc(place, sun_hours()), place.latitude_deg, place.longitude_deg, place.altitude_km * 1e3
+    )
+    return SunPath(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
+
+
+def near_surface_air(sun: SunPath, given: Weather) -> NearSurfaceAir:
+    """The weather of a state through the day."""
+    daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
+    if given.hourly is None:
+        low, high = np.broadcast_to(np.asarray(given.air_temperature_c, float), 2) + ZERO_CELSIUS
+        return from_extremes(sun, low, high, *daily)
+    table = given.hourly
+    by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
+    humidity, wind, cloud = (
+        np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)
+    )
+    return from_hours(
+        sun.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
+        np.array(table.time),
+        np.array(table.air_temperature_c) + ZERO_CELSIUS,
+        humidity,
+        wind,
+        cloud,
+        None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
+        measured_radiation(table) if given.radiation == "measured" else None,
+    )
+
+
+def measured_radiation(table: HourlyWeather) -> MeasuredRadiation:
+    """Measured light of a table that has it."""
+    longwave = table.longwave_down_w_m2
+    return MeasuredRadiation(
+        np.array(table.time),
+        np.array(table.direct_normal_w_m2),
+        np.array(table.diffuse_w_m2),
+        None if longwave is None else np.array(longwave),
+    )
+
+
+def ground_air(site: Site, state: State) -> GroundAir:
+    """The weather of a state at the time of its air, by default the day's mean.
+
+    The mean does not depend on the Sun, so that days of the same weather share their air.
+    """
+    mean, mean_vapour, pressure = _means(state.weather)
+    table = state.weather.hourly
+    altitude = 1e3 * (site.altitude_km if table is None or table.altitude_km is None else table.altitude_km)
+    kelvin, vapour = mean, mean_vapour
+    if state.air_time is not None:
+        day = state.date or site.date
+        air = near_surface_air(sun_path(site.model_copy(update={"date": day})), state.weather)
+        kelvin, vapour = (
+            float(np.interp(state.air_time, sun_hours(), values, period=24.0))
+            for values in (air.air_temperature, air.vapour_pressure)
+        )
+    if state.has_water_amount:
+        return GroundAir(altitude, kelvin, mean, pressure=pressure)
+    return GroundAir(altitude, kelvin, mean, vapour, mean_vapour, pressure)
+
+
+def _means(weather: Weather) -> tuple[float, float, float | None]:
+    """Means of the day: air temperature [K], vapour pressure [Pa], pressure [Pa] where it is measured."""
+    mean = weather.mean_air_temperature_c + ZERO_CELSIUS
+    table = weather.hourly
+    if table is None:
+        return mean, weather.relative_humidity_percent / 100.0 * float(saturation_pressure(mean)), None
+
+    def of_day(values: Floats) -> float:
+        return float(np.mean(np.interp(_QUARTERS, table.time, values, period=24.0)))
+
+    humidity = table.relative_humidity_percent
+    percent = np.array(weather.relative_humidity_percent if humidity is None else humidity, float)
+    vapour = percent / 100.0 * saturation_pressure(np.array(table.air_temperature_c) + ZERO_CELSIUS)
+    pressure = None if table.pressure_hpa is None else 100.0 * of_day(np.array(table.pressure_hpa))
+    return mean, of_day(vapour), pressure

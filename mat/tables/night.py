@@ -1,0 +1,120 @@
+"""Atmospheric tables while their source is below the lowest of its elevations: what the air emits stays.
+
+Between the lowest node and the elevation `dark_below` at which twilight ends, the light of the source falls linearly to
+0, if the node lies in deep twilight; from a higher node it would fall far too slowly, and such elevations are refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, THERMAL_AMBIENT, THERMAL_HARMONICS, THERMAL_PATH
+from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
+from skyshine.mat.tables.gridded import ANGLE, AXES
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Group
+
+# Elevations [degree] of the centre of the Sun at which astronomical and civil twilight end (Explanatory Supplement to
+# the Astronomical Almanac, Seidelmann 1992, section 9.33).
+ASTRONOMICAL_TWILIGHT, CIVIL_TWILIGHT = -18.0, -6.0
+SOURCE_ELEVATION = "source_elevation"
+# The array that a quantity equals without its source; none for direct light.
+WITHOUT_SOURCE = {
+    "path_radiance_ratio": THERMAL_PATH,
+    "ambient_radiance": THERMAL_AMBIENT,
+    "direct_radiance": None,
+    AMBIENT_HARMONICS: THERMAL_HARMONICS,
+}
+
+
+def dark_elevation(highest_km: float) -> float:
+    """Elevation [degree] of a source at and below which an observer up to an altitude [km] sees no light of it.
+
+    Astronomical twilight has then ended at all points of the ground that the observer sees: their distance to the
+    horizon, as an angle at the centre of the Earth, is added.
+    """
+    radius = EARTH_RADIUS / 1e3
+    return float(ASTRONOMICAL_TWILIGHT - np.degrees(np.arccos(radius / (radius + max(highest_km, 0.0)))))
+
+
+@dataclass(frozen=True, eq=False)
+class Night:
+    """How one quantity is read below the lowest source elevation.
+
+    Attributes
+    ----------
+    rule : AxisRule
+        Of the source elevation.
+    thermal : str or None
+        The array that holds the quantity without its source.
+    """
+
+    rule: AxisRule
+    thermal: str | None
+
+    @property
+    def lowest(self) -> float:
+        """The first node [degree]."""
+        return float(self.rule.nodes[0])
+
+    @property
+    def dark_below(self) -> float:
+        """The elevation at and below which there is no light of the source [degree]."""
+        return self.rule.dark_below
+
+    @classmethod
+    def of(cls, root: Group, quantity: str) -> Night | None:
+        """The rule of a file for a quantity; None where there is no such rule."""
+        if quantity not in WITHOUT_SOURCE or quantity not in root.variables or THERMAL_PATH not in root.variables:
+            return None
+        dims = [dim for dim in root.variables[quantity].dims if dim.endswith(SOURCE_ELEVATION)]
+        if not dims:
+            return None
+        rule = AxisRule.of(SOURCE_ELEVATION, root.axes[dims[0]])
+        thermal = WITHOUT_SOURCE[quantity]
+        if np.isnan(rule.dark_below) or (thermal is not None and thermal not in root.variables):
+            return None
+        return cls(rule, thermal)
+
+    def begins(self, elevation: npt.ArrayLike) -> bool:
+        """Whether one of the elevations [degree] is read by this rule."""
+        height = np.asarray(elevation, float)
+        return bool(np.any((height < self.lowest) & np.isfinite(height)))
+
+    def share(self, elevation: npt.ArrayLike, out_of_range: Policy) -> Floats:
+        """Share of the light of the lowest node at elevations [degree]; 1 at and above that node.
+
+        Parameters
+        ----------
+        elevation : array_like
+        out_of_range : Policy
+            In place of what the file states for elevations in a twilight that it does not hold.
+
+        Raises
+        ------
+        InputError
+            The lowest node is before the end of civil twilight, and an elevation is between it and the dark.
+        """
+        height = np.asarray(elevation, float)
+        fading = (height < self.lowest) & (height > self.dark_below)
+        if self.lowest > CIVIL_TWILIGHT and np.any(fading):
+            if with_policy([self.rule], out_of_range, (*AXES, ANGLE, "harmonic"))[0].out_of_range == "clamp":
+                return np.where(height > self.dark_below, 1.0, 0.0)
+            raise InputError(
+                f"{SOURCE_ELEVATION}: found {np.ravel(height[fading])[0]:g}; allowed: {self.lowest:g} and above, or"
+                f" {self.dark_below:g} and below, where it is dark; for twilight, build the file with a node at"
+                f" {CIVIL_TWILIGHT:g} or below"
+            )
+        width = self.lowest - self.dark_below
+        faded = np.clip((height - self.dark_below) / width, 0.0, 1.0) if width > 0 else np.zeros_like(height)
+        return np.where(height < self.lowest, faded, 1.0)
+
+    def within(self, elevation: npt.ArrayLike) -> Floats:
+        """Elevations [degree], those below the lowest node moved to it."""
+        height = np.asarray(elevation, float)
+        return np.where(np.isfinite(height), np.maximum(height, self.lowest), height)

@@ -1,0 +1,213 @@
+"""A database that is open: its quantities, read linearly in every axis, and the part of it that one frame reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
+from skyshine.mat.tables.frame import part_of
+from skyshine.mat.tables.gridded import ANGLE, AXES
+from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.named_materials import AXIS, COORDINATES, NAMES
+from skyshine.mat.tables.raw import ENDING
+from skyshine.schemas.errors import InputError, nearest
+from skyshine.schemas.hdf5 import Group, open_database
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True, repr=False)
+class Table:
+    """An open database; safe to share between threads, for nothing in it changes once it is read.
+
+    Attributes
+    ----------
+    path : Path
+    filetype : str
+    root : Group
+    attributes : dict
+        The root attributes.
+    fixed_axes : dict of str to float
+        Of a part of a table: axes that are gone, with the value that they were read at.
+    """
+
+    path: Path
+    filetype: str
+    root: Group
+    attributes: dict[str, Any]
+    fixed_axes: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Type, file, axes and quantities, in a few lines."""
+        axes = [f"{name} {np.size(axis.values)}" for name, axis in self.root.axes.items()]
+        axes += [f"{name} = {value:g}" for name, value in self.fixed_axes.items()]
+        quantities = [f"{name} [{self.root.variables[name].units}]" for name in self.quantities]
+        return (
+            f"<{type(self).__name__} {self.filetype} {self.attributes.get('format_version')} '{self.path}'\n"
+            f"  axes: {', '.join(axes)}\n  quantities: {', '.join(quantities)}>"
+        )
+
+    @property
+    def quantities(self) -> list[str]:
+        """Names of the quantities that can be interpolated."""
+        return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
+
+    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
+        """Axes of a quantity, by their names without that of the quantity; `out_of_range` overrides the file's."""
+        if quantity not in self.root.variables:
+            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
+        dims = self.root.variables[quantity].dims
+        if not set(dims) <= set(self.root.axes):
+            raise InputError(f"'{quantity}' has an axis that the file lacks; build it again", file=self.path)
+        rules = [AxisRule.of(dim.removeprefix(f"{quantity}_"), self.root.axes[dim]) for dim in dims]
+        return with_policy(rules, out_of_range)
+
+    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
+        """Interpolated values of a quantity.
+
+        Parameters
+        ----------
+        quantity : str
+            One of `quantities`.
+        out_of_range : {'error', 'clamp'} or mapping of axis name to one of them, optional
+            Overrides what the file states for its axes.
+        **where
+            A number or an array for each axis, broadcast against each other; a material may be named.
+
+        Returns
+        -------
+        ndarray
+            In the quantity's units, of the broadcast shape.
+
+        Raises
+        ------
+        InputError
+            Unknown quantity, axis or material, missing axis, or a value outside its axis.
+        """
+        rules = self.rules(quantity, out_of_range)
+        if "material" in where:
+            where["material"] = self.material_codes(where["material"])
+        data = self.root.variables[quantity].data
+        if data.shape != tuple(rule.nodes.size for rule in rules) or data.dtype.kind not in "iuf":
+            raise InputError(f"'{quantity}' does not fit its axes; build the file again", file=self.path)
+        return interpolate(data, rules, where)
+
+    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
+        """The part of the table that one frame reads; reading it gives what the whole table gives, with fewer values.
+
+        Parameters
+        ----------
+        out_of_range
+            As in `value`.
+        **where
+            For an axis, a number: its quantities are read there, and the axis is gone; or a pair, the least and the
+            most that will be asked for: the nodes around them stay. Other axes stay whole.
+
+        Returns
+        -------
+        Table
+            Of the same type, in memory.
+
+        Raises
+        ------
+        InputError
+            An unknown axis, a value outside its axis, or a pair on an axis that repeats.
+        """
+        if "material" in where:
+            where["material"] = self.material_codes(where["material"])
+        rules: dict[str, list[AxisRule]] = {}
+        places: dict[str, dict[str, Any]] = {}
+        for quantity in self.quantities:
+            rules[quantity] = self.rules(quantity)
+            places[quantity] = self._coordinates(quantity, where)
+        known = {rule.name for axis_rules in rules.values() for rule in axis_rules}
+        known |= {AXES[-1]} if ANGLE in known else set()
+        for name in where:
+            if name not in known:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
+        rules = {name: with_policy(axis_rules, out_of_range, known) for name, axis_rules in rules.items()}
+        fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
+        return replace(self, root=part_of(self.root, rules, places), fixed_axes=self.fixed_axes | fixed)
+
+    def _coordinates(self, quantity: str, where: dict[str, Any]) -> dict[str, Any]:
+        """What `part` reads or cuts of a quantity's own axes."""
+        return where
+
+    def stored_bytes(self, quantity: str) -> int:
+        """What a quantity takes in the file, packed; of a flat export as it stands."""
+        if self.path.name.endswith(ENDING):
+            return int(self.root.variables[quantity].data.nbytes)
+        with open_database(self.path) as file:
+            return int(file[quantity].id.get_storage_size())
+
+    def error(self, quantity: str) -> dict[str, float]:
+        """The interpolation error that the file states for a quantity.
+
+        Returns
+        -------
+        dict of str to float
+            maximum, p95, rms in the quantity's units; the same with ``_kelvin`` as equivalent temperature; the number
+            of points measured. Empty where the file states none.
+        """
+        group = self.root.groups.get("accuracy")
+        if group is None or quantity not in list(group.axes["quantity"].values):
+            return {}
+        at = list(group.axes["quantity"].values).index(quantity)
+        return {name: float(v.data[at]) for name, v in group.variables.items() if v.dims == ("quantity",)}
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The table as an xarray Dataset, in memory: axes as coordinates, materials by name.
+
+        A material axis has the names as its index and the codes as the coordinate ``material_code``, so that
+        ``.sel(material="asphalt_road")`` picks one. The stated errors are not in it; see `error`.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            xarray is not installed.
+        """
+        import xarray
+
+        coordinates: dict[str, Any] = {
+            name: (name, axis.values, {"units": axis.units, "long_name": axis.long_name, **axis.attributes})
+            for name, axis in self.root.axes.items()
+        }
+        arrays: dict[str, Any] = {
+            name: (
+                variable.dims,
+                variable.data,
+                {"units": variable.units, "long_name": variable.long_name, **variable.attributes},
+            )
+            for name, variable in self.root.variables.items()
+        }
+        if NAMES in arrays:
+            for _, _, attributes in arrays.values():
+                attributes.pop(COORDINATES, None)
+            coordinates[f"{AXIS}_code"] = coordinates[AXIS]
+            coordinates[AXIS] = arrays.pop(NAMES)
+        return xarray.Dataset(arrays, coordinates, self.attributes | self.fixed_axes)
+
+    @property
+    def materials(self) -> dict[str, int]:
+        """Material names with their codes, where the file has a material axis."""
+        if "material_name" not in self.root.variables:
+            return {}
+        names = self.root.variables["material_name"].data
+        return dict(zip(names.tolist(), (int(code) for code in self.root.axes["material"].values), strict=True))
+
+    def material_codes(self, given: Any) -> npt.NDArray[Any]:
+        """Codes of materials given by code or by name."""
+        array = np.asarray(given)
+        if array.dtype.kind not in "UO":
+            return array
+        known = self.materials
+        for name in array.ravel():
+            if name not in known:
+                raise InputError(f"found the material '{name}'; {nearest(name, known)}", file=self.path)
+        return np.array([known[name] for name in array.ravel()], dtype=int).reshape(array.shape)

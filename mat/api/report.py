@@ -154,6 +154,7 @@ def report(
                 )
             else:
                 budgets.append(budget)
+                notes += [note for note in budget.notes if note not in notes]
             if advance is not None:
                 advance(1)
     return Report(tuple(budgets), describe_all(budgets, notes, job=loaded.trimmed.name, seed=seed))

@@ -22,6 +22,7 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.grids import path_grid
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.errors import InputError
 
 # Of these the error of a pixel is made.
 PIXEL_SOURCES = {
@@ -45,6 +46,7 @@ FAR_SOURCES = "emitted_transmittance", "beta_star_table", "path_radiance_table"
 SOURCES = PIXEL_SOURCES | {
     "tables": "interpolation of all tables",
     "pixel": "the pixel: all of these together, tables read at the pixel as the formats' pages say",
+    "weather_of_the_air": "the job's air in place of that of the weather at the hour; no source of the pixel's",
     "face": "radiance of the vertices interpolated across the face",
     "transmittance_extrapolation": "transmittance from beta* of the centre pixel",
     "radiance_extrapolation": "path, ambient and direct radiance from the centre pixel",
@@ -82,6 +84,8 @@ class Budget:
         Errors of the stored tables off the centre of a frame, for each of `options.READINGS` and `FIELDS_OF_VIEW`.
     options : dict of str to Option
         Errors before and after other tables and readings, and what these cost.
+    notes : list of str
+        What was not measured, and why.
     """
 
     state: int
@@ -98,6 +102,7 @@ class Budget:
     extrapolation: dict[str, Floats] = field(default_factory=dict)
     frames: dict[str, Floats] = field(default_factory=dict)
     options: dict[str, Option] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
 def error_budget(
@@ -138,6 +143,13 @@ def error_budget(
     extrapolation = measured.of_frames(random_stream(seed, Stream.BUDGET))
     errors = measured.of_averages() | measured.of_temperatures() | measured.of_atmosphere() | extrapolation.errors
     options = measured.options() | extrapolation.options
+    notes = []
+    if prepared.has_air_of_an_hour:
+        notes.append(f"State {prepared.state}: its air is that of one time, so the weather of the air makes no error.")
+    try:
+        errors |= measured.of_weather()
+    except InputError as error:
+        notes.append(f"State {prepared.state}: the weather of the air was not measured: {error}.")
     errors |= {"pixel": measured.pixel(), "normalisation": measured.of_normalisation()} | measured.of_materials()
     counted = dict.fromkeys(FAR_SOURCES, ~views.near) | {"near_range": views.near}
     return Budget(
@@ -155,4 +167,5 @@ def error_budget(
         extrapolation.by_field,
         extrapolation.frames,
         options,
+        notes,
     )

@@ -76,6 +76,7 @@ class Measurement:
         grid: PathGrid,
     ) -> None:
         job, band = prepared.loaded.trimmed, truth.air.band
+        self.prepared = prepared
         self.tables, self.truth, self.views, self.around, self.grid = tables, truth, views, around, grid
         self.few, self.steps, self.finish = (
             prepared.lit(prepared.few, truth.source),
@@ -239,6 +240,37 @@ class Measurement:
         if self.tables.assigned_share is None:
             return {}
         return {"misclassification": self.base[:, None, :] - self.base[:, :, None]}
+
+    def of_weather(self) -> dict[str, Floats]:
+        """Paths and sky through the job's air in place of that which the weather has at the hour; thermal light alone.
+
+        Raises
+        ------
+        InputError
+            Air cannot be as the weather says.
+        """
+        if self.prepared.has_air_of_an_hour:
+            return {}
+        views, faces = self.views, self.truth.faces(self.views, self.around)
+        of_job = replace(self.few, air=replace(self.few.air, scatters=False))
+        error = np.empty(self.kelvin.shape)
+        for hour in np.unique(views.time):
+            rows = views.time == hour
+            part, some = views.take(rows), faces.take(rows)
+            shown = []
+            for air in (of_job, self.prepared.at_hour(float(hour))):
+                readings = AtmosphereReadings.of(air.at_points(*part.place, self.few_light))
+                ambient = air.ambient_on_faces(*part.place[:4], self.few_light, some)[:, None]
+                emitted = None
+                if self.full.emitted is not None:
+                    ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
+                    emitted = self.full.emitted[rows] * ratio
+                readings = replace(readings, ambient=ambient, emitted=emitted)
+                blackbody, reflectance = self.emission.blackbody[rows], self.emission.reflectance
+                emission = Emission(blackbody, reflectance if reflectance.ndim == 1 else reflectance[rows])
+                shown.append(runtime_radiance(readings, emission, self.bounce[rows], self.finish))
+            error[rows] = shown[0] - shown[1]
+        return {"weather_of_the_air": error}
 
     def options(self) -> dict[str, Option]:
         """What a runtime gains by other tables and readings."""

@@ -85,6 +85,25 @@ class Prepared:
             few = BandAtmosphere.of(omission.without(air), compiled.band)
         return cls(loaded, state, band, response, exact, few, scene_inputs(job, state), frozenset(omission.scattered))
 
+    def at_hour(self, hour: float) -> BandAtmosphere:
+        """The few points in the air that the weather has at a local clock hour, without scattered light.
+
+        Raises
+        ------
+        InputError
+            Air cannot be as the weather says.
+        """
+        job = self.loaded.trimmed
+        state = job.states[self.state - 1].model_copy(update={"air": "weather", "air_times": [hour]})
+        air = BandAtmosphere.of(atmospheric_state(job.site, state), self.few.band)
+        return replace(air, air=replace(air.air, scatters=False))
+
+    @property
+    def has_air_of_an_hour(self) -> bool:
+        """Whether the paths of the state have the air of one time, not that of all hours."""
+        state = self.loaded.trimmed.states[self.state - 1]
+        return state.air == "weather" and state.air_time is not None
+
     def lit(self, air: BandAtmosphere, source: str) -> BandAtmosphere:
         """One of the two atmospheres, under a source whose light is scattered unless that is negligible."""
         return replace(air, air=replace(air.air, scatters=False)) if source in self.unscattered else air

@@ -223,7 +223,7 @@ def _observers(grid: PathGrid, surface: Floats, generator: np.random.Generator) 
     count = surface.size
     shortest, longest = grid.range_km[[0, -1]]
     near, far = (
-        np.exp(generator.uniform(*np.log([max(low, shortest, 1e-3), max(min(high, longest), low, 1e-3)]), count))
+        np.exp(generator.uniform(np.log(max(low, shortest, 1e-3)), np.log(max(min(high, longest), low, 1e-3)), count))
         for low, high in (NEAR_KM, RANGES_KM)
     )
     is_near = generator.random(count) < NEAR_SHARE

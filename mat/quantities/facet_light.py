@@ -12,7 +12,7 @@ from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.quantities.radiance_field import Directions, GroundReflection, RadianceField, cell_phases
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.threads import parallel_map
-from skyshine.schemas.arrays import Floats
+from skyshine.schemas.arrays import Booleans, Floats
 
 # Zenith angles of a hemisphere and azimuths of half a turn; against 32 x 24: 0.006 K rms and 0.02 K at most, at
 # reflectance 0.3, in 3-5 and 8-12 um.
@@ -55,6 +55,14 @@ class Faces:
     ground_temperature: Floats
     altitude: Floats | None = None
     walls: Walls | None = None
+
+    def take(self, rows: Booleans) -> Faces:
+        """Some of the faces."""
+        walls = self.walls
+        if walls is not None:
+            walls = Walls(walls.sky_view[rows], walls.temperature[rows], walls.emissivity[rows])
+        altitude = None if self.altitude is None else self.altitude[rows]
+        return Faces(self.normal[rows], self.ground_temperature[rows], altitude, walls)
 
 
 def facet_irradiance(

@@ -50,7 +50,7 @@ ATTRIBUTES = {
     "content_sha256": "SHA-256 over groups, axes, arrays and all attributes but this one (`schemas/hdf5_digest.py`)",
     "state": "name of the state: its preset or profile; `sounding` where it is made from one",
     "sounding": "name of the file of the sounding",
-    "air": "what the air near the ground follows: the weather (the day's mean, or a time of the day), profile or sounding",
+    "air": "what the air near the ground follows: weather (the day's mean, or a time), profile or sounding",
     "band": "name of the band in the job, or b01, b02 ... by its order",
     "date": "day of the state, for which the source's distance and the Moon's phase are taken",
     "source": "`sun` or `moon`",

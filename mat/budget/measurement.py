@@ -84,11 +84,9 @@ class Measurement:
             tables.finish,
         )
         self.few_light = source_irradiance(job, truth.source, self.few.band.wavenumber, self.few.band.width)
-        self.open_air, self.shadowed, self.kelvin = truth.temperatures_among(views, around)
-        self.lines = truth.lines(views, truth.faces(views, around))
-        exact = exact_normalisation(self.finish.shininess, views, views.normal)
-        self.bounce = truth.bounce(views, views.normal, replace(self.finish, normalisation=exact), around)
-        self.radiance = spectral_radiance(self.lines, band, self.kelvin, truth.reflectance, self.bounce)
+        seen = truth.of(views, around, self.finish)
+        self.open_air, self.shadowed, self.kelvin = seen.open_air, seen.shadowed, seen.kelvin
+        self.lines, self.bounce, self.radiance = seen.lines, seen.bounce, seen.radiance
         through = None
         if tables.thermal is not None:
             through = emitted_transmittance(band, truth.reflectance, self.lines, self.kelvin)

@@ -109,6 +109,29 @@ class Prepared:
         return replace(air, air=replace(air.air, scatters=False)) if source in self.unscattered else air
 
 
+@dataclass(frozen=True, eq=False)
+class FacetRadiance:
+    """Radiance of n views of M materials, with what it is made of.
+
+    Attributes
+    ----------
+    open_air, shadowed, kelvin : (n, M) arrays
+        Temperatures [K] in the open, under the shadows alone, and under shadows and beside walls.
+    lines : SpectralLines
+    bounce : (n, M) array
+        As `runtime_terms.reflection`.
+    radiance : (n, M) array
+        At the observers, W m^-2 sr^-1.
+    """
+
+    open_air: Floats
+    shadowed: Floats
+    kelvin: Floats
+    lines: SpectralLines
+    bounce: Floats
+    radiance: Floats
+
+
 class FacetTruth:
     """Temperature and radiance of faces of some materials, computed directly.
 
@@ -207,8 +230,8 @@ class FacetTruth:
         dark = in_shade.in_shade & (self.source == "sun")
         return np.where(dark[:, None], 0.0, reflection(views, normal, finish))
 
-    def radiance(self, views: Views, circumstances: Circumstances, finish: Finish) -> Floats:
-        """Radiance (n, M) of all materials at the observers, W m^-2 sr^-1.
+    def of(self, views: Views, circumstances: Circumstances, finish: Finish) -> FacetRadiance:
+        """Radiance of the faces of views, of all materials.
 
         Parameters
         ----------
@@ -216,15 +239,11 @@ class FacetTruth:
         circumstances : Circumstances
             Of the faces.
         finish : Finish
-            Of the materials; of its lobes alone, with N_s of (43) at each angle of incidence.
+            Of the materials; its lobes alone count, with N_s of (43) at each angle of incidence.
         """
+        open_air, shadowed, kelvin = self.temperatures_among(views, circumstances)
         lines = self.lines(views, self.faces(views, circumstances))
-        kelvin = self.temperatures_among(views, circumstances)[-1]
-        exact = Finish(
-            finish.reflectance,
-            finish.specular_fraction,
-            finish.shininess,
-            exact_normalisation(finish.shininess, views, views.normal),
-        )
-        bounce = self.bounce(views, views.normal, exact, circumstances)
-        return spectral_radiance(lines, self.air.band, kelvin, self.reflectance, bounce)
+        exact = exact_normalisation(finish.shininess, views, views.normal)
+        bounce = self.bounce(views, views.normal, replace(finish, normalisation=exact), circumstances)
+        radiance = spectral_radiance(lines, self.air.band, kelvin, self.reflectance, bounce)
+        return FacetRadiance(open_air, shadowed, kelvin, lines, bounce, radiance)

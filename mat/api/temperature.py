@@ -89,7 +89,7 @@ def temperature(
     material : str or path
         Of the library, or a YAML file of the layout of ``materials/ht``.
     job : path or mapping
-        Sun, sky and weather of its state; or `forcing`.
+        Sun, sky, weather and surroundings of its state; or `forcing`.
     state : int
         Of the job, counted from 1.
     altitude : float, optional
@@ -108,7 +108,8 @@ def temperature(
         Hours such as ``"10:00-14:00"`` in which no light comes from the direction of the Sun, over midnight where the
         first is later; local clock with `job`, UTC with `forcing`.
     sky_view : float
-        Open share of the sky above the surface, 0 to 1; the rest is a wall, which reflects no sunlight.
+        Open share of the sky above the surface, as far as the job leaves it open, 0 to 1; the rest is a wall, which
+        reflects no sunlight.
     facing : float, optional
         Temperature of that wall [K]; by default that of the air.
     facing_emissivity : float

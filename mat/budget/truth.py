@@ -28,6 +28,7 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.surface import scene_inputs, surface_materials
@@ -73,7 +74,7 @@ class Prepared:
         """Prepare a state and band, counted from 1."""
         loaded = loaded.on_date_of_state(state)
         job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
-        air = atmospheric_state(job.site, job.states[state - 1])
+        air = over_ground(atmospheric_state(job.site, job.states[state - 1]), job.states[state - 1], response)
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         compiled, _ = compiled_band(loaded, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
@@ -95,7 +96,7 @@ class Prepared:
         """
         job = self.loaded.trimmed
         state = job.states[self.state - 1].model_copy(update={"air": "weather", "air_times": [hour]})
-        air = BandAtmosphere.of(atmospheric_state(job.site, state), self.few.band)
+        air = BandAtmosphere.of(over_ground(atmospheric_state(job.site, state), state, self.response), self.few.band)
         return replace(air, air=replace(air.air, scatters=False))
 
     @property

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.option("--material", required=True, metavar="NAME|FILE", help="Of the library, or a file of the layout of ht/.")
 @click.option("--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Degree; 0 faces up.")
 @click.option("--azimuth", type=click.FloatRange(-360, 360), default=180.0, show_default=True, help="It faces, degree.")
-@click.option("--job", type=click.Path(), help="Sun, sky and weather of a job's state.")
+@click.option("--job", type=click.Path(), help="Sun, sky, weather and surroundings of a state.")
 @click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
 @click.option("--altitude", type=float, metavar="KM", help="Of the surface, with --job; by default the site's.")
 @click.option("--forcing", type=click.Path(), metavar="CSV", help="Measured radiation and weather, taken as periodic.")
@@ -68,8 +68,9 @@ def command(
     pressure in SI and percent; air_temperature[C] names another unit. A back by hour is in UTC under a CSV, and so are
     the hours of --shade; with --job they are local clock hours.
 
-    Shade ends the direct light and what comes from around the Sun. Where --sky-view is below 1, the rest of the sky is
-    a wall of the temperature --facing, by default that of the air; it reflects no sunlight.
+    With --job the surface stands between the ground and the walls that the state names. Shade ends the direct light and
+    what comes from around the Sun. Where --sky-view is below 1, the rest of the sky that is open there is a wall of the
+    temperature --facing, by default that of the air; it reflects no sunlight.
 
     Example: mat temperature --material concrete --slope 30 --azimuth 180 --job job.yaml
     """

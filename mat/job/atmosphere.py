@@ -19,6 +19,7 @@ from skyshine.mat.job.files import JobFile
 from skyshine.mat.job.presets import presets, with_preset
 from skyshine.mat.job.series import Series
 from skyshine.mat.job.surface import Weather
+from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.job.model import MaterialName
@@ -228,9 +229,15 @@ class State(StrictModel):
     ground_material: MaterialName | None = Field(
         None,
         description=(
-            "Whose temperature, by hour, the ground around tilted faces has; its table of temperatures is built too. By"
-            " default the ground has the day's mean air temperature."
+            "Of the ground around tilted faces and below the paths: its temperature by hour, emissivity and albedo in"
+            " the heat balance and in the bands; weather.ground_albedo and surface_albedo, where written, replace its"
+            " albedo. Its table of temperatures is built too. By default the ground has the temperature of the air, the"
+            " day's mean in ambient light."
         ),
+    )
+    # Excluded from dumps: only temperature tables depend on it, and their identity states it.
+    surroundings: StateSurroundings | None = Field(
+        None, exclude=True, description="Walls around all surfaces; by default an open plain."
     )
     date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
@@ -249,6 +256,12 @@ class State(StrictModel):
     def air_time(self) -> float | None:
         """Local clock hour of the air of paths; None is the day's mean. A loaded job has one at most."""
         return None if self.air_times is None else self.air_times[0]
+
+    @property
+    def surrounding_materials(self) -> tuple[str, ...]:
+        """Of the ground and of the walls, where the state names them."""
+        wall = None if self.surroundings is None else self.surroundings.wall.material
+        return tuple(name for name in (self.ground_material, wall) if name is not None)
 
     @pydantic.model_validator(mode="before")
     @classmethod

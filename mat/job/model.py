@@ -203,8 +203,9 @@ class Job(StrictModel):
             if name in self.temperatures_c:
                 raise ValueError(f"found '{name}' in operated and in temperatures_c; allowed: one of them; remove one")
         if isinstance(self.materials, list):
+            around = {name for state in self.states for name in state.surrounding_materials}
             for name in [*self.operated, *self.temperatures_c]:
-                if name not in self.materials:
+                if name not in self.materials and name not in around:
                     raise ValueError(
                         f"found the operated '{name}', which is not in materials; add it there or remove it here"
                     )

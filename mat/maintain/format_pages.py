@@ -54,10 +54,19 @@ ATTRIBUTES = {
     "band": "name of the band in the job, or b01, b02 ... by its order",
     "date": "day of the state, for which the source's distance and the Moon's phase are taken",
     "source": "`sun` or `moon`",
-    "ground_emissivity": "of the ground around a face; only beside `ambient_radiance_harmonics`, as the three below",
+    "ground_emissivity": "of the ground around a face",
     "ground_temperature": "K, of the ground where `ground_material` is not read",
     "ground_radiance": "W m^-2 sr^-1, emitted by the ground at `ground_temperature`",
     "ground_material": "name of the ground's material in the `.htt` file, where the job names one",
+    "ground_albedo": "of the ground, for sunlight",
+    "horizon_azimuth": "degree from north eastward, nodes of the horizon; only between walls, as those below",
+    "horizon_elevation": "degree, up to which walls stand at these azimuths",
+    "sky_view": "open share of the sky above the horizon",
+    "level_sky_view": "view factor of the open sky from a level surface",
+    "wall_material": "name of the walls' material, whose temperature they have",
+    "wall_temperature": "K, of the walls: one, or 24 at the hours 0 to 23",
+    "wall_emissivity": "of the walls, for longwave",
+    "wall_albedo": "of the walls, for sunlight",
 }
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
 from skyshine.mat.plan.plan import Kind, Plan, response_planes
 from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -31,6 +32,8 @@ EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
 SKY, MATERIAL, COLUMN = 0.2, 0.02, 2.0e-5
 # s for each material and plane of the response to shade, and for the whole solutions of a material that measure it.
 RESPONSE_PLANE, SHADE_ERROR = 3.5e-3, 0.075
+# s for solving the ground around the surfaces of a state, and its walls, at each altitude.
+GROUND, WALLS = 0.03, 0.08
 PICTURE = 0.45  # s for each file that is drawn
 TEXTURE = 1.0  # s for each texture of a megapixel or so
 
@@ -69,11 +72,18 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
         "weighted transmittance": sets
         * emission
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
-        "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns),
+        "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns) + _surroundings(job),
         "shade": sets * len(plan.materials) * shade,
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }
+
+
+def _surroundings(job: Job) -> float:
+    """Processor seconds for the ground and the walls around the surfaces of all states."""
+    grounds = sum(state.ground_material is not None for state in job.states)
+    walls = sum(state.surroundings is not None and state.surroundings.wall.material is not None for state in job.states)
+    return GROUND * grounds + WALLS * walls * len(job.surface_altitudes_km)
 
 
 def distinct_airs(loaded: LoadedJob) -> int:
@@ -81,7 +91,11 @@ def distinct_airs(loaded: LoadedJob) -> int:
     job = loaded.trimmed
     return len(
         {
-            (air_key(state), (state.date or job.site.date) if "moon" in loaded.requested.sources else None)
+            (
+                air_key(state),
+                state.ground_material,
+                (state.date or job.site.date) if "moon" in loaded.requested.sources else None,
+            )
             for state in job.states
         }
     )

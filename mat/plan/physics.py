@@ -17,6 +17,7 @@ from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import MAX_POINTS
 from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.ground import band_albedo, over_ground
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources
 from skyshine.mat.tables.files import state_label
@@ -43,9 +44,10 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         left_out += _points(job, bands[number][1].weight.size, number)
     for number, band in itertools.product(looked_at, bands):
         state = job.states[number - 1]
-        key = band, air_key(state)
+        response, everything = bands[band]
+        key = band, air_key(state), band_albedo(state, response)
         place = f"{state_label(number, len(job.states))}b{band:02d}"
-        air, (response, everything) = atmospheric_state(job.site, state), bands[band]
+        air = over_ground(atmospheric_state(job.site, state), state, response)
         irradiance = irradiance_of_sources(requested.on_date_of_state(number), everything)
         if key not in known:
             all_air = SpectralAir.of(air, everything.points, everything.gases, everything.weight)

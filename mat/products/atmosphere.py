@@ -31,6 +31,7 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.ground import band_albedo, over_ground
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.summary import state_attributes
@@ -51,7 +52,10 @@ class AtmosphereProduct:
         """A file for each source."""
         task, loaded, job = context.task, context.loaded, context.loaded.trimmed
         # The band is compiled on the paths of the job as requested, so that no answer depends on what is left out.
-        scope = {} if job.query_limits is None else {"compiled_for": _scope(loaded.requested)}
+        scope: dict[str, Any] = {} if job.query_limits is None else {"compiled_for": _scope(loaded.requested)}
+        state, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
+        if state.ground_material is not None:
+            scope["ground_reflectance"] = band_albedo(state, response)
         return tuple(
             TableIdentity(
                 file,
@@ -59,7 +63,7 @@ class AtmosphereProduct:
                 f"absorption {absorption_table().version}",
                 {
                     "site": job.site.model_dump(mode="json"),
-                    "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
+                    "state": state.model_dump(mode="json", exclude={"date", "series"}),
                     "band": {**job.bands[task.band - 1].model_dump(mode="json"), "name": job.band_name(task.band)},
                     "source": source,
                     "water_continuum": job.water_continuum,
@@ -80,7 +84,8 @@ class AtmosphereProduct:
     def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
         """The tables of each source, of one compiled band."""
         task, loaded, job = context.task, context.loaded, context.loaded.trimmed
-        state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
+        written, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
+        state = over_ground(atmospheric_state(job.site, written), written, response)
         with report.stage("compile"):
             all_points = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
             compiled, origin = compiled_band(loaded, state, all_points)
@@ -113,9 +118,7 @@ class AtmosphereProduct:
             if text:
                 report.notes.append(f"{source}: left out {text}")
             names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
-            yield _SourceTables(loaded, job.states[task.index - 1], source, lit, compiled, response).group(
-                names, notes, report
-            )
+            yield _SourceTables(loaded, written, source, lit, compiled, response).group(names, notes, report)
 
 
 def _scope(requested: Job) -> dict[str, Any]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import clock_text, tolerance_parts
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.surface import at_kelvin
@@ -20,7 +22,8 @@ from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
 from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
 from skyshine.mat.scene.sources import source_tracks
 from skyshine.mat.scene.summary import state_attributes
-from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.scene.surface import scene_inputs, surface_materials, surroundings_identity
+from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
@@ -29,7 +32,7 @@ from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.files import HTT
-from skyshine.mat.tables.htt import htt_group, material_axis, shade_fields
+from skyshine.mat.tables.htt import enclosure_attributes, htt_group, material_axis, shade_fields
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.tables.tracks import track_fields, track_hours
@@ -62,6 +65,7 @@ class TemperatureProduct:
             **({} if hours is None else {"hours": [clock_text(time) for time in hours]}),
             "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
             "materials_sha256": materials_digest(library, materials),
+            **surroundings_identity(job, context.task.index),
         }
         return (TableIdentity(context.task.files[0], HTT, f"materials {library.version}", resolved),)
 
@@ -125,7 +129,11 @@ class TemperatureProduct:
             by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
             notes["shade_method"] = SHADE_METHOD
         day = job.on_date_of_state(state).site
-        attributes = {**state_attributes(without_air_time(job.states[state - 1])), "date": day.date.isoformat()}
+        attributes: dict[str, Any] = {
+            **state_attributes(without_air_time(job.states[state - 1])),
+            "date": day.date.isoformat(),
+            **_surroundings(job.states[state - 1], solver.inputs[2].enclosure),
+        }
         accuracy = accuracy_group(errors, by_material, by_material_axes, notes)
         report.notes.append(
             f"largest residual {np.max(table.residual):.1e} W/m2, bound excess {np.max(table.bound_excess):.1e} K"
@@ -144,6 +152,21 @@ class TemperatureProduct:
             shade=fields,
             tracks=tracks,
         )
+
+
+def _surroundings(state: State, enclosure: Enclosure | None) -> dict[str, Any]:
+    """Root attributes of what stands around the surfaces; none on an open plain without a material."""
+    if enclosure is None:
+        return {}
+    attributes = enclosure_attributes(enclosure)
+    if state.ground_material is not None:
+        attributes["ground_material"] = state.ground_material
+    wall = None if state.surroundings is None else state.surroundings.wall
+    if wall is not None and wall.material is not None:
+        attributes["wall_material"] = wall.material
+    elif wall is not None and wall.temperature_c is not None:
+        attributes["wall_temperature"] = np.array(at_kelvin(wall.temperature_c))
+    return attributes
 
 
 def _axes(job: Job) -> Axes:

@@ -1,4 +1,4 @@
-"""From a job to what the surface heat balance needs: Sun, weather, sky, materials."""
+"""From a job to what the surface heat balance needs: Sun, weather, sky, surroundings, materials."""
 
 from __future__ import annotations
 
@@ -12,17 +12,23 @@ from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.model import Job
-from skyshine.mat.job.surface import Operation
+from skyshine.mat.job.surface import Operation, at_kelvin
+from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
-from skyshine.mat.scene.atmosphere import atmospheric_state, without_air_time
+from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest, without_air_time
 from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.scene.weather import measured_radiation, near_surface_air, sun_path
+from skyshine.mat.surface.enclosed import Facing, solved_enclosure
+from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import Sky
+from skyshine.mat.surface.horizon import Horizon
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.materials.library import load_library
 from skyshine.materials.records import Material
 from skyshine.schemas.errors import InputError
 
@@ -52,16 +58,84 @@ def surface_inputs(
 
 
 def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, Sky]:
-    """Sun, weather and sky of a state, counted from 1."""
+    """Sun, weather and sky of a state, counted from 1, the sky with the ground and walls that the state names."""
     state = job.states[state_index - 1]
     place = job.on_date_of_state(state_index).site
     sun = sun_path(place)
     air = atmospheric_state(place, without_air_time(state))
-    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, state.weather.ground_albedo, sun.sun_distance)
+    sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, ground_albedo(state), sun.sun_distance)
     weather = near_surface_air(sun, state.weather)
     if state.clouds:  # their layers are in the sky already
         weather = replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
-    return sun, weather, sky
+    return sun, weather, replace(sky, enclosure=_enclosure(job, state, sun, weather, sky))
+
+
+def has_enclosure(state: State) -> bool:
+    """Whether a state names ground or walls around its surfaces."""
+    return state.ground_material is not None or not (state.surroundings or StateSurroundings()).open
+
+
+def ground_albedo(state: State) -> float:
+    """Albedo of the ground for sunlight: as given, else that of the ground's material."""
+    if state.ground_material is None or "ground_albedo" in state.weather.model_fields_set:
+        return state.weather.ground_albedo
+    (material,) = surface_materials([load_library()[state.ground_material]])
+    return 1 - material.solar_absorptance
+
+
+def _enclosure(job: Job, state: State, sun: SunPath, weather: NearSurfaceAir, sky: Sky) -> Enclosure | None:
+    """Ground and walls of a state, with their temperatures; None on an open plain without a material."""
+    if not has_enclosure(state):
+        return None
+    given = state.surroundings or StateSurroundings()
+    ground = Facing(1.0, sky.ground_albedo)
+    if state.ground_material is not None:
+        ground = replace(_facing(job, state.ground_material), albedo=sky.ground_albedo)
+    wall, (azimuth, elevation) = given.wall, given.horizon
+    if wall.material is not None:
+        walls = _facing(job, wall.material)
+    else:
+        celsius = wall.temperature_c
+        walls = Facing(wall.emissivity, wall.albedo, None if celsius is None else at_kelvin(celsius))
+    return solved_enclosure(
+        sun,
+        weather,
+        sky,
+        [1e3 * altitude for altitude in job.surface_altitudes_km],
+        ground=ground,
+        walls=walls,
+        horizon=Horizon(azimuth, elevation),
+        sky_view=given.sky_view,
+        steps=job.accuracy.solver_steps,
+    )
+
+
+def _facing(job: Job, name: str) -> Facing:
+    """A material as ground or wall, at the temperature that the job gives or that its heat balance has."""
+    (material,) = surface_materials([load_library()[name]], job.operated)
+    celsius = job.temperatures_c.get(name)
+    return Facing(
+        material.thermal_emissivity,
+        1 - material.solar_absorptance,
+        material if celsius is None else at_kelvin(celsius),
+    )
+
+
+def surroundings_identity(job: Job, state_index: int) -> dict[str, Any]:
+    """What a table of temperatures depends on by the surroundings of a state, counted from 1; empty without any."""
+    state = job.states[state_index - 1]
+    if not has_enclosure(state):
+        return {}
+    names = state.surrounding_materials
+    content: dict[str, Any] = {"ground_albedo": ground_albedo(state)}
+    if state.surroundings is not None:
+        content |= state.surroundings.content()
+    for name in names:
+        if name in job.operated:
+            content.setdefault("operated", {})[name] = job.operated[name].model_dump(mode="json")
+        if name in job.temperatures_c:
+            content.setdefault("temperatures_c", {})[name] = job.temperatures_c[name]
+    return {"surroundings": content | {"materials_sha256": materials_digest(load_library(), names)}}
 
 
 def check_measured_light(job: Job, state_index: int) -> None:

@@ -7,13 +7,16 @@ them and then averaged over the solver's steps, so that sunrise on a wall keeps 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure, SurroundingRadiation
+from skyshine.mat.surface.horizon import Views
+from skyshine.mat.surface.step_means import step_means
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
@@ -44,6 +47,8 @@ class Sky:
         Longwave irradiance over that of a black body at the temperature of the air there.
     ground_albedo : float
         Of the surroundings, for sunlight.
+    enclosure : Enclosure or None
+        Ground and walls around all surfaces; None: an open plain that is as warm as the air.
     """
 
     altitude: Floats
@@ -53,6 +58,7 @@ class Sky:
     diffuse: Floats
     emissivity: Floats
     ground_albedo: float
+    enclosure: Enclosure | None = None
 
     def at(self, name: str, altitude: Floats) -> Floats:
         """A quantity at altitudes (A,) [m], linear between the levels: (A, ...).
@@ -199,51 +205,6 @@ def plane_irradiance(
     return direct * cosine, on_plane, reflected
 
 
-def step_means(values: Floats, steps: int) -> Floats:
-    """Means of periodic samples over the steps centred on each solver time, by the trapezium rule.
-
-    Parameters
-    ----------
-    values : (..., n or 1) ndarray
-        Samples through the period, or a constant.
-    steps : int
-        Of the solver.
-
-    Returns
-    -------
-    (..., steps or 1) ndarray
-
-    Raises
-    ------
-    InputError
-        The number of samples is not a multiple of the number of steps.
-    """
-    samples = values.shape[-1]
-    if samples == 1:
-        return values
-    if samples % steps:
-        raise InputError(f"found {steps} solver steps; allowed: divisors of {samples}")
-    ratio = samples // steps
-    if ratio == 1:
-        return values
-    weights = np.zeros(samples)
-    offsets = np.arange(-(ratio // 2), ratio // 2 + 1)
-    ends = 0.5 if ratio % 2 == 0 else 1.0
-    weights[offsets % samples] = np.where(np.abs(offsets) == ratio // 2, ends, 1.0) / ratio
-    kernel = _circulant_rows(tuple(weights), ratio)
-    means: Floats = values @ kernel
-    return means
-
-
-@lru_cache(maxsize=8)
-def _circulant_rows(weights: tuple[float, ...], ratio: int) -> Floats:
-    """(samples, steps) matrix that applies a symmetric periodic kernel and keeps every `ratio`-th result."""
-    samples = len(weights)
-    rows, columns = np.arange(samples)[:, None], np.arange(0, samples, ratio)[None, :]
-    kernel: Floats = np.asarray(weights)[(rows - columns) % samples]
-    return kernel
-
-
 def _carried(light: Floats, clear_at_station: Floats, clear: Floats) -> Floats:
     """Measured light (SUN_STEPS,) at the altitudes of clear light (A, SUN_STEPS), by the ratio of the clear sky's."""
     ratio = np.divide(clear, clear_at_station, out=np.ones_like(clear), where=clear_at_station > 0)
@@ -269,9 +230,10 @@ class Scene:
 
     Notes
     -----
-    Columns are altitudes x planes, planes fastest. A plane sees the sky by
+    Columns are altitudes x planes, planes fastest. Where the sky has no enclosure, a plane sees the sky by
     (1 + cos slope) / 2 and otherwise level ground, which radiates as a black body at air temperature, the usual
     assumption where the surroundings are not modelled (EnergyPlus Engineering Reference, exterior longwave radiation).
+    Longwave and reflected sunlight of walls count as those of the ground.
     """
 
     sun: SunPath
@@ -291,12 +253,31 @@ class Scene:
         return self.weather.at(altitude, self.sky.pressure_at(np.append(altitude, self.weather.altitude)))
 
     @cached_property
+    def _views(self) -> Views | None:
+        """View factors of the planes in the enclosure."""
+        enclosure = self.sky.enclosure
+        return None if enclosure is None else enclosure.views(self.slope, self.azimuth)
+
+    @cached_property
     def _shortwave(self) -> tuple[Floats, Floats, Floats]:
         """Direct, diffuse and reflected on the planes, each (A, P, SUN_STEPS)."""
-        direct, diffuse = self._sunlight()
+        slope = np.asarray(self.slope, float)
+        direct, diffuse, reflected = self._on_planes(slope, np.asarray(self.azimuth, float), self._views)
+        view = 0.5 * (1 + np.cos(np.radians(self.slope)))
+        if self._views is not None:
+            view, reflected = self._views.sky, self._views.received(self._sunlight_around)
+        if self.surroundings is None:
+            return direct, diffuse, reflected
+        even = view[None, :, None] * self._sunlight[1][:, None, :]
+        shaded = self.surroundings.shaded(sun_hours(), 24.0 / SUN_STEPS)
+        return *self.surroundings.sunlight(direct, diffuse, even, shaded), reflected
+
+    def _on_planes(self, slope: Floats, azimuth: Floats, views: Views | None) -> tuple[Floats, Floats, Floats]:
+        """Direct and diffuse on planes (P,), and reflected by ground on an open plain, each (A, P, SUN_STEPS)."""
+        direct, diffuse = self._sunlight
         received = plane_irradiance(
-            np.asarray(self.slope, float)[None, :, None],
-            np.asarray(self.azimuth, float)[None, :, None],
+            slope[None, :, None],
+            azimuth[None, :, None],
             self.sun.solar_elevation[None, None, :],
             self.sun.solar_azimuth[None, None, :],
             direct[:, None, :],
@@ -304,11 +285,26 @@ class Scene:
             self.sky.ground_albedo,
             SOLAR_CONSTANT / self.sun.sun_distance**2,
         )
-        if self.surroundings is None:
+        if views is None or self.sky.enclosure is None:
             return received
-        even = 0.5 * (1 + np.cos(np.radians(self.slope)))[None, :, None] * diffuse[:, None, :]
-        shaded = self.surroundings.shaded(sun_hours(), 24.0 / SUN_STEPS)
-        return *self.surroundings.sunlight(received[0], received[1], even, shaded), received[2]
+        return *self.sky.enclosure.light_of_sky(views, slope, self.sun, *received[:2], diffuse), received[2]
+
+    @property
+    def _around(self) -> Enclosure:
+        """The enclosure; on an open plain the ground alone."""
+        plain = Emitter(1.0, self.sky.ground_albedo)
+        return self.sky.enclosure or Enclosure(plain, Emitter(1.0, 0.0))
+
+    @cached_property
+    def _sunlight_around(self) -> Floats:
+        """Reflected by ground and walls, (A, 9, SUN_STEPS)."""
+        direct, diffuse, _ = self._on_planes(SLOPES, AZIMUTHS, self._around.between)
+        return self._around.sunlight(direct + diffuse)
+
+    @cached_property
+    def _longwave_around(self) -> Floats:
+        """Emitted and reflected by ground and walls, (A, 9, SUN_STEPS)."""
+        return self._around.longwave(self.altitude, self._longwave, self._air[0])
 
     @cached_property
     def _longwave(self) -> Floats:
@@ -321,6 +317,7 @@ class Scene:
         clear_at_station = self.sky.longwave(self.weather.air_temperature[None], 0.0, self._station_altitude)
         return series * clear / clear_at_station
 
+    @cached_property
     def _sunlight(self) -> tuple[Floats, Floats]:
         """Direct normal and diffuse horizontal irradiance, each (A, SUN_STEPS).
 
@@ -345,12 +342,32 @@ class Scene:
     def open_air(self, steps: int) -> tuple[Floats, Floats, Floats, Floats]:
         """Direct normal and diffuse horizontal light, longwave of the whole sky [W m^-2], air temperature [K].
 
-        Each (A, steps).
+        Each (A, steps). Direct light is that which the horizon leaves; diffuse light and longwave are of the whole sky.
         """
+        direct, diffuse = self._sunlight
         direct, diffuse, longwave, air = (
-            step_means(field, steps) for field in (*self._sunlight(), self._longwave, self._air[0])
+            step_means(field, steps) for field in (direct * self._visible, diffuse, self._longwave, self._air[0])
         )
         return direct, diffuse, longwave, air
+
+    @property
+    def _visible(self) -> Floats:
+        """1 where the Sun is not behind the horizon, (SUN_STEPS,)."""
+        hidden = self._around.horizon.hides(self.sun.solar_elevation, self.sun.solar_azimuth)
+        return np.where(hidden, 0.0, 1.0)
+
+    def surrounding_radiation(self, steps: int) -> SurroundingRadiation:
+        """What the columns see beside the sky, as means over each of so many steps of the day."""
+        temperature, longwave, sunlight = (
+            step_means(field, steps)
+            for field in (
+                self._around.temperature(self.altitude, self._air[0]),
+                self._longwave_around,
+                self._sunlight_around,
+            )
+        )
+        views = self._around.views(self.slope, self.azimuth)
+        return SurroundingRadiation(views, step_means(self._visible, steps), temperature, longwave, sunlight)
 
     def forcing(self, steps: int) -> Forcing:
         """The forcing of all columns, (A * P, steps)."""
@@ -361,9 +378,16 @@ class Scene:
         direct, diffuse, reflected = (step_means(part, steps).reshape(-1, steps) for part in self._shortwave)
         cosine = np.tile(np.cos(np.radians(self.slope)), len(self.altitude))[:, None]
         view = 0.5 * (1 + cosine)
-        sky, ground = view * longwave, (1 - view) * Stefan_Boltzmann * air**4
+        if self._views is None:
+            ground = (1 - view) * Stefan_Boltzmann * air**4
+        else:
+            view = np.tile(self._views.sky, len(self.altitude))[:, None]
+            ground = step_means(self._views.received(self._longwave_around), steps).reshape(-1, steps)
+        sky = view * longwave
         if self.surroundings is not None:
-            sky, ground = self.surroundings.longwave(view, longwave, air)
+            around = self.surroundings
+            wall = around.wall_longwave(longwave, Stefan_Boltzmann * air**4)
+            sky, ground = around.sky_view * view * longwave, ground + (1 - around.sky_view) * view * wall
         return Forcing(
             shortwave_direct=direct,
             shortwave_diffuse=diffuse,

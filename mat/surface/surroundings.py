@@ -98,9 +98,16 @@ class Surroundings:
             [K]
         """
         air = Stefan_Boltzmann * air_temperature**4
-        emitted = air if self.facing is None else Stefan_Boltzmann * self.facing**4
-        wall = self.facing_emissivity * emitted + (1 - self.facing_emissivity) * 0.5 * (sky + air)
+        wall = self.wall_longwave(sky, air)
         return self.sky_view * view * sky, (1 - view) * air + (1 - self.sky_view) * view * wall
+
+    def wall_longwave(self, sky: Floats, air: Floats) -> Floats:
+        """Longwave that the wall emits and reflects [W m^-2] under a sky, beside air of a black body's radiation
+        [W m^-2].
+        """
+        emitted = air if self.facing is None else Stefan_Boltzmann * self.facing**4
+        wall: Floats = self.facing_emissivity * emitted + (1 - self.facing_emissivity) * 0.5 * (sky + air)
+        return wall
 
 
 def shaded_share(shade: Sequence[Interval], hours: Floats, step: float) -> Floats:

@@ -16,6 +16,7 @@ from skyshine.schemas.hdf5 import Group, Variable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from skyshine.mat.surface.enclosure import Enclosure
     from skyshine.mat.surface.forcing import Scene
     from skyshine.mat.surface.response import ResponseTable
     from skyshine.mat.surface.table import SurfaceTemperatures
@@ -99,6 +100,24 @@ def htt_group(
             variables |= fields[1]
     groups = {"diagnostics": Group(column_axes, diagnostics), "accuracy": accuracy}
     return Group(all_axes, with_names(variables), groups, attributes)
+
+
+def enclosure_attributes(enclosure: Enclosure) -> dict[str, Any]:
+    """Root attributes of the ground and the walls around the surfaces of a table."""
+    attributes: dict[str, Any] = {
+        "ground_emissivity": enclosure.ground.emissivity,
+        "ground_albedo": enclosure.ground.albedo,
+    }
+    if not enclosure.open:
+        attributes |= {
+            "horizon_azimuth": np.array(enclosure.horizon.azimuth),
+            "horizon_elevation": np.array(enclosure.horizon.elevation),
+            "sky_view": enclosure.sky_view,
+            "level_sky_view": float(enclosure.between.sky[0]),
+            "wall_emissivity": enclosure.walls.emissivity,
+            "wall_albedo": enclosure.walls.albedo,
+        }
+    return attributes
 
 
 def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) -> Fields:

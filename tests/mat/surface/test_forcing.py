@@ -8,10 +8,10 @@ import pytest
 from skyshine.mat.surface.forcing import (
     Scene,
     plane_irradiance,
-    step_means,
 )
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
+from skyshine.mat.surface.step_means import step_means
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
 from skyshine.mat.surface.weather import from_hours
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack

@@ -1,0 +1,136 @@
+"""Temperatures of the ground and the walls around a scene, from their own heat balance under the same sky."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyshine.mat.surface.back_boundary import at_hours
+from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure
+from skyshine.mat.surface.forcing import Scene, Sky
+from skyshine.mat.surface.horizon import LEVEL, Horizon
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.solver import solve_columns
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import CheckFailed
+
+# K: passes over ground and walls end where none changes a temperature by more. Each pass leaves at most the share that
+# radiation has in the loss of heat, some 0.7 in calm air between walls that hide the whole sky.
+TOLERANCE = 0.01
+_PASSES = 60
+# K that the last pass may still change: a surface at the edge between two methods of the solver moves so much.
+_LARGEST_CHANGE = 0.2
+
+
+@dataclass(frozen=True)
+class Facing:
+    """Ground or walls as they are given.
+
+    Attributes
+    ----------
+    emissivity, albedo : float
+        For longwave and for sunlight.
+    temperature : SurfaceMaterial, float, tuple of float or None
+        Whose heat balance is solved; or in K, one or 24 at the hours 0 to 23; None takes that of the air.
+    """
+
+    emissivity: float
+    albedo: float
+    temperature: SurfaceMaterial | float | tuple[float, ...] | None = None
+
+
+AIR = Facing(1.0, 0.0)
+
+
+def solved_enclosure(
+    sun: SunPath,
+    weather: NearSurfaceAir,
+    sky: Sky,
+    altitudes_m: Sequence[float],
+    *,
+    ground: Facing,
+    walls: Facing = AIR,
+    horizon: Horizon = LEVEL,
+    sky_view: float = 1.0,
+    steps: int = 96,
+) -> Enclosure:
+    """The enclosure of a scene with the temperatures of its ground and walls.
+
+    Parameters
+    ----------
+    sun, weather, sky
+        As of `Scene`; an enclosure that the sky has already is replaced.
+    altitudes_m : (L,) sequence
+        Increasing, at which temperatures are solved [m].
+    ground, walls : Facing
+        The ground is level, walls are upright and face each of `ASPECTS`.
+    horizon, sky_view
+        As of `Enclosure`.
+    steps : int
+        Solver times of a day.
+
+    Returns
+    -------
+    Enclosure
+
+    Raises
+    ------
+    CheckFailed
+        The temperatures of ground and walls do not settle.
+    skyshine.mat.surface.solver.ConvergenceError
+        No method solves one of them.
+
+    Notes
+    -----
+    Ground and walls see the sky under the same horizon as all surfaces, each other, and walls other walls. They are
+    solved in turn from air temperature on, each pass with the temperatures of the one before.
+    """
+    altitude = np.asarray(altitudes_m, float)
+    enclosure = Enclosure(_given(ground, altitude), _given(walls, altitude), horizon, float(sky_view), altitude)
+    solved = {
+        name: (facing.temperature, planes)
+        for name, facing, planes in (("ground", ground, slice(0, 1)), ("walls", walls, slice(1, None)))
+        if isinstance(facing.temperature, SurfaceMaterial) and not (name == "walls" and enclosure.open)
+    }
+    largest = np.inf
+    for _ in range(_PASSES if solved else 0):
+        around = replace(sky, enclosure=enclosure)
+        changes = {}
+        largest = 0.0
+        for name, (material, planes) in solved.items():
+            scene = Scene(sun, weather, around, altitude, SLOPES[planes], AZIMUTHS[planes])
+            emitter, kelvin = getattr(enclosure, name), _temperature(material, scene, steps)
+            before = np.inf if emitter.temperature is None else emitter.temperature
+            largest = max(largest, float(np.abs(kelvin - before).max()))
+            changes[name] = replace(emitter, temperature=kelvin)
+        enclosure = replace(enclosure, **changes)
+        # Level ground on an open plain sees nothing that depends on its temperature.
+        if largest <= TOLERANCE or enclosure.open:
+            return enclosure
+    if solved and largest > _LARGEST_CHANGE:
+        raise CheckFailed(
+            f"temperatures of ground and walls still change by {largest:.2g} K after {_PASSES} passes; give the walls a"
+            " temperature_c, or a larger sky_view"
+        )
+    return enclosure
+
+
+def _given(facing: Facing, altitude: Floats) -> Emitter:
+    """An emitter with the temperatures that are given; those to be solved begin at air temperature."""
+    if facing.temperature is None or isinstance(facing.temperature, SurfaceMaterial):
+        return Emitter(facing.emissivity, facing.albedo)
+    day = at_hours(facing.temperature, sun_hours())
+    return Emitter(facing.emissivity, facing.albedo, np.tile(day, (altitude.size, 1, 1)))
+
+
+def _temperature(material: SurfaceMaterial, scene: Scene, steps: int) -> Floats:
+    """Temperature of a material on all planes of a scene, (A, P, SUN_STEPS)."""
+    kelvin = np.empty((len(scene.altitude) * len(scene.slope), SUN_STEPS))
+    for columns, solution in solve_columns(material, scene.forcing, steps=steps):
+        times = np.arange(solution.temperature.shape[1]) * (24.0 / solution.temperature.shape[1])
+        kelvin[columns] = [np.interp(sun_hours(), times, row, period=24.0) for row in solution.temperature]
+    return kelvin.reshape(len(scene.altitude), len(scene.slope), SUN_STEPS)

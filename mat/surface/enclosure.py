@@ -1,0 +1,219 @@
+"""Ground and walls around the surfaces of a scene: what they radiate and reflect, by the hour.
+
+All surfaces of a place stand under one horizon, ground and walls too: a point in the middle of a street or at the edge
+of a forest, not a model of its houses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.constants import Stefan_Boltzmann
+
+from skyshine.mat.surface.horizon import ASPECTS, LEVEL, Horizon, Views
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
+
+# Planes of the surfaces around: the ground, then walls that face each of the aspects [degree].
+SLOPES = np.array([0.0, *[90.0] * ASPECTS.size])
+AZIMUTHS = np.array([0.0, *ASPECTS])
+LARGEST_WALL_ALBEDO = 0.99  # below 1, so that light between walls that hide the whole sky has an end
+
+
+@dataclass(frozen=True, eq=False)
+class Emitter:
+    """Ground, or the walls of all aspects.
+
+    Attributes
+    ----------
+    emissivity : float
+        For longwave, above 0 to 1; the rest is reflected evenly to all sides.
+    albedo : float
+        For sunlight, reflected evenly to all sides.
+    temperature : (L, 1 or 8, SUN_STEPS) ndarray or None
+        By altitude and aspect [K]; None takes that of the air.
+
+    Raises
+    ------
+    InputError
+        A value is outside its limits.
+    """
+
+    emissivity: float
+    albedo: float
+    temperature: Floats | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 < self.emissivity <= 1:
+            raise InputError(f"found emissivity {self.emissivity:g} of ground or walls; allowed: above 0, up to 1")
+        if not 0 <= self.albedo <= 1:
+            raise InputError(f"found albedo {self.albedo:g} of ground or walls; allowed: 0 to 1")
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """What surfaces see beside the sky.
+
+    Attributes
+    ----------
+    ground, walls : Emitter
+    horizon : Horizon
+        Walls reach from the level up to it, and hide the direct light of the Sun behind them.
+    sky_view : float
+        Open share of the sky above the horizon, 0 to 1; walls hide the rest, but no direct light.
+    altitude : (L,) ndarray
+        Of the temperatures [m], increasing.
+
+    Raises
+    ------
+    InputError
+        A value is outside its limits.
+    """
+
+    ground: Emitter
+    walls: Emitter
+    horizon: Horizon = LEVEL
+    sky_view: float = 1.0
+    altitude: Floats | tuple[float, ...] = (0.0,)
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.sky_view <= 1:
+            raise InputError(f"found sky_view {self.sky_view:g}; allowed: 0 (no sky) to 1 (the whole sky)")
+        if self.walls.albedo > LARGEST_WALL_ALBEDO:
+            raise InputError(f"found albedo {self.walls.albedo:g} of walls; allowed: 0 to {LARGEST_WALL_ALBEDO:g}")
+
+    @property
+    def open(self) -> bool:
+        """Whether no walls stand around."""
+        return self.horizon.level and self.sky_view == 1
+
+    def views(self, slope: Floats, azimuth: Floats) -> Views:
+        """View factors of planes (P,) [degree]."""
+        return Views.of(self.horizon, self.sky_view, np.asarray(slope, float), np.asarray(azimuth, float))
+
+    @cached_property
+    def between(self) -> Views:
+        """View factors of ground and walls themselves."""
+        return self.views(SLOPES, AZIMUTHS)
+
+    def light_of_sky(
+        self, views: Views, slope: Floats, sun: SunPath, direct: Floats, diffuse: Floats, level: Floats
+    ) -> tuple[Floats, Floats]:
+        """Direct and diffuse irradiance of planes that is left of that without the enclosure [W m^-2].
+
+        Parameters
+        ----------
+        views : Views
+            Of the planes.
+        slope : (P,) ndarray
+            [degree]
+        sun : SunPath
+        direct, diffuse : (A, P, SUN_STEPS) ndarray
+            Of Sun and sky without the enclosure [W m^-2].
+        level : (A, SUN_STEPS) ndarray
+            Diffuse irradiance of a level surface [W m^-2]. What a plane has above its view of an evenly bright sky
+            comes from around the Sun, and ends with the direct light.
+        """
+        whole = 0.5 * (1 + np.cos(np.radians(slope)))
+        share = np.divide(views.sky, whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
+        visible = ~self.horizon.hides(sun.solar_elevation, sun.solar_azimuth)
+        even = np.minimum(diffuse, whole[:, None] * level[:, None])
+        return direct * visible, share * even + visible * (diffuse - even)
+
+    def temperature(self, altitude: Floats, air: Floats) -> Floats:
+        """Temperature of ground and walls.
+
+        Parameters
+        ----------
+        altitude : (A,) ndarray
+            [m]; beyond the altitudes of the enclosure, the nearest is taken.
+        air : (A, SUN_STEPS) ndarray
+            [K]
+
+        Returns
+        -------
+        (A, 9, SUN_STEPS) ndarray
+            [K], the ground first.
+        """
+        kelvin = np.empty((len(altitude), SLOPES.size, SUN_STEPS))
+        for planes, emitter in ((slice(0, 1), self.ground), (slice(1, None), self.walls)):
+            if emitter.temperature is None:
+                kelvin[:, planes] = air[:, None]
+            else:
+                kelvin[:, planes] = _at(np.asarray(self.altitude, float), emitter.temperature, altitude)
+        return kelvin
+
+    def longwave(self, altitude: Floats, sky: Floats, air: Floats) -> Floats:
+        """Longwave that ground and walls emit and reflect.
+
+        Parameters
+        ----------
+        altitude : (A,) ndarray
+            [m]
+        sky : (A, SUN_STEPS) ndarray
+            Irradiance of the whole sky on a level surface [W m^-2].
+        air : (A, SUN_STEPS) ndarray
+            [K]
+
+        Returns
+        -------
+        (A, 9, SUN_STEPS) ndarray
+            Per area of theirs [W m^-2].
+        """
+        emissivity = self._by_plane(self.ground.emissivity, self.walls.emissivity)
+        emitted = emissivity[:, None] * Stefan_Boltzmann * self.temperature(altitude, air) ** 4
+        light = emitted + ((1 - emissivity) * self.between.sky)[:, None] * sky[:, None]
+        return self._exchanged(1 - emissivity, light)
+
+    def sunlight(self, received: Floats) -> Floats:
+        """Sunlight that ground and walls reflect, once and again [W m^-2], (A, 9, SUN_STEPS).
+
+        `received` (A, 9, SUN_STEPS) is the irradiance of each by Sun and sky [W m^-2].
+        """
+        albedo = self._by_plane(self.ground.albedo, self.walls.albedo)
+        return self._exchanged(albedo, albedo[:, None] * received)
+
+    def _by_plane(self, ground: float, walls: float) -> Floats:
+        return np.array([ground, *[walls] * ASPECTS.size])
+
+    def _exchanged(self, reflectance: Floats, leaving: Floats) -> Floats:
+        """What leaves ground and walls (A, 9, N) once they have lit each other."""
+        seen = np.column_stack([self.between.ground, self.between.walls])
+        matrix = np.eye(SLOPES.size) - reflectance[:, None] * seen
+        return np.asarray(np.linalg.solve(matrix, leaving))
+
+
+def _at(nodes: Floats, values: Floats, altitude: Floats) -> Floats:
+    """Values (L, ...) at altitudes (A,), linear between the nodes (L,), constant beyond them."""
+    if nodes.size == 1:
+        return np.repeat(values, len(altitude), axis=0)
+    place = np.clip(np.searchsorted(nodes, altitude, side="right") - 1, 0, nodes.size - 2)
+    share = np.clip((np.asarray(altitude) - nodes[place]) / np.diff(nodes)[place], 0.0, 1.0)[:, None, None]
+    between: Floats = values[place] * (1 - share) + values[place + 1] * share
+    return between
+
+
+@dataclass(frozen=True, eq=False)
+class SurroundingRadiation:
+    """What the columns of a scene see through the day: sky, ground, and walls that face each of `ASPECTS`.
+
+    Attributes
+    ----------
+    views : Views
+        View factors of the P planes.
+    visible : (N,) ndarray
+        Share of each step in which the Sun is not behind the horizon.
+    temperature : (A, 9, N) ndarray
+        Of the ground, then of the walls by aspect [K].
+    longwave, sunlight : (A, 9, N) ndarray
+        That leave ground and walls, emitted and reflected, per area of theirs [W m^-2].
+    """
+
+    views: Views
+    visible: Floats
+    temperature: Floats
+    longwave: Floats
+    sunlight: Floats

@@ -197,7 +197,8 @@ class Tables:
         emitted = None
         if temperature is not None and self.thermal is not None:
             emitted = self.emitted_transmittance(views, temperature, line)
-        return AtmosphereReadings(*(value[:, None] for value in (tau, *values)), emitted)
+        through, ratio, ambient, direct = (value[:, None] for value in (tau, *values))
+        return AtmosphereReadings(through, ratio, ambient, direct, emitted)
 
     @property
     def has_harmonics(self) -> bool:

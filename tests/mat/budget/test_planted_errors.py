@@ -100,7 +100,7 @@ def test_three_wrong_tables_show_under_three_names(honest, planted):
     """
 
     def clearer(beta):
-        return np.concatenate([beta[:, :, :2], 1.05 * beta[:, :, 2:]], axis=2)
+        return np.concatenate([beta[:, :, :2], 1.3 * beta[:, :, 2:]], axis=2)
 
     wrong = planted(
         ("s01.htt.h5", "sky_irradiance", lambda sky: 0.5 * sky),

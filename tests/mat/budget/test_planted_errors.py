@@ -114,6 +114,28 @@ def test_three_wrong_tables_show_under_three_names(honest, planted):
     assert np.all(wrong.errors["near_range"][~wrong.views.near] == 0)
 
 
+def test_air_beside_the_weather_shows_as_weather_of_the_air(job, tmp_path):
+    """Weather 16 K warmer than the profile that paths keep; the truth keeps it too, so it is no source of the pixel."""
+
+    def row(*changes):
+        text = job.read_text(encoding="utf-8")
+        for before, after in changes:
+            assert before in text
+            text = text.replace(before, after)
+        file = tmp_path / "job.yaml"
+        file.write_text(text, encoding="utf-8")
+        prepared = Prepared.of(load_job(file), 1, 1)
+        budget = error_budget(prepared, job.parent / "built", load_library(), source="sun", scenes=4, seed=2)
+        return budget.errors.get("weather_of_the_air"), budget.notes
+
+    followed, notes = row()
+    beside, _ = row(("[22, 33]", "[38, 49]"), ("    weather:", "    air: profile\n    weather:"))
+    assert rms(beside) > 1.5 * rms(followed) > 0 and notes == []
+    of_noon, notes = row(("    weather:", "    air_times: [12:00]\n    weather:"))
+    assert of_noon is None and "its air is that of one time" in notes[0]
+    assert "weather_of_the_air" not in PIXEL_SOURCES
+
+
 def test_the_sources_sum_to_the_pixel(honest):
     """Errors are small, so what they are together is nearly their sum."""
     total = sum(honest.errors[name] for name in PIXEL_SOURCES if name in honest.errors)

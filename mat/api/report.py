@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skyshine.mat.api.dataset import dataset
-from skyshine.mat.budget.budget import Budget, Prepared, error_budget
+from skyshine.mat.budget.budget import Budget, error_budget
 from skyshine.mat.budget.page import render
 from skyshine.mat.budget.summary import describe_all
+from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.job.load import LoadedJob, load_job
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
@@ -23,7 +24,7 @@ from skyshine.schemas.errors import InputError
 if TYPE_CHECKING:
     import xarray
 
-MEASURES = ("rms", "p95", "maximum")
+MEASURES = ("rms", "p95", "p99", "maximum")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,7 +48,7 @@ class Report:
         return list(self.numbers["notes"])
 
     def to_xarray(self) -> xarray.Dataset:
-        """Rms, 95th percentile and maximum of each source of error, in kelvin and in radiance.
+        """Rms, 95th and 99th percentile and maximum of each source of error, in kelvin and in radiance.
 
         Dimensions are ``budget`` (with the coordinates state, band and source), ``error`` and ``measure``; an error
         that a budget does not have is not a number.
@@ -149,10 +150,11 @@ def report(
             budget = error_budget(prepared, folder, library, source=source, scenes=scenes, seed=seed)
             if budget is None:
                 notes.append(
-                    f"State {state}, band {number}: no view has the {source} above the horizon on the tables' axes."
+                    f"State {state}, band {number}: the tables' axes leave no room for a view with the {source}."
                 )
             else:
                 budgets.append(budget)
+                notes += [note for note in budget.notes if note not in notes]
             if advance is not None:
                 advance(1)
     return Report(tuple(budgets), describe_all(budgets, notes, job=loaded.trimmed.name, seed=seed))

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
-from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Finish
+from skyshine.mat.budget.circumstances import Circumstances
+from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Emission, Finish
 from skyshine.mat.budget.views import Views, direction, fold, on_axes, slope_and_azimuth
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.spherical_harmonics import level_share
 from skyshine.mat.scene.averages import weighted_transmittance_bands
+from skyshine.mat.surface.surroundings import Surroundings
+from skyshine.mat.tables import response
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
@@ -120,25 +123,65 @@ class Tables:
         names = ("reflectance", "specular_fraction", "shininess", "normalisation")
         return Finish(*(self.band.root.variables[name].data.astype(float) for name in names))
 
-    def facing(self, normal: Floats) -> tuple[Floats, Floats]:
-        """Slope and azimuth of normals, as the axes have them."""
-        return slope_and_azimuth(on_axes(normal, self.surface_axes))
+    @property
+    def shades(self) -> bool:
+        """Whether the temperatures come with their response to shadows and walls."""
+        return response.KERNEL in self.surface.root.variables
 
-    def temperature(self, views: Views, normal: Floats, altitude: Floats) -> Floats:
-        """Interpolated temperatures (n, M), K."""
-        slope, azimuth = self.facing(normal)
+    def absorbed_change(self, views: Views, surroundings: Sequence[Surroundings]) -> Floats:
+        """Change of the absorbed heat of all materials by what stands around the faces, (n, M, steps) [W m^-2]."""
+        slope, azimuth = slope_and_azimuth(views.normal)
+        altitude = np.clip(views.surface_altitude, *self.surface_axes["altitude"][[0, -1]])
         codes = np.array(list(self.surface.materials.values()))
-        columns = {"altitude": altitude, "azimuth": azimuth, "slope": slope, "time": views.time}
-        return self.surface.temperature(
-            material=codes, out_of_range="clamp", **{name: values[:, None] for name, values in columns.items()}
+        return np.array(
+            [
+                self.surface.absorbed_change(
+                    material=codes,
+                    altitude=altitude[row],
+                    azimuth=azimuth[row],
+                    slope=slope[row],
+                    shade=around.shade,
+                    sky_view=around.sky_view,
+                    facing=around.facing,
+                    facing_emissivity=around.facing_emissivity,
+                )
+                for row, around in enumerate(surroundings)
+            ]
         )
+
+    def temperature(self, views: Views, line: ViewLine | None = None, absorbed_change: Floats | None = None) -> Floats:
+        """Interpolated temperatures (n, M) [K], of surfaces in the open or under a change of absorbed heat (n, M,
+        steps) [W m^-2].
+        """
+        place = line or views
+        slope, azimuth = slope_and_azimuth(place.normal)
+        codes = np.array(list(self.surface.materials.values()))
+        columns = {"altitude": place.surface_altitude, "azimuth": azimuth, "slope": slope, "time": views.time}
+        return self.surface.temperature(
+            material=codes,
+            out_of_range="clamp",
+            absorbed_change=absorbed_change,
+            **{name: values[:, None] for name, values in columns.items()},
+        )
+
+    def emission(self, temperature: Floats) -> Emission:
+        """What the materials emit at temperatures (n, M) [K]: with the reflectance that goes with the tables' own
+        transmittance.
+        """
+        flat = self.band.root.variables["reflectance"].data.astype(float)
+        reflectance = flat if self.thermal is None else self.weighted_reflectance(temperature)[0]
+        return Emission(self.blackbody(temperature), reflectance)
 
     def blackbody(self, temperature: Floats) -> Floats:
         """Band radiance of black bodies."""
         return self.band.blackbody_radiance(temperature)
 
-    def readings(self, views: Views, line: ViewLine | None = None) -> AtmosphereReadings:
-        """Interpolated quantities of the views, or of other lines of sight of the same observers."""
+    def readings(
+        self, views: Views, line: ViewLine | None = None, temperature: Floats | None = None
+    ) -> AtmosphereReadings:
+        """Interpolated quantities of the views, or of other lines of sight of the same observers; with temperatures
+        (n, M) [K], the transmittance of what surfaces emit too, where the job stores it.
+        """
         line = line or ViewLine(views.range, views.elevation, views.heading, views.surface_altitude, views.normal)
         names = ("range", "altitude", "elevation", "source_elevation", "source_azimuth")
         place = dict(zip(names, line.place(views), strict=True))
@@ -151,7 +194,11 @@ class Tables:
         tau = self.air.transmittance(range=line.range, beta_star=read("beta_star", path))
         ambient = self._of_faces(views, line.normal, source) if self.has_harmonics else read("ambient_radiance", source)
         values = read("path_radiance_ratio", place), ambient, read("direct_radiance", source)
-        return AtmosphereReadings(*(value[:, None] for value in (tau, *values)))
+        emitted = None
+        if temperature is not None and self.thermal is not None:
+            emitted = self.emitted_transmittance(views, temperature, line)
+        through, ratio, ambient, direct = (value[:, None] for value in (tau, *values))
+        return AtmosphereReadings(through, ratio, ambient, direct, emitted)
 
     @property
     def has_harmonics(self) -> bool:
@@ -200,19 +247,35 @@ class Tables:
         angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
         return self.band.value("normalisation_by_angle", material=codes, source_angle=angle, out_of_range="clamp")
 
-    def normalisation_to_grazing(self, cosine: Floats) -> Floats:
-        """The same from the finer table that a job may ask for."""
+    def finish_at(self, cosine: Floats) -> Finish:
+        """The finish with N_s read at cosines of incidence (n, 1), from the finer table where the job has it."""
         codes = np.array(list(self.band.materials.values()))
-        return self.band.normalisation(material=codes, angle=np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0))))
+        angle = np.degrees(np.arccos(np.clip(cosine, 0.0, 1.0)))
+        return replace(
+            self.finish, normalisation=self.band.normalisation(material=codes, angle=angle, out_of_range="clamp")
+        )
 
-    def emitted_transmittance(self, views: Views, temperature: Floats) -> Floats:
+    def among_walls(self, views: Views, circumstances: Circumstances, ambient: Floats, level: Floats) -> Floats:
+        """Ambient radiance (n, 1) of faces beside walls, from that in the open and that of level faces there.
+
+        ``schemas/formats/atmq-2.md`` gives the formula.
+        """
+        kelvin = self.air.ground_temperature(self.surface, time=views.time)
+        wall, ground = (self.blackbody(np.asarray(k))[:, None] for k in (circumstances.wall_temperature, kelvin))
+        emissivity = circumstances.wall_emissivity[:, None]
+        wall = emissivity * wall + (1 - emissivity) * 0.5 * (level + ground)
+        hidden = ((1 - circumstances.sky_view) * 0.5 * (1 + views.normal[:, 2]))[:, None]
+        return ambient + hidden * (wall - level)
+
+    def emitted_transmittance(self, views: Views, temperature: Floats, line: ViewLine | None = None) -> Floats:
         """Transmittance (n, M) of what the materials emit at their temperatures (n, M), from the table that a job may
         ask for.
         """
         if self.thermal is None:
             raise ValueError("the job builds no table of weighted transmittance")
         codes = np.array(list(self.thermal.materials.values()))
-        distance, altitude, elevation = (values[:, None] for values in (views.range, views.altitude, views.elevation))
+        place = line or views
+        distance, altitude, elevation = (values[:, None] for values in (place.range, views.altitude, place.elevation))
         beta = self.thermal.beta_star(
             material=codes,
             temperature=temperature,

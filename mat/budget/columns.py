@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -12,10 +14,9 @@ from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
-from skyshine.schemas.arrays import Floats, Integers
-
-_BATCH = 24  # places whose altitudes x planes are set up together; only the pairs asked for are solved
+from skyshine.schemas.arrays import Floats
 
 
 def temperatures_at(
@@ -28,6 +29,7 @@ def temperatures_at(
     *,
     steps: int,
     given: Mapping[str, float | tuple[float, ...]] | None = None,
+    surroundings: Sequence[Surroundings] | None = None,
 ) -> Floats:
     """Temperature of every material at every place.
 
@@ -41,6 +43,8 @@ def temperatures_at(
         Solver times of a day, a divisor of 576.
     given : mapping, optional
         As `surface.table.temperature_table`.
+    surroundings : sequence of n Surroundings, optional
+        Of each place; by default none.
 
     Returns
     -------
@@ -48,33 +52,32 @@ def temperatures_at(
         K; linear between the solver's times.
     """
     columns = [np.asarray(a, float) for a in (altitude_km, azimuth_deg, slope_deg, time_h)]
-    count = columns[0].size
-    result = np.empty((count, len(materials)))
-    for start in range(0, count, _BATCH):
-        part = slice(start, min(start + _BATCH, count))
-        altitude, azimuth, slope, time = (column[part] for column in columns)
-        scene = Scene(*inputs, altitude * 1e3, slope, azimuth)
-        # Of all pairs of altitude and plane, those that belong to one place.
-        forcing_at = _forcing_of(scene, np.arange(altitude.size) * (altitude.size + 1))
-        for number, material in enumerate(materials):
-            if given and material.name in given:
-                result[part, number] = at_hours(given[material.name], time)
-                continue
-            for rows, solution in solve_columns(material, forcing_at, steps=steps):
-                result[start + rows, number] = _at_time(solution.temperature, time[rows])
+    altitude, azimuth, slope, time = columns
+    around = [None] * time.size if surroundings is None else list(surroundings)
+    scenes = [
+        Scene(*inputs, altitude[row : row + 1] * 1e3, slope[row : row + 1], azimuth[row : row + 1], around[row])
+        for row in range(time.size)
+    ]
+    forcing_at = lru_cache(maxsize=None)(partial(_joined_forcing, scenes))
+    result = np.empty((time.size, len(materials)))
+    for number, material in enumerate(materials):
+        if given and material.name in given:
+            result[:, number] = at_hours(given[material.name], time)
+            continue
+        for rows, solution in solve_columns(material, forcing_at, steps=steps) if scenes else ():
+            result[rows, number] = _at_time(solution.temperature, time[rows])
     return result
 
 
-def _forcing_of(scene: Scene, columns: Integers) -> Callable[[int], Forcing]:
-    """Forcing of some columns of a scene by the number of times, each number set up once."""
-    forcings: dict[int, Forcing] = {}
-
-    def forcing_at(count: int) -> Forcing:
-        if count not in forcings:
-            forcings[count] = scene.forcing(count).columns(columns)
-        return forcings[count]
-
-    return forcing_at
+def _joined_forcing(scenes: Sequence[Scene], steps: int) -> Forcing:
+    """Forcing of scenes of one column each, as columns of one."""
+    parts = [scene.forcing(steps) for scene in scenes]
+    return Forcing(
+        *(
+            np.concatenate([np.broadcast_to(values, (1, np.shape(values)[-1])) for values in of_scenes])
+            for of_scenes in ([getattr(part, field.name) for part in parts] for field in fields(Forcing))
+        )
+    )
 
 
 def _at_time(temperature: Floats, time_h: Floats) -> Floats:

@@ -7,7 +7,7 @@ runtime reads them, with interpolation, both before and after; other tables are 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +16,9 @@ from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
+    Emission,
     Finish,
     incidence,
-    reflection,
     runtime_radiance,
     spectral_thermal,
 )
@@ -27,6 +27,7 @@ from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE, WEIGHTED_TRANS
 from skyshine.mat.quantities.emission import emission_weights
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import SpectralLines
+from skyshine.mat.tables import response
 from skyshine.mat.tables.build_record import cost_of
 from skyshine.mat.tables.loader import AtmosphereTable
 from skyshine.schemas.arrays import Floats, Integers
@@ -94,11 +95,11 @@ class BudgetViews:
     kelvin, glow : (n, M) arrays
         Temperature of the surfaces, and (7) there.
     bounce : (n, M) array
-        From `runtime.reflection` with N_s of the very angle.
+        From `FacetTruth.bounce` with N_s of the very angle.
     full : AtmosphereReadings
         Integrated over all points.
-    truth, base : (n, M) arrays
-        Radiance by the integrals, and by the runtime's equations with exact quantities.
+    truth : (n, M) array
+        Radiance by the integrals.
     """
 
     views: Views
@@ -110,22 +111,34 @@ class BudgetViews:
     bounce: Floats
     full: AtmosphereReadings
     truth: Floats
-    base: Floats
+
+    def classic(self, finish: Finish, bounce: Floats | None = None) -> Floats:
+        """Radiance (n, M) by the note's equations with exact quantities."""
+        readings = replace(self.full, emitted=None)
+        emission = Emission(self.glow, finish.reflectance)
+        return runtime_radiance(readings, emission, self.bounce if bounce is None else bounce, finish)
 
 
-def options_of_averages(tables: Tables, seen: BudgetViews, normalisation: Floats) -> dict[str, Option]:
-    """Options against averages over band and source angle; `normalisation` is the error (n, M) of the mean N_s."""
+def options_of_averages(tables: Tables, seen: BudgetViews, bounce: Callable[[Finish], Floats]) -> dict[str, Option]:
+    """Options against averages over band and source angle; `bounce` gives the reflection (n, M) of a finish."""
     return {
         "weighted_reflectance": _weighted_reflectance(tables, seen),
         WEIGHTED_TRANSMITTANCE: _weighted_transmittance(tables, seen),
-        **_by_angle(tables, seen, normalisation),
+        **_by_angle(tables, seen, bounce),
     }
+
+
+def shade_option(tables: Tables, before: Floats, after: Floats) -> Option:
+    """The response to shadows and walls: errors (n, M) without and with it."""
+    names = (response.KERNEL, response.REFERENCE, response.LOSS_SLOPE, response.LOSS_EXCESS, response.MELT)
+    size = sum(tables.surface.stored_bytes(name) for name in names)
+    return Option(before, after, True, Cost(size, None, float("nan"), float("nan")))
 
 
 def _weighted_reflectance(tables: Tables, seen: BudgetViews) -> Option:
     size = sum(tables.band.stored_bytes(name) for name in ("reflectance_planck", "reflectance_solar"))
     after = _shown(tables, seen, seen.full, seen.full.transmittance) - seen.truth
-    return Option(seen.base - seen.truth, after, True, Cost(size, None, 0, 3))
+    return Option(seen.classic(tables.finish) - seen.truth, after, True, Cost(size, None, 0, 3))
 
 
 def _shown(tables: Tables, seen: BudgetViews, readings: AtmosphereReadings, emitted_transmittance: Floats) -> Floats:
@@ -144,15 +157,16 @@ def _weighted_transmittance(tables: Tables, seen: BudgetViews) -> Option:
     """
     emitted = seen.glow * (1 - tables.weighted_reflectance(seen.kelvin)[0])
     thermal = spectral_thermal(seen.lines.transmittance, seen.band, seen.kelvin, seen.reflectance)
-    exact = emitted * seen.full.transmittance - thermal, emitted * _emitted_transmittance(seen) - thermal
+    by_material = seen.full.emitted
+    if by_material is None:
+        by_material = emitted_transmittance(seen.band, seen.reflectance, seen.lines, seen.kelvin)
+    exact = emitted * seen.full.transmittance - thermal, emitted * by_material - thermal
     if tables.thermal is None:
         before, after = exact
         return Option(before, after, False, Cost(None, None, float("nan"), 4), exact)
     read = tables.readings(seen.views)
-    emitted_transmittance = tables.emitted_transmittance(seen.views, seen.kelvin)
-    before, after = (
-        _shown(tables, seen, read, values) - seen.truth for values in (read.transmittance, emitted_transmittance)
-    )
+    by_class = tables.emitted_transmittance(seen.views, seen.kelvin)
+    before, after = (_shown(tables, seen, read, values) - seen.truth for values in (read.transmittance, by_class))
     axes, path = tables.thermal.root.axes, tables.thermal.path
     groups, nodes = (axes[name].values.size for name in ("material_class", "planck_temperature"))
     cost = Cost(
@@ -161,25 +175,24 @@ def _weighted_transmittance(tables: Tables, seen: BudgetViews) -> Option:
     return Option(before, after, True, cost, exact)
 
 
-def _emitted_transmittance(seen: BudgetViews) -> Floats:
-    """Transmittance of what each material emits at its own temperature, (n, M)."""
-    transmittance = np.empty(seen.kelvin.shape)
-    for row, kelvins in enumerate(seen.kelvin):
-        for column, kelvin in enumerate(kelvins):
-            transmittance[row, column] = (
-                emission_weights(seen.band, seen.reflectance[[column]], kelvin)[0] @ seen.lines.transmittance[row]
-            )
+def emitted_transmittance(band: BandPoints, reflectance: Floats, lines: SpectralLines, kelvin: Floats) -> Floats:
+    """Transmittance (n, M) of what materials with reflectances (M, P) emit at temperatures (n, M) [K]."""
+    transmittance = np.empty(kelvin.shape)
+    for row, kelvins in enumerate(kelvin):
+        for column, own in enumerate(kelvins):
+            weights = emission_weights(band, reflectance[[column]], own)[0]
+            transmittance[row, column] = weights @ lines.transmittance[row]
     return transmittance
 
 
-def _by_angle(tables: Tables, seen: BudgetViews, normalisation: Floats) -> dict[str, Option]:
+def _by_angle(tables: Tables, seen: BudgetViews, bounce: Callable[[Finish], Floats]) -> dict[str, Option]:
     finish, cosine = tables.finish, incidence(seen.views, seen.views.normal)
+    right = seen.classic(finish)
 
     def error_with(values: Floats) -> Floats:
-        lobes = Finish(finish.reflectance, finish.specular_fraction, finish.shininess, values)
-        bounce = reflection(seen.views, seen.views.normal, lobes)
-        return runtime_radiance(seen.full, seen.glow, bounce, finish) - seen.base
+        return seen.classic(finish, bounce(replace(finish, normalisation=values))) - right
 
+    normalisation = error_with(finish.normalisation)
     coarse = Option(
         normalisation,
         error_with(tables.normalisation_at(cosine)),
@@ -194,7 +207,7 @@ def _by_angle(tables: Tables, seen: BudgetViews, normalisation: Floats) -> dict[
     cost = Cost(
         tables.band.stored_bytes("normalisation_fine"), _seconds(tables.band.path, NORMALISATION_BY_ANGLE), 0, 2
     )
-    fine = Option(normalisation, error_with(tables.normalisation_to_grazing(cosine)), True, cost)
+    fine = Option(normalisation, error_with(tables.finish_at(cosine).normalisation), True, cost)
     return {"normalisation_in_steps": coarse, NORMALISATION_BY_ANGLE: fine}
 
 
@@ -205,6 +218,7 @@ def frame_errors(
     offset: Floats,
     here: Floats,
     shown: Callable[[AtmosphereReadings], Floats],
+    temperature: Floats | None = None,
 ) -> dict[str, Floats]:
     """Errors (F, n, M) of the stored tables off the centre of frames, by `FIELDS_OF_VIEW`, for each of `READINGS`.
 
@@ -216,18 +230,21 @@ def frame_errors(
         Radiance with the quantities computed at the pixels.
     shown : callable
         Radiance (n, M) with other `AtmosphereReadings`.
+    temperature : (n, M) array, optional
+        Of the surfaces [K], where the transmittance of what they emit is read too.
     """
     errors: dict[str, list[Floats]] = {name: [] for name in READINGS}
-    pixel = tables.readings(views)
+    pixel = tables.readings(views, temperature=temperature)
     for width in FIELDS_OF_VIEW:
         centre = frame_centres(views, grid, offset * width)
-        read = tables.readings(views, centre)
-        tau = read.at_range(centre.range, views.range)
+        read = tables.readings(views, centre, temperature)
         # The same line of sight, ended at the pixel's own range.
         along = tables.readings(
-            views, ViewLine(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal)
+            views,
+            ViewLine(views.range, centre.elevation, centre.heading, centre.surface_altitude, centre.normal),
+            temperature,
         )
-        ways = AtmosphereReadings(tau, read.path_radiance_ratio, read.ambient, read.direct), along, pixel
+        ways = read.at_range(centre.range, views.range), along, pixel
         for name, readings in zip(READINGS, ways, strict=True):
             errors[name].append(shown(readings) - here)
     return {name: np.array(values) for name, values in errors.items()}

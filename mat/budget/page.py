@@ -56,17 +56,16 @@ def _plot(described: dict[str, Any], budget: Budget) -> str:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    thermal = np.isfinite(described["errors"]["all"]["temperature"]["rms"]["value"] or np.nan)
+    thermal = np.isfinite(described["errors"]["pixel"]["temperature"]["rms"]["value"] or np.nan)
     key, units = ("temperature", "K") if thermal else ("radiance", "W m$^{-2}$ sr$^{-1}$")
     figure = Figure(figsize=(11, 4.2), layout="constrained")
     FigureCanvasSVG(figure)
     bars, lines, cloud = figure.subplots(1, 3, width_ratios=(1.3, 1, 1))
     names = list(described["errors"])[::-1]
-    rms, p95 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p95"))
-    bars.barh(
-        np.arange(len(names)), rms, color=["tab:red" if name == "all" else "tab:blue" for name in names], label="rms"
-    )
-    bars.plot(p95, np.arange(len(names)), "k|", label="95th percentile")
+    rms, p99 = ([described["errors"][name][key][measure]["value"] for name in names] for measure in ("rms", "p99"))
+    colours = ["tab:red" if name in ("pixel", "all") else "tab:blue" for name in names]
+    bars.barh(np.arange(len(names)), rms, color=colours, label="rms")
+    bars.plot(p99, np.arange(len(names)), "k|", label="99th percentile")
     bars.set(xscale="log", yticks=np.arange(len(names)), xlabel=f"error, {units}")
     bars.set_yticklabels([name.replace("_", " ") for name in names], fontsize=7)
     bars.legend(fontsize=7)
@@ -82,10 +81,10 @@ def _plot(described: dict[str, Any], budget: Budget) -> str:
     lines.set(xlabel="field of view, °", ylabel=f"rms of extrapolation, {units}")
     if lines.lines:
         lines.legend(fontsize=6, title="slant from the horizon", title_fontsize=6)
-    error = budget.errors["all"]
+    error = budget.errors["pixel"]
     cloud.plot(budget.radiance.ravel(), (kelvin(budget, error) if thermal else error).ravel(), ".", ms=3)
     cloud.axhline(0, color="black", lw=0.5)
-    cloud.set(xlabel="radiance, W m$^{-2}$ sr$^{-1}$", ylabel=f"error of all together, {units}")
+    cloud.set(xlabel="radiance, W m$^{-2}$ sr$^{-1}$", ylabel=f"error of the pixel, {units}")
     text = io.StringIO()
     with rc_context({"svg.hashsalt": "skyshine", "svg.fonttype": "path"}):
         figure.savefig(text, format="svg", metadata={"Date": None})

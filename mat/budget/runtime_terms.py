@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,19 +17,22 @@ from skyshine.schemas.arrays import Floats
 
 @dataclass(frozen=True, eq=False)
 class AtmosphereReadings:
-    """Atmospheric quantities that a runtime reads for n views, (n, 1) each.
+    """Atmospheric quantities that a runtime reads for n views, (n, 1) each but for the last.
 
     Attributes
     ----------
     transmittance
     path_radiance_ratio, ambient, direct
         W m^-2 sr^-1.
+    emitted : (n, M) array or None
+        Transmittance of the light that the materials emit; None where it is `transmittance`.
     """
 
     transmittance: Floats
     path_radiance_ratio: Floats
     ambient: Floats
     direct: Floats
+    emitted: Floats | None = None
 
     @classmethod
     def of(cls, q: AtmosphericQuantities) -> AtmosphereReadings:
@@ -45,12 +48,40 @@ class AtmosphereReadings:
         ambient, direct = (np.sum(weight * part, axis=1) for part in (lines.sky_irradiance, lines.direct_irradiance))
         return cls(*(a[:, None] for a in (tau, lines.path_radiance / absorbed, ambient, direct)))
 
-    def at_range(self, centre_range: Floats, pixel_range: Floats) -> Floats:
-        """Transmittance over `pixel_range` from that of the centre pixel over `centre_range`: (8) and (9)."""
-        tau = np.maximum(self.transmittance[:, 0], np.finfo(float).tiny)
-        beta = BETA_FACTOR * centre_range / np.maximum(-np.log(tau), 1e-12)
-        transmittance: Floats = np.exp(-BETA_FACTOR * pixel_range / beta)[:, None]
-        return transmittance
+    def with_transmittance(self, transmittance: Floats) -> AtmosphereReadings:
+        """With another transmittance (n, 1); that of emitted light changes in the same ratio."""
+        emitted = self.emitted
+        if emitted is not None:
+            emitted = emitted * (transmittance / np.maximum(self.transmittance, np.finfo(float).tiny))
+        return replace(self, transmittance=transmittance, emitted=emitted)
+
+    def at_range(self, centre_range: Floats, pixel_range: Floats) -> AtmosphereReadings:
+        """With transmittance over `pixel_range` from that of the centre pixel over `centre_range`: (8) and (9)."""
+
+        def extrapolated(transmittance: Floats) -> Floats:
+            tau = np.maximum(transmittance, np.finfo(float).tiny)
+            beta = BETA_FACTOR * centre_range[:, None] / np.maximum(-np.log(tau), 1e-12)
+            through: Floats = np.exp(-BETA_FACTOR * pixel_range[:, None] / beta)
+            return through
+
+        emitted = None if self.emitted is None else extrapolated(self.emitted)
+        return replace(self, transmittance=extrapolated(self.transmittance), emitted=emitted)
+
+
+@dataclass(frozen=True, eq=False)
+class Emission:
+    """What n surfaces of M materials emit.
+
+    Attributes
+    ----------
+    blackbody : (n, M) array
+        (7) at their temperatures, W m^-2 sr^-1.
+    reflectance : (M,) or (n, M) array
+        Of equation (6).
+    """
+
+    blackbody: Floats
+    reflectance: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,20 +119,22 @@ def reflection(views: Views, normal: Floats, finish: Finish) -> Floats:
     return cosine * (1 - finish.specular_fraction) + specular * finish.specular_fraction
 
 
-def runtime_radiance(readings: AtmosphereReadings, blackbody: Floats, bounce: Floats, finish: Finish) -> Floats:
+def runtime_radiance(readings: AtmosphereReadings, emission: Emission, bounce: Floats, finish: Finish) -> Floats:
     """Equation (1) with (6), (11), (19), (34) and (35): W m^-2 sr^-1, (n, M).
 
     Parameters
     ----------
     readings : AtmosphereReadings
-    blackbody : (n, M) array
-        (7) at the surface's temperature.
+    emission : Emission
     bounce : (n, M) array
         From `reflection`.
     """
     tau, rho = readings.transmittance, finish.reflectance
-    leaving = blackbody * (1 - rho) + (readings.ambient + readings.direct * bounce) * rho
-    return leaving * tau + readings.path_radiance_ratio * (1 - tau)
+    through = tau if readings.emitted is None else readings.emitted
+    emitted = emission.blackbody * (1 - emission.reflectance) * through
+    reflected = (readings.ambient + readings.direct * bounce) * rho * tau
+    radiance: Floats = emitted + reflected + readings.path_radiance_ratio * (1 - tau)
+    return radiance
 
 
 def spectral_radiance(

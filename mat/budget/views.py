@@ -17,12 +17,16 @@ from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.schemas.arrays import Booleans, Floats
 
-RANGES_KM = (0.05, 40.0)  # drawn evenly in their logarithm, as far as the tables reach
+RANGES_KM = (0.1, 40.0)  # drawn evenly in their logarithm, as far as the tables reach
+NEAR_KM = (0.001, 0.1)  # likewise, of the views from nearby
+NEAR_SHARE = 0.25  # of the views
+# Faces that stand at one place at one time, under one sky: the light around them is computed once.
+FACES_OF_A_PLACE = 4
 FACES_M = (1.0, 100.0)  # lengths of faces, likewise
 BEND_DEG = 15.0  # between the normals at the two ends of a face, at most
 GLINT_DEG = 10.0  # spread of the normals of surfaces that mirror the source
 LEAST_COSINE = 0.05  # of the angle between normal and view: flatter faces fill no pixel
-_BATCH, _TRIES = 256, 60
+_PLACES, _CANDIDATES, _TRIES = 16, 16, 60  # places of a batch and candidates of each; batches
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +73,21 @@ class Views:
         return Views(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
     @property
+    def near(self) -> Booleans:
+        """Views within `NEAR_KM`."""
+        return self.range <= NEAR_KM[1]
+
+    @property
     def relative_azimuth(self) -> Floats:
         """Azimuth of the source from the line of sight, 0 to 180 degree."""
         return fold(self.source_azimuth - self.heading)
+
+    @property
+    def place(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Range, altitude, elevation, source elevation and relative azimuth, as `BandAtmosphere.at_points` takes
+        them.
+        """
+        return self.range, self.altitude, self.elevation, self.source_elevation, self.relative_azimuth
 
     @property
     def to_source(self) -> Floats:
@@ -104,7 +120,9 @@ def slope_and_azimuth(normal: Floats) -> tuple[Floats, Floats]:
 def random_views(
     job: Job, source: str, grid: PathGrid, surface_axes: Mapping[str, Floats], shells: Shells, count: int, seed: int
 ) -> Views:
-    """Draw views whose every coordinate lies on the axes of the tables, with the source above the horizon.
+    """Draw views whose every coordinate lies on the axes of the tables: the Sun at all hours, the Moon where it is up.
+
+    Below the first node of its elevation the Sun has no light, which tables read there too.
 
     Parameters
     ----------
@@ -119,8 +137,8 @@ def random_views(
     Returns
     -------
     Views
-        `count` of them; fewer, or none, where the axes leave no room: the source is never up at the times of the table,
-        say.
+        `count` of them, `FACES_OF_A_PLACE` at each place and time; fewer, or none, where the axes leave no room: the
+        Moon is never up at the times of the table, say.
     """
     generator = random_stream(seed, Stream.VIEWS, int(source == "moon"))
     batches: list[Views] = []
@@ -140,26 +158,24 @@ def _candidates(
     shells: Shells,
     generator: np.random.Generator,
 ) -> Views:
-    """Draw a batch of views and keep those that lie on the axes."""
+    """Draw a batch of views and keep those that lie on the axes, a few of each place."""
     low, high = axes["altitude"][0], axes["altitude"][-1]
-    altitude = random_places(grid.altitude_km, _BATCH, generator)
-    surface = generator.uniform(low, np.clip(altitude, low, high))
-    reach = np.log([max(RANGES_KM[0], grid.range_km[0]), max(min(RANGES_KM[1], grid.range_km[-1]), 1e-3)])
-    distance = np.exp(generator.uniform(reach.min(), reach.max(), _BATCH))
+    count = _PLACES * _CANDIDATES
+    place = np.repeat(np.arange(_PLACES), _CANDIDATES)
+    surface = generator.uniform(low, high, _PLACES)[place]
+    altitude, distance = _observers(grid, surface, generator)
     sine = _sine_of_elevation(altitude, surface, distance)
     elevation = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
-    heading = generator.uniform(0.0, 360.0, _BATCH)
+    heading = generator.uniform(0.0, 360.0, count)
     # With query limits the table holds only the hours asked for; those after midnight count beyond 24.
     limited = job.query_limits is not None and job.query_limits.hours is not None
     first, last = (axes["time"][0], axes["time"][-1]) if limited else (0.0, 24.0)
-    time = (
-        np.mod(generator.uniform(first, last, _BATCH), 24.0)
-        if axes["time"].size > 1
-        else np.full(_BATCH, axes["time"][0])
-    )
+    one_time = axes["time"].size == 1
+    hours = np.full(_PLACES, axes["time"][0]) if one_time else generator.uniform(first, last, _PLACES)
+    time = np.mod(hours, 24.0)[place]
     where = position(source, local_times_utc(job.site, time), job.site.latitude_deg, job.site.longitude_deg)
     normal = _normals(axes, direction(where.elevation, where.azimuth), -direction(elevation, heading), generator)
-    along = np.cross(normal, generator.normal(size=(_BATCH, 3)))
+    along = np.cross(normal, generator.normal(size=(count, 3)))
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     log_shortest, log_longest = np.log(FACES_M)
     views = Views(
@@ -173,19 +189,47 @@ def _candidates(
         where.azimuth,
         normal,
         along,
-        np.exp(generator.uniform(log_shortest, log_longest, _BATCH)),
-        generator.random(_BATCH),
-        np.radians(generator.uniform(0.0, BEND_DEG, _BATCH)),
+        np.exp(generator.uniform(log_shortest, log_longest, count)),
+        generator.random(count),
+        np.radians(generator.uniform(0.0, BEND_DEG, count)),
     )
     seen = np.sum(normal * views.to_observer, axis=1) > LEAST_COSINE
-    keep = (np.abs(sine) <= 1) & (altitude >= surface) & seen & (where.elevation > 0)
+    keep = (np.abs(sine) <= 1) & seen & (views.near | (altitude >= surface))
+    lit = np.maximum(where.elevation, grid.source_elevation_deg[0]) if source == "sun" else where.elevation
+    keep &= (where.elevation > 0) | (source == "sun")
     for values, nodes in (
+        (altitude, grid.altitude_km),
         (elevation, grid.elevation_deg),
-        (where.elevation, grid.source_elevation_deg),
+        (lit, grid.source_elevation_deg),
         (views.relative_azimuth, grid.source_azimuth_deg),
     ):
         keep &= (values >= nodes[0]) & (values <= nodes[-1])
-    return _ending_on_the_ground(views.take(keep), shells, grid)
+    ended = _ending_on_the_ground(views.take(keep), shells, grid)
+    return ended.take(_first_of_each(ended.time, FACES_OF_A_PLACE))
+
+
+def _first_of_each(values: Floats, count: int) -> Booleans:
+    """Which of values (n,) are among the first so many that are equal."""
+    earlier = np.tril(values[:, None] == values, -1).sum(axis=1)
+    first: Booleans = earlier < count
+    return first
+
+
+def _observers(grid: PathGrid, surface: Floats, generator: np.random.Generator) -> tuple[Floats, Floats]:
+    """Altitudes of observers and their distances [km] from faces at altitudes (n,) [km].
+
+    Most look from the altitudes of the table, wherever that is, some from `NEAR_KM` in any direction.
+    """
+    count = surface.size
+    shortest, longest = grid.range_km[[0, -1]]
+    near, far = (
+        np.exp(generator.uniform(np.log(max(low, shortest, 1e-3)), np.log(max(min(high, longest), low, 1e-3)), count))
+        for low, high in (NEAR_KM, RANGES_KM)
+    )
+    is_near = generator.random(count) < NEAR_SHARE
+    anywhere = random_places(grid.altitude_km, count, generator)
+    beside = surface - near * np.sin(np.radians(generator.uniform(-90.0, 90.0, count)))
+    return np.where(is_near, beside, anywhere), np.where(is_near, near, far)
 
 
 def _sine_of_elevation(altitude: Floats, surface: Floats, distance: Floats) -> Floats:
@@ -197,13 +241,14 @@ def _sine_of_elevation(altitude: Floats, surface: Floats, distance: Floats) -> F
 def _normals(
     axes: Mapping[str, Floats], to_source: Floats, to_observer: Floats, generator: np.random.Generator
 ) -> Floats:
-    """Half of the surfaces have a random direction, half nearly mirror the source into the observer."""
+    """Half of the surfaces have a random direction; half nearly mirror the source, where it is up."""
     count = len(to_source)
+    lit = to_source[:, 2:] > 0
     slope = random_places(axes["slope"], count, generator)
     unrelated = direction(90.0 - slope, generator.uniform(0.0, 360.0, count))
     mirror = to_source + to_observer + 2 * np.sin(np.radians(GLINT_DEG) / 2) * generator.normal(size=(count, 3))
     mirror /= np.maximum(np.linalg.norm(mirror, axis=1, keepdims=True), 1e-12)
-    return on_axes(np.where(generator.random((count, 1)) < 0.5, mirror, unrelated), axes)
+    return on_axes(np.where((generator.random((count, 1)) < 0.5) & lit, mirror, unrelated), axes)
 
 
 def on_axes(normal: Floats, axes: Mapping[str, Floats]) -> Floats:

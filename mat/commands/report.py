@@ -32,8 +32,9 @@ def command(
 ) -> None:
     """Measure the error budget of the databases of JOB, or of the folder DIR that holds a job.yaml.
 
-    Random scenes go through the runtime's equations with the tables, and through the accurate spectral integrals; each
-    source of error is switched on alone, then all together.
+    Random scenes, some of them in a shadow or beside a wall, go through the runtime's equations with the tables, and
+    through the accurate spectral integrals with temperatures solved for each face; each source of error is switched on
+    alone, then all together.
     """
     from skyshine.mat.api.report import budget_count, report
 
@@ -69,12 +70,13 @@ def _print(report: dict[str, Any]) -> None:
         rows = [
             (
                 error["what"],
-                *(_number(error["temperature"][key]["value"]) for key in ("rms", "p95", "maximum")),
-                *(_number(error["radiance"][key]["value"]) for key in ("rms", "p95", "maximum")),
+                *(_number(error["temperature"][key]["value"]) for key in ("rms", "p99", "maximum")),
+                *(_number(error["radiance"][key]["value"]) for key in ("rms", "p99", "maximum")),
             )
             for error in budget["errors"].values()
         ]
-        echo_table(("source of error", "rms K", "p95 K", "max K", "rms W m^-2 sr^-1", "p95", "max"), rows)
+        echo_table(("source of error", "rms K", "p99 K", "max K", "rms W m^-2 sr^-1", "p99", "max"), rows)
+        click.echo(budget["dominant"])
     for note in report["notes"]:
         click.echo(note)
 

@@ -19,6 +19,7 @@ class Stream(StrEnum):
     SHADE_ERROR = "shadows under which the response of surfaces is measured"
     EMISSION_CLASSES = "lines of sight by which materials are grouped"
     TILTED_FACES = "faces on which harmonics of ambient light are measured"
+    CIRCUMSTANCES = "shadows and walls around the faces of the error budget"
     EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
 
 
@@ -36,6 +37,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.EMISSION_CLASSES: 8,
     Stream.EMISSION_ERROR: 5,
     Stream.TILTED_FACES: 10,
+    Stream.CIRCUMSTANCES: 11,
 }
 
 

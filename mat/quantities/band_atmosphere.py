@@ -23,7 +23,7 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.geometry import Rays, trace
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight, lines_of_sight
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
-from skyshine.mat.quantities.facet_light import Faces, facet_irradiance
+from skyshine.mat.quantities.facet_light import Faces, light_among_walls
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.line_sources import LineSources
@@ -341,9 +341,8 @@ def _spectral_part(
 
 def _on_faces(air: SpectralAir, altitude: Floats, source_elevation: Floats, irradiance: Floats, faces: Faces) -> Floats:
     """Irradiance (n, P) of faces at altitudes (n,) [m]."""
-    inside = np.minimum(altitude, air.shells.top)
-    normal, kelvin = faces.normal[:, None], faces.ground_temperature
-    return facet_irradiance(air, inside, source_elevation, normal, irradiance, kelvin)[:, 0]
+    inside = np.minimum(altitude if faces.altitude is None else faces.altitude, air.shells.top)
+    return light_among_walls(air, inside, source_elevation, irradiance, faces)
 
 
 def _in_si(

@@ -148,7 +148,7 @@ def test_a_wrong_key_of_a_mapping_is_named_by_its_path():
 def test_a_report_as_arrays(built, tmp_path):
     measured = skyshine.mat.report(JOB, built=built.folder, scenes=3)
     data = measured.to_xarray()
-    assert list(data.measure.values) == ["rms", "p95", "maximum"] and data.sizes["budget"] == 1
+    assert list(data.measure.values) == ["rms", "p95", "p99", "maximum"] and data.sizes["budget"] == 1
     total = data.temperature.sel(error="all")
     assert float(total.sel(measure="rms")[0]) <= float(total.sel(measure="maximum")[0])
     number = measured.numbers["budgets"][0]["errors"]["all"]["temperature"]["rms"]["value"]

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres, vertices
-from skyshine.mat.budget.views import slope_and_azimuth
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.schemas.errors import InputError
@@ -79,12 +78,6 @@ def test_readings_are_those_of_the_table_at_the_place_of_the_sight(make_views, t
     # The source at 120 degrees lies 120, 30 and 80 degrees from the headings.
     place = path | {"source_elevation": views.source_elevation, "source_azimuth": [120.0, 30.0, 80.0]}
     assert read.path_radiance_ratio[:, 0] == pytest.approx(tables.air.value("path_radiance_ratio", **place))
-
-
-def test_facing_holds_normals_to_the_slopes_of_the_table(tables):
-    slope, azimuth = tables.facing(np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [0.6, 0.0, 0.8]]))
-    assert slope == pytest.approx([90.0, 90.0, 36.8699]) and azimuth[[0, 2]] == pytest.approx([180.0, 90.0])
-    assert slope_and_azimuth(np.array([0.6, 0.0, 0.8]))[0] == pytest.approx(36.8699)
 
 
 def test_materials_are_assigned_in_their_shares(tables):

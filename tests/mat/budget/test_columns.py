@@ -7,6 +7,7 @@ from skyshine.mat.budget.columns import temperatures_at
 from skyshine.mat.surface.forcing import Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.sun_path import SunPath, sun_hours
+from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.table import temperature_table
 from skyshine.mat.surface.weather import from_extremes
 from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalStack
@@ -80,6 +81,16 @@ def test_between_steps_of_the_solver_time_is_linear_and_the_day_closes():
     assert found[1] == pytest.approx(0.6 * found[0] + 0.4 * found[2], abs=1e-6)
     assert found[3] == pytest.approx(found[4], abs=1e-9) and found[6] == pytest.approx(found[7], abs=1e-9)
     assert found[5] == pytest.approx(0.5 * (found[6] + found[4]), abs=1e-6)
+
+
+def test_each_place_has_its_own_shadows_and_walls():
+    """In the shade all day a black sky and a wall of 285 K give 285 K; beside it the open place is in the Sun."""
+    noon = world(60.0 * np.cos(np.radians(15 * (sun_hours() - 12))), 285.0, 285.0, 1.0)
+    around = [Surroundings(((0.0, 24.0),), 0.0, 285.0, 1.0), Surroundings(), Surroundings(((6.0, 9.0),))]
+    columns = [np.full(3, value) for value in (0.0, 180.0, 0.0, 12.0)]
+    shaded, open_air, before = temperatures_at([DARK], noon, *columns, steps=96, surroundings=around)[:, 0]
+    assert shaded == pytest.approx(285.0, abs=0.01)
+    assert shaded + 5 < before < open_air - 0.1
 
 
 def test_a_given_temperature_replaces_the_solution():

@@ -4,13 +4,23 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells
-from skyshine.mat.budget.views import BEND_DEG, FACES_M, direction, fold, on_axes, random_views, slope_and_azimuth
+from skyshine.mat.budget.views import (
+    BEND_DEG,
+    FACES_M,
+    FACES_OF_A_PLACE,
+    direction,
+    fold,
+    on_axes,
+    random_views,
+    slope_and_azimuth,
+)
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid
 
 LEVELS = np.linspace(0.0, 100e3, 101)
 SHELLS = Shells.of(LEVELS, 2.55e25 * np.exp(-LEVELS / 8e3), 1000.0)
 GRID = PathGrid([0.1, 20.0], [0.05, 1.0], [-90.0, -5.0, 5.0], [-20.0, 70.0], [0.0, 120.0])
+NEAR_GRID = PathGrid([1e-3, 20.0], [0.0, 1.0], [-90.0, 90.0], [-20.0, 70.0], [0.0, 180.0])
 AXES = {
     "altitude": np.array([0.0, 0.4]),
     "azimuth": np.array([0.0, 120.0, 240.0]),
@@ -61,7 +71,7 @@ def test_every_coordinate_lies_on_the_axes(views):
         (views.range, GRID.range_km),
         (views.altitude, GRID.altitude_km),
         (views.elevation, GRID.elevation_deg),
-        (views.source_elevation, GRID.source_elevation_deg),
+        (np.maximum(views.source_elevation, -20.0), GRID.source_elevation_deg),
         (views.relative_azimuth, GRID.source_azimuth_deg),
         (views.surface_altitude, AXES["altitude"]),
         (slope_and_azimuth(views.normal)[0], AXES["slope"] + [-1e-6, 1e-6]),
@@ -71,7 +81,27 @@ def test_every_coordinate_lies_on_the_axes(views):
     ):
         assert nodes[0] <= values.min() and values.max() <= nodes[-1]
         assert np.ptp(values) > 0
-    assert np.all(views.source_elevation > 0) and np.all(views.altitude >= views.surface_altitude)
+    assert np.all((views.altitude >= views.surface_altitude) | views.near)
+
+
+def test_the_sun_is_seen_at_all_hours_and_the_moon_above_the_horizon(job, views):
+    """A day of the subtropics in June is a little longer than its night."""
+    assert 0.5 < np.mean(views.source_elevation > 0) < 0.65
+    moon = random_views(job, "moon", GRID, AXES, SHELLS, 40, 4)
+    assert len(moon) == 40 and np.all(moon.source_elevation > 0)
+
+
+def test_faces_of_a_place_share_its_time_and_altitude(views):
+    """Under one sky: at most so many that the light around them is computed once."""
+    hours, counts = np.unique(views.time, return_counts=True)
+    assert counts.max() == FACES_OF_A_PLACE and counts.mean() > 2
+    assert all(np.ptp(views.surface_altitude[views.time == hour]) == 0 for hour in hours)
+
+
+def test_some_views_are_from_nearby(job, views):
+    """A quarter of the candidates; in this grid observers are 50 m up, which leaves few of them."""
+    near = random_views(job, "sun", NEAR_GRID, AXES, SHELLS, 200, 4).near
+    assert 0.1 < near.mean() < 0.4 and views.near.mean() < near.mean()
 
 
 def test_a_face_is_seen_from_its_front_and_lies_in_its_plane(views):
@@ -101,5 +131,6 @@ def test_some_of_the_views_are_those_that_were_chosen(views):
 
 
 def test_no_views_where_the_source_is_never_up(job):
-    night = AXES | {"time": np.array([0.0])}
-    assert len(random_views(job, "sun", GRID, night, SHELLS, 10, 1)) == 0
+    day = AXES | {"time": np.array([12.0])}
+    assert np.all(random_views(job, "sun", GRID, day, SHELLS, 10, 1).source_elevation > 0)
+    assert len(random_views(job, "moon", GRID, day, SHELLS, 10, 1)) == 0

@@ -13,8 +13,9 @@ from click.testing import CliRunner
 import skyshine.mat
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.budget.budget import Prepared, error_budget
+from skyshine.mat.budget.budget import error_budget
 from skyshine.mat.budget.summary import describe
+from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.builder.build import build
 from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.cli import main

@@ -15,7 +15,7 @@ from skyshine.mat.quantities.ambient_harmonics import (
     ambient_harmonics,
 )
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.facet_light import facet_irradiance
+from skyshine.mat.quantities.facet_light import Faces, Walls, facet_irradiance, light_among_walls
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.radiance_field import Directions, cell_phases
 from skyshine.mat.quantities.sky_table import SkyTable
@@ -112,6 +112,24 @@ def test_an_isothermal_enclosure_is_black(band, albedo, height):
         atmosphere.air, np.array([height]), np.array([-1.0]), normal[None], np.zeros(4), np.array([KELVIN])
     )[0]
     np.testing.assert_allclose(found, exact, rtol=0.004)
+
+
+def test_walls_hide_the_sky_and_shine_in_its_place(lit):
+    """Walls all around light a level face as a black body; none leave what `facet_irradiance` gives."""
+    atmosphere, irradiance = lit
+    air, source = atmosphere.air, np.full(3, np.radians(30.0))
+    normal, ground = np.array([UP, UP, [1.0, 0.0, 0.0]]), np.full(3, 330.0)
+    exact = facet_irradiance(air, np.zeros(1), source[:1], normal[None], irradiance, ground[:1])[0]
+
+    def found(sky_view):
+        walls = Walls(np.full(3, sky_view), np.full(3, 310.0), np.ones(3))
+        return light_among_walls(air, np.zeros(3), source, irradiance, Faces(normal, ground, walls=walls))
+
+    np.testing.assert_allclose(found(1.0), exact, rtol=1e-12)
+    np.testing.assert_allclose(light_among_walls(air, np.zeros(3), source, irradiance, Faces(normal, ground)), exact)
+    black = np.pi * planck_wavenumber(air.optics.wavenumber, 310.0)
+    np.testing.assert_allclose(found(0.0)[:2], np.broadcast_to(black, (2, black.size)), rtol=1e-12)
+    np.testing.assert_allclose(found(0.5), 0.5 * (found(0.0) + found(1.0)), rtol=1e-12)
 
 
 def test_the_level_face_of_a_table_is_that_of_the_level_quantity(lit):

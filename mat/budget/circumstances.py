@@ -1,0 +1,104 @@
+"""Random shadows and walls around the faces of an error budget."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyshine.mat.surface.surroundings import Interval, Surroundings
+from skyshine.schemas.arrays import Booleans, Floats
+
+SHADED_NOW = 0.4  # share of the faces that stand in a shadow, as in a street
+SHADED_BEFORE = 0.2  # of the faces that a shadow has left
+WALLED = 0.3  # of the faces beside a wall, in a shadow or not
+SHADE_H = (0.5, 6.0)  # length of a shadow up to now, or of one that has left
+LEFT_H = (0.25, 6.0)  # how long ago it left
+SKY_VIEWS = (0.3, 0.9)
+WALL_EXCESS_K = (-5.0, 20.0)  # of a wall over the day's mean of the air
+
+
+@dataclass(frozen=True, eq=False)
+class Circumstances:
+    """What stands around each of n faces.
+
+    Attributes
+    ----------
+    surroundings : tuple of n Surroundings
+    in_shade : (n,) bool array
+        Whether no light comes from the direction of the Sun at the time of the view.
+    """
+
+    surroundings: tuple[Surroundings, ...]
+    in_shade: Booleans
+
+    @property
+    def shadows_alone(self) -> tuple[Surroundings, ...]:
+        """The same shadows without walls."""
+        return tuple(Surroundings(around.shade) for around in self.surroundings)
+
+    @property
+    def shaded(self) -> Booleans:
+        """Faces with a shadow at any time of the day."""
+        return np.array([bool(around.shade) for around in self.surroundings], bool)
+
+    @property
+    def walled(self) -> Booleans:
+        """Faces beside a wall."""
+        return self.sky_view < 1
+
+    @property
+    def sky_view(self) -> Floats:
+        """Open share of the sky above each face."""
+        return np.array([around.sky_view for around in self.surroundings])
+
+    @property
+    def wall_temperature(self) -> Floats:
+        """K; of faces beside no wall any, here 300."""
+        return np.array([300.0 if around.facing is None else around.facing for around in self.surroundings])
+
+    @property
+    def wall_emissivity(self) -> Floats:
+        """For thermal infrared."""
+        return np.array([around.facing_emissivity for around in self.surroundings])
+
+    @classmethod
+    def none(cls, count: int) -> Circumstances:
+        """Faces in the open, in the Sun all day."""
+        return cls((Surroundings(),) * count, np.zeros(count, bool))
+
+
+def random_circumstances(time: Floats, air_temperature: float, generator: np.random.Generator) -> Circumstances:
+    """Draw what stands around faces.
+
+    Parameters
+    ----------
+    time : (n,) array
+        Of the views, local clock [h].
+    air_temperature : float
+        Mean of the day [K].
+    generator : numpy.random.Generator
+    """
+    count = time.size
+    kind, walled = generator.random(count), generator.random(count) < WALLED
+    length, gap, ahead = (generator.uniform(*limits, count) for limits in (SHADE_H, LEFT_H, SHADE_H))
+    sky_view = generator.uniform(*SKY_VIEWS, count)
+    facing = air_temperature + generator.uniform(*WALL_EXCESS_K, count)
+    in_shade = kind < SHADED_NOW
+    before = ~in_shade & (kind < SHADED_NOW + SHADED_BEFORE)
+    surroundings = []
+    for row in range(count):
+        around = Surroundings()
+        if in_shade[row]:
+            around = Surroundings((_interval(time[row] - length[row], time[row] + ahead[row]),))
+        elif before[row]:
+            end = time[row] - gap[row]
+            around = Surroundings((_interval(end - length[row], end),))
+        if walled[row]:
+            around = replace(around, sky_view=float(sky_view[row]), facing=float(facing[row]))
+        surroundings.append(around)
+    return Circumstances(tuple(surroundings), in_shade)
+
+
+def _interval(first: float, last: float) -> Interval:
+    return float(first % 24.0), float(last % 24.0)

@@ -1,0 +1,366 @@
+"""Errors of one set of tables on views: one part of the whole truth replaced at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from skyshine.mat.budget.built_tables import Tables, ViewLine, frame_centres, vertices
+from skyshine.mat.budget.circumstances import Circumstances
+from skyshine.mat.budget.options import (
+    FIELDS_OF_VIEW,
+    BudgetViews,
+    Option,
+    emitted_transmittance,
+    frame_errors,
+    options_of_averages,
+    options_of_frames,
+    shade_option,
+)
+from skyshine.mat.budget.runtime_terms import (
+    AtmosphereReadings,
+    Emission,
+    Finish,
+    exact_normalisation,
+    incidence,
+    runtime_radiance,
+    spectral_radiance,
+    spectral_thermal,
+)
+from skyshine.mat.budget.truth import FacetTruth, Prepared
+from skyshine.mat.budget.views import Views
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.scene.sources import source_irradiance
+from skyshine.schemas.arrays import Floats, Integers
+
+
+@dataclass(frozen=True, eq=False)
+class Extrapolation:
+    """Errors of faces and frames: `Budget.errors`, `extrapolation`, `frames` and `options` of them."""
+
+    errors: dict[str, Floats]
+    by_field: dict[str, Floats]
+    frames: dict[str, Floats]
+    options: dict[str, Option]
+
+
+class Measurement:
+    """The truth of n views of M materials, and what tables and averages make of it.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    tables : Tables
+    truth : FacetTruth
+    views : Views
+    around : Circumstances
+        Of the faces.
+    grid : PathGrid
+        Of the tables.
+
+    Attributes
+    ----------
+    radiance : (n, M) array
+        The truth, W m^-2 sr^-1.
+    """
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        tables: Tables,
+        truth: FacetTruth,
+        views: Views,
+        around: Circumstances,
+        grid: PathGrid,
+    ) -> None:
+        job, band = prepared.loaded.trimmed, truth.air.band
+        self.prepared = prepared
+        self.tables, self.truth, self.views, self.around, self.grid = tables, truth, views, around, grid
+        self.few, self.steps, self.finish = (
+            prepared.lit(prepared.few, truth.source),
+            job.accuracy.solver_steps,
+            tables.finish,
+        )
+        self.few_light = source_irradiance(job, truth.source, self.few.band.wavenumber, self.few.band.width)
+        seen = truth.of(views, around, self.finish)
+        self.open_air, self.shadowed, self.kelvin = seen.open_air, seen.shadowed, seen.kelvin
+        self.lines, self.bounce, self.radiance = seen.lines, seen.bounce, seen.radiance
+        through = None
+        if tables.thermal is not None:
+            through = emitted_transmittance(band, truth.reflectance, self.lines, self.kelvin)
+        self.full = replace(AtmosphereReadings.integrated(self.lines, band), emitted=through)
+        self.emission = tables.emission(self.kelvin)
+        self.base = self._shown(self.full)
+
+    def _shown(
+        self, readings: AtmosphereReadings, emission: Emission | None = None, bounce: Floats | None = None
+    ) -> Floats:
+        """Radiance of the runtime's equations, by default with the true temperatures and lobes."""
+        bounce = self.bounce if bounce is None else bounce
+        return runtime_radiance(readings, emission or self.emission, bounce, self.finish)
+
+    @cached_property
+    def _level(self) -> AtmosphereReadings:
+        """Quantities of level faces in the open, computed at the few points."""
+        direct = AtmosphereReadings.of(self.few.at_points(*self.views.place, self.few_light))
+        return replace(direct, emitted=self.full.emitted)
+
+    @cached_property
+    def _among_walls(self) -> AtmosphereReadings:
+        """Quantities of the faces, computed at the few points."""
+        return replace(self._level, ambient=self._ambient(self.around))
+
+    @cached_property
+    def _in_the_open(self) -> Floats:
+        """Ambient radiance (n, 1) of the faces without their walls."""
+        return self._ambient(None) if self.around.walled.any() else self._among_walls.ambient
+
+    def _ambient(self, around: Circumstances | None) -> Floats:
+        faces = self.truth.faces(self.views, around)
+        return self.few.ambient_on_faces(*self.views.place[:4], self.few_light, faces)[:, None]
+
+    @cached_property
+    def _direct(self) -> Floats:
+        """Radiance with everything computed at the few points."""
+        return self._shown(self._among_walls)
+
+    @cached_property
+    def _read(self) -> AtmosphereReadings:
+        return self.tables.readings(self.views, temperature=self.kelvin)
+
+    @cached_property
+    def _level_read(self) -> Floats:
+        return self.tables.level_ambient(self.views)
+
+    @cached_property
+    def _solved_in_steps(self) -> Floats:
+        """Temperatures in the open with the solver's steps of the job."""
+        views = self.views
+        return self.truth.temperature(views.normal, views.surface_altitude, views.time, steps=self.steps)
+
+    @cached_property
+    def _temperatures_read(self) -> tuple[Floats, Floats, Floats]:
+        """Of a runtime: in the open, under shadows alone, and under shadows and beside walls."""
+        tables, views = self.tables, self.views
+        in_the_open = tables.temperature(views)
+        if not tables.shades:
+            return in_the_open, in_the_open, in_the_open
+        under, beside = (
+            tables.temperature(views, absorbed_change=tables.absorbed_change(views, surroundings))
+            for surroundings in (self.around.shadows_alone, self.around.surroundings)
+        )
+        return in_the_open, under, beside
+
+    def of_averages(self) -> dict[str, Floats]:
+        """Averages over the band outside the integral, and the few spectral points."""
+        band, rho, views = self.truth.air.band, self.truth.reflectance, self.views
+        flat = np.repeat(self.finish.reflectance[:, None], band.weight.size, axis=1)
+        errors = {"compiled_band": self._direct - self.base}
+        with_flat = spectral_radiance(self.lines, band, self.kelvin, flat, self.bounce)
+        if self.full.emitted is None:
+            outside = np.repeat(self.full.transmittance, band.weight.size, axis=1)
+            radiance = spectral_radiance(self.lines, band, self.kelvin, rho, self.bounce, outside)
+            return errors | {"reflectance": with_flat - self.radiance, "transmittance": radiance - self.radiance}
+        # The thermal term has a reflectance and a transmittance of its own.
+        thermal = spectral_thermal(self.lines.transmittance, band, self.kelvin, flat)
+        emitted = self.emission.blackbody * (1 - self.emission.reflectance) * self.full.emitted
+        by_class = self.tables.emitted_transmittance(views, self.kelvin)
+        stored = self._shown(replace(self._among_walls, emitted=by_class)) - self._direct
+        return errors | {
+            "reflectance": with_flat - thermal + emitted - self.radiance,
+            "emitted_transmittance": np.where(views.near[:, None], 0.0, stored),
+        }
+
+    def of_temperatures(self) -> dict[str, Floats]:
+        """The solver's steps, their table, and the response to shadows and walls."""
+        in_the_open, under, beside = self._temperatures_read
+        changes = {
+            "solver_steps": self._solved_in_steps - self.open_air,
+            "temperature_table": in_the_open - self._solved_in_steps,
+            "shade": under - in_the_open - (self.shadowed - self.open_air),
+            "surroundings": beside - under - (self.kelvin - self.shadowed),
+        }
+        errors = {name: self._warmer(change) - self.base for name, change in changes.items()}
+        ambient = self.tables.among_walls(self.views, self.around, self._in_the_open, self._level.ambient)
+        errors["surroundings"] += self._shown(replace(self._among_walls, ambient=ambient)) - self._direct
+        return errors
+
+    def _warmer(self, change: Floats) -> Floats:
+        """Radiance with temperatures changed by (n, M) [K]."""
+        return self._shown(self.full, self.tables.emission(self.kelvin + change))
+
+    def of_atmosphere(self) -> dict[str, Floats]:
+        """Interpolation: of each quantity, then of all; against direct computation with the same points."""
+        direct, read, near = self._among_walls, self._read, self.views.near[:, None]
+        level_error = self._level_read - self._level.ambient
+        # What harmonics give with the level value computed directly.
+        level_error *= self.tables.level_share(self.views.normal)
+        tilt_error = read.ambient - self._in_the_open - level_error
+        paths = {"transmittance": read.transmittance, "path_radiance_ratio": read.path_radiance_ratio}
+        emitted = {} if read.emitted is None else {"emitted": read.emitted}
+        changes = {
+            "beta_star_table": {"transmittance": read.transmittance},
+            "path_radiance_table": {"path_radiance_ratio": read.path_radiance_ratio},
+            "near_range": paths | emitted,
+            "ambient_table": {"ambient": direct.ambient + level_error},
+            "tilted_sky": {"ambient": direct.ambient + tilt_error},
+            "direct_table": {"direct": read.direct},
+        }
+        errors = {name: self._shown(replace(direct, **change)) - self._direct for name, change in changes.items()}
+        for name in ("beta_star_table", "path_radiance_table"):
+            errors[name] = np.where(near, 0.0, errors[name])
+        errors["near_range"] = np.where(near, errors["near_range"], 0.0)
+        warmer = self.tables.emission(self.kelvin + self._temperatures_read[0] - self._solved_in_steps)
+        everything = replace(read, ambient=direct.ambient + level_error + tilt_error)
+        errors["tables"] = self._shown(everything, warmer) - self._direct
+        return errors
+
+    def pixel(self) -> Floats:
+        """Error of a runtime that reads all tables at the pixel."""
+        views, kelvin = self.views, self._temperatures_read[-1]
+        read = self.tables.readings(views, temperature=kelvin)
+        ambient = self.tables.among_walls(views, self.around, read.ambient, self._level_read)
+        bounce = self.truth.bounce(views, views.normal, self._by_angle(), self.around)
+        return self._shown(replace(read, ambient=ambient), self.tables.emission(kelvin), bounce) - self.radiance
+
+    def of_normalisation(self) -> Floats:
+        """N_s by angle, as a runtime reads it, for that of the very angle."""
+        bounce = self.truth.bounce(self.views, self.views.normal, self._by_angle(), self.around)
+        return self._shown(self.full, bounce=bounce) - self.base
+
+    def _by_angle(self) -> Finish:
+        return self.tables.finish_at(incidence(self.views, self.views.normal))
+
+    def of_materials(self) -> dict[str, Floats]:
+        """Change of radiance where a texture names another material, (n, M, M)."""
+        if self.tables.assigned_share is None:
+            return {}
+        return {"misclassification": self.base[:, None, :] - self.base[:, :, None]}
+
+    def of_weather(self) -> dict[str, Floats]:
+        """Paths and sky through the job's air in place of that which the weather has at the hour; thermal light alone.
+
+        Raises
+        ------
+        InputError
+            Air cannot be as the weather says.
+        """
+        if self.prepared.has_air_of_an_hour:
+            return {}
+        views, faces = self.views, self.truth.faces(self.views, self.around)
+        of_job = replace(self.few, air=replace(self.few.air, scatters=False))
+        error = np.empty(self.kelvin.shape)
+        for hour in np.unique(views.time):
+            rows = views.time == hour
+            part, some = views.take(rows), faces.take(rows)
+            shown = []
+            for air in (of_job, self.prepared.at_hour(float(hour))):
+                readings = AtmosphereReadings.of(air.at_points(*part.place, self.few_light))
+                ambient = air.ambient_on_faces(*part.place[:4], self.few_light, some)[:, None]
+                emitted = None
+                if self.full.emitted is not None:
+                    ratio = readings.transmittance / np.maximum(self._level.transmittance[rows], np.finfo(float).tiny)
+                    emitted = self.full.emitted[rows] * ratio
+                readings = replace(readings, ambient=ambient, emitted=emitted)
+                blackbody, reflectance = self.emission.blackbody[rows], self.emission.reflectance
+                emission = Emission(blackbody, reflectance if reflectance.ndim == 1 else reflectance[rows])
+                shown.append(runtime_radiance(readings, emission, self.bounce[rows], self.finish))
+            error[rows] = shown[0] - shown[1]
+        return {"weather_of_the_air": error}
+
+    def options(self) -> dict[str, Option]:
+        """What a runtime gains by other tables and readings."""
+        seen = BudgetViews(
+            self.views,
+            self.lines,
+            self.truth.air.band,
+            self.truth.reflectance,
+            self.kelvin,
+            self.emission.blackbody,
+            self.bounce,
+            self.full,
+            self.radiance,
+        )
+        options = options_of_averages(
+            self.tables, seen, lambda finish: self.truth.bounce(self.views, self.views.normal, finish, self.around)
+        )
+        if self.tables.shades:
+            in_the_open, _, beside = self._temperatures_read
+            unshaded, shaded = (
+                self._warmer(change) - self.base
+                for change in (self.open_air - self.kelvin, beside - in_the_open - (self.kelvin - self.open_air))
+            )
+            options["shade_response"] = shade_option(self.tables, unshaded, shaded)
+        return options
+
+    def of_frames(self, generator: np.random.Generator) -> Extrapolation:
+        """Faces, extrapolation from the centre pixel, and everything together.
+
+        The change of temperature by shadows and walls is that at the pixel.
+        """
+        tables, views = self.tables, self.views
+        pixel = replace(self._level, ambient=self._tilted(self._level).ambient)
+        here = self._shown(pixel)
+        ends = vertices(views, self.grid, tables)
+        errors = {"face": self._across_faces(pixel, ends) - here}
+        offset = generator.uniform(-0.5, 0.5, (2, len(views)))
+        chosen = generator.integers(len(FIELDS_OF_VIEW), size=len(views))
+        assigned = tables.assigned_materials(generator, (here.shape[0], here.shape[1]))
+        parts: dict[str, list[Floats]] = {"transmittance_extrapolation": [], "radiance_extrapolation": []}
+        together = np.empty_like(here)
+        for number, width in enumerate(FIELDS_OF_VIEW):
+            centre = frame_centres(views, self.grid, offset * width)
+            at_centre = AtmosphereReadings.of(self.few.at_points(*centre.place(views), self.few_light))
+            at_centre = self._tilted(at_centre, centre)
+            through = at_centre.at_range(centre.range, views.range).transmittance
+            extrapolated = (
+                pixel.with_transmittance(through),
+                replace(at_centre, transmittance=pixel.transmittance, emitted=pixel.emitted),
+            )
+            for name, readings in zip(parts, extrapolated, strict=True):
+                parts[name].append(self._shown(readings) - here)
+            rows = chosen == number
+            together[rows] = self._all_together(ends, centre, assigned)[rows]
+        by_field = {name: np.array(values) for name, values in parts.items()}
+        row = np.arange(len(views))
+        errors |= {name: values[chosen, row] for name, values in by_field.items()}
+        errors["all"] = together - self.radiance
+        frames = frame_errors(tables, views, self.grid, offset, here, self._shown, self.kelvin)
+        return Extrapolation(errors, by_field, frames, options_of_frames(tables, views, self.grid, frames, chosen))
+
+    def _tilted(self, readings: AtmosphereReadings, line: ViewLine | None = None) -> AtmosphereReadings:
+        """Readings of level faces with the difference that the tables give for the faces of the views, or of a line."""
+        tilt = self.tables.readings(self.views, line).ambient - self.tables.level_ambient(self.views, line)
+        return replace(readings, ambient=readings.ambient + tilt)
+
+    def _across_faces(self, pixel: AtmosphereReadings, ends: tuple[ViewLine, ViewLine]) -> Floats:
+        """Radiance (n, M) interpolated between the vertices, with quantities and temperatures computed there."""
+        views, radiance = self.views, np.zeros(self.kelvin.shape)
+        for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
+            kelvin = self.truth.temperature(end.normal, end.surface_altitude, views.time, steps=self.steps)
+            emission = self.tables.emission(kelvin + self.kelvin - self._solved_in_steps)
+            readings = AtmosphereReadings.of(self.few.at_points(*end.place(views), self.few_light))
+            readings = self._tilted(
+                replace(readings, emitted=pixel.with_transmittance(readings.transmittance).emitted), end
+            )
+            exact = exact_normalisation(self.finish.shininess, views, end.normal)
+            bounce = self.truth.bounce(views, end.normal, replace(self.finish, normalisation=exact), self.around)
+            radiance = radiance + weight[:, None] * self._shown(readings, emission, bounce)
+        return radiance
+
+    def _all_together(self, ends: tuple[ViewLine, ViewLine], centre: ViewLine, assigned: Integers) -> Floats:
+        """Radiance (n, M) of a runtime: tables at the centre pixel, vertices, mean N_s, materials of the textures."""
+        tables, views = self.tables, self.views
+        in_the_open, _, beside = self._temperatures_read
+        read = tables.readings(views, centre, beside)
+        level = tables.level_ambient(views, centre)
+        read = replace(read, ambient=tables.among_walls(views, self.around, read.ambient, level))
+        shown = np.zeros(assigned.shape)
+        for end, weight in zip(ends, (1 - views.share, views.share), strict=True):
+            emission = tables.emission(tables.temperature(views, end) + beside - in_the_open)
+            bounce = self.truth.bounce(views, end.normal, self.finish, self.around)
+            values = self._shown(read.at_range(centre.range, end.range), emission, bounce)
+            shown = shown + weight[:, None] * np.take_along_axis(values, assigned, axis=1)
+        return shown

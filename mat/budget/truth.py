@@ -1,0 +1,250 @@
+"""The radiance of faces by brute force: what every table of a job is judged against.
+
+All spectral points of the band, the light of sky and ground over each face's own hemisphere, temperatures from the
+heat balance of each face under its own shadows and beside its own walls, paths and light with the job's air.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.transfer.bounds import Bounds
+from skyshine.mat.budget.circumstances import Circumstances
+from skyshine.mat.budget.columns import temperatures_at
+from skyshine.mat.budget.runtime_terms import Finish, exact_normalisation, reflection, spectral_radiance
+from skyshine.mat.budget.views import Views, slope_and_azimuth
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.surface import at_kelvin
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.facet_light import Faces, Walls
+from skyshine.mat.quantities.results import SpectralLines
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.spherical_harmonics import face_normal
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.compiled import compiled_band
+from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.ground import over_ground
+from skyshine.mat.scene.omission import Omission
+from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
+from skyshine.mat.scene.surface import scene_inputs, surface_materials
+from skyshine.mat.surface.forcing import Sky
+from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.surroundings import Surroundings
+from skyshine.mat.surface.weather import NearSurfaceAir
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.arrays import Floats
+
+FINE_STEPS = 288  # solver times of a day
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A state and band of a job.
+
+    Attributes
+    ----------
+    loaded : LoadedJob
+    state, band : int
+        Counted from 1.
+    response : SpectralResponse
+    exact, few : BandAtmosphere
+        At all spectral points, and at those that the tables were computed with, without what these omit.
+    inputs : SunPath, NearSurfaceAir, Sky
+        Of the heat balance.
+    unscattered : set of str
+        Sources whose scattered light the job's `negligible_k` omits, by a bound.
+    """
+
+    loaded: LoadedJob
+    state: int
+    band: int
+    response: SpectralResponse
+    exact: BandAtmosphere
+    few: BandAtmosphere
+    inputs: tuple[SunPath, NearSurfaceAir, Sky]
+    unscattered: frozenset[str]
+
+    @classmethod
+    def of(cls, loaded: LoadedJob, state: int, band: int) -> Prepared:
+        """Prepare a state and band, counted from 1."""
+        loaded = loaded.on_date_of_state(state)
+        job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
+        air = over_ground(atmospheric_state(job.site, job.states[state - 1]), job.states[state - 1], response)
+        everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+        compiled, _ = compiled_band(loaded, air, everything)
+        exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
+        requested, weight = loaded.requested, compiled.band.radiance_weight
+        light = irradiance_of_sources(requested, compiled.band)
+        bounds = Bounds.of(few.air, path_grid(requested), light, weight)
+        omission = Omission.of(job, requested.sources, air, response, bounds)
+        if omission.particles:
+            few = BandAtmosphere.of(omission.without(air), compiled.band)
+        return cls(loaded, state, band, response, exact, few, scene_inputs(job, state), frozenset(omission.scattered))
+
+    def at_hour(self, hour: float) -> BandAtmosphere:
+        """The few points in the air that the weather has at a local clock hour, without scattered light.
+
+        Raises
+        ------
+        InputError
+            Air cannot be as the weather says.
+        """
+        job = self.loaded.trimmed
+        state = job.states[self.state - 1].model_copy(update={"air": "weather", "air_times": [hour]})
+        air = BandAtmosphere.of(over_ground(atmospheric_state(job.site, state), state, self.response), self.few.band)
+        return replace(air, air=replace(air.air, scatters=False))
+
+    @property
+    def has_air_of_an_hour(self) -> bool:
+        """Whether the paths of the state have the air of one time, not that of all hours."""
+        state = self.loaded.trimmed.states[self.state - 1]
+        return state.air == "weather" and state.air_time is not None
+
+    def lit(self, air: BandAtmosphere, source: str) -> BandAtmosphere:
+        """One of the two atmospheres, under a source whose light is scattered unless that is negligible."""
+        return replace(air, air=replace(air.air, scatters=False)) if source in self.unscattered else air
+
+
+@dataclass(frozen=True, eq=False)
+class FacetRadiance:
+    """Radiance of n views of M materials, with what it is made of.
+
+    Attributes
+    ----------
+    open_air, shadowed, kelvin : (n, M) arrays
+        Temperatures [K] in the open, under the shadows alone, and under shadows and beside walls.
+    lines : SpectralLines
+    bounce : (n, M) array
+        As `runtime_terms.reflection`.
+    radiance : (n, M) array
+        At the observers, W m^-2 sr^-1.
+    """
+
+    open_air: Floats
+    shadowed: Floats
+    kelvin: Floats
+    lines: SpectralLines
+    bounce: Floats
+    radiance: Floats
+
+
+class FacetTruth:
+    """Temperature and radiance of faces of some materials, computed directly.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    library : MaterialLibrary
+    names : sequence of M str
+        Of the materials.
+    source : {'sun', 'moon'}
+    """
+
+    def __init__(self, prepared: Prepared, library: MaterialLibrary, names: Sequence[str], source: str) -> None:
+        job = prepared.loaded.trimmed
+        self.air, self.source = prepared.lit(prepared.exact, source), source
+        self.irradiance = source_irradiance(job, source, self.air.band.wavenumber, self.air.band.width)
+        chosen = [library[name] for name in names]
+        self.materials, self.inputs = surface_materials(chosen, job.operated), prepared.inputs
+        self.given = {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()}
+        micron = 1e4 / self.air.band.wavenumber
+        self.reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in chosen])
+        ground = job.states[prepared.state - 1].ground_material
+        self._ground = surface_materials([] if ground is None else [library[ground]], job.operated)
+        self._lowest = job.site.altitude_km
+
+    @property
+    def mean_air_temperature(self) -> float:
+        """Of the day, at the weather's altitude [K]."""
+        return float(np.mean(self.inputs[1].air_temperature))
+
+    def temperature(
+        self,
+        normal: Floats,
+        altitude: Floats,
+        time: Floats,
+        surroundings: Sequence[Surroundings] | None = None,
+        steps: int = FINE_STEPS,
+    ) -> Floats:
+        """Temperatures (n, M) [K] from the heat balance of each face.
+
+        Parameters
+        ----------
+        normal : (n, 3) array
+            East, north, up.
+        altitude, time : (n,) arrays
+            km; local clock, h.
+        surroundings : sequence of n Surroundings, optional
+            By default none.
+        steps : int
+            Solver times of a day.
+        """
+        slope, azimuth = slope_and_azimuth(normal)
+        place = altitude, azimuth, slope, time
+        return temperatures_at(
+            self.materials, self.inputs, *place, steps=steps, given=self.given, surroundings=surroundings
+        )
+
+    def temperatures_among(self, views: Views, circumstances: Circumstances) -> tuple[Floats, Floats, Floats]:
+        """Temperatures (n, M) [K] of the faces of views in the open, under their shadows alone, and under shadows and
+        beside walls.
+        """
+        open_air = self.temperature(views.normal, views.surface_altitude, views.time)
+        results = [open_air]
+        for chosen, surroundings in (
+            (circumstances.shaded, circumstances.shadows_alone),
+            (circumstances.walled, circumstances.surroundings),
+        ):
+            kelvin, rows = results[-1].copy(), np.flatnonzero(chosen)
+            part = views.take(chosen)
+            around = [surroundings[row] for row in rows]
+            kelvin[rows] = self.temperature(part.normal, part.surface_altitude, part.time, around)
+            results.append(kelvin)
+        return results[0], results[1], results[2]
+
+    def faces(self, views: Views, circumstances: Circumstances | None = None) -> Faces:
+        """The faces of views, over ground whose temperature is solved at their times, among walls or in the open."""
+        slope, azimuth = slope_and_azimuth(views.normal)
+        ground = np.full(len(views), self.air.air.state.surface_temperature)
+        if self._ground:
+            level, altitude = np.zeros(len(views)), np.full(len(views), self._lowest)
+            ground = temperatures_at(
+                self._ground, self.inputs, altitude, level, level, views.time, steps=FINE_STEPS, given=self.given
+            )[:, 0]
+        walls = None
+        if circumstances is not None:
+            walls = Walls(circumstances.sky_view, circumstances.wall_temperature, circumstances.wall_emissivity)
+        normal = face_normal(slope, azimuth - views.source_azimuth)
+        return Faces(normal, ground, views.surface_altitude * 1e3, walls)
+
+    def lines(self, views: Views, faces: Faces) -> SpectralLines:
+        """Spectra of the lines of sight and of the light on the faces."""
+        return self.air.spectral_at_points(*views.place, self.irradiance, faces)
+
+    def bounce(self, views: Views, normal: Floats, finish: Finish, in_shade: Circumstances) -> Floats:
+        """As `runtime_terms.reflection`; 0 where a face is in the Sun's shade."""
+        dark = in_shade.in_shade & (self.source == "sun")
+        return np.where(dark[:, None], 0.0, reflection(views, normal, finish))
+
+    def of(self, views: Views, circumstances: Circumstances, finish: Finish) -> FacetRadiance:
+        """Radiance of the faces of views, of all materials.
+
+        Parameters
+        ----------
+        views : Views
+        circumstances : Circumstances
+            Of the faces.
+        finish : Finish
+            Of the materials; its lobes alone count, with N_s of (43) at each angle of incidence.
+        """
+        open_air, shadowed, kelvin = self.temperatures_among(views, circumstances)
+        lines = self.lines(views, self.faces(views, circumstances))
+        exact = exact_normalisation(finish.shininess, views, views.normal)
+        bounce = self.bounce(views, views.normal, replace(finish, normalisation=exact), circumstances)
+        radiance = spectral_radiance(lines, self.air.band, kelvin, self.reflectance, bounce)
+        return FacetRadiance(open_air, shadowed, kelvin, lines, bounce, radiance)

@@ -1,0 +1,154 @@
+"""A table that is made wrong shows under its own name in the error budget, and under no other."""
+
+import shutil
+
+import h5py
+import numpy as np
+import pytest
+
+from skyshine.mat.budget.budget import PIXEL_SOURCES, error_budget
+from skyshine.mat.budget.summary import describe, kelvin
+from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.builder.build import build
+from skyshine.mat.job.load import load_job
+from skyshine.materials.library import load_library
+
+# Rows in which several sources meet.
+TOGETHER = {"tables", "pixel", "all", "transmittance_extrapolation", "radiance_extrapolation", "face"}
+
+
+@pytest.fixture(scope="module")
+def job(tiny_job, tmp_path_factory):
+    """Two materials on walls and level, a node at 100 m, emission of classes of materials."""
+    text = tiny_job()
+    for before, after in (
+        ("[asphalt_road]", "[asphalt_road, concrete]\nextra_tables: [weighted_transmittance]"),
+        ("[0.001, 5]", "[0.001, 0.1, 1, 5]"),
+        ("[0.01, 1]", "[0.001, 1]"),
+        ("slope_deg: [0, 45], time: [00:00, 12:00]", "slope_deg: [0, 90], time: [00:00, 06:00, 12:00, 18:00]"),
+    ):
+        assert before in text
+        text = text.replace(before, after)
+    file = tmp_path_factory.mktemp("street") / "job.yaml"
+    file.write_text(text, encoding="utf-8")
+    build(load_job(file), jobs=1)
+    return file
+
+
+@pytest.fixture(scope="module")
+def budget_of(job):
+    prepared, library = Prepared.of(load_job(job), 1, 1), load_library()
+    return lambda folder: error_budget(prepared, folder, library, source="sun", scenes=12, seed=2)
+
+
+@pytest.fixture(scope="module")
+def honest(budget_of, job):
+    return budget_of(job.parent / "built")
+
+
+@pytest.fixture
+def planted(budget_of, job, tmp_path):
+    """The budget of a copy of the databases, some arrays of which are changed: (file, array, change)."""
+
+    def measured(*changes):
+        copy = shutil.copytree(job.parent / "built", tmp_path / "built")
+        for file, quantity, change in changes:
+            with h5py.File(copy / file, "r+") as opened:
+                opened[quantity][...] = change(opened[quantity][...])
+        return budget_of(copy)
+
+    return measured
+
+
+def rms(error):
+    return float(np.sqrt(np.mean(np.square(error))))
+
+
+def changed(wrong, honest):
+    """Sources whose errors differ."""
+    assert set(wrong.errors) == set(honest.errors)
+    return {name for name in honest.errors if not np.array_equal(wrong.errors[name], honest.errors[name])} - TOGETHER
+
+
+def test_the_views_have_all_circumstances(honest):
+    around, views = honest.circumstances, honest.views
+    assert around.in_shade.any() and around.walled.any() and views.near.any() and not views.near.all()
+    assert np.any(around.in_shade & (views.source_elevation > 0))
+
+
+def test_a_response_of_nothing_shows_as_shade_and_surroundings(honest, planted):
+    """Both are read from the kernel: without it a surface in the shade is some kelvin too warm."""
+    wrong = planted(("s01.htt.h5", "response_kernel", np.zeros_like))
+    assert changed(wrong, honest) == {"shade", "surroundings"}
+    assert rms(wrong.errors["shade"]) > 10 * rms(honest.errors["shade"])
+    warm = kelvin(wrong, wrong.errors["shade"])[wrong.circumstances.in_shade & (wrong.views.source_elevation > 20)]
+    assert warm.max() > 2
+
+
+def test_sunlight_too_weak_shows_as_shade(honest, planted):
+    """Light that walls take depends on it too, where the diffuse part is bounded by that of an even sky."""
+    wrong = planted(("s01.htt.h5", "direct_normal_irradiance", lambda light: 0.5 * light))
+    assert changed(wrong, honest) <= {"shade", "surroundings"}
+    moved = {name: rms(wrong.errors[name] - honest.errors[name]) for name in ("shade", "surroundings")}
+    assert rms(wrong.errors["shade"]) > 3 * rms(honest.errors["shade"]) and moved["surroundings"] < 0.1 * moved["shade"]
+
+
+def test_three_wrong_tables_show_under_three_names(honest, planted):
+    """A sky too cold behind walls as surroundings, paths wrong at the first node as near range, and clearer air in the
+    transmittance of emission beyond 100 m under its own name: the note's average is no error of a runtime that reads
+    that table.
+    """
+
+    def clearer(beta):
+        return np.concatenate([beta[:, :, :2], 1.3 * beta[:, :, 2:]], axis=2)
+
+    wrong = planted(
+        ("s01.htt.h5", "sky_irradiance", lambda sky: 0.5 * sky),
+        ("s01b01.atmq.h5", "beta_star", lambda beta: np.concatenate([0.1 * beta[:1], beta[1:]])),
+        ("s01b01.thermal_atmq.h5", "beta_star_thermal", clearer),
+    )
+    assert changed(wrong, honest) == {"surroundings", "near_range", "emitted_transmittance"}
+    assert "transmittance" not in honest.errors
+    for name in ("surroundings", "near_range", "emitted_transmittance"):
+        assert rms(wrong.errors[name]) > 2 * rms(honest.errors[name]), name
+    assert np.all(wrong.errors["near_range"][~wrong.views.near] == 0)
+
+
+def test_air_beside_the_weather_shows_as_weather_of_the_air(job, tmp_path):
+    """Weather 16 K warmer than the profile that paths keep; the truth keeps it too, so it is no source of the pixel."""
+
+    def row(*changes):
+        text = job.read_text(encoding="utf-8")
+        for before, after in changes:
+            assert before in text
+            text = text.replace(before, after)
+        file = tmp_path / "job.yaml"
+        file.write_text(text, encoding="utf-8")
+        prepared = Prepared.of(load_job(file), 1, 1)
+        budget = error_budget(prepared, job.parent / "built", load_library(), source="sun", scenes=4, seed=2)
+        return budget.errors.get("weather_of_the_air"), budget.notes
+
+    followed, notes = row()
+    beside, _ = row(("[22, 33]", "[38, 49]"), ("    weather:", "    air: profile\n    weather:"))
+    assert rms(beside) > 1.5 * rms(followed) > 0 and notes == []
+    of_noon, notes = row(("    weather:", "    air_times: [12:00]\n    weather:"))
+    assert of_noon is None and "its air is that of one time" in notes[0]
+    assert "weather_of_the_air" not in PIXEL_SOURCES
+
+
+def test_the_sources_sum_to_the_pixel(honest):
+    """Errors are small, so what they are together is nearly their sum."""
+    total = sum(honest.errors[name] for name in PIXEL_SOURCES if name in honest.errors)
+    assert rms(total - honest.errors["pixel"]) < 0.2 * rms(honest.errors["pixel"])
+
+
+def test_a_sentence_names_the_largest_source(honest, planted):
+    """Temperatures 20 K too warm. The response departs from linear by a few percent where a surface begins so warm."""
+    wrong = planted(("s01.htt.h5", "temperature", lambda kelvins: kelvins + 20))
+    moved = {name: rms(wrong.errors[name] - honest.errors[name]) for name in changed(wrong, honest)}
+    assert set(moved) <= {"temperature_table", "shade", "surroundings"} and "temperature_table" in moved
+    assert all(size < 0.1 * moved["temperature_table"] for name, size in moved.items() if name != "temperature_table")
+    described = describe(wrong)
+    assert "the largest source is temperature table (" in described["dominant"]
+    assert described["regions"]["beside a wall"]["views"] == wrong.circumstances.walled.sum()
+    assert described["errors"]["pixel"]["temperature"]["p99"]["value"] > 10

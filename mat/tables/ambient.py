@@ -60,13 +60,16 @@ def stated_ground(path: Path, attributes: Mapping[str, Any]) -> StatedGround:
     Raises
     ------
     InputError
-        One of them is missing or no number.
+        One of them is missing, no number, or negative.
     """
     names = ("ground_emissivity", "ground_temperature", "ground_radiance")
     try:
-        return StatedGround(*(float(attributes[name]) for name in names))
+        values = [float(attributes[name]) for name in names]
     except (KeyError, TypeError, ValueError):
         raise InputError(f"lacks {', '.join(names)} or one of them; build the file again", file=path) from None
+    if not all(np.isfinite(value) and value >= 0 for value in values):
+        raise InputError(f"states {', '.join(names)} that no ground has; build the file again", file=path)
+    return StatedGround(*values)
 
 
 def ambient_radiance(

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +38,18 @@ _BLOCK = 512  # columns computed together
 def forcing_hours() -> Floats:
     """Clock hours of the steps of a day, (FORCING_STEPS,)."""
     return np.arange(float(FORCING_STEPS)) * (DAY_H / FORCING_STEPS)
+
+
+def need_parts(root: Group, names: Sequence[str]) -> None:
+    """Refuse a database that holds some arrays for shade and lacks others, or one of their axes.
+
+    Raises
+    ------
+    InputError
+    """
+    for name in names:
+        if name not in root.variables or not set(root.variables[name].dims) <= set(root.axes):
+            raise InputError(f"lacks '{name}' of the response to shade, or an axis of it; build it again")
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,10 +169,11 @@ class StoredResponse:
         Raises
         ------
         InputError
-            It holds none.
+            It holds none, or a part of one.
         """
         if KERNEL not in root.variables:
             raise InputError("holds no response to shade; build it again, without needs.shade: false")
+        need_parts(root, (KERNEL, REFERENCE, LOSS_SLOPE, LOSS_EXCESS, MELT, HIGHEST))
         return cls(
             AxisRule.of(ALTITUDE, root.axes[ALTITUDE]),
             AxisRule.of(SLOPE, root.axes[SLOPE]),

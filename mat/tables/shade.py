@@ -12,7 +12,7 @@ from skyshine.mat.surface.forcing import plane_irradiance
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
-from skyshine.mat.tables.response import DAY_H, FORCING_STEPS, StoredResponse, forcing_hours
+from skyshine.mat.tables.response import DAY_H, FORCING_STEPS, StoredResponse, forcing_hours, need_parts
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Group
 
@@ -54,6 +54,7 @@ class OpenAir:
     def of(cls, root: Group) -> OpenAir:
         """The light that a database holds; `StoredResponse.of` refuses one without it."""
         names = (DIRECT, DIFFUSE, LONGWAVE, AIR, SUN_ELEVATION, SUN_AZIMUTH, EXTRATERRESTRIAL)
+        need_parts(root, names)
         return cls(
             AxisRule.of("altitude", root.axes["altitude"]),
             *(np.asarray(root.variables[name].data, float) for name in names),
@@ -141,6 +142,7 @@ def absorbed_change(
         The database holds no response, or no such material.
     """
     StoredResponse.of(root)
+    need_parts(root, (ABSORPTANCE, EMISSIVITY))
     rule = AxisRule.of("material", root.axes["material"])
     at, up, over, tilt = np.broadcast_arrays(rule.locate(material)[0], altitude, azimuth, slope)
     absorptance, emissivity = (root.variables[name].data[at.ravel()] for name in (ABSORPTANCE, EMISSIVITY))

@@ -213,10 +213,16 @@ def plain_python() -> Loader:
 
 
 def library() -> Loader:
-    """`skyshine.mat.open`, and what a runtime computes from it."""
-    return in_child(
-        lambda path: json.dumps({k: v.tolist() for k, v in by_library(json.loads(path.read_text())).items()})
-    )
+    """`skyshine.mat.open`, every array of each table, and what a runtime computes from them."""
+
+    def shown(path: Path) -> str:
+        scene = json.loads(path.read_text())
+        for name in TABLES:
+            for variable in skyshine.mat.open(scene[name]).root.variables.values():
+                np.size(variable.data)  # arrays are read, and refused, when they are first asked for
+        return json.dumps({name: values.tolist() for name, values in by_library(scene).items()})
+
+    return in_child(shown)
 
 
 def texture_library() -> Loader:

@@ -306,3 +306,14 @@ def test_a_table_of_part_of_the_day_is_shaded_too(day, tmp_path):
     table = open_file(tmp_path / "part.h5")
     place = {"material": "asphalt_road", "slope": 90.0, "azimuth": 270.0, "time": nodes}
     np.testing.assert_allclose(table.shaded_temperature(**place), day.table.shaded_temperature(**place), atol=1.0)
+
+
+@pytest.mark.parametrize(
+    "name", ["melting_heat", "highest_temperature", "response_temperature", "solar_elevation", "thermal_emissivity"]
+)
+def test_a_file_with_a_part_of_the_response_is_refused(day, name):
+    root = day.table.root
+    variables = {key: array for key, array in root.variables.items() if key != name}
+    partial = replace(day.table, root=replace(root, variables=variables))
+    with pytest.raises(InputError, match=f"lacks '{name}' of the response to shade"):
+        partial.shaded_temperature(material="asphalt_road", time=12.0)

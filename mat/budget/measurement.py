@@ -272,6 +272,7 @@ class Measurement:
 
     def options(self) -> dict[str, Option]:
         """What a runtime gains by other tables and readings."""
+        ambient = self.tables.among_walls(self.views, self.around, self._read.ambient, self._level_read)
         seen = BudgetViews(
             self.views,
             self.lines,
@@ -281,6 +282,7 @@ class Measurement:
             self.emission.blackbody,
             self.bounce,
             self.full,
+            replace(self._read, ambient=ambient),
             self.radiance,
         )
         options = options_of_averages(

@@ -96,8 +96,8 @@ class BudgetViews:
         Temperature of the surfaces, and (7) there.
     bounce : (n, M) array
         From `FacetTruth.bounce` with N_s of the very angle.
-    full : AtmosphereReadings
-        Integrated over all points.
+    full, read : AtmosphereReadings
+        Integrated over all points; interpolated in the tables, with the light of walls.
     truth : (n, M) array
         Radiance by the integrals.
     """
@@ -110,6 +110,7 @@ class BudgetViews:
     glow: Floats
     bounce: Floats
     full: AtmosphereReadings
+    read: AtmosphereReadings
     truth: Floats
 
     def classic(self, finish: Finish, bounce: Floats | None = None) -> Floats:
@@ -164,7 +165,7 @@ def _weighted_transmittance(tables: Tables, seen: BudgetViews) -> Option:
     if tables.thermal is None:
         before, after = exact
         return Option(before, after, False, Cost(None, None, float("nan"), 4), exact)
-    read = tables.readings(seen.views)
+    read = seen.read
     by_class = tables.emitted_transmittance(seen.views, seen.kelvin)
     before, after = (_shown(tables, seen, read, values) - seen.truth for values in (read.transmittance, by_class))
     axes, path = tables.thermal.root.axes, tables.thermal.path

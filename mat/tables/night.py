@@ -36,10 +36,11 @@ def dark_elevation(highest_km: float) -> float:
     """Elevation [degree] of a source at and below which an observer up to an altitude [km] sees no light of it.
 
     Astronomical twilight has then ended at all points of the ground that the observer sees: their distance to the
-    horizon, as an angle at the centre of the Earth, is added.
+    horizon, as an angle at the centre of the Earth, is added. No source is below the nadir.
     """
     radius = EARTH_RADIUS / 1e3
-    return float(ASTRONOMICAL_TWILIGHT - np.degrees(np.arccos(radius / (radius + max(highest_km, 0.0)))))
+    horizon = np.degrees(np.arccos(radius / (radius + max(highest_km, 0.0))))
+    return float(max(ASTRONOMICAL_TWILIGHT - horizon, -90.0))
 
 
 @dataclass(frozen=True, eq=False)

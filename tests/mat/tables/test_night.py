@@ -35,6 +35,7 @@ def where(quantity):
 def test_the_dark_begins_when_twilight_has_ended_within_the_horizon():
     """Astronomical twilight ends at -18 degree; the horizon of 10 km lies 3.21 degree below the horizontal."""
     assert dark_elevation(0.0) == -18.0
+    assert dark_elevation(90_000.0) == -90.0
     assert dark_elevation(10.0) == pytest.approx(-18.0 - np.degrees(np.sqrt(2 * 10 / 6371.0)), abs=3e-3)
 
 

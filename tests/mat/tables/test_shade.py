@@ -98,7 +98,7 @@ SHADES = [
     {"shade": [(10.0, 14.0)]},
     {"shade": [(22.0, 9.25), (15.1, 15.6)]},
     {"shade": [(0.0, 24.0)], "sky_view": 0.4, "facing": 315.0},
-    {"sky_view": 0.7, "facing": 280.0, "facing_emissivity": 0.6},
+    {"sky_view": 0.7, "facing": 272.0, "facing_emissivity": 0.6},
 ]
 
 

@@ -120,6 +120,10 @@ def test_shaded_temperatures_are_those_of_whole_solutions(day, shade, slope, azi
         assert np.sqrt(np.mean((read - expected) ** 2)) < 0.35, name
 
 
+def test_the_response_is_given_at_the_lowest_and_the_highest_altitude(day):
+    assert list(day.table.root.axes["response_altitude"].values) == [0.0, 0.5]
+
+
 @pytest.mark.parametrize("shade", SHADES)
 def test_changes_of_heat_are_those_of_the_solver(day, shade):
     place = {"slope": 45.0, "azimuth": 180.0}

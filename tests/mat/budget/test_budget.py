@@ -145,6 +145,7 @@ def test_pixel_scale_of_one_radiance():
     assert scale.radiance(scale.pixel(3.0)) == pytest.approx(3.0, rel=0.01)
 
 
+@pytest.mark.validation  # 20 s; test_report_page.py of the validation suite opens the page in a browser
 def test_page_stands_alone(small_job, small_build, tmp_path):
     """HTML and JSON; nothing is fetched from anywhere."""
     page = tmp_path / "report.html"

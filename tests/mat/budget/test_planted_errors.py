@@ -114,6 +114,7 @@ def test_three_wrong_tables_show_under_three_names(honest, planted):
     assert np.all(wrong.errors["near_range"][~wrong.views.near] == 0)
 
 
+@pytest.mark.validation  # 15 s: two jobs
 def test_air_beside_the_weather_shows_as_weather_of_the_air(job, tmp_path):
     """Weather 16 K warmer than the profile that paths keep; the truth keeps it too, so it is no source of the pixel."""
 

@@ -12,10 +12,17 @@ from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
 
+SLOW = pytest.mark.validation  # builds of 10 s each
+
 
 @pytest.mark.parametrize(
     ("band", "weighted"),
-    [((26.0, 30.0), True), ((50.0, 100.0), False), ((300.0, 1000.0), True), ((100.0, 100.01), False)],
+    [
+        ((26.0, 30.0), True),
+        pytest.param((50.0, 100.0), False, marks=SLOW),
+        pytest.param((300.0, 1000.0), True, marks=SLOW),
+        ((100.0, 100.01), False),
+    ],
 )
 def test_bands_beyond_25_um_are_built_and_hold(tmp_path, tiny_job, band, weighted):
     """With the transmittance of emitted light where the band mean errs: not in opaque air or narrow bands."""
@@ -79,7 +86,7 @@ def test_particles_whose_light_has_no_bound_stay(tiny_job, tmp_path):
     ("weather", "message"),
     [
         ("{air_temperature_c: 75}", "found air of 348.1 K at the ground by the weather; allowed: 140 to 335 K"),
-        ("{air_temperature_c: [-120, -118]}", None),
+        pytest.param("{air_temperature_c: [-120, -118]}", None, marks=SLOW),
         ("{air_temperature_c: 60, relative_humidity_percent: 0}", None),
     ],
 )

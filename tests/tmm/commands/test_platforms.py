@@ -81,6 +81,7 @@ def _jobs(image: str, height: int, width: int) -> list[dict]:
     return [{"image": image, **way} for way in ways]
 
 
+@pytest.mark.validation  # 25 s: every way of mapping on every kind of image
 def test_no_texture_makes_a_library_warn(write_image, tmp_path):
     pytest.importorskip("sklearn")
     jobs = []

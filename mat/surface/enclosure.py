@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.surface.altitudes import between_altitudes
 from skyshine.mat.surface.horizon import ASPECTS, LEVEL, Horizon, ViewFactors
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath
 from skyshine.schemas.arrays import Floats
@@ -143,7 +144,8 @@ class Enclosure:
             if emitter.temperature is None:
                 kelvin[:, planes] = air[:, None]
             else:
-                kelvin[:, planes] = _at(np.asarray(self.altitude, float), emitter.temperature, altitude)
+                nodes = np.asarray(self.altitude, float)
+                kelvin[:, planes] = between_altitudes(nodes, emitter.temperature, altitude)
         return kelvin
 
     def longwave(self, altitude: Floats, sky: Floats, air: Floats) -> Floats:
@@ -184,16 +186,6 @@ class Enclosure:
         seen = np.column_stack([self.between.ground, self.between.walls])
         matrix = np.eye(SLOPES.size) - reflectance[:, None] * seen
         return np.asarray(np.linalg.solve(matrix, leaving))
-
-
-def _at(nodes: Floats, values: Floats, altitude: Floats) -> Floats:
-    """Values (L, ...) at altitudes (A,), linear between the nodes (L,), constant beyond them."""
-    if nodes.size == 1:
-        return np.repeat(values, len(altitude), axis=0)
-    place = np.clip(np.searchsorted(nodes, altitude, side="right") - 1, 0, nodes.size - 2)
-    share = np.clip((np.asarray(altitude) - nodes[place]) / np.diff(nodes)[place], 0.0, 1.0)[:, None, None]
-    between: Floats = values[place] * (1 - share) + values[place + 1] * share
-    return between
 
 
 @dataclass(frozen=True, eq=False)

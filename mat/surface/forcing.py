@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.surface.altitudes import between_altitudes
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure, SurroundingRadiation
 from skyshine.mat.surface.horizon import ViewFactors
@@ -74,12 +75,7 @@ class Sky:
                 f"found surface altitudes {np.min(altitude):g} to {np.max(altitude):g} m; "
                 f"allowed: {low:g} to {high:g} m, the levels of the sky; change the altitude axis"
             )
-        values = np.asarray(getattr(self, name), float)
-        place = np.clip(np.searchsorted(self.altitude, altitude, side="right") - 1, 0, len(self.altitude) - 2)
-        share = (altitude - self.altitude[place]) / np.diff(self.altitude)[place]
-        share = share.reshape(-1, *[1] * (values.ndim - 1))
-        interpolated: Floats = values[place] * (1 - share) + values[place + 1] * share
-        return interpolated
+        return between_altitudes(self.altitude, np.asarray(getattr(self, name), float), altitude)
 
     def pressure_at(self, altitude: Floats) -> Floats:
         """Pressure [Pa] at any altitudes [m]: its logarithm is linear between the levels and beyond them."""

@@ -294,20 +294,20 @@ def _check_kind(file: h5py.File, path: StrPath, filetype: str | None, major: int
         check_version(path, str(name), str(version), major)
 
 
-def check_version(path: StrPath, filetype: str, version: str, major: int) -> None:
-    """Refuse a layout of another major version, and say how to convert it.
+def check_version(path: StrPath, filetype: str, version: str, *majors: int) -> None:
+    """Refuse a layout of none of the major versions that are read, and say how to convert it.
 
     Raises
     ------
     InputError
     """
-    number = version.split(".")[0]
-    if number == str(major):
+    number, known = version.split(".")[0], " or ".join(f"{major}.x" for major in majors)
+    if number in map(str, majors):
         return
-    remedy = f"build it again from its job with 'mat build --fresh' to convert it to {major}.x"
-    if number.isdecimal() and int(number) > major:
+    remedy = f"build it again from its job with 'mat build --fresh' to convert it to {known}"
+    if number.isdecimal() and int(number) > max(majors):
         remedy = f"upgrade skyshine to one whose {filetype} format is {number}.x, or {remedy}"
-    raise InputError(f"has format_version {version!r}; this reader reads {major}.x; {remedy}", file=path)
+    raise InputError(f"has format_version {version!r}; this reader reads {known}; {remedy}", file=path)
 
 
 def is_current(path: StrPath, header: Header, also: Callable[[h5py.File], bool] | None = None) -> bool:

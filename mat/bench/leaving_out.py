@@ -10,7 +10,8 @@ import numpy as np
 
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.tables.loader import AtmosphereTable, open_table
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.loader import open_table
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.process_memory import children_seconds
 

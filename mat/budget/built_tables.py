@@ -20,9 +20,11 @@ from skyshine.mat.radiometry.spherical_harmonics import level_share
 from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import response
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable, ThermalTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable, ThermalTable, open_table
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError

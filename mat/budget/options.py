@@ -28,8 +28,8 @@ from skyshine.mat.quantities.emission import emission_weights
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.tables import response
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.build_record import cost_of
-from skyshine.mat.tables.loader import AtmosphereTable
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 

@@ -12,12 +12,12 @@ from skyshine.schemas.commands import emit_json, json_option
 def command(files: tuple[str, ...], out: str, as_json: bool) -> None:
     """Write FILES, databases of an older format, in the present format into a folder; their arrays stay the same."""
     from skyshine.mat.tables.convert import convert, parts_lacking
-    from skyshine.mat.tables.files import FILE_TYPES
+    from skyshine.mat.tables.files import FORMATS
     from skyshine.tmm.classify import model_file
     from skyshine.tmm.database import layout
 
-    versions = {name: kind.format_version for name, kind in FILE_TYPES.items()}
-    versions |= {part.FILETYPE: part.FORMAT_VERSION for part in (layout, model_file)}
+    versions = {name: [kind.format_version for kind in kinds] for name, kinds in FORMATS.items()}
+    versions |= {part.FILETYPE: [part.FORMAT_VERSION] for part in (layout, model_file)}
     converted = []
     for name in files:
         target, old, new = convert(name, out, versions)

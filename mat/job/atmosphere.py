@@ -350,10 +350,32 @@ class AtmosphereGrid(StrictModel):
             " quantities, or one by quantity: those not named keep the axes as written."
         ),
     )
+    layout: Literal["classic", "channels"] | None = Field(
+        None,
+        description=(
+            "Of the atmospheric tables: five axes, or channels, which hold a tolerance with far fewer numbers; by"
+            " default channels where one tolerance stands for all quantities."
+        ),
+    )
     most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
 
     source_elevation_deg: Annotated[list[float], axis(-90, 90)] = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
     source_azimuth_deg: Annotated[list[float], axis(0, 180)] = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]
+
+    @property
+    def in_channels(self) -> bool:
+        """Whether the tables are in channels."""
+        return self.layout == "channels"
+
+    @pydantic.model_validator(mode="after")
+    def _one_tolerance(self) -> Self:
+        named = set(self.tolerances.values())
+        if self.layout == "channels" and (len(named) != 1 or len(self.tolerances) < len(Tolerances.model_fields)):
+            raise ValueError(
+                "found layout channels without one tolerance for all quantities; allowed: tolerance: 0.5 K, say; add"
+                " it, or write layout: classic"
+            )
+        return self
 
     @property
     def tolerances(self) -> dict[str, str]:

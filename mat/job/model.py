@@ -51,6 +51,9 @@ def _default_continuum() -> WaterContinuum:
     return cast(WaterContinuum, packaged_water_continuum())
 
 
+HIGHEST_IN_CHANNELS_KM = 100.0  # of observers: the top of the atmosphere, from which lines of sight have coordinates
+
+
 class Accuracy(StrictModel):
     """How closely the tables are to be computed and measured."""
 
@@ -186,6 +189,16 @@ class Job(StrictModel):
         """The job with its site on the date of a state, counted from 1."""
         day = self.states[index - 1].date or self.site.date
         return self.model_copy(update={"site": self.site.model_copy(update={"date": day})})
+
+    @pydantic.model_validator(mode="after")
+    def _channels_in_the_air(self) -> Self:
+        highest = self.observer_altitudes_km[-1]
+        if self.atmosphere_grid.in_channels and highest > HIGHEST_IN_CHANNELS_KM:
+            raise ValueError(
+                f"found an observer at {highest:g} km with layout channels; allowed: up to {HIGHEST_IN_CHANNELS_KM:g}"
+                " km; write layout: classic, or lower atmosphere_grid.altitude_km"
+            )
+        return self
 
     @pydantic.model_validator(mode="after")
     def _above_ground(self) -> Self:

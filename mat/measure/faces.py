@@ -18,7 +18,9 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.surface_light import radiance_weight
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.spherical_harmonics import ambient_of_faces
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.gridded import AXES, FIELDS, Gridded
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.schemas.arrays import Floats
@@ -91,6 +93,20 @@ class FaceProbes:
         warmth = {name: self.places[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature}
         light, ground = read(harmonics.radiance, self.places), read(harmonics.ground, warmth)
         flat = level.read(self.places)[:, None]
+        return self._errors(flat, light, ground, scale)
+
+    def errors_in_channels(self, table: ChannelTable, scale: Scale | None) -> Floats:
+        """As `errors`, of a database in channels."""
+        at = {name: values[:, None] for name, values in self.places.items()}
+        path = {name: at[name] for name in AXES[:3]} | {"ground_temperature": self.ground_temperature[:, None]}
+        codes, axial = (table.root.axes[name].values for name in ("harmonic", "zonal_harmonic"))
+        light = table.value(AMBIENT_HARMONICS, out_of_range="clamp", **at, harmonic=codes)
+        ground = table.value(GROUND_HARMONICS, out_of_range="clamp", **path, zonal_harmonic=axial)
+        flat = table.value("ambient_radiance", out_of_range="clamp", **at)
+        return self._errors(flat, light, ground, scale)
+
+    def _errors(self, flat: Floats, light: Floats, ground: Floats, scale: Scale | None) -> Floats:
+        """Errors (n, F) of level light (n, 1) and coefficients (n, H) and (n, L)."""
         found = ambient_of_faces(flat, light[:, None], ground[:, None], self.ground_radiance[:, None], self.normal)
         if scale is None:
             return found - self.truth

@@ -7,8 +7,9 @@ range in each cell of ranges.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -18,6 +19,13 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
 from skyshine.schemas.arrays import Booleans, Floats, Integers
+
+
+class Readable(Protocol):
+    """A quantity that is read at places by the names of `gridded.AXES`."""
+
+    def read(self, places: dict[str, Floats]) -> Floats: ...
+
 
 LINES = 500
 _SOURCES = 2  # of each line
@@ -76,14 +84,14 @@ class Probes:
         )
         return cls(dict(zip(AXES, places, strict=True)), ambient_at, truth)
 
-    def errors(self, tables: dict[str, Gridded], scale: Scale | None) -> dict[str, Floats]:
+    def errors(self, tables: Mapping[str, Readable], scale: Scale | None) -> dict[str, Floats]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in the
         quantity's own.
         """
         errors = {name: self.error(name, table, scale) for name, table in tables.items()}
         return {name: error[self.above_ground(name, error)] for name, error in errors.items()}
 
-    def error(self, name: str, table: Gridded, scale: Scale | None) -> Floats:
+    def error(self, name: str, table: Readable, scale: Scale | None) -> Floats:
         """Error of a quantity's interpolation at all places of `at`, behind the ground too."""
         truth, places = self.truth, self.at(name)
         exact, through = getattr(truth, QUANTITIES[name][0]), truth.transmittance[:, :, None]

@@ -20,6 +20,7 @@ class Stream(StrEnum):
     EMISSION_CLASSES = "lines of sight by which materials are grouped"
     TILTED_FACES = "faces on which harmonics of ambient light are measured"
     CIRCUMSTANCES = "shadows and walls around the faces of the error budget"
+    CHANNELS = "lines of sight of tables in channels: of absorbers, of source directions, of their error"
     EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
 
 
@@ -38,6 +39,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.EMISSION_ERROR: 5,
     Stream.TILTED_FACES: 10,
     Stream.CIRCUMSTANCES: 11,
+    Stream.CHANNELS: 12,
 }
 
 

@@ -17,10 +17,12 @@ from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.measure.atmosphere_nodes import Placed, placed_grids
+from skyshine.mat.measure.channel_nodes import quantities_of
 from skyshine.mat.measure.faces import FaceProbes
 from skyshine.mat.measure.probes import Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
+from skyshine.mat.products.channel_tables import ChannelTables
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.quantities.ambient_harmonics import AmbientHarmonics, ambient_harmonics
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -36,13 +38,15 @@ from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, ThermalLight, atmq_group
-from skyshine.mat.tables.files import ATMQ, LUNAR_ATMQ
+from skyshine.mat.tables.files import ATMQ, ATMQ_CHANNELS, LUNAR_ATMQ, LUNAR_ATMQ_CHANNELS
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
 from skyshine.mat.tables.night import dark_elevation
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 FILE_TYPES = {"sun": ATMQ, "moon": LUNAR_ATMQ}
+_LINES, _SKY = 200, 48  # on which tables in channels are measured, whose nodes were placed on others
+CHANNEL_TYPES = {"sun": ATMQ_CHANNELS, "moon": LUNAR_ATMQ_CHANNELS}
 
 
 class AtmosphereProduct:
@@ -59,7 +63,7 @@ class AtmosphereProduct:
         return tuple(
             TableIdentity(
                 file,
-                FILE_TYPES[source],
+                (CHANNEL_TYPES if job.atmosphere_grid.in_channels else FILE_TYPES)[source],
                 f"absorption {absorption_table().version}",
                 {
                     "site": job.site.model_dump(mode="json"),
@@ -118,7 +122,8 @@ class AtmosphereProduct:
             if text:
                 report.notes.append(f"{source}: left out {text}")
             names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
-            yield _SourceTables(loaded, written, source, lit, compiled, response).group(names, notes, report)
+            tables = _SourceTables(loaded, written, source, lit, compiled, response)
+            yield (tables.in_channels if job.atmosphere_grid.in_channels else tables.group)(names, notes, report)
 
 
 def _scope(requested: Job) -> dict[str, Any]:
@@ -179,12 +184,55 @@ class _SourceTables:
             nodes = ", ".join(f"{name} {placement.table.values.size:,}" for name, placement in placed.items())
             report.notes.append(f"{self.source}: nodes that hold the tolerance: {nodes}")
         notes = notes | _placement_notes(job.atmosphere_grid, placed)
-        edges = [self.response.lower, self.response.upper]
-        attributes = {"source": self.source, **state_attributes(self.state), **names, "wavelength_um": edges}
-        if harmonics is not None:
-            attributes |= self._ground()
+        attributes = self._attributes(names)
         accuracy = _accuracy(measures, self.compiled, job.accuracy.seed, notes)
         return atmq_group(tables, accuracy, attributes, harmonics, thermal)
+
+    def in_channels(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> Group:
+        """The tables in channels, on nodes that hold the job's tolerance, arranged for writing."""
+        job, seed = self.loaded.trimmed, self.loaded.trimmed.accuracy.seed
+        base, axes = path_grid(job), job.atmosphere_grid
+        irradiance = source_irradiance(job, self.source, self.compiled.band.wavenumber, self.compiled.band.width)
+        (text,) = set(axes.tolerances.values())
+        scale, tolerance = self._scale(text)
+        channels = ChannelTables(self.air, base, irradiance, scale, tolerance, job.ambient_harmonics, seed)
+        with report.stage("channels"):
+            placed = channels.placed(axes.most_nodes)
+        with report.stage("accuracy"):
+            quantities = quantities_of(placed.table)
+            probes = Probes.drawn(
+                self.air, base, irradiance, random_stream(seed, Stream.ATMOSPHERE_ERROR), sky=_SKY, count=_LINES
+            )
+            in_units, in_kelvin = (probes.errors(quantities, s) for s in (None, Scale.kelvin(self.response)))
+            measures = [measure(name, in_units[name], in_kelvin[name]) for name in QUANTITIES]
+            if job.ambient_harmonics:
+                faces = FaceProbes.drawn(self.air, base, irradiance, random_stream(seed, Stream.TILTED_FACES))
+                of_faces = (faces.errors_in_channels(placed.table, s) for s in (None, Scale.kelvin(self.response)))
+                measures.append(measure(AMBIENT_HARMONICS, *of_faces))
+        report.notes.append(f"{self.source}: {channels.words(placed)}")
+        notes = notes | {"tolerance": text} | channels.notes(placed)
+        accuracy = _accuracy(measures, self.compiled, seed, notes)
+        root = placed.table.root
+        return replace(root, groups={"accuracy": accuracy}, attributes=self._attributes(names) | root.attributes)
+
+    def _attributes(self, names: dict[str, str]) -> dict[str, Any]:
+        """Root attributes: source, state, band, and the ground where faces may be tilted."""
+        edges = [self.response.lower, self.response.upper]
+        attributes = {"source": self.source, **state_attributes(self.state), **names, "wavelength_um": edges}
+        return attributes | (self._ground() if self.loaded.trimmed.ambient_harmonics else {})
+
+    def _scale(self, text: str) -> tuple[Scale, float]:
+        """In what a tolerance counts, and its number."""
+        tolerance, unit = tolerance_parts(text)
+        response = self.response
+        if unit == "K" and response.upper < SHORTEST:
+            raise self.loaded.document.error(
+                ("atmosphere_grid", "tolerance"),
+                f"found '{text}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for bands"
+                f" that end before {SHORTEST:g} um, where a scene at 300 K does not glow; write 0.01 W m^-2 sr^-1,"
+                " say",
+            )
+        return (Scale.kelvin(response) if unit == "K" else Scale.radiance(response)), tolerance
 
     def _thermal(self, tables: dict[str, Gridded], irradiance: npt.NDArray[np.float64], count: int) -> ThermalLight:
         """The tables without the source, on its lowest elevation alone."""
@@ -219,18 +267,8 @@ class _SourceTables:
 
     def _placed(self, base: PathGrid, irradiance: npt.NDArray[np.float64]) -> dict[str, Placed]:
         """The quantities whose tolerance the job names, on axes that hold it."""
-        axes, response, air = self.loaded.trimmed.atmosphere_grid, self.response, self.air
-        scales = {}
-        for name, text in axes.tolerances.items():
-            tolerance, unit = tolerance_parts(text)
-            if unit == "K" and response.upper < SHORTEST:
-                raise self.loaded.document.error(
-                    ("atmosphere_grid", "tolerance"),
-                    f"found '{text}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for bands"
-                    f" that end before {SHORTEST:g} um, where a scene at 300 K does not glow; write 0.01 W m^-2 sr^-1,"
-                    " say",
-                )
-            scales[name] = (Scale.kelvin(response) if unit == "K" else Scale.radiance(response)), tolerance
+        axes, air = self.loaded.trimmed.atmosphere_grid, self.air
+        scales = {name: self._scale(text) for name, text in axes.tolerances.items()}
         if not scales:
             return {}
         return placed_grids(

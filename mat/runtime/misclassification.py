@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 

@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.lobe import specular_lobe
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable
+from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 

@@ -31,6 +31,9 @@ class Readable(Protocol):
     @property
     def attributes(self) -> dict[str, Any]: ...
 
+    @property
+    def quantities(self) -> list[str]: ...
+
     def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]: ...
 
     def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]: ...
@@ -83,7 +86,7 @@ def ambient_radiance(
 ) -> npt.NDArray[np.float64]:
     """As `loader.AtmosphereTable.ambient_radiance`; `blackbody` gives the band radiance (7) of temperatures in K."""
     level = table.value("ambient_radiance", out_of_range=out_of_range, **where)
-    if AMBIENT_HARMONICS not in table.root.variables:
+    if AMBIENT_HARMONICS not in table.quantities:
         if np.any(np.asarray(slope) != 0):
             raise InputError(
                 f"has no {AMBIENT_HARMONICS}; allowed: slope 0; build the file from a job whose surface_grid.slope_deg"

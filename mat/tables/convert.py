@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import h5py
@@ -28,7 +28,7 @@ _PARTS = {
 }
 
 
-def convert(path: StrPath, folder: StrPath, versions: Mapping[str, str]) -> tuple[Path, str, str]:
+def convert(path: StrPath, folder: StrPath, versions: Mapping[str, Sequence[str]]) -> tuple[Path, str, str]:
     """Write a database in the present format of its type under its own name into a folder.
 
     Parameters
@@ -36,8 +36,8 @@ def convert(path: StrPath, folder: StrPath, versions: Mapping[str, str]) -> tupl
     path : path
         Of the same major version; a file of the present format is copied.
     folder : path
-    versions : mapping of str to str
-        The present format version of each file type.
+    versions : mapping of str to sequence of str
+        The present format versions of each file type, one for each major version.
 
     Returns
     -------
@@ -85,14 +85,14 @@ def parts_lacking(path: StrPath) -> list[str]:
         return [words for name, words in parts.items() if name not in file]
 
 
-def _versions(path: Path, versions: Mapping[str, str]) -> tuple[str, str]:
+def _versions(path: Path, versions: Mapping[str, Sequence[str]]) -> tuple[str, str]:
     """The format version of a sound file and the present one of its type."""
     with open_database(path) as file, sound(path):
         filetype, old = str(file.attrs["filetype"]), str(file.attrs["format_version"])
         if filetype not in versions:
             raise InputError(f"holds '{filetype}'; {nearest(filetype, versions)}; name another file", file=path)
-        new = versions[filetype]
-        check_version(path, filetype, old, int(new.split(".")[0]))
+        check_version(path, filetype, old, *(_numbers(version)[0] for version in versions[filetype]))
+        new = next(version for version in versions[filetype] if _numbers(version)[0] == _numbers(old)[0])
         if _numbers(old) > _numbers(new):
             raise InputError(f"has format_version {old}; this version writes {new}; upgrade skyshine", file=path)
         if not digest_holds(file):

@@ -30,9 +30,23 @@ class FileType:
 HTT = FileType("htt", "1.4.0", "Surface temperatures through the day")
 ATMQ = FileType("atmq", "2.3.0", "Atmospheric quantities with the Sun as source")
 LUNAR_ATMQ = FileType("lunar_atmq", "2.3.0", "Atmospheric quantities with the Moon as source")
+ATMQ_CHANNELS = FileType("atmq", "3.0.0", "Atmospheric quantities with the Sun as source, in channels")
+LUNAR_ATMQ_CHANNELS = FileType("lunar_atmq", "3.0.0", "Atmospheric quantities with the Moon as source, in channels")
 THERMAL_ATMQ = FileType("thermal_atmq", "1.1.0", "Transmittance of the light that classes of material emit")
 BAND = FileType("band", "1.2.0", "Blackbody radiance and material properties of a spectral band")
-FILE_TYPES = {kind.name: kind for kind in (HTT, ATMQ, LUNAR_ATMQ, THERMAL_ATMQ, BAND)}
+# Those that are written, by name; a name may have two, which differ in the major version.
+FORMATS: dict[str, tuple[FileType, ...]] = {
+    "htt": (HTT,),
+    "atmq": (ATMQ, ATMQ_CHANNELS),
+    "lunar_atmq": (LUNAR_ATMQ, LUNAR_ATMQ_CHANNELS),
+    "thermal_atmq": (THERMAL_ATMQ,),
+    "band": (BAND,),
+}
+
+
+def majors(name: str) -> tuple[int, ...]:
+    """Major versions of the formats of a file type."""
+    return tuple(kind.major for kind in FORMATS[name])
 
 
 def state_label(state: int, states: int = 1) -> str:

@@ -9,8 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable, ThermalTable
 from skyshine.mat.tables.axes import PERIODIC
-from skyshine.mat.tables.loader import AtmosphereTable, TemperatureTable, ThermalTable, open_table
+from skyshine.mat.tables.channel_table import ChannelTable
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
@@ -34,7 +37,9 @@ def draw(file: StrPath, picture: StrPath) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     table = open_table(file)
-    figure = figures.Figure(figsize=(11.5, 9.2) if type(table) is AtmosphereTable else (12, 4.6), layout="constrained")
+    figure = figures.Figure(
+        figsize=(11.5, 9.2) if type(table) in (AtmosphereTable, ChannelTable) else (12, 4.6), layout="constrained"
+    )
     FigureCanvasAgg(figure)
     if isinstance(table, TemperatureTable):
         _temperatures(figure, table)
@@ -143,16 +148,15 @@ def _band(figure: Figure, table: Table) -> None:
 
 
 def _atmosphere(figure: Figure, table: AtmosphereTable) -> None:
-    axes = table.root.axes
-    low = float(axes["altitude"].values[0])
-    heights = axes["altitude"].values
+    low = float(table.nodes_of("altitude")[0])
+    heights = table.nodes_of("altitude")
     high = float(heights[np.argmin(np.abs(heights - low - 2.0))])
     _reach(figure.add_subplot(2, 2, 1), table, high)
     _section(figure, figure.add_subplot(2, 2, 2, projection="polar"), table, high)
     _sky(figure, figure.add_subplot(2, 2, 3, projection="polar"), table, low)
     source = figure.add_subplot(2, 2, 4)
-    up = axes["source_elevation"].values
-    place = {"range": axes["range"].values[0], "altitude": low, "elevation": axes["elevation"].values[-1]}
+    up = table.nodes_of("source_elevation")
+    place = {"range": table.nodes_of("range")[0], "altitude": low, "elevation": table.nodes_of("elevation")[-1]}
     source.semilogy(up, table.value("ambient_radiance", **place, source_elevation=up), label="ambient")
     direct = table.value("direct_radiance", **place, source_elevation=up)
     source.semilogy(up[direct > 0], direct[direct > 0], label="direct")
@@ -201,9 +205,9 @@ def _thermal(figure: Figure, table: ThermalTable) -> None:
     by_range.legend(fontsize=7)
 
 
-def _ranges(table: Table) -> np.ndarray:
+def _ranges(table: AtmosphereTable) -> np.ndarray:
     """Ranges beyond 0, also between the nodes, for smooth lines."""
-    nodes = table.root.axes["range"].values
+    nodes = table.nodes_of("range")
     nodes = nodes[nodes > 0]
     return nodes if nodes.size < 2 else np.unique(np.concatenate([nodes, np.geomspace(nodes[0], nodes[-1], 120)[1:-1]]))
 
@@ -218,7 +222,7 @@ def _transmittance(
 
 
 def _reach(axis: Any, table: AtmosphereTable, altitude: float) -> None:
-    elevations = table.root.axes["elevation"].values
+    elevations = table.nodes_of("elevation")
     chosen = elevations[np.unique(np.linspace(0, elevations.size - 1, 9).round().astype(int))]
     ranges = _ranges(table)
     for elevation, colour in zip(chosen, _colours(chosen.size), strict=True):
@@ -229,7 +233,7 @@ def _reach(axis: Any, table: AtmosphereTable, altitude: float) -> None:
 
 def _section(figure: Figure, axis: Any, table: AtmosphereTable, altitude: float) -> None:
     """Transmittance in a vertical plane: outwards the range, around it the elevation of the line of sight."""
-    ranges, elevations = _ranges(table), table.root.axes["elevation"].values
+    ranges, elevations = _ranges(table), table.nodes_of("elevation")
     axis.set(thetamin=float(elevations[0]), thetamax=float(max(elevations[-1], elevations[0] + 10)))
     axis.set_title(f"transmittance by elevation and range, from {altitude:g} km", fontsize=10)
     if ranges.size < 2 or elevations.size < 2:
@@ -247,16 +251,15 @@ def _sky(figure: Figure, axis: Any, table: AtmosphereTable, low: float) -> None:
     """Path radiance to the end of the range axis over the sky: the zenith in the middle, the source's azimuth at the
     top.
     """
-    axes = table.root.axes
     axis.set_theta_zero_location("N")
     axis.set_thetagrids(range(0, 360, 45), [f"{min(a, 360 - a)}°" for a in range(0, 360, 45)])
-    ups = np.array([e for e in axes["elevation"].values if e >= 0])
-    turn = axes["source_azimuth"].values if "source_azimuth" in axes else np.array([0.0, 180.0])
+    ups = np.array([e for e in table.nodes_of("elevation") if e >= 0])
+    turn = table.nodes_of("source_azimuth") if "source_azimuth" in table.root.axes else np.array([0.0, 180.0])
     if ups.size < 2 or turn.size < 2:
         axis.set_title("no sky in this table: it needs two upward elevations and two azimuths", fontsize=8)
         return
-    sun = float(axes["source_elevation"].values[np.argmin(np.abs(axes["source_elevation"].values - 30.0))])
-    far = float(axes["range"].values[-1])
+    sun = float(table.nodes_of("source_elevation")[np.argmin(np.abs(table.nodes_of("source_elevation") - 30.0))])
+    far = float(table.nodes_of("range")[-1])
     fine, around = np.linspace(ups[0], ups[-1], 91), np.linspace(turn[0], turn[-1], 91)
     where: dict[str, Any] = {"range": far, "altitude": low, "elevation": fine[:, np.newaxis]}
     tau = table.transmittance(range=far, beta_star=table.value("beta_star", **where))

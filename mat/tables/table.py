@@ -47,7 +47,7 @@ class Table:
         """Type, file, axes and quantities, in a few lines."""
         axes = [f"{name} {np.size(axis.values)}" for name, axis in self.root.axes.items()]
         axes += [f"{name} = {value:g}" for name, value in self.fixed_axes.items()]
-        quantities = [f"{name} [{self.root.variables[name].units}]" for name in self.quantities]
+        quantities = [f"{name} [{self.units(name)}]" for name in self.quantities]
         return (
             f"<{type(self).__name__} {self.filetype} {self.attributes.get('format_version')} '{self.path}'\n"
             f"  axes: {', '.join(axes)}\n  quantities: {', '.join(quantities)}>"
@@ -57,6 +57,10 @@ class Table:
     def quantities(self) -> list[str]:
         """Names of the quantities that can be interpolated."""
         return [name for name, variable in self.root.variables.items() if variable.kind == "f"]
+
+    def units(self, quantity: str) -> str:
+        """Units of a quantity."""
+        return self.root.variables[quantity].units
 
     def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
         """Axes of a quantity, by their names without that of the quantity; `out_of_range` overrides the file's."""

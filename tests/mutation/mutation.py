@@ -1,10 +1,11 @@
 """Plants single faults in the formulas of the project and reports which tests notice.
 
-A fault is one operator or one constant changed, by the operators of Cosmic Ray and by factors of 0.8 and 1.25. Faults
-are drawn at random, so many of each folder; each is planted in a copy of the installed package, first on the path, and
-the tests that know the module run until one fails: those of the mirrored folder, then those that import the module;
-with `--lines`, before them the tests that run the line (line_tests.py records them). A fault that no test notices
-survives; survivors are listed with their line.
+A fault is one operator or one constant changed, by the operators of Cosmic Ray and by factors of 0.8 and 1.25.
+Tolerances, guards against division by zero and nodes of interpolation are passed over (numerical_choices.py): a fifth
+more or less changes cost, not the result. Faults are drawn at random, so many of each folder; each is planted in a copy
+of the installed package, first on the path, and the tests that know the module run until one fails: those of the
+mirrored folder, then those that import the module; with `--lines`, before them the tests that run the line
+(line_tests.py records them). A fault that no test notices survives; survivors are listed with their line.
 
     python tests/mutation/mutation.py --count 50                         # of each folder
     python tests/mutation/mutation.py --folder mat/surface --count 20 --seed 3 --out faults.json
@@ -38,6 +39,7 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.operator import Operator
 from cosmic_ray.plugins import get_operator, operator_names
 from line_tests import LineTests
+from numerical_choices import is_numerical_choice
 
 CHECKOUT = Path(__file__).parents[2]
 FOLDERS = ("mat/atmosphere", "mat/surface", "mat/quantities", "mat/radiometry", "mat/tables", "tmm")
@@ -65,7 +67,9 @@ class ScaledNumber(Operator):
     factors = (0.8, 1.25)
 
     def mutation_positions(self, node):
-        if is_number(node) and isinstance(eval(node.value), float) and eval(node.value) not in (0.0, 1.0):
+        if not is_number(node) or not isinstance(eval(node.value), float) or eval(node.value) in (0.0, 1.0):
+            return
+        if not is_numerical_choice(node):
             for _ in self.factors:
                 yield node.start_pos, node.end_pos
 

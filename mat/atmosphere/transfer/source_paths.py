@@ -61,6 +61,16 @@ class SourceRays:
         air[:, 1:] += rays.upper[:, down[::-1]] + rays.upper[:, up]
         return cls(shells.altitude, elevation, np.log(_shell_air_mass(shells.altitude[:, None], elevation)), air)
 
+    def rise_at(self, altitude: npt.ArrayLike) -> Floats:
+        """Geometric elevation [rad] at which a source rises for points at altitudes [m], in space too."""
+        top = float(self.levels[-1])
+        altitude = np.asarray(altitude, float)
+        inside = np.interp(altitude, self.levels, self.elevation[:, 0])
+        # The ray that grazes the ground leaves the atmosphere on a straight line.
+        ratio = (EARTH_RADIUS + top) / (EARTH_RADIUS + np.maximum(altitude, top))
+        rise: Floats = -np.arccos(np.minimum(np.cos(inside) * ratio, 1.0))
+        return rise
+
 
 @dataclass(frozen=True, eq=False)
 class SourcePaths:

@@ -7,7 +7,7 @@ import skyshine.mat
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.views import Views, direction
 from skyshine.mat.tables.axes import table_axis
-from skyshine.mat.tables.loader import BandTable, TemperatureTable
+from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.schemas.hdf5 import Group
 
 

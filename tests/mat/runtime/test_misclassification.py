@@ -15,9 +15,10 @@ from skyshine.mat.runtime.misclassification import (
     sun_elevation,
     surface_radiance,
 )
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
 from skyshine.mat.tables.band import TEMPERATURES, band_radiance
-from skyshine.mat.tables.loader import AtmosphereTable, BandTable, TemperatureTable
+from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 

@@ -16,7 +16,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, read_file, write_file
 from skyshine.schemas.hdf5_digest import content_hash
 
-VERSIONS = {"htt": HTT.format_version}
+VERSIONS = {"htt": [HTT.format_version]}
 
 
 @pytest.fixture
@@ -75,11 +75,11 @@ def test_what_cannot_be_lifted_is_refused(older, tmp_path):
     with pytest.raises(InputError, match="would be written over itself"):
         convert(older, older.parent, VERSIONS)
     with pytest.raises(InputError, match="holds 'htt'; allowed: band"):
-        convert(older, tmp_path / "out", {"band": "1.2.0"})
+        convert(older, tmp_path / "out", {"band": ["1.2.0"]})
     with pytest.raises(InputError, match=r"has format_version '1.1.0'; this reader reads 2.x"):
-        convert(older, tmp_path / "out", {"htt": "2.0.0"})
+        convert(older, tmp_path / "out", {"htt": ["2.0.0"]})
     with pytest.raises(InputError, match=r"has format_version 1.1.0; this version writes 1.0.0; upgrade"):
-        convert(older, tmp_path / "out", {"htt": "1.0.0"})
+        convert(older, tmp_path / "out", {"htt": ["1.0.0"]})
     with h5py.File(older, "r+") as file:
         file["temperature"][0] = 300.0
     with pytest.raises(InputError, match="content_sha256 does not match"):

@@ -1,0 +1,172 @@
+"""The tables in channels of one state, band and source."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skyshine.mat.measure.channel_nodes import PlacedChannels, placed_channels
+from skyshine.mat.measure.probes import Probes, lines_in_cells
+from skyshine.mat.measure.random_streams import Stream, random_stream
+from skyshine.mat.measure.scale import Scale
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.channels.absorbers import absorbers
+from skyshine.mat.quantities.channels.coordinates import RayCoordinates
+from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts
+from skyshine.mat.quantities.channels.parts import Parts
+from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
+from skyshine.mat.quantities.channels.source_parts import (
+    SKY_ELEVATIONS,
+    SOURCE_ELEVATIONS,
+    SourceParts,
+    elevation_nodes,
+    source_parts,
+)
+from skyshine.mat.quantities.channels.surface_light import SurfaceLight, surface_light
+from skyshine.mat.quantities.emission import lines_of_sight
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.tables.channel_table import ChannelTable
+from skyshine.mat.tables.channels import ChannelContent, channel_group
+from skyshine.mat.tables.night import dark_elevation
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.hdf5 import Group
+
+_SAMPLE_LINES = 150  # on which absorbers are fitted
+_SOURCE_LINES, _SOURCE_RANGES = 60, 7  # on which directions of the source are chosen; ranges of each
+_SKY_LINES = 12  # of the lines on which nodes are placed, with sky light, which hardly depends on them
+_THROUGH = 100  # of the sample's transmittances, with which light on surfaces is parted
+_SHARE = 0.1  # of the tolerance, which each of the two choices may miss, root mean square
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelTables:
+    """What the tables of one state, band and source in channels are built from.
+
+    Attributes
+    ----------
+    air : BandAtmosphere
+    base : PathGrid
+        The job's axes: their ends, and by their cells how random points lie.
+    irradiance : (P,) array
+    scale : Scale
+        In what the tolerance counts.
+    tolerance : float
+    harmonics, seed : int
+    """
+
+    air: BandAtmosphere
+    base: PathGrid
+    irradiance: Floats
+    scale: Scale
+    tolerance: float
+    harmonics: int
+    seed: int
+
+    @cached_property
+    def _light(self) -> BandLight:
+        scattered = self.irradiance if self.air.air.scatters else np.zeros_like(self.irradiance)
+        return BandLight.of(self.air, scattered)
+
+    @cached_property
+    def _sample(self) -> tuple[Floats, Floats]:
+        """Optical depths (n, P) and lengths (n,) of random paths above the ground."""
+        altitude, elevation, ranges = lines_in_cells(
+            self.base, _SAMPLE_LINES, random_stream(self.seed, Stream.CHANNELS, 0)
+        )
+        depth, length = [], []
+        for path, reach in zip(lines_of_sight(self.air.air, ranges, altitude, elevation), ranges, strict=True):
+            inside = path.valid & (reach > 0)
+            depth.append(path.depth[inside].astype(float))
+            length.append(reach[inside])
+        return np.concatenate(depth), np.concatenate(length)
+
+    @cached_property
+    def absorbers(self) -> Parts:
+        """The points whose optical depths give those of all."""
+        allowed = _SHARE * self.tolerance / (self.scale.background * self.scale.factor)
+        return absorbers(*self._sample, self.air.band.weight, allowed)
+
+    @cached_property
+    def sources(self) -> SourceParts:
+        """The directions of the source whose path radiance gives that under all."""
+        altitude, elevation, ranges = lines_in_cells(
+            self.base, _SOURCE_LINES, random_stream(self.seed, Stream.CHANNELS, 1)
+        )
+        nodes = elevation_nodes(SOURCE_ELEVATIONS, *self.base.source_elevation_deg[[0, -1]])
+        step = max(1, ranges.shape[1] // _SOURCE_RANGES)
+        return source_parts(
+            self.air,
+            self._light,
+            nodes,
+            (altitude, elevation, ranges[:, ::step]),
+            _SHARE * self.tolerance / self.scale.factor,
+        )
+
+    @cached_property
+    def surface(self) -> SurfaceLight:
+        """Light on the surfaces at the ends of paths."""
+        depth = self._sample[0]
+        through = np.exp(-depth[:: max(1, len(depth) // _THROUGH)])
+        elevation = elevation_nodes(SKY_ELEVATIONS, *self.base.source_elevation_deg[[0, -1]])
+        return surface_light(self.air, self.irradiance, elevation, through, self.harmonics)
+
+    def table(self, counts: NodeCounts) -> ChannelTable:
+        """The table with some numbers of nodes, in memory."""
+        air, base, ground = self.air.air, self.base, self.air.air.state.surface_altitude / 1e3
+        ends = float(base.altitude_km[0]), float(base.altitude_km[-1])
+        nodes = ChannelNodes.of(counts, max(ends[0] - ground, 0.0), max(ends[1] - ground, 0.0))
+        rays = RayCoordinates.of(air.shells, nodes.height_root)
+        fields = path_fields(
+            self.air,
+            rays,
+            nodes,
+            self.absorbers,
+            self._light,
+            np.radians(self.sources.chosen_elevation),
+            np.radians(self.sources.chosen_angle),
+        )
+        content = ChannelContent(
+            rays,
+            nodes,
+            self.air.band.wavenumber,
+            self.air.band.weight,
+            self.absorbers,
+            self._light,
+            fields,
+            self.sources,
+            self.surface,
+            (float(base.range_km[0]), float(base.range_km[-1])),
+            ends,
+            dark_elevation(ends[1]),
+        )
+        group = channel_group(content, Group(), {})
+        return ChannelTable(Path("in memory"), "atmq", group, group.attributes)
+
+    def placed(self, max_nodes: int) -> PlacedChannels:
+        """The table with the fewest nodes that hold the tolerance."""
+        generator = random_stream(self.seed, Stream.CHANNELS, 2)
+        return placed_channels(
+            self.table,
+            lambda: Probes.drawn(self.air, self.base, self.irradiance, generator, sky=_SKY_LINES),
+            self.scale,
+            self.tolerance,
+            max_nodes=max_nodes,
+        )
+
+    def notes(self, placed: PlacedChannels) -> dict[str, Any]:
+        """What the file says of its channels."""
+        return {
+            "channels": int(self.air.band.weight.size),
+            "absorbers": self.absorbers.count,
+            "source_parts": int(self.sources.chosen_angle.size),
+            "field_nodes": placed.counts.size,
+        }
+
+    def words(self, placed: PlacedChannels) -> str:
+        """What a build says of them."""
+        fields = self.absorbers.count + 1 + max(int(self.sources.chosen_angle.size), 1)
+        return f"{fields} fields of {placed.counts.size:,} nodes hold the tolerance"

@@ -1,0 +1,81 @@
+"""Few columns that stand for many: interpolative decomposition of spectra and of source directions.
+
+Optical depths of a band's points along a path, the light of its points, and path radiance under all directions of the
+source are nearly linear in few of themselves. The few are chosen by pivoted QR, all others are sums of them with
+factors of least squares.
+
+References
+----------
+Businger and Golub 1965, Numer. Math. 7, 269 (QR with column pivoting).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+
+from skyshine.schemas.arrays import Floats, Integers
+
+# Of the squared norm of a column, added to the normal equations: holds coefficients down where columns hardly differ.
+_RIDGE = 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """K columns chosen of n, and what the others are of them.
+
+    Attributes
+    ----------
+    index : (K,) int array
+    factor : (n, K) array
+        Column j is the sum over k of factor[j, k] times column index[k].
+    """
+
+    index: Integers
+    factor: Floats
+
+    @property
+    def count(self) -> int:
+        """K."""
+        return int(self.index.size)
+
+
+def pivots(values: Floats) -> Integers:
+    """Columns (n,) of values (m, n) in the order in which QR with pivoting takes them: the largest first, each next by
+    what is left of it.
+    """
+    order: Integers = qr(values, mode="r", pivoting=True)[1]
+    return order
+
+
+def fitted_parts(values: Floats, index: Integers, weight: Floats | None = None) -> Parts:
+    """The factors of chosen columns by least squares.
+
+    Parameters
+    ----------
+    values : (m, n) array
+    index : (K,) int array
+    weight : (m, n) array, optional
+        Of each value's error; by default 1.
+    """
+    base = values[:, index]
+    if weight is None:
+        factor = _solved(base[None], values[None])[0].T
+    else:
+        of_columns = np.ascontiguousarray(weight.T)[..., None]
+        factor = _solved(base * of_columns, values.T[..., None] * of_columns)[..., 0]
+    factor[index] = np.eye(index.size)
+    return Parts(index, factor)
+
+
+def _solved(base: Floats, values: Floats) -> Floats:
+    """Least squares of B systems: coefficients (B, K, n) of bases (B, m, K) for values (B, m, n)."""
+    scale = np.linalg.norm(base, axis=1, keepdims=True)
+    scale = np.where(scale > 0, scale, 1.0)
+    scaled = base / scale
+    across = np.swapaxes(scaled, 1, 2)
+    normal = across @ scaled + _RIDGE * np.eye(base.shape[2])
+    solved: Floats = np.asarray(np.linalg.solve(normal, across @ values), float) / np.swapaxes(scale, 1, 2)
+    return solved

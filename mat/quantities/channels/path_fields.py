@@ -1,0 +1,193 @@
+"""Fields of the channel tables along lines of sight: mean extinction of absorbers, thermal and scattered light.
+
+Path radiance of either kind is divided by what the same path gives with one source function at all points of the band:
+sum over j of e_j (1 - exp(-D_j)). The quotient hardly changes with range, unlike the quotient with in-band absorptance,
+which follows the lines of the band.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight, lines_of_sight
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.channels.coordinates import RayCoordinates
+from skyshine.mat.quantities.channels.nodes import ChannelNodes
+from skyshine.mat.quantities.channels.parts import Parts
+from skyshine.mat.quantities.formulas import mean_transmittance
+from skyshine.mat.quantities.line_sources import LineSources
+from skyshine.mat.quantities.path_radiance import path_radiance_ratio
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
+from skyshine.mat.radiometry.scattering_angle import azimuth_at
+from skyshine.mat.threads import parallel_map
+from skyshine.schemas.arrays import Floats
+
+REFERENCE = 288.0  # K, of the black body whose spectrum thermal path radiance is divided by; that of no scene matters
+_SHORTEST = 1e-9  # m of air at the observer that stand for a range of 0
+LEAST_EXTINCTION = 1e-12  # km^-1
+
+
+@dataclass(frozen=True, eq=False)
+class BandLight:
+    """Spectra, at the P points of a band, that path radiance is divided by.
+
+    Attributes
+    ----------
+    thermal : (P,) array
+        Of a black body at `REFERENCE`, by the points' radiance weights, W m^-2 sr^-1.
+    source : (P,) array
+        Of the source outside the atmosphere, likewise; its sum is 1, or all are 0.
+    irradiance : (P,) array
+        W m^-2 (cm^-1)^-1.
+    """
+
+    thermal: Floats
+    source: Floats
+    irradiance: Floats
+
+    @classmethod
+    def of(cls, atmosphere: BandAtmosphere, irradiance: Floats) -> BandLight:
+        """For a prepared band and the irradiance (P,) of a source."""
+        weight = atmosphere.band.radiance_weight
+        source = weight * irradiance
+        total = source.sum()
+        thermal = weight * planck_wavenumber(atmosphere.band.wavenumber, REFERENCE)
+        return cls(thermal, source / total if total > 0 else source, irradiance)
+
+
+@dataclass(frozen=True, eq=False)
+class PathFields:
+    """Fields on the nodes.
+
+    Attributes
+    ----------
+    extinction : (R, X, Z, U) array
+        Mean extinction of the absorbers to each node, km^-1.
+    thermal : (X, Z, U) array
+        Thermal path radiance over the reference's.
+    scattered : (K, X, Z, U) array
+        Scattered path radiance over the reference's, for K directions of the source, W m^-2 sr^-1.
+    """
+
+    extinction: Floats
+    thermal: Floats
+    scattered: Floats
+
+
+def depth_of(atmosphere: BandAtmosphere, path: LineOfSight) -> Floats:
+    """Optical depth (R, P) to each range, behind the ground as through the air above it; above 0 at a range of 0."""
+    depth = path.depth + path.depth_behind(atmosphere.air)
+    depth_above_0: Floats = np.maximum(depth, _SHORTEST * path.local_extinction)
+    return depth_above_0
+
+
+def radiance_over(
+    atmosphere: BandAtmosphere, path: LineOfSight, sources: LineSources, irradiance: Floats, reference: Floats
+) -> Floats:
+    """Path radiance (R, S) of thermal light and of a source over the reference's, with its limit at a range of 0.
+
+    Parameters
+    ----------
+    atmosphere : BandAtmosphere
+    path : LineOfSight
+    sources : LineSources
+    irradiance : (P,) array
+        0 for thermal light alone.
+    reference : (P,) array
+        e_j.
+    """
+    depth, weight = depth_of(atmosphere, path), atmosphere.band.weight
+    absorptance = mean_transmittance(depth, weight, weight.sum())[1]
+    to_ground = mean_transmittance(path.depth, weight, weight.sum())[1]
+    ratio = path_radiance_ratio(atmosphere.air, atmosphere.band, path, sources, irradiance, to_ground)
+    divisor = -np.expm1(-depth) @ reference
+    over: Floats = ratio * (absorptance / np.where(divisor > 0, divisor, np.inf))[:, None]
+    return over
+
+
+def scattered_over(atmosphere: BandAtmosphere, path: LineOfSight, sources: LineSources, light: BandLight) -> Floats:
+    """Path radiance (R, S) of a source's light alone over the reference's."""
+    if not np.any(light.source > 0):
+        return np.zeros((path.length.size, sources.elevation.size))
+    both = radiance_over(atmosphere, path, sources, light.irradiance, light.source)
+    dark = radiance_over(atmosphere, path, _one(sources), np.zeros_like(light.irradiance), light.source)
+    scattered: Floats = np.maximum(both - dark, 0.0)
+    return scattered
+
+
+def path_fields(
+    atmosphere: BandAtmosphere,
+    rays: RayCoordinates,
+    nodes: ChannelNodes,
+    absorbers: Parts,
+    light: BandLight,
+    source_elevation: Floats,
+    scattering_angle: Floats,
+    progress: Callable[[int], None] | None = None,
+) -> PathFields:
+    """Compute the fields.
+
+    Parameters
+    ----------
+    atmosphere : BandAtmosphere
+    rays : RayCoordinates
+    nodes : ChannelNodes
+    absorbers : Parts
+        Of the band's points.
+    light : BandLight
+    source_elevation, scattering_angle : (K,) arrays
+        Directions of the source, rad.
+    progress : callable, optional
+        Called with the number of lines done since the last call; there are Z * U.
+    """
+    atmosphere.air.prepare()
+    extinction = np.empty((absorbers.count, *nodes.shape))
+    thermal, scattered = np.empty(nodes.shape), np.empty((source_elevation.size, *nodes.shape))
+    line = partial(_line_fields, atmosphere, absorbers, light, source_elevation, scattering_angle)
+    for place, root in enumerate(nodes.height_root):
+        lines = [rays.line(float(root), float(direction), nodes.share) for direction in nodes.direction]
+        paths = list(_paths(atmosphere, rays, float(root), lines))
+        for row, of_line in enumerate(parallel_map(line, paths, [length for _, _, length in lines])):
+            at = slice(None), slice(None), place, row
+            extinction[at], thermal[at[1:]], scattered[at] = of_line
+        if progress is not None:
+            progress(len(paths))
+    return PathFields(extinction, thermal, scattered)
+
+
+def _line_fields(
+    atmosphere: BandAtmosphere,
+    absorbers: Parts,
+    light: BandLight,
+    source_elevation: Floats,
+    scattering_angle: Floats,
+    path: LineOfSight,
+    length: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """The fields of one line: (R, X), (X,) and (K, X), for the lengths (X,) [km] of its shares."""
+    depth = depth_of(atmosphere, path)[:, absorbers.index]
+    local = path.local_extinction[absorbers.index] * 1e3
+    mean = np.where(length[:, None] > 0, depth / np.where(length > 0, length, 1.0)[:, None], local)
+    sources = LineSources(source_elevation, *azimuth_at(path.elevation, source_elevation, scattering_angle))
+    dark = np.zeros_like(light.irradiance)
+    thermal = radiance_over(atmosphere, path, _one(sources), dark, light.thermal)[:, 0]
+    return np.maximum(mean, LEAST_EXTINCTION).T, thermal, scattered_over(atmosphere, path, sources, light).T
+
+
+def _paths(
+    atmosphere: BandAtmosphere, rays: RayCoordinates, root: float, lines: list[tuple[float, Floats, Floats]]
+) -> Iterator[LineOfSight]:
+    ranges = np.stack([line[1] for line in lines]) * 1e3
+    altitude = np.full(len(lines), (rays.ground_km + root**3) * 1e3)
+    return lines_of_sight(atmosphere.air, ranges, altitude, np.radians([line[0] for line in lines]))
+
+
+def _one(sources: LineSources) -> LineSources:
+    """One source, where there is none to be seen."""
+    if sources.elevation.size:
+        return LineSources(sources.elevation[:1], sources.azimuth[:1], sources.excess[:1])
+    return LineSources(np.zeros(1), np.zeros(1), np.zeros(1))

@@ -1,0 +1,106 @@
+"""Few directions of the source whose path radiance gives that under all others.
+
+Path radiance as a matrix, lines of sight by directions of the source (elevation and scattering angle), has a low rank:
+a few of its columns span the others. The tables hold those columns on the nodes of the lines, and the factors of all
+others by direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.channels.parts import fitted_parts, pivots
+from skyshine.mat.quantities.channels.path_fields import BandLight, depth_of, scattered_over
+from skyshine.mat.quantities.line_sources import LineSources
+from skyshine.mat.threads import parallel_map
+from skyshine.schemas.arrays import Floats, Integers
+
+# Nodes [degree]; the job's own elevations bound the first.
+SOURCE_ELEVATIONS = (-18, -14, -10, -8, -6, -4, -3, -2, -1, 0, 1, 2, 3.5, 5, 7.5, 10, 15, 20, 30, 40, 50, 60, 75, 90)
+SCATTERING_ANGLES = (0, 1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 80, 100, 120, 140, 160, 180)
+# For diffuse light on surfaces, which changes more slowly.
+SKY_ELEVATIONS = (-18, -12, -8, -5, -2, 0, 3, 7, 14, 25, 40, 60, 90)
+MOST_PARTS = 24
+
+
+@dataclass(frozen=True, eq=False)
+class SourceParts:
+    """K directions of the source, and the factors of all others.
+
+    Attributes
+    ----------
+    elevation, angle : (SE,), (SA,) arrays
+        Nodes of source elevation and scattering angle, degree.
+    chosen_elevation, chosen_angle : (K,) arrays
+        degree.
+    factor : (K, SE, SA) array
+    """
+
+    elevation: Floats
+    angle: Floats
+    chosen_elevation: Floats
+    chosen_angle: Floats
+    factor: Floats
+
+
+def elevation_nodes(nodes: Sequence[float], lowest: float, highest: float) -> Floats:
+    """Elevations [degree] between those of a job, both included."""
+    inside = [float(node) for node in nodes if lowest < node < highest]
+    return np.unique([lowest, *inside, highest])
+
+
+def source_parts(
+    atmosphere: BandAtmosphere,
+    light: BandLight,
+    elevation: Floats,
+    lines: tuple[Floats, Floats, Floats],
+    allowed: float,
+) -> SourceParts:
+    """The fewest directions that give the path radiance of sample lines under all.
+
+    Parameters
+    ----------
+    atmosphere : BandAtmosphere
+    light : BandLight
+    elevation : (SE,) array
+        Nodes of source elevation, degree.
+    lines : altitude, elevation (n,), ranges (n, R)
+        Of the sample, km and degree. Those with odd numbers only test.
+    allowed : float
+        Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1].
+
+    Returns
+    -------
+    SourceParts
+    """
+    angle = np.asarray(SCATTERING_ANGLES, float)
+    if not np.any(light.source > 0):
+        return SourceParts(elevation, angle, np.zeros(0), np.zeros(0), np.zeros((0, elevation.size, angle.size)))
+    altitude, line_elevation, ranges = lines
+    atmosphere.air.prepare()
+    paths = list(lines_of_sight(atmosphere.air, ranges * 1e3, altitude * 1e3, np.radians(line_elevation)))
+
+    def seen(number: int) -> tuple[Integers, Floats]:
+        path = paths[number]
+        sources = LineSources.of_axes(path.elevation, np.radians(elevation), np.radians(angle), True)
+        divisor = -np.expm1(-depth_of(atmosphere, path)) @ light.source
+        radiance = scattered_over(atmosphere, path, sources, light) * divisor[:, None]
+        return np.full(ranges.shape[1], number), radiance
+
+    numbers, radiance = (np.concatenate(part) for part in zip(*parallel_map(seen, range(len(paths))), strict=True))
+    fit = numbers % 2 == 0
+    order = pivots(radiance[fit])
+    most = min(MOST_PARTS, radiance.shape[1], int(np.count_nonzero(fit)))
+    for count in range(1, most + 1):
+        chosen = fitted_parts(radiance[fit], np.sort(order[:count]))
+        error = radiance[~fit][:, chosen.index] @ chosen.factor.T - radiance[~fit]
+        if np.sqrt(np.mean(error**2)) <= allowed:
+            break
+    row, column = np.divmod(chosen.index, angle.size)
+    factor = chosen.factor.T.reshape(chosen.count, elevation.size, angle.size)
+    return SourceParts(elevation, angle, elevation[row], angle[column], factor)

@@ -1,0 +1,228 @@
+"""Reading a database in channels: transmittance, path radiance and light on surfaces from its arrays.
+
+With D_j the optical depth of channel j along a path, from the absorbers' mean extinction and the path's length,
+
+    tau = sum_j w_j exp(-D_j)
+    L_path = thermal_ratio sum_j e_j (1 - exp(-D_j)) + (sum_k f_k scattered_ratio_k) sum_j s_j (1 - exp(-D_j))
+    L_surface = sum_j exp(-D_j) sum_q g_jq X_q / tau
+
+for light X on surfaces, which (20) and (36) weigh by the path's transmittance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.quantities.channels.coordinates import RayCoordinates, RayPlaces
+from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
+from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
+from skyshine.mat.tables.channels import NODES
+from skyshine.mat.tables.interpolation import interpolate
+from skyshine.mat.tables.night import Night
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.hdf5 import Group
+
+SKY_ELEVATION = "sky_source_elevation"
+_SHORTEST_KM = 1e-12  # of air that stands for a range of 0, where the path radiance ratio has its limit
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelPaths:
+    """Paths of any shape.
+
+    Attributes
+    ----------
+    places : RayPlaces
+    depth : (..., P) array
+        Optical depth in the channels.
+    extinction : (..., P) array
+        Mean extinction of a path of no length, km^-1, otherwise of the path.
+    """
+
+    places: RayPlaces
+    depth: Floats
+    extinction: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelReader:
+    """The arrays of one database in channels.
+
+    Attributes
+    ----------
+    root : Group
+    ground_km, scale_height_km : float
+        Root attributes of the file.
+    """
+
+    root: Group
+    ground_km: float
+    scale_height_km: float
+
+    @classmethod
+    def of(cls, root: Group, attributes: Mapping[str, Any]) -> ChannelReader:
+        """Of a file's root and its attributes."""
+        return cls(root, float(attributes["ground_altitude_km"]), float(attributes["scale_height_km"]))
+
+    @cached_property
+    def rays(self) -> RayCoordinates:
+        nodes = np.asarray(self.root.axes["height_root"].values, float)
+        return RayCoordinates(self.ground_km, nodes, self._array("effective_radius"), self.scale_height_km)
+
+    def paths(self, range_km: npt.ArrayLike, altitude_km: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> ChannelPaths:
+        """Optical depths of paths; arguments are broadcast against each other."""
+        places = self.rays.locate(range_km, altitude_km, elevation_deg)
+        mean = np.exp(self._fields("log_mean_extinction", places))
+        factor = self._array("absorber_factor")
+        extinction = np.maximum(np.moveaxis(mean, 0, -1) @ factor.T, 0.0)
+        return ChannelPaths(places, extinction * np.maximum(places.length, _SHORTEST_KM)[..., None], extinction)
+
+    def transmittance(self, paths: ChannelPaths) -> Floats:
+        """In-band transmittance (...)."""
+        return np.asarray(np.exp(self._mean(paths)[0]))
+
+    def beta_star(self, paths: ChannelPaths, range_km: npt.ArrayLike) -> Floats:
+        """beta* [km], equation (8)."""
+        weight = self._array("channel_weight")
+        local = paths.extinction @ weight / 1e3
+        return beta_star(np.asarray(range_km, float) * 1e3 + np.zeros(local.shape), self._mean(paths)[0], local)
+
+    def path_radiance_ratio(
+        self, paths: ChannelPaths, source_elevation: npt.ArrayLike, angle: npt.ArrayLike, out_of_range: Policy = None
+    ) -> Floats:
+        """Path radiance over absorptance, for a scattering angle [degree]."""
+        absorbed = -np.expm1(-paths.depth)
+        thermal = self._fields("thermal_ratio", paths.places)
+        radiance = thermal * (absorbed @ self._array("thermal_reference"))
+        height = np.asarray(source_elevation, float)
+        night = self._night()
+        factor = self._read(
+            "source_factor",
+            out_of_range,
+            source_part=self._numbers("source_part", np.broadcast_shapes(height.shape, np.shape(angle))),
+            source_elevation=night.within(height),
+            scattering_angle=angle,
+        )
+        parts = self._fields("scattered_ratio", paths.places)
+        scattered = np.maximum(np.sum(factor * parts, axis=0), 0.0) * night.share(height, out_of_range)
+        radiance = radiance + scattered * (absorbed @ self._array("source_reference"))
+        absorptance = self._mean(paths)[1]
+        return np.asarray(radiance / np.where(absorptance > 0, absorptance, np.inf))
+
+    def direct_radiance(self, paths: ChannelPaths, source_elevation: npt.ArrayLike) -> Floats:
+        """Direct irradiance over pi, (36)."""
+        height = self._surface_height(paths)
+        above = np.asarray(source_elevation, float) - self._read("source_rise", "clamp", target_height=height)
+        light = self._light("direct_light", paths, "clamp", target_height=height, elevation_above_rise=above)
+        return np.where(above >= 0, np.maximum(light, 0.0), 0.0)
+
+    def ambient_radiance(
+        self, paths: ChannelPaths, source_elevation: npt.ArrayLike, out_of_range: Policy = None
+    ) -> Floats:
+        """Sky irradiance over pi, (20)."""
+        return np.maximum(self._sky("thermal_sky", "scattered_sky", paths, source_elevation, out_of_range, {}), 0.0)
+
+    def harmonics(
+        self, paths: ChannelPaths, source_elevation: npt.ArrayLike, harmonic: npt.ArrayLike, out_of_range: Policy = None
+    ) -> Floats:
+        """Coefficients of the light around the ends of paths."""
+        return self._sky(
+            "thermal_harmonics",
+            "scattered_harmonics",
+            paths,
+            source_elevation,
+            out_of_range,
+            {"harmonic": np.asarray(harmonic)},
+        )
+
+    def ground_harmonics(self, paths: ChannelPaths, kelvin: npt.ArrayLike, harmonic: npt.ArrayLike) -> Floats:
+        """Coefficients of the ground's emission, per unit of what it emits."""
+        height = self._surface_height(paths)
+        channels = np.arange(self._array("channel_weight").size) + 1
+        emission = self._read(
+            "ground_emission", None, ground_temperature=np.asarray(kelvin, float)[..., None], channel=channels
+        )
+        place = {"surface_height": height, "zonal_harmonic": np.asarray(harmonic)}
+        return self._light("ground_harmonics", paths, "clamp", emission, **place)
+
+    def _sky(
+        self,
+        thermal: str,
+        scattered: str,
+        paths: ChannelPaths,
+        source_elevation: npt.ArrayLike,
+        out_of_range: Policy,
+        place: dict[str, Any],
+    ) -> Floats:
+        height, night = self._surface_height(paths), self._night()
+        elevation = np.asarray(source_elevation, float)
+        emitted = self._light(thermal, paths, "clamp", surface_height=height, **place)
+        policy = {"surface_height": "clamp"}
+        if out_of_range is not None:
+            chosen = out_of_range if isinstance(out_of_range, str) else out_of_range.get("source_elevation")
+            policy |= {SKY_ELEVATION: chosen} if chosen else {}
+        lit = self._light(
+            scattered, paths, policy, **{"surface_height": height, SKY_ELEVATION: night.within(elevation)}, **place
+        )
+        return emitted + lit * night.share(elevation, out_of_range)
+
+    def _light(
+        self,
+        name: str,
+        paths: ChannelPaths,
+        out_of_range: Policy,
+        spectrum: Floats | None = None,
+        **place: npt.ArrayLike,
+    ) -> Floats:
+        """Light at the ends of paths as they weigh it, over their transmittance; `spectrum` (..., P) multiplies it."""
+        shape = np.broadcast_shapes(paths.depth.shape[:-1], *(np.shape(values) for values in place.values()))
+        part = self._numbers(f"{name}_part", shape)
+        value = self._read(name, out_of_range, **{f"{name}_part": part}, **place)
+        relative = np.exp(paths.depth.min(axis=-1, keepdims=True) - paths.depth)
+        through = relative if spectrum is None else relative * spectrum
+        weighted = through @ self._array(f"{name}_factor")
+        mean = relative @ self._array("channel_weight")
+        return np.asarray(np.sum(np.moveaxis(weighted, -1, 0) * value, axis=0) / mean)
+
+    def _surface_height(self, paths: ChannelPaths) -> Floats:
+        return paths.places.end_height
+
+    def _mean(self, paths: ChannelPaths) -> tuple[Floats, Floats]:
+        """Logarithm of transmittance and absorptance, (...)."""
+        depth = paths.depth.reshape(-1, paths.depth.shape[-1])
+        logarithm, absorptance = mean_transmittance(depth, self._array("channel_weight"))
+        shape = paths.depth.shape[:-1]
+        return logarithm.reshape(shape), absorptance.reshape(shape)
+
+    def _night(self) -> Night:
+        return Night(AxisRule.of("source_elevation", self.root.axes["source_elevation"]), None)
+
+    def _fields(self, name: str, places: RayPlaces) -> Floats:
+        """A field at places, one for each part in front where it has parts."""
+        place = {"share": places.share, "height_root": places.height_root, "direction": places.direction}
+        first = self.root.variables[name].dims[0]
+        if first not in NODES:
+            place[first] = self._numbers(first, np.shape(places.share))
+        # Observers beyond the heights of the file are refused by altitude, before.
+        return self._read(name, "clamp", **place)
+
+    def _numbers(self, axis: str, shape: tuple[int, ...]) -> npt.NDArray[Any]:
+        """Numbers of the parts of an axis, in front of a shape."""
+        numbers = np.asarray(self.root.axes[axis].values)
+        return numbers.reshape(-1, *[1] * len(shape))
+
+    def _read(self, name: str, out_of_range: Policy, **place: npt.ArrayLike) -> Floats:
+        variable = self.root.variables[name]
+        rules = [AxisRule.of(dim, self.root.axes[dim]) for dim in variable.dims]
+        places = {axis: np.asarray(values) for axis, values in place.items()}
+        known = [*(rule.name for rule in rules), "source_azimuth", "range", "altitude", "elevation", "harmonic"]
+        return interpolate(np.asarray(variable.data), with_policy(rules, out_of_range, known), places)
+
+    def _array(self, name: str) -> Floats:
+        return np.asarray(self.root.variables[name].data, float)

@@ -1,0 +1,157 @@
+"""Databases of the atmosphere in channels, read as if they were tables of the classic quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.radiometry.scattering_angle import scattering_angle
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS, RADIANCE
+from skyshine.mat.tables.axes import FOLDED, AxisRule, Policy, with_policy
+from skyshine.mat.tables.channel_reader import ChannelReader
+from skyshine.mat.tables.gridded import ANGLE, AXES
+from skyshine.schemas.errors import InputError, nearest
+
+_PATH = AXES[:3]
+# Axes that each quantity is read by; path radiance takes a scattering angle in place of the azimuth too.
+_READ_BY = {
+    "beta_star": _PATH,
+    "path_radiance_ratio": AXES,
+    "ambient_radiance": AXES[:4],
+    "direct_radiance": AXES[:4],
+    AMBIENT_HARMONICS: (*AXES[:4], "harmonic"),
+    GROUND_HARMONICS: (*_PATH, "ground_temperature", "zonal_harmonic"),
+}
+VALID = "valid"
+_READ_BY[VALID] = _PATH
+_NEAREST_KM, _SHOWN = 1e-3, 40
+_SHOWN_ELEVATIONS = (-90, -60, -40, -20, -10, -5, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 40, 60, 90)
+_STORED = {AMBIENT_HARMONICS: "scattered_harmonics", GROUND_HARMONICS: "ground_harmonics"}
+
+
+@dataclass(frozen=True, repr=False)
+class ChannelTable(AtmosphereTable):
+    """An ``.atmq`` or ``.lunar_atmq`` database of format 3, in channels.
+
+    Its quantities are those of format 2, computed when they are read; `part` keeps the whole file, which is small.
+    """
+
+    @property
+    def quantities(self) -> list[str]:
+        """Names of the quantities that can be read."""
+        named = [name for name in _READ_BY if name != VALID]
+        return [name for name in named if _STORED.get(name, name) in self.root.variables or name not in _STORED]
+
+    def units(self, quantity: str) -> str:
+        """Units of a quantity."""
+        return {"beta_star": "km", GROUND_HARMONICS: "1"}.get(quantity, RADIANCE)
+
+    @cached_property
+    def _reader(self) -> ChannelReader:
+        return ChannelReader.of(self.root, self.attributes)
+
+    def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
+        """Axes by which a quantity is read, with the ends of what the file is for as nodes."""
+        if quantity not in self.quantities and quantity != VALID:
+            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
+        return with_policy([self._rule(name) for name in _READ_BY[quantity]], out_of_range, (*AXES, ANGLE))
+
+    def _rule(self, name: str) -> AxisRule:
+        ends = {
+            "range": np.asarray(self.attributes["range_km"], float),
+            "altitude": np.asarray(self.attributes["altitude_km"], float),
+            "elevation": np.array([-90.0, 90.0]),
+        }
+        if name in ends:
+            return AxisRule(name, np.unique(ends[name]))
+        if name == AXES[-1]:
+            return AxisRule(name, np.array([0.0, 180.0]), FOLDED, 360.0)
+        return AxisRule.of(name, self.root.axes[name])
+
+    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]:
+        """As `Table.value`.
+
+        Below the lowest source elevation the light of the source falls as in `night`, down to what the air emits.
+        """
+        where = {**self.fixed_axes, **where}
+        rules = {rule.name: rule for rule in self.rules(quantity, out_of_range)}
+        angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
+        wanted = set(rules) - ({AXES[-1]} if angle is not None else set())
+        for name in where:
+            if name not in wanted and name not in self.fixed_axes:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(wanted))}", file=self.path)
+        if missing := sorted(wanted - set(where)):
+            raise InputError(f"the axis '{missing[0]}' is missing; give a value for it", file=self.path)
+        if quantity == VALID:
+            places = self._reader.rays.locate(*(where[name] for name in _PATH))
+            return np.asarray(np.asarray(where["range"]) <= places.ground_distance, float)
+        place = _aligned(
+            {name: where[name] for name in rules if name in where} | ({} if angle is None else {ANGLE: angle})
+        )
+        for name in _PATH:
+            place[name] = _within(rules[name], place[name])
+        reader, paths = self._reader, self._reader.paths(*(place[name] for name in _PATH))
+        if quantity == "beta_star":
+            return reader.beta_star(paths, place["range"])
+        if quantity == GROUND_HARMONICS:
+            return reader.ground_harmonics(paths, place["ground_temperature"], place["zonal_harmonic"])
+        source = place["source_elevation"]
+        if quantity == "ambient_radiance":
+            return reader.ambient_radiance(paths, source, out_of_range)
+        if quantity == "direct_radiance":
+            _within(rules["source_elevation"], np.maximum(source, rules["source_elevation"].nodes[0]))
+            return reader.direct_radiance(paths, source)
+        if quantity == AMBIENT_HARMONICS:
+            return reader.harmonics(paths, source, place["harmonic"], out_of_range)
+        turned = place[ANGLE] if angle is not None else scattering_angle(place["elevation"], source, place[AXES[-1]])
+        return reader.path_radiance_ratio(paths, source, turned, out_of_range)
+
+    def nodes_of(self, axis: str) -> npt.NDArray[np.float64]:
+        """Values of an axis of the classic quantities at which the table is well looked at."""
+        if axis == "range":
+            nearest_km, farthest = (float(value) for value in self.attributes["range_km"])
+            return np.unique([nearest_km, *np.geomspace(max(nearest_km, _NEAREST_KM), farthest, _SHOWN)])
+        if axis == "altitude":
+            ground = float(self.attributes["ground_altitude_km"])
+            return ground + np.asarray(self.root.axes["height_root"].values, float) ** 3
+        if axis == "elevation":
+            return np.array(_SHOWN_ELEVATIONS, float)
+        if axis == AXES[-1]:
+            return np.linspace(0.0, 180.0, 13)
+        return super().nodes_of(axis)
+
+    def part(self, *, out_of_range: Policy = None, **where: Any) -> Self:
+        """The table with some axes fixed; pairs of values are checked, and change nothing.
+
+        Raises
+        ------
+        InputError
+            An unknown axis, or a value outside its axis.
+        """
+        known = {rule.name: rule for quantity in self.quantities for rule in self.rules(quantity)}
+        for name, value in where.items():
+            if name not in known and name != ANGLE:
+                raise InputError(f"found the axis '{name}'; {nearest(name, sorted(known))}", file=self.path)
+            if name in _PATH:
+                _within(with_policy([known[name]], out_of_range, (*AXES, ANGLE))[0], np.asarray(value, float))
+        fixed = {name: float(value) for name, value in where.items() if np.ndim(value) == 0}
+        return replace(self, fixed_axes=self.fixed_axes | fixed)
+
+
+def _aligned(where: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
+    """Values with as many axes each, in front those of length 1."""
+    arrays = {name: np.asarray(values) for name, values in where.items()}
+    dims = max((values.ndim for values in arrays.values()), default=0)
+    return {name: values.reshape((1,) * (dims - values.ndim) + values.shape) for name, values in arrays.items()}
+
+
+def _within(rule: AxisRule, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Values inside an axis, or an error."""
+    rule.locate(values)
+    return np.asarray(np.clip(values.astype(float), rule.nodes[0], rule.nodes[-1]))

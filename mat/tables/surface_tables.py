@@ -1,0 +1,167 @@
+"""Databases of surfaces: temperatures through the day, and the properties of a band."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
+from skyshine.mat.tables import response
+from skyshine.mat.tables.axes import Policy
+from skyshine.mat.tables.shade import absorbed_change
+from skyshine.mat.tables.table import Table
+from skyshine.mat.tables.tracks import SourceTrack, source_track
+
+
+class TemperatureTable(Table):
+    """A ``.htt`` database."""
+
+    def temperature(
+        self,
+        *,
+        material: Any,
+        altitude: npt.ArrayLike = 0.0,
+        azimuth: npt.ArrayLike = 0.0,
+        slope: npt.ArrayLike = 0.0,
+        time: npt.ArrayLike = 0.0,
+        absorbed_change: npt.ArrayLike | None = None,
+        out_of_range: Policy = None,
+    ) -> npt.NDArray[np.float64]:
+        """Surface temperature in kelvin.
+
+        Parameters
+        ----------
+        material : int, str or array
+            Code or name.
+        altitude : km
+        azimuth, slope : degree
+            The face looks towards `azimuth`, from north eastward.
+        time : h
+            Local clock.
+        absorbed_change : (..., n) array_like, optional
+            Heat that the surface absorbs beside that of the table [W m^-2], less where negative: means over n equal
+            steps of the day, each centred on its time, the first on midnight; taken as every day's. The axes before
+            the last are broadcast against the other arguments.
+
+        Raises
+        ------
+        InputError
+            A value is outside its axis, or there is a change and the file holds no response to it.
+        """
+        column = {"material": material, "altitude": altitude, "azimuth": azimuth, "slope": slope}
+        sunlit = self.value("temperature", **column, time=time, out_of_range=out_of_range)
+        if absorbed_change is None:
+            return sunlit
+        history = partial(self.value, "temperature", out_of_range=out_of_range)
+        codes = column | {"material": self.material_codes(material)}
+        change = response.temperature_change(self.root, history, codes, time, np.asarray(absorbed_change, float))
+        highest = self.value(response.HIGHEST, material=material)
+        return np.asarray(np.where(change == 0, sunlit, np.minimum(sunlit + change, np.maximum(highest, sunlit))))
+
+    def absorbed_change(
+        self,
+        *,
+        material: Any,
+        altitude: npt.ArrayLike = 0.0,
+        azimuth: npt.ArrayLike = 0.0,
+        slope: npt.ArrayLike = 0.0,
+        shade: Sequence[tuple[float, float]] = (),
+        sky_view: float = 1.0,
+        facing: float | None = None,
+        facing_emissivity: float = WALL_EMISSIVITY,
+    ) -> npt.NDArray[np.float64]:
+        """Change of the heat that surfaces absorb, by a shadow and a wall that hides part of the sky [W m^-2].
+
+        Parameters
+        ----------
+        material, altitude, azimuth, slope
+            As in `temperature`.
+        shade : sequence of (first, last)
+            Clock hours in which no light comes from the direction of the Sun; over midnight where the first is later.
+        sky_view : float
+            Open share of the sky above the surface, 0 to 1; the rest is a wall, which reflects no sunlight.
+        facing : float, optional
+            Temperature of that wall [K]; by default that of the air.
+        facing_emissivity : float
+
+        Returns
+        -------
+        (..., 288) ndarray
+            Of the broadcast shape of the arguments, for `temperature`.
+        """
+        around = Surroundings(tuple((float(a), float(b)) for a, b in shade), sky_view, facing, facing_emissivity)
+        places = [np.asarray(values, float) for values in (altitude, azimuth, slope)]
+        return absorbed_change(self.root, around, self.material_codes(material), *places)
+
+    def sunlit_temperature(self, *, material: Any, **where: Any) -> npt.NDArray[np.float64]:
+        """Temperature in kelvin of surfaces on which the Sun shines all day; `where` as in `temperature`."""
+        return self.temperature(material=material, **where)
+
+    def shaded_temperature(
+        self,
+        *,
+        material: Any,
+        sky_view: float = 1.0,
+        facing: float | None = None,
+        facing_emissivity: float = WALL_EMISSIVITY,
+        **where: Any,
+    ) -> npt.NDArray[np.float64]:
+        """Temperature in kelvin of surfaces that are in the shade all day.
+
+        Parameters
+        ----------
+        material, **where
+            As in `temperature`.
+        sky_view, facing, facing_emissivity
+            As in `absorbed_change`.
+        """
+        column = {name: where[name] for name in ("altitude", "azimuth", "slope") if name in where}
+        change = self.absorbed_change(
+            material=material,
+            **column,
+            shade=[(0.0, 24.0)],
+            sky_view=sky_view,
+            facing=facing,
+            facing_emissivity=facing_emissivity,
+        )
+        return self.temperature(material=material, **where, absorbed_change=change)
+
+    def source_track(self, source: str, *, time: npt.ArrayLike) -> SourceTrack:
+        """Where the Sun or the Moon stands on the file's date and in the night after it.
+
+        Parameters
+        ----------
+        source : {'sun', 'moon'}
+        time : h
+            Local clock, 0 to 36.
+
+        Raises
+        ------
+        InputError
+            Another source, a time beyond the track, or a file without tracks.
+        """
+        return source_track(self.root, source, time)
+
+
+class BandTable(Table):
+    """A ``.band`` database."""
+
+    def blackbody_radiance(self, temperature: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Band radiance of a black body, equation (7), W m^-2 sr^-1, at `temperature` in kelvin."""
+        return self.value("blackbody_radiance", temperature=temperature)
+
+    def normalisation(
+        self, *, material: Any, angle: npt.ArrayLike, out_of_range: Policy = None
+    ) -> npt.NDArray[np.float64]:
+        """N_s of (43) at angles of incidence in degree.
+
+        From ``normalisation_fine`` (0 to 90 degree) where the job asked for it, else from ``normalisation_by_angle`` (0
+        to 75 degree).
+        """
+        fine = "normalisation_fine" in self.root.variables
+        name, axis = ("normalisation_fine", "incidence_angle") if fine else ("normalisation_by_angle", "source_angle")
+        return self.value(name, material=material, out_of_range=out_of_range, **{axis: angle})

@@ -3,8 +3,13 @@
 import os
 from pathlib import Path
 
+# One thread a process for linear algebra, as in a build: workers of the suite share the cores. Before numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import numpy as np
 import pytest
+from filelock import FileLock
 
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
@@ -43,7 +48,7 @@ states:
     visibility_km: 23
     weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
 bands:
-  - wavelength_um: [8, 12]
+  - wavelength_um: [8, 8.4]
 materials: [asphalt_road, grass_green]
 atmosphere_grid:
   range_km: [0.001, 1, 5, 20]
@@ -75,11 +80,18 @@ def contents():
     return lambda folder: {path.name: path.read_bytes() for path in folder.glob("*.h5")}
 
 
+@pytest.fixture(scope="session")
+def folder_of_the_run(tmp_path_factory):
+    """Folder that all workers of one run of the suite share."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
 @pytest.fixture(scope="session", autouse=True)
-def cache_of_the_tests(tmp_path_factory):
+def cache_of_the_tests(folder_of_the_run):
     """No test reads or writes the user's own cache of compiled bands."""
     before = os.environ.get("SKYSHINE_CACHE")
-    os.environ["SKYSHINE_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+    os.environ["SKYSHINE_CACHE"] = str(folder_of_the_run / "cache")
     yield
     os.environ.pop("SKYSHINE_CACHE") if before is None else os.environ.__setitem__("SKYSHINE_CACHE", before)
 
@@ -93,34 +105,46 @@ def shared_data() -> Path:
     return folder
 
 
+def written_once(folder, text):
+    """The job file of a folder that the workers of a run share."""
+    folder.mkdir(exist_ok=True)
+    with FileLock(folder / "lock"):
+        if not (folder / "job.yaml").exists():
+            (folder / "job.yaml").write_text(text, encoding="utf-8")
+    return folder / "job.yaml"
+
+
+def built_once(job):
+    """Folder of the databases of a job, which the first worker that needs them builds and the others keep."""
+    with FileLock(job.parent / "lock"):
+        if not (job.parent / "whole").exists():
+            build(load_job(job), jobs=1)
+            (job.parent / "whole").touch()
+    return job.parent / "built"
+
+
 @pytest.fixture(scope="session")
-def small_job(tmp_path_factory):
-    file = tmp_path_factory.mktemp("small") / "job.yaml"
-    file.write_text(SMALL_JOB, encoding="utf-8")
-    return file
+def small_job(folder_of_the_run):
+    return written_once(folder_of_the_run / "small", SMALL_JOB)
 
 
 @pytest.fixture(scope="session")
 def small_build(small_job):
     """Folder of the databases of the small job."""
-    build(load_job(small_job), jobs=1)
-    return small_job.parent / "built"
+    return built_once(small_job)
 
 
 @pytest.fixture(scope="session")
-def extra_job(tmp_path_factory):
+def extra_job(folder_of_the_run):
     """The small job with all extra tables."""
-    file = tmp_path_factory.mktemp("extra") / "job.yaml"
     extra = "extra_tables: [weighted_transmittance, normalisation_by_angle]\n"
-    file.write_text(SMALL_JOB + extra, encoding="utf-8")
-    return file
+    return written_once(folder_of_the_run / "extra", SMALL_JOB + extra)
 
 
 @pytest.fixture(scope="session")
 def extra_build(extra_job):
     """Folder of its databases."""
-    build(load_job(extra_job), jobs=1)
-    return extra_job.parent / "built"
+    return built_once(extra_job)
 
 
 @pytest.fixture(scope="session")

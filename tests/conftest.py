@@ -1,9 +1,11 @@
 """Fixtures that the whole suite shares."""
 
 import os
+from concurrent.futures import Executor, Future
+from contextlib import nullcontext
 from pathlib import Path
 
-# One thread a process for linear algebra, as in a build: workers of the suite share the cores. Before numpy is imported.
+# One thread a process for linear algebra, as in a build: the workers of the suite share the cores. Before numpy comes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -11,12 +13,15 @@ import numpy as np
 import pytest
 from filelock import FileLock
 
-from skyshine.mat.builder.build import build
+from skyshine.mat.builder import build as building
+from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.job.load import load_job
+from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
+from skyshine.materials.library import load_library
 from skyshine.schemas.hdf5 import Group, Header, write_file
 
 TINY_JOB = """\
@@ -105,6 +110,44 @@ def shared_data() -> Path:
     return folder
 
 
+class Inline(Executor):
+    """Runs the tasks of a build in this process: others take two seconds each to import what is here already."""
+
+    def submit(self, function, /, *arguments, **keywords):
+        future = Future()
+        try:
+            future.set_result(function(*arguments, **keywords))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def inline(loaded, **settings):
+    """`build` in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(building, "open_executor", lambda *_: nullcontext(Inline()))
+        return building.build(loaded, **settings)
+
+
+@pytest.fixture(scope="session")
+def build_inline():
+    """`build` without processes of its own, for tests of what is built and not of how."""
+    return inline
+
+
+@pytest.fixture(scope="session")
+def build_surface():
+    """Builds the table of temperatures of a job's first state and no other file; gives its path."""
+
+    def built(loaded, folder):
+        plan = make_plan(loaded, load_library())
+        task = next(task for task in plan.tasks if task.kind is Kind.TEMPERATURE)
+        run_task(task, loaded, folder, plan.materials, True)
+        return folder / task.files[0]
+
+    return built
+
+
 def written_once(folder, text):
     """The job file of a folder that the workers of a run share."""
     folder.mkdir(exist_ok=True)
@@ -118,7 +161,7 @@ def built_once(job):
     """Folder of the databases of a job, which the first worker that needs them builds and the others keep."""
     with FileLock(job.parent / "lock"):
         if not (job.parent / "whole").exists():
-            build(load_job(job), jobs=1)
+            inline(load_job(job), jobs=1)
             (job.parent / "whole").touch()
     return job.parent / "built"
 

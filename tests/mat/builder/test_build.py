@@ -61,11 +61,11 @@ def test_the_same_job_gives_the_same_bytes_and_a_second_build_keeps_them(small_j
     }
 
 
-def test_only_what_changed_is_built_again(small_job, small_build, tmp_path):
+def test_only_what_changed_is_built_again(build_inline, small_job, small_build, tmp_path):
     shutil.copytree(small_build, tmp_path / "built")
     text = small_job.read_text(encoding="utf-8").replace("slope_deg: [0, 45]", "slope_deg: [0, 60]")
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
-    report = build(load_job(tmp_path / "job.yaml"), jobs=1)
+    report = build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
     assert {name: entry["kept"] for name, entry in report["files"].items()} == {
         "b01.band.h5": True,
         "s01.htt.h5": False,
@@ -74,13 +74,13 @@ def test_only_what_changed_is_built_again(small_job, small_build, tmp_path):
     }
 
 
-def test_a_damaged_file_is_built_again(small_job, small_build, tmp_path):
+def test_a_damaged_file_is_built_again(build_inline, small_job, small_build, tmp_path):
     shutil.copytree(small_build, tmp_path / "built")
     damaged = tmp_path / "built" / "b01.band.h5"
     damaged.write_bytes(damaged.read_bytes()[:5000])
     with pytest.raises(InputError, match="not a readable HDF5"):
         problems(damaged)
-    build(load_job(small_job), out=tmp_path / "built", jobs=1)
+    build_inline(load_job(small_job), out=tmp_path / "built", jobs=1)
     assert problems(damaged) == []
 
 

@@ -75,6 +75,7 @@ def test_the_shore_of_the_dead_sea_is_built(build_inline, tmp_path):
     """On the shore, 430 m below the sea, a pressure of 1,064 hPa is usual; the lowest air is the warmest."""
     (file,) = starter_files("dead_sea")
     text = file.read_text(encoding="utf-8").replace("pictures: true", "pictures: false")
+    text = text.replace("[8, 12]", "[10, 10.4]")  # a part of its band is built sooner, through the same air
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     loaded = load_job(tmp_path / "job.yaml")
     report = build_inline(loaded, jobs=1)

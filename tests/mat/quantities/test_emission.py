@@ -28,7 +28,7 @@ GRID = PathGrid(
 
 @pytest.fixture(scope="module")
 def band():
-    response = SpectralResponse.rectangular(4.1, 4.4)  # carbon dioxide: opaque within metres, and clear beside it
+    response = SpectralResponse.rectangular(4.17, 4.24)  # carbon dioxide: opaque within metres, and clear beside it
     return band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
 
 

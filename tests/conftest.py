@@ -1,17 +1,27 @@
 """Fixtures that the whole suite shares."""
 
 import os
+from concurrent.futures import Executor, Future
+from contextlib import nullcontext
 from pathlib import Path
+
+# One thread a process for linear algebra, as in a build: the workers of the suite share the cores. Before numpy comes.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
+from filelock import FileLock
 
-from skyshine.mat.builder.build import build
+from skyshine.mat.builder import build as building
+from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.job.load import load_job
+from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
 from skyshine.mat.tables.atmq import atmq_group
 from skyshine.mat.tables.files import ATMQ
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
+from skyshine.materials.library import load_library
 from skyshine.schemas.hdf5 import Group, Header, write_file
 
 TINY_JOB = """\
@@ -43,7 +53,7 @@ states:
     visibility_km: 23
     weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
 bands:
-  - wavelength_um: [8, 12]
+  - wavelength_um: [8, 8.4]
 materials: [asphalt_road, grass_green]
 atmosphere_grid:
   range_km: [0.001, 1, 5, 20]
@@ -75,11 +85,18 @@ def contents():
     return lambda folder: {path.name: path.read_bytes() for path in folder.glob("*.h5")}
 
 
+@pytest.fixture(scope="session")
+def folder_of_the_run(tmp_path_factory):
+    """Folder that all workers of one run of the suite share."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
 @pytest.fixture(scope="session", autouse=True)
-def cache_of_the_tests(tmp_path_factory):
+def cache_of_the_tests(folder_of_the_run):
     """No test reads or writes the user's own cache of compiled bands."""
     before = os.environ.get("SKYSHINE_CACHE")
-    os.environ["SKYSHINE_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+    os.environ["SKYSHINE_CACHE"] = str(folder_of_the_run / "cache")
     yield
     os.environ.pop("SKYSHINE_CACHE") if before is None else os.environ.__setitem__("SKYSHINE_CACHE", before)
 
@@ -93,34 +110,84 @@ def shared_data() -> Path:
     return folder
 
 
+class Inline(Executor):
+    """Runs the tasks of a build in this process: others take two seconds each to import what is here already."""
+
+    def submit(self, function, /, *arguments, **keywords):
+        future = Future()
+        try:
+            future.set_result(function(*arguments, **keywords))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def inline(loaded, **settings):
+    """`build` in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(building, "open_executor", lambda *_: nullcontext(Inline()))
+        return building.build(loaded, **settings)
+
+
 @pytest.fixture(scope="session")
-def small_job(tmp_path_factory):
-    file = tmp_path_factory.mktemp("small") / "job.yaml"
-    file.write_text(SMALL_JOB, encoding="utf-8")
-    return file
+def build_inline():
+    """`build` without processes of its own, for tests of what is built and not of how."""
+    return inline
+
+
+@pytest.fixture(scope="session")
+def build_surface():
+    """Builds the table of temperatures of a job's first state and no other file; gives its path."""
+
+    def built(loaded, folder):
+        plan = make_plan(loaded, load_library())
+        task = next(task for task in plan.tasks if task.kind is Kind.TEMPERATURE)
+        run_task(task, loaded, folder, plan.materials, True)
+        return folder / task.files[0]
+
+    return built
+
+
+def written_once(folder, text):
+    """The job file of a folder that the workers of a run share."""
+    folder.mkdir(exist_ok=True)
+    with FileLock(folder / "lock"):
+        if not (folder / "job.yaml").exists():
+            (folder / "job.yaml").write_text(text, encoding="utf-8")
+    return folder / "job.yaml"
+
+
+def built_once(job):
+    """Folder of the databases of a job, which the first worker that needs them builds and the others keep."""
+    with FileLock(job.parent / "lock"):
+        if not (job.parent / "whole").exists():
+            inline(load_job(job), jobs=1)
+            (job.parent / "whole").touch()
+    return job.parent / "built"
+
+
+@pytest.fixture(scope="session")
+def small_job(folder_of_the_run):
+    return written_once(folder_of_the_run / "small", SMALL_JOB)
 
 
 @pytest.fixture(scope="session")
 def small_build(small_job):
     """Folder of the databases of the small job."""
-    build(load_job(small_job), jobs=1)
-    return small_job.parent / "built"
+    return built_once(small_job)
 
 
 @pytest.fixture(scope="session")
-def extra_job(tmp_path_factory):
+def extra_job(folder_of_the_run):
     """The small job with all extra tables."""
-    file = tmp_path_factory.mktemp("extra") / "job.yaml"
     extra = "extra_tables: [weighted_transmittance, normalisation_by_angle]\n"
-    file.write_text(SMALL_JOB + extra, encoding="utf-8")
-    return file
+    return written_once(folder_of_the_run / "extra", SMALL_JOB + extra)
 
 
 @pytest.fixture(scope="session")
 def extra_build(extra_job):
     """Folder of its databases."""
-    build(load_job(extra_job), jobs=1)
-    return extra_job.parent / "built"
+    return built_once(extra_job)
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,6 @@ import pytest
 from skyshine.mat.budget.budget import PIXEL_SOURCES, error_budget
 from skyshine.mat.budget.summary import describe, kelvin
 from skyshine.mat.budget.truth import Prepared
-from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.materials.library import load_library
 
@@ -18,7 +17,7 @@ TOGETHER = {"tables", "pixel", "all", "transmittance_extrapolation", "radiance_e
 
 
 @pytest.fixture(scope="module")
-def job(tiny_job, tmp_path_factory):
+def job(build_inline, tiny_job, tmp_path_factory):
     """Two materials on walls and level, a node at 100 m, emission of classes of materials."""
     text = tiny_job()
     for before, after in (
@@ -31,7 +30,7 @@ def job(tiny_job, tmp_path_factory):
         text = text.replace(before, after)
     file = tmp_path_factory.mktemp("street") / "job.yaml"
     file.write_text(text, encoding="utf-8")
-    build(load_job(file), jobs=1)
+    build_inline(load_job(file), jobs=1)
     return file
 
 

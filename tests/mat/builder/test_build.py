@@ -48,12 +48,14 @@ def test_the_cost_stands_beside_the_files_and_not_in_them(small_build):
         assert cost["files"][name]["seconds"] > 0 and cost["files"][name]["peak_memory_bytes"] > 1e7
 
 
-def test_the_same_job_gives_the_same_bytes_and_a_second_build_keeps_them(small_job, small_build, tmp_path):
+def test_the_same_job_gives_the_same_bytes_and_a_second_build_keeps_them(
+    build_inline, small_job, small_build, tmp_path
+):
     other = tmp_path / "other"
     build(load_job(small_job), out=other, jobs=2)
     assert digests(other) == digests(small_build)
     made = json.loads((other / "build.json").read_text(encoding="utf-8"))["files"]
-    report = build(load_job(small_job), out=other, jobs=1)
+    report = build_inline(load_job(small_job), out=other)
     assert all(entry["kept"] for entry in report["files"].values())
     # What a kept file cost is what it took to make it.
     assert {name: entry["stages"] for name, entry in report["files"].items()} == {
@@ -61,11 +63,11 @@ def test_the_same_job_gives_the_same_bytes_and_a_second_build_keeps_them(small_j
     }
 
 
-def test_only_what_changed_is_built_again(small_job, small_build, tmp_path):
+def test_only_what_changed_is_built_again(build_inline, small_job, small_build, tmp_path):
     shutil.copytree(small_build, tmp_path / "built")
     text = small_job.read_text(encoding="utf-8").replace("slope_deg: [0, 45]", "slope_deg: [0, 60]")
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
-    report = build(load_job(tmp_path / "job.yaml"), jobs=1)
+    report = build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
     assert {name: entry["kept"] for name, entry in report["files"].items()} == {
         "b01.band.h5": True,
         "s01.htt.h5": False,
@@ -74,13 +76,13 @@ def test_only_what_changed_is_built_again(small_job, small_build, tmp_path):
     }
 
 
-def test_a_damaged_file_is_built_again(small_job, small_build, tmp_path):
+def test_a_damaged_file_is_built_again(build_inline, small_job, small_build, tmp_path):
     shutil.copytree(small_build, tmp_path / "built")
     damaged = tmp_path / "built" / "b01.band.h5"
     damaged.write_bytes(damaged.read_bytes()[:5000])
     with pytest.raises(InputError, match="not a readable HDF5"):
         problems(damaged)
-    build(load_job(small_job), out=tmp_path / "built", jobs=1)
+    build_inline(load_job(small_job), out=tmp_path / "built", jobs=1)
     assert problems(damaged) == []
 
 

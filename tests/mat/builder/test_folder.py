@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from skyshine.mat.builder.build import _only_build_in, build
+from skyshine.mat.builder.build import _only_build_in
 from skyshine.mat.builder.tasks import _draw
 from skyshine.mat.job.load import load_job
 from skyshine.schemas.errors import InputError
@@ -70,11 +70,11 @@ def test_pictures_are_not_drawn_through_a_link_out_of_the_folder(tmp_path):
     assert len(list((tmp_path / "built" / "pictures").iterdir())) == 1
 
 
-def test_databases_of_an_earlier_job_are_named(tiny_job, tmp_path):
+def test_databases_of_an_earlier_job_are_named(build_inline, tiny_job, tmp_path):
     (tmp_path / "job.yaml").write_text(tiny_job(), encoding="utf-8")
     (tmp_path / "built").mkdir()
     (tmp_path / "built" / "s02.htt.h5").write_text("of an earlier job")
-    report = build(load_job(tmp_path / "job.yaml"), jobs=1)
+    report = build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
     assert report["not_of_this_job"] == ["s02.htt.h5"] and (tmp_path / "built" / "s02.htt.h5").exists()
 
 

@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 
-from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 
 FIRST, LAST = "s01.htt.h5", "s01b01.lunar_atmq.h5"
@@ -35,7 +34,9 @@ main()
 """
 
 
-def test_an_interrupted_build_keeps_what_is_finished_and_completes_later(small_job, small_build, tmp_path):
+def test_an_interrupted_build_keeps_what_is_finished_and_completes_later(
+    build_inline, small_job, small_build, tmp_path
+):
     shutil.copyfile(small_job, tmp_path / "job.yaml")
     folder = tmp_path / "built"
     command = [sys.executable, "-c", INTERRUPTED, "build", tmp_path / "job.yaml", "--jobs", "2"]
@@ -45,7 +46,7 @@ def test_an_interrupted_build_keeps_what_is_finished_and_completes_later(small_j
     assert stopped.stderr.strip().splitlines()[-1] == "mat: interrupted; finished parts are kept"
     assert (folder / FIRST).exists() and not (folder / LAST).exists()
     assert not list(folder.glob(".*"))
-    report = build(load_job(tmp_path / "job.yaml"), jobs=1)
+    report = build_inline(load_job(tmp_path / "job.yaml"), jobs=1)
     assert report["files"][FIRST]["kept"] and not report["files"][LAST]["kept"]
     for name in report["files"]:
         assert (folder / name).read_bytes() == (small_build / name).read_bytes()

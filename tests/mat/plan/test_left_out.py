@@ -13,7 +13,6 @@ import pytest
 import skyshine.mat
 from skyshine import materials
 from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -34,7 +33,7 @@ states:
     visibility_km: 23
     clouds: [{phase: ice, height_km: [9, 10], optical_depth: 0}]
     weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
-bands: [{name: unused, wavelength_um: [3, 5]}, {name: used, wavelength_um: [10.5, 10.8]}]
+bands: [{name: unused, wavelength_um: [3, 5]}, {name: used, wavelength_um: [10.5, 10.6]}]
 sources: [moon]
 materials: [asphalt_road, grass_green]
 output: {pictures: false}
@@ -49,7 +48,7 @@ surface_grid: {altitude_km: [0, 1], azimuth_deg: [0, 180], slope_deg: [0, 45]}
 NAMES = ("beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance")
 
 
-def made(folder, more=""):
+def made(build, folder, more=""):
     folder.mkdir()
     (folder / "job.yaml").write_text(JOB + more, encoding="utf-8")
     loaded = load_job(folder / "job.yaml")
@@ -57,14 +56,18 @@ def made(folder, more=""):
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory):
+def kept(build_inline, tmp_path_factory):
     needs = 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n'
-    return made(tmp_path_factory.mktemp("kept") / "job", needs)
+    return made(build_inline, tmp_path_factory.mktemp("kept") / "job", needs)
 
 
 @pytest.fixture(scope="module")
-def restored(tmp_path_factory):
-    return made(tmp_path_factory.mktemp("restored") / "job", "needs: {bands: [used]}\naccuracy: {negligible_k: 0}\n")
+def restored(build_inline, tmp_path_factory):
+    return made(
+        build_inline,
+        tmp_path_factory.mktemp("restored") / "job",
+        "needs: {bands: [used]}\naccuracy: {negligible_k: 0}\n",
+    )
 
 
 def opened(built, name="s01b02.lunar_atmq.h5"):
@@ -132,27 +135,25 @@ def test_part_of_a_day_reads_like_the_whole(kept, restored):
     assert night.error("temperature")["maximum"] < 5.0  # azimuths stand half a turn apart
 
 
-def test_the_same_job_gives_the_same_bytes(kept, tmp_path):
-    _, _, again = made(tmp_path / "job", 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n')
+def test_the_same_job_gives_the_same_bytes(build_inline, kept, tmp_path):
+    _, _, again = made(build_inline, tmp_path / "job", 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n')
     for path in kept[2].glob("*.h5"):
         assert path.read_bytes() == (again / path.name).read_bytes()
 
 
-def test_another_tolerance_is_built_anew_and_the_same_is_kept(kept):
-    loaded = kept[0]
-    assert all(file["kept"] for file in build(loaded, jobs=1)["files"].values())
+def test_another_tolerance_is_built_anew_and_the_same_is_kept(build_inline, kept, tmp_path):
+    loaded, folder = kept[0], shutil.copytree(kept[2], tmp_path / "built")
+    assert all(file["kept"] for file in build_inline(loaded, out=folder, jobs=1)["files"].values())
     accuracy = loaded.trimmed.accuracy.model_copy(update={"negligible_k": 0.019})
     other = dataclasses.replace(loaded, trimmed=loaded.trimmed.model_copy(update={"accuracy": accuracy}))
-    again = build(other, jobs=1)["files"]
+    again = build_inline(other, out=folder, jobs=1)["files"]
     assert not again["s01b02.lunar_atmq.h5"]["kept"] and again["s01.htt.h5"]["kept"]
-    build(loaded, jobs=1)
 
 
-def test_a_tolerance_of_the_surface_grid_places_times_of_the_whole_day(tmp_path):
+def test_a_tolerance_of_the_surface_grid_places_times_of_the_whole_day(build_surface, tmp_path):
     text = JOB.replace("slope_deg: [0, 45]}", "slope_deg: [0, 45], tolerance: 1 K}")
     (tmp_path / "job.yaml").write_text(text + 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n', encoding="utf-8")
-    build(load_job(tmp_path / "job.yaml"), jobs=1)
-    with h5py.File(tmp_path / "built" / "s01.htt.h5") as file:
+    with h5py.File(build_surface(load_job(tmp_path / "job.yaml"), tmp_path)) as file:
         times, read = file["time"][()], file["time"].attrs["interpolation"]
     assert (
         read == "linear"

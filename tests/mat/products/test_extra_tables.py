@@ -16,7 +16,6 @@ from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.budget.budget import error_budget
 from skyshine.mat.budget.summary import describe
 from skyshine.mat.budget.truth import Prepared
-from skyshine.mat.builder.build import build
 from skyshine.mat.builder.tasks import run_task
 from skyshine.mat.cli import main
 from skyshine.mat.job.load import load_job
@@ -196,17 +195,17 @@ def test_normalisation_by_angle_reaches_grazing_light(small_build, extra_build):
     assert 0 < extra.error("normalisation_fine")["maximum"] < 0.02
 
 
-def test_what_is_there_is_kept_until_the_tolerance_changes(extra_job, extra_build, tmp_path):
+def test_what_is_there_is_kept_until_the_tolerance_changes(build_inline, extra_job, extra_build, tmp_path):
     """Files of other keys are kept; the table of other classes is built again."""
     folder = shutil.copytree(extra_build, tmp_path / "built")
     loaded = load_job(extra_job)
     before = (folder / THERMAL).read_bytes()
-    again = build(loaded, out=folder, jobs=1)["files"]
+    again = build_inline(loaded, out=folder, jobs=1)["files"]
     assert all(file["kept"] for file in again.values()) and (folder / THERMAL).read_bytes() == before
     coarse = loaded.trimmed.model_copy(
         update={"accuracy": loaded.trimmed.accuracy.model_copy(update={"class_tolerance": 0.1})}
     )
-    files = build(replace(loaded, trimmed=coarse), out=folder, jobs=1)["files"]
+    files = build_inline(replace(loaded, trimmed=coarse), out=folder, jobs=1)["files"]
     assert [name for name, file in files.items() if not file["kept"]] == [THERMAL]
     assert skyshine.mat.open(folder / THERMAL).root.axes["material_class"].values.tolist() == [1]
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import skyshine.mat
-from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.left_out import tables_left_out
 from skyshine.mat.tables.verify import problems
@@ -14,18 +13,15 @@ from skyshine.schemas.errors import InputError
 LEFT_OUT = "needs: {shade: false}\n"
 
 
-def surfaces(text, folder):
-    """The temperature table of a job, built."""
-    folder.mkdir()
-    (folder / "job.yaml").write_text(text, encoding="utf-8")
-    build(load_job(folder / "job.yaml"))
-    return skyshine.mat.open(folder / "built" / "s01.htt.h5")
-
-
 @pytest.fixture(scope="module")
-def files(tiny_job, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("shade")
-    return surfaces(tiny_job(), folder / "whole"), surfaces(tiny_job() + LEFT_OUT, folder / "less")
+def files(build_surface, tiny_job, tmp_path_factory):
+    """The temperature tables of a job and of one that leaves the response out."""
+    tables = []
+    for text in (tiny_job(), tiny_job() + LEFT_OUT):
+        folder = tmp_path_factory.mktemp("shade")
+        (folder / "job.yaml").write_text(text, encoding="utf-8")
+        tables.append(skyshine.mat.open(build_surface(load_job(folder / "job.yaml"), folder)))
+    return tables
 
 
 def test_both_are_sound_and_hold_the_same_temperatures(files):

@@ -50,7 +50,25 @@ def from_files(small_build):
     )
 
 
-def direct(job, points):
+@pytest.fixture(scope="module")
+def job(small_job):
+    return load_job(small_job).trimmed
+
+
+@pytest.fixture(scope="module")
+def exact(job):
+    """The air of the job at all points of its band."""
+    response = response_of(job.bands[0])
+    points = band_points(absorption_table().points(*response.wavenumber_range), response)
+    return BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), points)
+
+
+def sunlit(job, exact, *place):
+    """The quantities at a place, computed directly."""
+    return exact.at_points(*place, source_irradiance(job, "sun", exact.band.wavenumber))
+
+
+def direct(job, exact):
     """The radiance without tables: the heat balance of one surface, one line of sight, integrals over the band."""
     material = load_library()[MATERIAL]
     place = ([1e3 * FACE["altitude"]], [FACE["azimuth"]], [FACE["slope"]], [FACE["time"]])
@@ -59,10 +77,7 @@ def direct(job, points):
     wavelength = np.linspace(low, high, 20_001)
     thermal = np.trapezoid(planck_wavelength(wavelength, solved.temperature.item()), wavelength)
     rho = np.trapezoid(np.interp(wavelength, material.wavelength, material.reflectance), wavelength) / (high - low)
-    air = BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), points)
-    seen = air.at_points(
-        *VIEW.values(), SOURCE_ELEVATION, SOURCE_AZIMUTH, source_irradiance(job, "sun", points.wavenumber)
-    )
+    seen = sunlit(job, exact, *VIEW.values(), SOURCE_ELEVATION, SOURCE_AZIMUTH)
     exponent = np.log(0.5) / np.log(np.cos(np.radians(material.lobe_fwhm / 4)))
     factor = np.mean([normalisation_by_sum(exponent, angle) for angle in (0, 15, 30, 45, 60, 75)])
     return equation_1(
@@ -89,21 +104,13 @@ def normalisation_by_sum(exponent, incidence, count=1500):
     return 2 * np.pi * np.cos(source) / solid_angle
 
 
-def test_one_pixel_from_the_files_alone(small_job, from_files):
-    job = load_job(small_job).trimmed
-    everything = band_points(
-        absorption_table().points(*response_of(job.bands[0]).wavenumber_range), response_of(job.bands[0])
-    )
-    assert from_files == pytest.approx(direct(job, everything), rel=2e-3)  # the tolerance of the compiled band
+def test_one_pixel_from_the_files_alone(job, exact, from_files):
+    assert from_files == pytest.approx(direct(job, exact), rel=2e-3)  # the tolerance of the compiled band
 
 
-def test_off_the_nodes_the_radiance_stays_within_the_stated_errors(small_job, small_build):
-    job = load_job(small_job).trimmed
+def test_off_the_nodes_the_radiance_stays_within_the_stated_errors(job, exact, small_build):
     air = skyshine.mat.open(small_build / "s01b01.atmq.h5")
-    response = response_of(job.bands[0])
-    points = band_points(absorption_table().points(*response.wavenumber_range), response)
-    exact = BandAtmosphere.of(atmospheric_state(job.site, job.states[0]), points)
     place = {"range": 2.7, "altitude": 0.6, "elevation": -4.0, "source_elevation": 47.0, "source_azimuth": 130.0}
-    seen = exact.at_points(*place.values(), source_irradiance(job, "sun", points.wavenumber))
+    seen = sunlit(job, exact, *place.values())
     read = air.value("path_radiance_ratio", **place)
     assert abs(read - seen.path_radiance_ratio[0]) <= air.error("path_radiance_ratio")["maximum"] * 1.5

@@ -3,7 +3,6 @@
 import pytest
 
 from skyshine.mat.atmosphere.band.points import band_points
-from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -24,14 +23,14 @@ SLOW = pytest.mark.validation  # builds of 10 s each
         ((100.0, 100.01), False),
     ],
 )
-def test_bands_beyond_25_um_are_built_and_hold(tmp_path, tiny_job, band, weighted):
+def test_bands_beyond_25_um_are_built_and_hold(build_inline, tmp_path, tiny_job, band, weighted):
     """With the transmittance of emitted light where the band mean errs: not in opaque air or narrow bands."""
     file = tmp_path / "job.yaml"
     text = tiny_job().replace("[10.0, 10.2]", str(list(band))).replace("sources: [sun]", "sources: [sun, moon]")
     file.write_text(text, encoding="utf-8")
     job = load_job(file)
     check_scene(job)
-    build(job, jobs=1)
+    build_inline(job, jobs=1)
     built = sorted(path.name for path in (tmp_path / "built").glob("*.h5"))
     expected = ["b01.band.h5", "s01.htt.h5", "s01b01.atmq.h5", "s01b01.lunar_atmq.h5", "s01b01.thermal_atmq.h5"]
     assert built == (expected if weighted else expected[:-1])
@@ -61,14 +60,14 @@ def test_light_measured_at_night_is_refused_by_the_check_as_by_the_build(tiny_jo
         check_scene(load_job(tmp_path / "job.yaml"))
 
 
-def test_observers_far_above_the_air_that_hardly_look_at_it_are_built(tiny_job, tmp_path):
+def test_observers_far_above_the_air_that_hardly_look_at_it_are_built(build_inline, tiny_job, tmp_path):
     text = (
         tiny_job().replace("altitude_km: [0.01, 1]", "altitude_km: [80000, 90000]").replace("[-90, 0, 90]", "[0, 90]")
     )
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
     loaded = load_job(tmp_path / "job.yaml")
     check_scene(loaded)
-    build(loaded, jobs=1)
+    build_inline(loaded, jobs=1)
     assert problems(tmp_path / "built" / "s01b01.atmq.h5") == []
 
 
@@ -91,7 +90,7 @@ def test_particles_whose_light_has_no_bound_stay(tiny_job, tmp_path):
     ],
 )
 def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_is_built(
-    tiny_job, tmp_path, weather, message
+    build_inline, tiny_job, tmp_path, weather, message
 ):
     file = tmp_path / "job.yaml"
     file.write_text(tiny_job().replace("{air_temperature_c: [22, 33]}", weather), encoding="utf-8")
@@ -101,5 +100,5 @@ def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_
             check_scene(loaded)
         return
     check_scene(loaded)
-    build(loaded, jobs=1)
+    build_inline(loaded, jobs=1)
     assert [problem for path in (tmp_path / "built").glob("*.h5") for problem in problems(path)] == []

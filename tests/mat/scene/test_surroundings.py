@@ -1,5 +1,7 @@
 """Ground and walls that a state names, as the heat balance and the files have them."""
 
+import pickle
+
 import numpy as np
 import pytest
 import yaml
@@ -11,6 +13,7 @@ from skyshine.mat.plan.cost import WALLS, estimate
 from skyshine.mat.plan.plan import Kind, make_plan
 from skyshine.mat.products.product import Context, TaskReport
 from skyshine.mat.products.temperature import TemperatureProduct
+from skyshine.mat.scene import surface
 from skyshine.mat.scene.surface import ground_albedo, scene_inputs, surface_inputs, surface_materials
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.solver import solve_columns
@@ -21,6 +24,22 @@ from skyshine.schemas.errors import InputError
 STREET = {"horizon_deg": [[0, 5], [90, 50], [180, 5], [270, 50]], "wall": {"material": "brick_red"}}
 NO_SHADE = {"needs": {"shade": False}}
 NOON, BEFORE_DAWN = 12 * 24, 5 * 24  # of SUN_STEPS
+
+
+@pytest.fixture(scope="module", autouse=True)
+def skies():
+    """The clear sky of one air over one ground is computed once for all tests: surroundings do not change it."""
+    known, compute = {}, surface.band_model_sky
+
+    def remembered(*arguments):
+        key = pickle.dumps(arguments)
+        if key not in known:
+            known[key] = compute(*arguments)
+        return known[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(surface, "band_model_sky", remembered)
+        yield
 
 
 @pytest.fixture

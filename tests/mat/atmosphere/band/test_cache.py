@@ -18,7 +18,6 @@ from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -265,10 +264,10 @@ def test_the_key_tells_values_and_shapes_apart():
     assert content_key({"a": 1, "b": 2}) == content_key({"b": 2, "a": 1})
 
 
-def test_a_fresh_build_takes_the_band_from_the_cache_and_says_so(small_job, small_build, tmp_path):
+def test_a_fresh_build_takes_the_band_from_the_cache_and_says_so(build_inline, small_job, small_build, tmp_path):
     job = tmp_path / "job.yaml"
     job.write_text(small_job.read_text(encoding="utf-8") + "output: {pictures: false}\n", encoding="utf-8")
-    build(load_job(job), out=tmp_path, jobs=1, fresh=True)
+    build_inline(load_job(job), out=tmp_path, fresh=True)
     notes = json.loads((tmp_path / "build.json").read_text(encoding="utf-8"))["files"]["s01b01.atmq.h5"]["notes"]
     assert "compiled band from the cache" in notes
     assert (tmp_path / "s01b01.atmq.h5").read_bytes() == (small_build / "s01b01.atmq.h5").read_bytes()

@@ -29,7 +29,7 @@ GRID = PathGrid(
     source_elevation_deg=[-20.0, -5.0, 0.0, 2.0, 35.0, 90.0],
     source_azimuth_deg=[0.0, 4.0, 90.0, 180.0],
 )
-BANDS = {"3.8 um": (3.8, 3.82), "10.5 um": (10.5, 10.56)}
+BANDS = {"3.8 um": (3.798, 3.801), "10.5 um": (10.5, 10.52)}
 STATES = {
     "clear": {"name": "us_standard", "aerosol": Aerosol(visibility_km=300.0)},
     "hazy": {"name": "tropical", "aerosol": Aerosol("maritime", visibility_km=5.0)},

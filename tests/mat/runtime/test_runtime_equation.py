@@ -17,7 +17,7 @@ from skyshine.materials.library import load_library
 
 MATERIAL = "asphalt_road"
 # A pixel at nodes of the tables, so that what is compared is the arithmetic and not the interpolation.
-VIEW = {"range": 5.0, "altitude": 1.0, "elevation": -5.0}
+VIEW = {"range": 1.0, "altitude": 1.0, "elevation": -5.0}
 SOURCE_ELEVATION, SOURCE_AZIMUTH, INCIDENCE, OFF_MIRROR = 60.0, 90.0, 35.0, 4.0  # degree
 FACE = {"altitude": 1.0, "azimuth": 180.0, "slope": 45.0, "time": 12.0}
 

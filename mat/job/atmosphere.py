@@ -365,12 +365,16 @@ class AtmosphereGrid(StrictModel):
     @property
     def in_channels(self) -> bool:
         """Whether the tables are in channels."""
-        return self.layout == "channels"
+        return self._one_for_all if self.layout is None else self.layout == "channels"
+
+    @property
+    def _one_for_all(self) -> bool:
+        """One tolerance stands for all quantities."""
+        return len(self.tolerances) == len(Tolerances.model_fields) and len(set(self.tolerances.values())) == 1
 
     @pydantic.model_validator(mode="after")
     def _one_tolerance(self) -> Self:
-        named = set(self.tolerances.values())
-        if self.layout == "channels" and (len(named) != 1 or len(self.tolerances) < len(Tolerances.model_fields)):
+        if self.layout == "channels" and not self._one_for_all:
             raise ValueError(
                 "found layout channels without one tolerance for all quantities; allowed: tolerance: 0.5 K, say; add"
                 " it, or write layout: classic"

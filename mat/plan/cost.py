@@ -23,6 +23,8 @@ TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 6.3e-7, 0.028, 44
 # s for harmonics of ambient light at TABLE_POINTS: of the sky, for each source elevation in it, for each line of sight,
 # and for the faces on which they are measured.
 HARMONIC_SKY, HARMONIC_SOURCE, HARMONIC_LINE, HARMONIC_FACES = 0.8, 0.11, 1.0e-3, 0.6
+# s for the fields of tables in channels at 0.5 K, and for the lines on which their nodes are placed and measured.
+CHANNEL_LINES, CHANNEL_PROBES = 6.0, 5.0
 COMPILED_POINTS = 64  # the most that a compiled band has
 MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABLE_POINTS
 # s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines
@@ -53,6 +55,9 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     nodes = lines * len(grid.range_km) * heights * len(grid.source_azimuth_deg)
     one = share * (TABLE_LINE * lines + TABLE_NODE * nodes + TABLE_SOURCE * heights)
     tilted = share if job.ambient_harmonics else 0.0
+    measured = MEASURED * share
+    if grid.in_channels:
+        one, measured = CHANNEL_LINES * share, CHANNEL_PROBES * share
     harmonics = tilted * (HARMONIC_SKY + HARMONIC_SOURCE * heights + HARMONIC_LINE * lines)
     surface = job.surface_grid
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
@@ -68,7 +73,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
         "compile": distinct_airs(loaded) * (COMPILE_BAND * len(points) + COMPILE_POINT * sum(points)),
         "atmosphere": sets * len(points) * sources * one,
         "harmonics": sets * len(points) * sources * harmonics,
-        "accuracy": sets * len(points) * sources * (MEASURED * share + HARMONIC_FACES * tilted),
+        "accuracy": sets * len(points) * sources * (measured + HARMONIC_FACES * tilted),
         "weighted transmittance": sets
         * emission
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),

@@ -23,6 +23,7 @@ from skyshine.tmm.database.usage import read_usage
 from skyshine.tmm.inputs.load import job_materials
 
 FLOAT_BYTES = 4
+_VALUES_IN_CHANNELS = 300_000  # of tables in channels, whose nodes a tolerance places: those of 0.5 K in 3-5 um
 _VALUES_OF_RESPONSE = RESPONSE_HOURS.size * (LAG_STARTS.size + OFFSETS.size + 3)  # of a plane
 
 
@@ -156,6 +157,8 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
 
 def _atmosphere_values(job: Job) -> int:
     grid = job.atmosphere_grid
+    if grid.in_channels:
+        return _VALUES_IN_CHANNELS
     count = job.ambient_harmonics
     ground = len(GROUND_TEMPERATURES) * len(zonal(count))
     return _paths(job) * (1 + ground + len(grid.source_elevation_deg) * (2 + count + len(grid.source_azimuth_deg)))

@@ -1,0 +1,193 @@
+"""Tables in channels, read as a runtime reads them, against direct computation and against what must hold."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.measure.faces import FaceProbes
+from skyshine.mat.measure.scale import Scale
+from skyshine.mat.products.channel_tables import ChannelTables
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.channels.nodes import NodeCounts
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.schemas.errors import CheckFailed, InputError
+
+RESPONSE = SpectralResponse.rectangular(3.995, 4.005)
+SCALE = Scale.kelvin(RESPONSE)
+BASE = PathGrid(
+    range_km=[0.001, 0.01, 0.1, 1.0, 5.0, 20.0, 100.0],
+    altitude_km=[0.002, 0.1, 1.0, 5.0],
+    elevation_deg=[-90.0, -10.0, -2.0, 0.0, 2.0, 20.0, 90.0],
+    source_elevation_deg=[-8.0, 0.0, 20.0, 70.0],
+    source_azimuth_deg=[0.0, 30.0, 180.0],
+)
+WHERE = {"range": 3.0, "altitude": 0.5, "elevation": 5.0}
+LIT = {"source_elevation": 30.0, "source_azimuth": 40.0}
+
+
+@pytest.fixture(scope="module")
+def air():
+    band = band_points(AbsorptionTable.open().points(*RESPONSE.wavenumber_range), RESPONSE)
+    return BandAtmosphere.of(AtmosphericState.from_profile("midlatitude_summer"), band)
+
+
+@pytest.fixture(scope="module")
+def sun(air):
+    return solar_irradiance(air.band.wavenumber)
+
+
+@pytest.fixture(scope="module")
+def channels(air, sun):
+    return ChannelTables(air, BASE, sun, SCALE, tolerance=0.5, harmonics=6, seed=1)
+
+
+@pytest.fixture(scope="module")
+def table(channels):
+    return channels.table(NodeCounts(12, 12, 6, 8, 6))
+
+
+@pytest.fixture(scope="module")
+def points(air, sun):
+    """Random paths with the quantities computed directly."""
+    generator = np.random.default_rng(7)
+    count = 60
+    place = {
+        "range": 10 ** generator.uniform(-2.9, 1.9, count),
+        "altitude": generator.uniform(0.13, 1.7, count) ** 3,
+        "elevation": generator.choice([-1, 1], count) * 90 * generator.random(count) ** 3,
+        "source_elevation": generator.uniform(-8, 70, count),
+        "source_azimuth": generator.uniform(0, 180, count),
+    }
+    return place, air.at_points(*place.values(), sun)
+
+
+QUANTITIES = {
+    "beta_star": "beta_star",
+    "path_radiance_ratio": "path_radiance_ratio",
+    "ambient_radiance": "ambient",
+    "direct_radiance": "direct",
+}
+
+
+@pytest.mark.parametrize("name", list(QUANTITIES))
+def test_reads_agree_with_direct_computation(table, points, name):
+    place, exact = points
+    axes = {rule.name for rule in table.rules(name)}
+    read = table.value(name, **{axis: values for axis, values in place.items() if axis in axes})
+    error = SCALE.error(name, read, getattr(exact, QUANTITIES[name]), exact.transmittance, place["range"])
+    above = np.abs(error[exact.valid])
+    assert above.size > 30
+    assert np.sqrt(np.mean(above**2)) < 0.15
+    assert above.max() < 1.0
+
+
+def test_faces_agree_with_the_integral_over_their_hemispheres(table, air, sun):
+    faces = FaceProbes.drawn(air, BASE, sun, np.random.default_rng(3))
+    assert np.abs(faces.errors_in_channels(table, SCALE)).max() < 0.1
+
+
+def test_transmittance_starts_at_one_and_falls(table):
+    ranges = np.geomspace(1e-3, 100.0, 60)
+    for elevation in (0.0, -0.2, 3.0, 90.0):
+        beta = table.value("beta_star", range=ranges, altitude=0.5, elevation=elevation)
+        tau = table.transmittance(range=ranges, beta_star=beta)
+        assert tau[0] > 0.999
+        assert np.all(np.diff(tau) <= 5e-5), elevation  # the last digits of stored extinction
+
+
+def test_isothermal_air_without_particles_shows_its_black_body(air, sun):
+    clear = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("none"))
+    even = replace(clear, temperature=np.full_like(clear.temperature, 288.0), surface_temperature=288.0)
+    warm = BandAtmosphere.of(even, air.band)
+    dark = ChannelTables(warm, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1).table(NodeCounts(6, 4, 4, 4, 4))
+    assert np.asarray(dark.root.variables["thermal_ratio"].data) == pytest.approx(
+        1.0, abs=2e-3
+    )  # air scatters a little
+    read = dark.value("path_radiance_ratio", **{**WHERE, "range": [0.001, 100.0]}, **LIT)
+    black = dark.root.variables["thermal_reference"].data.sum()
+    tau = np.exp(-5.5 * np.array([0.001, 100.0]) / dark.value("beta_star", **{**WHERE, "range": [0.001, 100.0]}))
+    depth = dark._reader.paths([0.001, 100.0], 0.5, 5.0).depth
+    seen = -np.expm1(-depth) @ np.asarray(dark.root.variables["thermal_reference"].data) / (1 - tau)
+    assert read == pytest.approx(seen, rel=2e-3)
+    assert read[1] == pytest.approx(black, rel=0.02)
+
+
+def test_lines_on_both_sides_of_the_horizon_agree_up_to_the_ground(table):
+    dip = float(table._reader.rays.line(1.0, 1.0, np.ones(1))[0])
+    sides = np.array([dip - 1e-6, dip + 1e-6])
+    beta = table.value("beta_star", range=80.0, altitude=1.0, elevation=sides)
+    assert beta[0] == pytest.approx(beta[1], rel=0.03)
+
+
+def test_direct_light_begins_where_the_source_rises(table):
+    rise = np.asarray(table.root.variables["source_rise"].data)
+    up = rise[0] + np.array([-0.5, -0.02, 0.02, 0.5])
+    low = table.value("direct_radiance", range=0.001, altitude=0.002, elevation=0.0, source_elevation=up)
+    assert np.all(low[:2] == 0) and np.all(low[2:] > 0)
+    assert rise[0] == pytest.approx(-0.5, abs=0.15)  # refraction at the horizon
+
+
+def test_below_the_lowest_elevation_the_light_fades_to_what_the_air_emits(table):
+    dark = float(table.root.axes["source_elevation"].attributes["dark_below"])
+    for name in ("path_radiance_ratio", "ambient_radiance"):
+        more = {"source_azimuth": 40.0} if name == "path_radiance_ratio" else {}
+        read = table.value(name, **WHERE, **more, source_elevation=[-8.0, 0.5 * (dark - 8.0), dark, -90.0])
+        assert read[0] >= read[1] >= read[2] == read[3] > 0
+        assert read[1] - read[2] == pytest.approx(0.5 * (read[0] - read[2]), rel=1e-3, abs=1e-8)
+
+
+def test_scattering_angle_stands_for_azimuth(table):
+    from skyshine.mat.radiometry.scattering_angle import scattering_angle
+
+    angle = scattering_angle(WHERE["elevation"], LIT["source_elevation"], LIT["source_azimuth"])
+    by_azimuth = table.value("path_radiance_ratio", **WHERE, **LIT)
+    by_angle = table.value("path_radiance_ratio", **WHERE, source_elevation=30.0, scattering_angle=angle)
+    assert by_azimuth == pytest.approx(by_angle)
+
+
+def test_a_frame_is_read_as_the_whole(table):
+    part = table.part(altitude=0.5, source_elevation=30.0, elevation=(0.0, 10.0))
+    assert part.value("path_radiance_ratio", range=3.0, elevation=5.0, source_azimuth=40.0) == pytest.approx(
+        table.value("path_radiance_ratio", **WHERE, **LIT)
+    )
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"range": 101.0}, "range: found 101"),
+        ({"altitude": 6.0}, "altitude: found 6"),
+        ({"elevation": 91.0}, "elevation: found 91"),
+        ({"source_elevation": np.nan}, "not finite"),
+        ({"source_azimut": 1.0}, "source_azimuth"),
+    ],
+)
+def test_what_the_file_is_not_for_is_refused(table, changed, words):
+    with pytest.raises(InputError, match=words):
+        table.value("path_radiance_ratio", **({**WHERE, **LIT} | changed))
+
+
+def test_a_missing_axis_and_an_unknown_quantity_are_named(table):
+    with pytest.raises(InputError, match="source_azimuth"):
+        table.value("path_radiance_ratio", **WHERE, source_elevation=30.0)
+    with pytest.raises(InputError, match="beta_sta"):
+        table.value("beta_sta", **WHERE)
+
+
+def test_a_tolerance_that_takes_too_many_nodes_says_so(channels):
+    with pytest.raises(CheckFailed, match="cannot be held in channels"):
+        replace(channels, tolerance=1e-4).placed(100)
+
+
+def test_no_source_gives_no_scattered_light(air, sun):
+    dark = ChannelTables(air, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1).table(NodeCounts(5, 4, 4, 4, 4))
+    read = dark.value("path_radiance_ratio", **WHERE, source_elevation=[-8.0, 60.0], source_azimuth=0.0)
+    assert read[0] == read[1] > 0
+    assert np.all(dark.value("direct_radiance", **WHERE, source_elevation=[10.0, 60.0]) == 0)

@@ -205,7 +205,7 @@ class Tables:
     @property
     def has_harmonics(self) -> bool:
         """Whether the air holds ambient light of tilted faces."""
-        return AMBIENT_HARMONICS in self.air.root.variables
+        return AMBIENT_HARMONICS in self.air.quantities
 
     def _of_faces(self, views: Views, normal: Floats, source: Mapping[str, Floats]) -> Floats:
         """Ambient radiance (n,) of faces with normals (n, 3)."""
@@ -232,8 +232,7 @@ class Tables:
         """Change of the ambient light read for faces with normals (n, 3), (n, 1), over that of level faces."""
         if not self.has_harmonics:
             return np.ones((len(normal), 1))
-        count = self.air.root.variables[AMBIENT_HARMONICS].data.shape[-1]
-        return level_share(normal[:, 2:], count)
+        return level_share(normal[:, 2:], self.air.nodes_of("harmonic").size)
 
     def weighted_reflectance(self, temperature: Floats) -> tuple[Floats, Floats]:
         """Reflectance weighted by Planck radiance at the temperatures (n, M), and by sunlight (M,)."""

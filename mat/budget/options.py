@@ -30,6 +30,8 @@ from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.build_record import cost_of
+from skyshine.mat.tables.channel_table import ChannelTable
+from skyshine.mat.tables.channels import NODES
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 
@@ -291,7 +293,15 @@ def options_of_frames(
 
 
 def _cost(table: AtmosphereTable, where: Mapping[str, float | tuple[float, float]]) -> Cost:
-    """Of one frame's part of a table: bytes of its values as float32, values read to make it, and for each pixel."""
+    """Of one frame's part of a table: bytes of its values as float32, values read to make it, and for each pixel.
+
+    A table in channels is taken whole, each pixel reads its fields once.
+    """
+    if isinstance(table, ChannelTable):
+        fields = [variable for variable in table.root.variables.values() if set(NODES) <= set(variable.dims)]
+        count = sum(variable.data.size // np.prod(variable.data.shape[-len(NODES) :], dtype=int) for variable in fields)
+        values = sum(variable.data.size for variable in table.root.variables.values() if variable.kind == "f")
+        return Cost(4 * values, None, values, 2 ** len(NODES) * int(count))
     part = table.part(out_of_range="clamp", **where).root
     sizes = {name: part.variables[name].data.size for name in _STARRED}
     read = sum(size * _corners(table.root, name) // _corners(part, name) for name, size in sizes.items())

@@ -25,7 +25,7 @@ def command(file: str, name: str, where: tuple[str, ...], clamp: bool, as_json: 
     table = skyshine.mat.open(file)
     place = dict(_pair(text) for text in where)
     value = float(table.value(name, out_of_range="clamp" if clamp else None, **place))
-    units, error = table.root.variables[name].units, table.error(name)
+    units, error = table.units(name), table.error(name)
     if as_json:
         stated = {measure: quantity(amount, _units(measure, units)) for measure, amount in error.items()}
         emit_json({"quantity": name, **quantity(value, units), "at": place, "stated_error": stated})

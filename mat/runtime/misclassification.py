@@ -166,12 +166,8 @@ def _ambient(surface: TemperatureTable, air: AtmosphereTable, band: BandTable, t
             f" {response[0]:g}-{response[-1]:g} um",
             file=air.path,
         )
-    axes = air.root.axes
-    place = {
-        "range": axes["range"].values[0],
-        "altitude": axes["altitude"].values[0],
-        "elevation": axes["elevation"].values[-1],
-    }
+    place = {"range": air.nodes_of("range")[0], "altitude": air.nodes_of("altitude")[0]}
+    place["elevation"] = air.nodes_of("elevation")[-1]
     elevation = sun_elevation(surface, times)
     ambient: Floats = air.value("ambient_radiance", **place, source_elevation=elevation, out_of_range="clamp")
     return ambient

@@ -21,8 +21,9 @@ from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers
 
 # Nodes [degree]; the job's own elevations bound the first.
-SOURCE_ELEVATIONS = (-18, -14, -10, -8, -6, -4, -3, -2, -1, 0, 1, 2, 3.5, 5, 7.5, 10, 15, 20, 30, 40, 50, 60, 75, 90)
-SCATTERING_ANGLES = (0, 1, 2, 3, 5, 7, 10, 15, 20, 30, 40, 60, 80, 100, 120, 140, 160, 180)
+_TWILIGHT, _RISE = (-18, -14, -10, -8, -6, -4.5), (-3, -2, -1.3, -0.6, 0, 0.6, 1.2, 2, 3)
+SOURCE_ELEVATIONS = (*_TWILIGHT, *_RISE, 4, 5.5, 7.5, 10, 15, 20, 30, 40, 50, 60, 75, 90)
+SCATTERING_ANGLES = (0, 0.5, 1, 1.5, 2, 3, 4, 5.5, 7.5, 10, 15, 20, 30, 40, 60, 80, 100, 120, 140, 160, 180)
 # For diffuse light on surfaces, which changes more slowly.
 SKY_ELEVATIONS = (-18, -12, -8, -5, -2, 0, 3, 7, 14, 25, 40, 60, 90)
 MOST_PARTS = 24

@@ -39,7 +39,9 @@ _SAMPLE_LINES = 150  # on which absorbers are fitted
 _SOURCE_LINES, _SOURCE_RANGES = 60, 7  # on which directions of the source are chosen; ranges of each
 _SKY_LINES = 12  # of the lines on which nodes are placed, with sky light, which hardly depends on them
 _THROUGH = 100  # of the sample's transmittances, with which light on surfaces is parted
-_SHARE = 0.1  # of the tolerance, which each of the two choices may miss, root mean square
+# Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
+# horizon errs by ten times as much as all lines do on average.
+_SHARE, _SOURCE_SHARE = 0.1, 0.04
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +105,7 @@ class ChannelTables:
             self._light,
             nodes,
             (altitude, elevation, ranges[:, ::step]),
-            _SHARE * self.tolerance / self.scale.factor,
+            _SOURCE_SHARE * self.tolerance / self.scale.factor,
         )
 
     @cached_property

@@ -38,6 +38,7 @@ _UNKNOWN = (
     "their number is not known before the build has computed the {0}, so the size and time above do not include them:"
     " at most {1:,} nodes of 4 bytes in a table; a build that needs more stops and names the axis that needs the most"
 )
+_IN_CHANNELS = "tables in channels: the size and time above are those of 0.5 K"
 
 
 def _table(grid: str) -> str:
@@ -102,8 +103,9 @@ def _print(result: JobCheck) -> None:
     click.echo(f"processor time, estimated within a factor of two: {sum(result.seconds.values()):.0f} s ({stages})")
     for name in ("atmosphere_grid", "surface_grid"):
         grid = getattr(loaded.trimmed, name)
+        in_channels = name == "atmosphere_grid" and loaded.trimmed.atmosphere_grid.in_channels
         if grid.tolerance:
             click.echo(
                 f"{name}: nodes are placed until {_tolerance_text(grid.tolerance)} holds;"
-                f" {_UNKNOWN.format(_table(name), grid.most_nodes)}"
+                f" {_IN_CHANNELS if in_channels else _UNKNOWN.format(_table(name), grid.most_nodes)}"
             )

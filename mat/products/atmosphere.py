@@ -28,7 +28,6 @@ from skyshine.mat.quantities.ambient_harmonics import AmbientHarmonics, ambient_
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
-from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
@@ -224,15 +223,7 @@ class _SourceTables:
     def _scale(self, text: str) -> tuple[Scale, float]:
         """In what a tolerance counts, and its number."""
         tolerance, unit = tolerance_parts(text)
-        response = self.response
-        if unit == "K" and response.upper < SHORTEST:
-            raise self.loaded.document.error(
-                ("atmosphere_grid", "tolerance"),
-                f"found '{text}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for bands"
-                f" that end before {SHORTEST:g} um, where a scene at 300 K does not glow; write 0.01 W m^-2 sr^-1,"
-                " say",
-            )
-        return (Scale.kelvin(response) if unit == "K" else Scale.radiance(response)), tolerance
+        return (Scale.kelvin(self.response) if unit == "K" else Scale.radiance(self.response)), tolerance
 
     def _thermal(self, tables: dict[str, Gridded], irradiance: npt.NDArray[np.float64], count: int) -> ThermalLight:
         """The tables without the source, on its lowest elevation alone."""

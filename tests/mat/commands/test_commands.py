@@ -41,7 +41,10 @@ def test_check_prints_what_is_built_and_when_the_sources_are_up(mat, small_job):
 
 @pytest.mark.parametrize(
     ("tolerance", "words"),
-    [("0.2 K", "until 0.2 K holds"), ("{direct_radiance: 1 K}", "until 1 K of direct_radiance holds")],
+    [
+        ("0.2 K\n  layout: classic", "until 0.2 K holds"),
+        ("{direct_radiance: 1 K}", "until 1 K of direct_radiance holds"),
+    ],
 )
 def test_check_says_why_it_does_not_know_how_many_nodes_a_tolerance_takes(mat, small_job, tmp_path, tolerance, words):
     job = tmp_path / "job.yaml"

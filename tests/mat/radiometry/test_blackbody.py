@@ -93,6 +93,15 @@ def test_brightness_temperature_is_monotone_and_keeps_shape():
     assert brightness_temperature(MWIR, np.zeros((0, 3))).shape == (0, 3)
 
 
+@pytest.mark.parametrize(("lower", "upper"), [(0.1, 0.2), (0.1, 100.0), (900.0, 1000.0)])
+def test_enormous_radiances_follow_the_law_of_rayleigh_and_jeans(lower, upper):
+    """Far above h c / (k wavelength) a band shines with 2 c k T times the integral of wavelength^-4."""
+    per_kelvin = 2 * constants.c * constants.k * 1e18 * (lower**-3 - upper**-3) / 3
+    temperature = np.geomspace(1e15, 1e240, 200)
+    response = SpectralResponse.rectangular(lower, upper)
+    assert brightness_temperature(response, temperature * per_kelvin) == pytest.approx(temperature, rel=1e-9)
+
+
 @pytest.mark.parametrize("radiance", [-1e-9, np.nan, np.inf])
 def test_impossible_radiances_are_refused(radiance):
     with pytest.raises(InputError, match="brightness temperature"):

@@ -16,13 +16,29 @@ def test_rayleigh_cross_section_of_bodhaine(micron):
         1 + 0.0027059889 / micron**2 - 85.968563 * micron**2
     )
     section, _ = optics.rayleigh_scattering(np.array([1e4 / micron]), 0.036)
-    assert section[0] == pytest.approx(fit * 1e-32, rel=1e-4)
+    assert section[0] == pytest.approx(fit * 1e-32, rel=1e-4, abs=0)
 
 
 def test_carbon_dioxide_alone_depolarises_as_measured():
     # King factor 1.15 (Bates 1984, Planet. Space Sci. 32, 785): depolarisation 0.0814.
     _, anisotropy = optics.rayleigh_scattering(np.array([1e4 / 0.55]), 1e9)
     assert 2 * anisotropy[0] / (1 + anisotropy[0]) == pytest.approx(0.0814, abs=1e-4)
+
+
+def test_the_gases_of_dry_air_make_up_the_whole():
+    """With the 360 ppmv of CO2 of Bodhaine et al."""
+    assert optics._KING_NITROGEN + optics._KING_OXYGEN + optics._ARGON_PERCENT + 0.036 == pytest.approx(100.0, abs=1e-9)
+
+
+def test_carbon_dioxide_refracts_more_than_air_as_measured():
+    """Refractivities at 0 degree C and 1 atm for sodium light: 4.498e-4 of CO2, 2.926e-4 of air (CRC Handbook)."""
+
+    def refraction(co2_percent):
+        section, anisotropy = optics.rayleigh_scattering(np.array([1e4 / 0.5893]), co2_percent)
+        depolarisation = 2 * anisotropy / (1 + anisotropy)
+        return np.sqrt(section * (6 - 7 * depolarisation) / (6 + 3 * depolarisation))[0]
+
+    assert refraction(100.0) / refraction(0.03) == pytest.approx(4.498 / 2.926, rel=3e-3)
 
 
 def test_rayleigh_optical_depth_of_the_air():
@@ -60,8 +76,8 @@ def test_extinction_is_the_sum_of_its_parts_and_emission_the_black_bodys(synthet
     points = synthetic_points(np.array([900.0, 905.0, 910.0]), {"H2O": [1e-28, 2e-28], "CO2": [3e-27, 0.0]})
     found = optics.spectral_optics(state, points)
     parts = sum(found.absorption.values()) + found.rayleigh + found.aerosol_extinction
-    assert found.extinction == pytest.approx(parts, rel=1e-12)
-    assert found.absorption["CO2"][0] == pytest.approx([3e-27 * 400e-6, 0.0])
+    assert found.extinction == pytest.approx(parts, rel=1e-12, abs=0)
+    assert found.absorption["CO2"][0] == pytest.approx([3e-27 * 400e-6, 0.0], abs=0)
     assert np.all(found.aerosol_scattering < found.aerosol_extinction)
     # Planck's law with the radiation constants of CODATA 2018.
     assert found.emission[0, 0] == pytest.approx(

@@ -116,6 +116,10 @@ def test_response_edges_belong_to_the_band():
         assert np.all(response.at_wavenumber(response.wavenumber_range) == 1.0)
 
 
+def test_a_band_from_8_to_12_and_a_half_um_reaches_from_800_to_1250_waves_in_a_centimetre():
+    assert SpectralResponse.rectangular(8.0, 12.5).wavenumber_range == pytest.approx((800.0, 1250.0), rel=1e-12)
+
+
 def test_response_is_scaled_to_its_peak():
     assert np.max(SpectralResponse([8.0, 9.0, 10.0], [0.0, 37.0, 5.0]).response) == 1.0
 

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import optics
@@ -97,3 +99,53 @@ def test_phase_wavelength_weights_add_up():
     nodes, share = optics._phase_wavelengths(np.linspace(2000.0, 3333.0, 40))
     assert share.sum(axis=0) == pytest.approx(np.ones(40))
     assert (1e4 / nodes) @ share == pytest.approx(1e4 / np.linspace(2000.0, 3333.0, 40))
+
+
+def test_an_even_phase_function_is_one():
+    np.testing.assert_allclose(optics.normalised(np.ones(optics.PHASE_ANGLES.size)), 1.0, rtol=1e-8)
+
+
+def test_light_that_a_phase_function_misses_stands_in_its_forward_peak():
+    phase = optics.normalised(np.full(optics.PHASE_ANGLES.size, 0.9))
+    np.testing.assert_allclose(phase[1:], 0.9, rtol=1e-12)
+    angle = np.linspace(0.0, np.pi, 36001)
+    mean = np.trapezoid(np.interp(angle, optics.PHASE_ANGLES, phase) * np.sin(angle), angle) / 2
+    assert mean == pytest.approx(1.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("asymmetry", [-0.3, 0.0, 0.8])
+def test_moments_of_the_phase_function_of_henyey_and_greenstein_are_powers(asymmetry):
+    cosine = np.cos(optics.PHASE_ANGLES)
+    phase = (1 - asymmetry**2) / (1 + asymmetry**2 - 2 * asymmetry * cosine) ** 1.5
+    np.testing.assert_allclose(optics.phase_moments(phase, 8), asymmetry ** np.arange(8.0), atol=2e-4)
+
+
+@pytest.fixture
+def clouds(synthetic_points):
+    """Water at 1 to 2 km and ice at 8 to 10 km, in air of 360 ppmv of CO2 without other particles."""
+    layers = [CloudLayer("water", 1e3, 2e3, 8.0, 5.0), CloudLayer("ice", 8e3, 10e3, 30.0, 1.0)]
+    state = AtmosphericState.from_profile(
+        "us_standard", clouds=layers, aerosol=Aerosol("none"), gas_amounts=GasAmounts(ppm={"CO2": 360})
+    )
+    points = synthetic_points(np.array([900.0, 905.0, 910.0]), {"CO2": np.zeros(2)})
+    return optics.spectral_optics(state, points)
+
+
+def test_the_mean_cosine_of_particles_is_that_of_their_phase_function(clouds):
+    filled = np.all(clouds.aerosol_scattering > 0, axis=1)
+    cosine = np.einsum("nc,cp->np", optics.phase_moments(clouds.phase, 2)[1], clouds.phase_share)
+    np.testing.assert_allclose(cosine[filled], clouds.asymmetry[filled], atol=2e-3)
+    assert np.all(clouds.asymmetry[~filled] == 0) and np.ptp(clouds.asymmetry[filled]) > 0.02
+
+
+def test_levels_without_particles_scatter_as_the_nearest_with_some(clouds):
+    filled = np.flatnonzero(np.all(clouds.aerosol_scattering > 0, axis=1))
+    assert np.array_equal(clouds.phase[:, 0], clouds.phase[:, filled[0]])
+    assert np.array_equal(clouds.phase[:, -1], clouds.phase[:, filled[-1]])
+    assert not np.allclose(clouds.phase[:, 0], clouds.phase[:, -1])
+
+
+def test_molecules_of_a_state_scatter_with_its_carbon_dioxide(clouds):
+    section, anisotropy = optics.rayleigh_scattering(clouds.wavenumber, 0.036)
+    np.testing.assert_allclose(clouds.rayleigh[0], section, rtol=1e-10)
+    np.testing.assert_allclose(clouds.rayleigh_anisotropy, anisotropy, rtol=1e-10)

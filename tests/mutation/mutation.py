@@ -162,12 +162,13 @@ def drawn_faults(folder: str, count: int, seed: int) -> list[tuple[Fault, str]]:
 
 
 def tests_of(module: str) -> list[str]:
-    """Test files of a module: of the mirrored folder, then those that import it or its folder."""
+    """Test files of a module: of the mirrored folder, those that name it first; then those that import it or its
+    folder.
+    """
     path = Path(module)
-    mirrored = CHECKOUT / "tests" / path.parent
-    files = sorted(mirrored.glob("test_*.py"))
-    files.sort(key=lambda file: path.stem not in file.stem)
     dotted = "skyshine." + ".".join(path.with_suffix("").parts)
+    files = sorted((CHECKOUT / "tests" / path.parent).glob("test_*.py"))
+    files.sort(key=lambda file: (path.stem not in file.stem, dotted not in file.read_text(encoding="utf-8")))
     for file in sorted((CHECKOUT / "tests").rglob("test_*.py")):
         if "validation" not in file.parts and "packaging" not in file.parts and file not in files:
             text = file.read_text(encoding="utf-8")

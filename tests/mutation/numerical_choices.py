@@ -18,14 +18,14 @@ NAMES = re.compile(
     _DIRECTIONS | _EDGE | _EDGE_SHARE | _EDGE_TOLERANCE | _FAINTEST_LIGHT | _FINE_PANEL_RATIO | _FIT_SHARE | _FLOOR |
     _GAS_SHARE | _GROWTH | _HOTTEST | _LARGE | _LARGEST_ALBEDO | _LARGEST_CHANGE | _LARGEST_FACTOR | _LARGEST_STEP |
     _LAST_PART | _LEAST_ELEVATION | _LEAST_SLOPE | _LEAST_TEMPERATURE | _LEVEL | _LEVEL_CUTS | _MAX_ADDED | _NEAR |
-    _PANEL_RATIO | _RATIO | _ROUNDING | _SEMI_INFINITE_DEPTHS | _SHORT_PATH | _SMALL | _SMALLEST_DEPTH |
-    _SMALLEST_SQUARE | _STEP | _STRAY | _STRUCTURE_TOP | _SURFACE_HEIGHTS | _TEMPERATURE_TOLERANCE | _THIN |
-    _UNDERFLOW | _UP_NODES | _WATER_TOLERANCE
+    _PANEL_RATIO | _PHASE_WAVELENGTH_RATIO | _RATIO | _ROUNDING | _SEMI_INFINITE_DEPTHS | _SHORT_PATH | _SMALL |
+    _SMALLEST_DEPTH | _SMALLEST_SQUARE | _STEP | _STRAY | _STRUCTURE_TOP | _SURFACE_HEIGHTS | _TEMPERATURE_TOLERANCE |
+    _THIN | _UNDERFLOW | _UP_NODES | _WATER_TOLERANCE
     """,
     re.VERBOSE,
 )
 KEYWORDS = frozenset(("atol", "rtol", "tol", "xtol", "ftol", "gtol"))
-GUARDS = frozenset(("clip", "max", "maximum", "min", "minimum"))
+GUARDS = frozenset(("ceil", "clip", "floor", "max", "maximum", "min", "minimum"))
 SMALL, LARGE = 1e-2, 1e5  # constants that guards use; between them, limits are of physics
 
 

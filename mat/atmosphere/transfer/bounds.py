@@ -166,15 +166,29 @@ def _of_particle(
     if not np.isfinite(brightest).all():
         return np.inf
     longest = np.maximum(_longest(air, extinction), upright)
-    divisor = np.where(upright > 0, upright, 1.0)
-    mean = np.minimum(upright * (1 + np.log(np.maximum(longest / divisor, 1.0))), 1.0)
-    rescattered = _times(brightest * mean - irradiance * np.expm1(-longest) / (4 * np.pi), scattering.gain)
+    rescattered = _times(
+        brightest * mean_absorptance(upright, longest) - irradiance * np.expm1(-longest) / (4 * np.pi), scattering.gain
+    )
     along = np.max(-np.expm1(-lines @ extinction) @ (weight * brightest), initial=0.0) if len(lines) else 0.0
     sky = np.minimum(2 * upright, 1.0) * brightest @ weight
     rays = air.source_rays.air
     transmittance = np.exp(-np.maximum(rays @ (optics.extinction - extinction), 0.0))
     direct = np.max((-np.expm1(-rays @ extinction) * transmittance) @ (weight * irradiance)) / np.pi
     return float(max(along + rescattered @ weight, sky + rescattered @ weight, direct))
+
+
+def mean_absorptance(upright: Floats, longest: Floats) -> Floats:
+    """Bound (P,) of the absorptance of a thin layer in the mean over the directions of a hemisphere.
+
+    Parameters
+    ----------
+    upright, longest : (P,) array
+        Optical depth of the layer along the vertical, and along the longest line through it, which is at least as large
+        and ends the growth with the secant.
+    """
+    divisor = np.where(upright > 0, upright, 1.0)
+    mean: Floats = np.minimum(upright * (1 + np.log(np.maximum(longest / divisor, 1.0))), 1.0)
+    return mean
 
 
 def _longest(air: SpectralAir, section: Floats) -> Floats:

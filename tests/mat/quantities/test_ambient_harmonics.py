@@ -13,6 +13,7 @@ from skyshine.mat.quantities.ambient_harmonics import (
     GROUND_TEMPERATURES,
     HarmonicSky,
     ambient_harmonics,
+    ground_emission,
 )
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.facet_light import Faces, Walls, facet_irradiance, light_among_walls
@@ -144,6 +145,18 @@ def test_the_level_face_of_a_table_is_that_of_the_level_quantity(lit):
         warm = tables.ground[..., :, None, 1, :]
         found = ambient_of_faces(level, tables.radiance, warm, np.float64(3.0), UP)
         np.testing.assert_allclose(found, level, rtol=1e-12, atol=1e-12 * level.max())
+
+
+def test_a_table_at_range_0_holds_the_light_around_its_altitude(lit):
+    """No path lies before the surface: the harmonics there are those of the field at that altitude over the band."""
+    atmosphere, irradiance = lit
+    tables = ambient_harmonics(atmosphere, PathGrid([0.0], [3.0], [10.0], [20.0], [0.0]), irradiance, 6)
+    height, source = np.array([3000.0]), np.radians([20.0])
+    radiance, ground = HarmonicSky.of(atmosphere.air, height, source, irradiance, 6).at(height)
+    emission = ground_emission(atmosphere.band) * atmosphere.band.radiance_weight
+    expected = np.einsum("p,sph->sh", atmosphere.band.radiance_weight, radiance[0])
+    np.testing.assert_allclose(tables.radiance[0, 0, 0], expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(tables.ground[0, 0, 0], emission @ ground[0], rtol=1e-6)
 
 
 def test_the_path_weighs_the_emission_of_the_ground(synthetic_points):

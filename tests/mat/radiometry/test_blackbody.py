@@ -93,6 +93,15 @@ def test_brightness_temperature_is_monotone_and_keeps_shape():
     assert brightness_temperature(MWIR, np.zeros((0, 3))).shape == (0, 3)
 
 
+@pytest.mark.parametrize(("lower", "upper"), [(0.1, 0.2), (0.1, 100.0), (900.0, 1000.0)])
+def test_enormous_radiances_follow_the_law_of_rayleigh_and_jeans(lower, upper):
+    """Far above h c / (k wavelength) a band shines with 2 c k T times the integral of wavelength^-4."""
+    per_kelvin = 2 * constants.c * constants.k * 1e18 * (lower**-3 - upper**-3) / 3
+    temperature = np.geomspace(1e15, 1e240, 200)
+    response = SpectralResponse.rectangular(lower, upper)
+    assert brightness_temperature(response, temperature * per_kelvin) == pytest.approx(temperature, rel=1e-9)
+
+
 @pytest.mark.parametrize("radiance", [-1e-9, np.nan, np.inf])
 def test_impossible_radiances_are_refused(radiance):
     with pytest.raises(InputError, match="brightness temperature"):
@@ -105,6 +114,10 @@ def test_response_edges_belong_to_the_band():
         assert np.all(response.at_wavenumber(1e4 / np.array([lower, upper])) == 1.0)
         assert np.all(response.at_wavenumber(1e4 / np.array([lower - 1e-6, upper + 1e-6])) == 0.0)
         assert np.all(response.at_wavenumber(response.wavenumber_range) == 1.0)
+
+
+def test_a_band_from_8_to_12_and_a_half_um_reaches_from_800_to_1250_waves_in_a_centimetre():
+    assert SpectralResponse.rectangular(8.0, 12.5).wavenumber_range == pytest.approx((800.0, 1250.0), rel=1e-12)
 
 
 def test_response_is_scaled_to_its_peak():

@@ -7,7 +7,13 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine.mat.cli import main
-from skyshine.mat.radiometry.lobe import lobe_integral, normalisation, shininess, specular_lobe
+from skyshine.mat.radiometry.lobe import (
+    lobe_integral,
+    normalisation,
+    normalisation_to_grazing,
+    shininess,
+    specular_lobe,
+)
 from skyshine.schemas.errors import InputError
 
 # Width, shininess, N_s, least and greatest deviation of the six source angles in percent.
@@ -110,3 +116,10 @@ def test_impossible_widths_are_refused(width):
 def test_impossible_source_angles_are_refused(angle):
     with pytest.raises(InputError, match="below 90 degree"):
         normalisation(30.0, [angle])
+
+
+def test_the_normalisation_of_grazing_light_is_0():
+    """As its limit: no light falls on the surface."""
+    by_angle = normalisation_to_grazing(30.0, [0.0, 60.0, 89.999, 90.0])
+    np.testing.assert_allclose(by_angle[:2], normalisation(30.0, [0.0, 60.0]), rtol=1e-12)
+    assert by_angle[3] == 0.0 and 0.0 < by_angle[2] < 1e-2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
-from skyshine.mat.radiometry.response_table import parse_response
+from skyshine.mat.radiometry.response_table import UNITS, parse_response
 from skyshine.schemas.errors import InputError
 
 TABLE = """\
@@ -30,6 +30,32 @@ def test_order_and_unit_do_not_matter():
     text = "response,wavelength[nm]\n" + "\n".join(f"{v},{1e3 * float(w)}" for w, v in reversed(rows))
     ours, own = parse_response(text, "r.csv"), parse_response(TABLE, "r.csv")
     assert ours.wavelength == pytest.approx(own.wavelength) and ours.response == pytest.approx(own.response)
+
+
+# 8, 10 and 12.5 um: 1250, 1000 and 800 waves in a centimetre.
+ROWS = {
+    "um": ("8", "10", "12.5"),
+    "nm": ("8000", "10000", "12500"),
+    "m": ("8e-6", "10e-6", "12.5e-6"),
+    **dict.fromkeys(("cm-1", "cm^-1", "1/cm"), ("1250", "1000", "800")),
+    "m-1": ("125000", "100000", "80000"),
+}
+
+
+@pytest.mark.parametrize(("kind", "unit"), [(kind, unit) for kind, units in UNITS.items() for unit in units])
+def test_each_unit_is_converted(kind, unit):
+    rows = [f"{row},{value}" for row, value in zip(ROWS[unit], [0.2, 1.0, 0.4], strict=True)]
+    response = parse_response("\n".join([f"{kind}[{unit}],response", *rows]), "r.csv")
+    assert (response.lower, response.upper) == pytest.approx((8.0, 12.5), rel=1e-12)
+    assert response.at_wavelength([8.0, 10.0, 12.5]) == pytest.approx([0.2, 1.0, 0.4], rel=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_wavenumber_table_gets_a_node_for_each_hundredth(order):
+    """1.01^22 < 1.25 < 1.01^23: 23 parts each of 800 to 1000 and 1000 to 1250 cm^-1, whichever comes first."""
+    rows = ["800,0", "1000,1", "1250,0"][::order]
+    response = parse_response("wavenumber[cm-1],response\n" + "\n".join(rows), "r.csv")
+    assert response.wavelength.size == 2 * 23 + 1
 
 
 def test_a_wavenumber_table_is_linear_in_wavenumber():

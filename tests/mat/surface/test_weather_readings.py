@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.weather_readings import AIR_COLUMNS, read_record
+from skyshine.mat.surface.weather_readings import RECORD_COLUMNS, read_record
 from skyshine.schemas.errors import InputError
 
 HEADER = "time,sw_down,lw_down,air_temperature[C],relative_humidity,wind_speed,pressure[hPa]"
@@ -34,19 +34,23 @@ def test_units_and_zones(tmp_path):
     assert record.values["sw_down"][0] == 0.0 and record.values["relative_humidity"][1] == 100.0
 
 
+# A cell in each unit, and its value in SI units.
+CELLS = {
+    "sw_down": {"W/m2": ("800", 800.0)},
+    "lw_down": {"W/m2": ("300", 300.0)},
+    "air_temperature": {"K": ("300", 300.0), "C": ("25", 298.15), "F": ("32", 273.15)},
+    "relative_humidity": {"%": ("40", 40.0), "percent": ("40", 40.0), "1": ("0.5", 50.0)},
+    "wind_speed": {"m/s": ("5", 5.0), "km/h": ("18", 5.0), "kt": ("1", 0.514444)},
+    "pressure": {"Pa": ("101325", 101325.0), "hPa": ("1013.25", 101325.0), "kPa": ("101.325", 101325.0)},
+}
+
+
 @pytest.mark.parametrize(
-    ("name", "cell", "unit", "value"),
-    [
-        ("pressure", "101.325", "kPa", 101325.0),
-        ("pressure", "1013.25", "hPa", 101325.0),
-        ("air_temperature", "32", "F", 273.15),
-        ("wind_speed", "18", "km/h", 5.0),
-        ("wind_speed", "1", "kt", 0.514444),
-        ("relative_humidity", "0.5", "1", 50.0),
-    ],
+    ("name", "unit"), [(name, unit) for name, column in RECORD_COLUMNS.items() for unit in column.units]
 )
-def test_each_unit_is_converted(name, cell, unit, value):
-    assert AIR_COLUMNS[name].to_si(cell, unit) == pytest.approx(value, rel=1e-6)
+def test_each_unit_is_converted(name, unit):
+    cell, value = CELLS[name][unit]
+    assert RECORD_COLUMNS[name].to_si(cell, unit) == pytest.approx(value, rel=1e-6)
 
 
 def test_missing_hours_are_bridged(tmp_path):

@@ -163,6 +163,7 @@ VIOLATIONS: list[tuple[str, Callable, str]] = [
     ("atmq", axis("elevation", [-90.0, 0.0, 90.0], interpolation="cubic"), "is read by 'cubic'"),
     ("atmq", axis("elevation", [-90.0, 0.0, 90.0], out_of_range="wrap"), "has out_of_range 'wrap'"),
     ("atmq", axis("source_azimuth", [0.0, 90.0, 270.0]), "half the period"),
+    ("atmq", axis("source_azimuth", [-30.0, 90.0, 180.0]), "half the period"),
     ("atmq", put("accuracy/rms", 3.0), "accuracy/maximum: 1 of 1 values do not reach the rms"),
     ("atmq", put("accuracy/p95", -1.0), "accuracy/p95"),
     ("htt", put("temperature", 20.0, at=(0, 1)), "temperature: 1 of 4 values do not lie in 50 to 2000 K"),
@@ -212,6 +213,21 @@ def test_radiance_of_a_black_body_may_stay_within_rounding():
     root = FILES["band"]()
     put("blackbody_radiance", 5.0, at=(1,))(root)
     assert list(broken_laws("band", root)) == []
+
+
+def test_a_longer_path_may_hold_no_air():
+    """beta* at its cap of 1e12 km, rounded to single precision to either side, says that nothing absorbs."""
+    cap = np.float32(1e12)
+    for value in (cap, np.nextafter(cap, np.float32(0))):
+        root = atmosphere()
+        put("beta_star", value, at=(2, 1, 2))(root)
+        assert list(broken_laws("atmq", root)) == []
+
+
+def test_an_angle_and_its_mirror_image_may_have_nodes_anywhere_in_half_a_turn():
+    root = atmosphere()
+    axis("source_azimuth", [30.0, 90.0, 150.0])(root)
+    assert list(broken_laws("atmq", root)) == []
 
 
 def test_beyond_the_ground_transmittance_need_not_fall():

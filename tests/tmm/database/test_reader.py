@@ -67,6 +67,9 @@ def test_usage(built):
     assert set(usage) == {GREEN, GREY} and sum(usage.values()) == pytest.approx(1)
     total = library_usage([path, path])
     assert total == pytest.approx(usage)
+    with h5py.File(path) as file:
+        counts = {name: int(file["usage"].attrs[name]) for name in file["usage"].attrs if name.startswith("texels")}
+    assert counts == {"texels": 800, "texels_with_data": 800, "texels_with_material": 800}
 
 
 def test_same_input_same_bytes(built, job, two_halves, tmp_path, library):

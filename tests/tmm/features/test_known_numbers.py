@@ -1,11 +1,14 @@
 """Colour, shadow and texture features against numbers known elsewhere."""
 
 import numpy as np
+import pvlib
 import pytest
+from scipy.special import erf
 
+from skyshine.tmm.features import textured
 from skyshine.tmm.features.colour import ndvi, to_coordinates, to_linear
 from skyshine.tmm.features.shadow import luminance, shadow_limits
-from skyshine.tmm.features.textured import features, in_other_light, names
+from skyshine.tmm.features.textured import features, in_other_light, in_shadow, names
 from skyshine.tmm.mapping.ways import _quantities
 
 
@@ -121,3 +124,41 @@ def test_other_light_changes_exposure_more_than_tint():
     assert gains[:, 1].std() == pytest.approx(0.14, rel=0.05)
     assert (gains[:, 0] - gains[:, 1]).std() == pytest.approx(0.03, rel=0.05)
     assert (gains[:, 2] - gains[:, 1]).std() == pytest.approx(0.05, rel=0.05)
+
+
+def _shadow(seed: int, side: int = 40) -> tuple[np.ndarray, np.ndarray]:
+    """Light (h, w, 3) of a white window with shadows, and the mask of them."""
+    return in_shadow(np.full((side, side, 3), 255, np.uint8), "srgb", np.random.default_rng(seed))
+
+
+def test_shadows_leave_the_skylight_of_a_clear_day():
+    """Diffuse over global irradiance of SPCTRAL2 (Bird and Riordan 1986) under a Sun at 45 degree in air of turbidity
+    0.2, at the dominant wavelengths of the sRGB primaries; from shadow to shadow by a quarter.
+    """
+    air = {"surface_pressure": 101325.0, "relative_airmass": pvlib.atmosphere.get_relative_airmass(45.0)}
+    clear = pvlib.spectrum.spectrl2(
+        45.0, 45.0, 0.0, 0.2, **air, precipitable_water=1.5, ozone=0.31, aerosol_turbidity_500nm=0.2, dayofyear=100
+    )
+    diffuse, direct = np.ravel(clear["dhi"]), np.ravel(clear["poa_direct"])
+    expected = np.interp([612.0, 549.0, 464.0], clear["wavelength"], diffuse / (diffuse + direct))
+    darkest = np.log([_shadow(seed)[0].min(axis=(0, 1)) for seed in range(300)])
+    np.testing.assert_allclose(np.exp(darkest.mean(axis=0)), expected, rtol=0.1)
+    np.testing.assert_allclose(darkest.std(axis=0), 0.25, rtol=0.1)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_half_of_a_window_has_less_than_half_of_the_direct_light(seed):
+    light, shadow = _shadow(seed, 90)
+    direct = (light - light.min(axis=(0, 1))) / np.ptp(light, axis=(0, 1))
+    clear_cut = np.abs(direct[..., 0] - 0.5) > 1e-3
+    np.testing.assert_array_equal(shadow[clear_cut], direct[clear_cut, 0] < 0.5)
+    assert shadow.mean() == pytest.approx(0.5, abs=1e-3)
+
+
+def test_penumbras_cover_a_sixteenth_of_a_window(monkeypatch):
+    """Light fades from 88 to 12 % over 0.15 standard deviations of normal noise, about its median."""
+    monkeypatch.setattr(textured, "BLOB", 0.5)
+    light, _ = _shadow(0, 400)
+    direct = (light[..., 0] - light[..., 0].min()) / np.ptp(light[..., 0])
+    edge = 1 / (1 + np.exp(2))
+    assert np.mean((direct > edge) & (direct < 1 - edge)) == pytest.approx(erf(0.075 / np.sqrt(2)), rel=0.06)

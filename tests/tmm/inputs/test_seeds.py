@@ -85,6 +85,20 @@ def test_grey_labels(job, two_halves, write_image, tmp_path, library):
     assert len(_texels(mapped, tmp_path, library, GREY)) == 200
 
 
+def test_each_block_of_a_label_image_and_each_polygon_is_a_region(job, write_image, tmp_path, library):
+    """Blocks of 32 texels: 3 rows by 4 columns of them cover 70 x 100 texels; a polygon has a corner for itself."""
+    rows, columns = np.indices((70, 100))
+    image = write_image("large.png", np.zeros((70, 100, 3), np.uint8))
+    values = np.where((rows + columns) % 2, 7, 9)[..., np.newaxis].astype(np.uint8)
+    values[:8, :8] = 0
+    seeds = _labels(write_image("labels.png", values), {7: GREEN, 9: GREY})
+    seeds |= {"polygons": {GREEN: [[[0, 0], [8, 0], [8, 8], [0, 8]]]}}
+    *_, read = load_texture(job(image, seeds=seeds), tmp_path, library)
+    block = np.where((read.rows < 8) & (read.columns < 8), -1, read.rows // 32 * 4 + read.columns // 32)
+    assert len(np.unique(read.region)) == 13
+    assert len(np.unique(np.stack([block, read.region]), axis=1).T) == 13
+
+
 def test_labels_of_another_size(job, two_halves, write_image, tmp_path, library):
     image = write_image("labels.png", np.zeros((20, 41, 3), np.uint8))
     with pytest.raises(InputError, match="label image is 41 x 20; allowed: the texture's 40 x 20"):

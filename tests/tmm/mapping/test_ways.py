@@ -6,6 +6,7 @@ from skimage.color import lab2rgb
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.mapping import ways
 
 GREEN, GREY, WATER, SOIL = "grass_green", "asphalt_road", "water_fresh", "soil_sand"
 
@@ -121,6 +122,17 @@ def test_clusters_are_numbered_from_the_darkest(make, write_image, library):
     result = make(image, clusters={"count": 3, "names": {1: WATER, 3: SOIL}}, classifier={"radius": 0})
     found = np.where(values[..., 0] < 50, library[WATER].code, np.where(values[..., 0] > 150, library[SOIL].code, 0))
     np.testing.assert_array_equal(result.code, found)
+
+
+def test_clusters_are_found_from_a_sample_of_bounded_size(make, write_image, monkeypatch):
+    """Each of 60 x 200 texels is drawn with a chance of 1 in 12: 1,000, with a standard deviation of 30."""
+    sizes = []
+    fitted = ways.fit
+    monkeypatch.setattr(ways, "CLUSTER_SAMPLE", 1000)
+    monkeypatch.setattr(ways, "fit", lambda colours, *others: sizes.append(len(colours)) or fitted(colours, *others))
+    values = np.random.default_rng(4).integers(0, 255, (60, 200, 3), dtype=np.uint8)
+    make(write_image("wide.png", values), clusters={"count": 2, "names": {1: WATER}})
+    assert sizes == [pytest.approx(1000, abs=120)]
 
 
 def test_more_clusters_than_colours(make, write_image, library):

@@ -6,7 +6,7 @@ import pytest
 from skyshine.mat.atmosphere.state.gas_amounts import DOBSON_UNIT, GasAmounts
 from skyshine.mat.atmosphere.state.humidity import mole_fraction
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES, load_profile
-from skyshine.mat.atmosphere.state.sounding import read_sounding
+from skyshine.mat.atmosphere.state.sounding import UNITS, read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.errors import InputError
@@ -88,6 +88,54 @@ def test_units(head):
     assert ours.altitude == pytest.approx(own.altitude) and ours.pressure == pytest.approx(own.pressure, rel=1e-6)
     assert ours.temperature == pytest.approx(own.temperature, abs=1e-6)
     assert ours.mole_fraction["H2O"] == pytest.approx(own.mole_fraction["H2O"], rel=1e-5)
+
+
+# The same amount in every unit: a kilometre, an atmosphere, one in a thousand.
+_ONE_ATMOSPHERE = {"Pa": 101325.0, "hPa": 1013.25, "mbar": 1013.25, "mb": 1013.25, "kPa": 101.325, "bar": 1.01325}
+_ONE_ATMOSPHERE |= {"atm": 1.0, "mmHg": 760.0, "Torr": 760.0, "inHg": 29.92126}
+_ONE_IN_A_THOUSAND = {"kg/kg": 1e-3, "g/kg": 1.0, "1": 1e-3}
+SAME_AMOUNT = {
+    "altitude": {"m": 1000.0, "km": 1.0, "ft": 3280.8399, "kft": 3.2808399},
+    "pressure": _ONE_ATMOSPHERE,
+    "relative_humidity": {"1": 1e-3, "%": 0.1, "percent": 0.1},
+    "mixing_ratio": _ONE_IN_A_THOUSAND,
+    "specific_humidity": _ONE_IN_A_THOUSAND,
+    "vapour_pressure": _ONE_ATMOSPHERE,
+    "absolute_humidity": {"kg/m3": 1e-3, "g/m3": 1.0},
+    "h2o": {"1": 1e-3, "ppmv": 1e3, "ppm": 1e3, "ppbv": 1e6, "ppb": 1e6, "pptv": 1e9, "ppt": 1e9},
+}
+# A dry level of NIGHT in the first unit of each measure of humidity.
+DRY = {"relative_humidity": 0.3, "dew_point": 245.0, "mixing_ratio": 5e-4, "specific_humidity": 5e-4}
+DRY |= {"vapour_pressure": 60.0, "absolute_humidity": 5e-4, "h2o": 6e-4}
+
+
+def _in_unit(name, unit, value):
+    """An amount [SI] in a unit: by the freezing and the boiling point of water for temperatures."""
+    if name in ("temperature", "dew_point"):
+        freezing, boiling = {"K": (273.15, 373.15), "F": (32.0, 212.0)}.get(unit, (0.0, 100.0))
+        return freezing + (boiling - freezing) * (value - 273.15) / 100
+    same = SAME_AMOUNT[name]
+    return value * same[unit] / next(iter(same.values()))
+
+
+@pytest.mark.parametrize(("name", "unit"), [(name, unit) for name, units in UNITS.items() for unit in units])
+def test_each_unit_is_converted(name, unit):
+    humidity = name if name in DRY else "relative_humidity"
+    columns = {"altitude": "m", "pressure": "Pa", "temperature": "K"}
+    columns[humidity] = "K" if humidity == "dew_point" else next(iter(SAME_AMOUNT[humidity]))
+
+    def written(units):
+        rows = [",".join(f"{column}[{units[column]}]" for column in columns)]
+        for line in NIGHT.splitlines()[2:]:
+            z, p, t, _ = (float(x) for x in line.split(","))
+            values = zip(columns, (z, 100 * p, t + 273.15, DRY[humidity]), strict=True)
+            rows.append(",".join(f"{_in_unit(column, units[column], value):.12g}" for column, value in values))
+        return read("\n".join(rows))
+
+    ours, own = written(columns | {name: unit}), written(columns)
+    for part in ("altitude", "pressure", "temperature"):
+        np.testing.assert_allclose(getattr(ours, part), getattr(own, part), rtol=1e-6)
+    np.testing.assert_allclose(ours.mole_fraction["H2O"], own.mole_fraction["H2O"], rtol=2e-5)
 
 
 def test_an_inversion_thinner_than_the_regular_levels_is_kept():

@@ -11,10 +11,12 @@ from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
+from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import bounds, optics
-from skyshine.mat.atmosphere.transfer.bounds import Scattering, particle_bounds, table_lines
+from skyshine.mat.atmosphere.transfer.bounds import Scattering, mean_absorptance, particle_bounds, table_lines
+from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
@@ -115,6 +117,40 @@ def test_thin_layers_stay_below_their_bound(name, layer, band):
     largest = max(largest, np.abs(whole.transmittance - without.transmittance).max() * background)
     assert 0 < largest <= bounds[place]
     print(f"{name}, {band}: bound over largest {bounds[place] / largest:.2g}")
+
+
+def test_light_that_soot_takes_from_the_source_stays_below_its_bound():
+    """Particles that only absorb, over black ground, under a source that outshines the air: a beam from the zenith to
+    the ground loses 1 - exp(-t) of what the air leaves of it; one along the lower edge of the layer, which is 1 km
+    thick, crosses 226 km of it.
+    """
+    points = band_of("3.8 um")
+    state = made("no particles", surface_albedo=0.0, clouds=[CloudLayer("ice", 9e3, 10e3, 30.0, 1e-4)])
+    (ice,) = state.hydrometeors
+    soot = HenyeyGreensteinModel("soot", np.array([0.5, 20.0]), np.ones(2), np.ones(2), np.zeros(2))
+    air = BandAtmosphere.of(replace(state, hydrometeors=(replace(ice, model=soot),)), points).air
+    sun = 1e6 * solar_irradiance(points.wavenumber)
+    (bound,) = particle_bounds(air, Scattering.of(air), table_lines(air, GRID), sun, points.radiance_weight)
+    whole, of_soot = (
+        np.sum(vertical_column(air.shells, section), axis=0)
+        for section in (air.optics.extinction, air.optics.aerosol_extinction)
+    )
+    loss = -np.expm1(-of_soot) * np.exp(of_soot - whole) * sun @ points.radiance_weight / np.pi
+    assert loss <= bound <= 250.0 * loss
+
+
+@pytest.mark.parametrize(("upright", "longest"), [(1e-6, 1e-6), (1e-6, 1e-3), (1e-4, 0.05), (1e-3, 0.3), (0.0, 0.0)])
+def test_the_mean_absorptance_is_that_of_the_secant_up_to_the_longest_line(upright, longest):
+    """1 - exp(-t / mu) is at most t / mu, and the mean of the lesser of t / mu and the longest is t (1 + ln(l / t))."""
+    cosine, weight = np.polynomial.legendre.leggauss(20)
+    edge = upright / longest if longest else 1.0
+    # Gauss nodes in the logarithm of the cosine, where the secant ends, and above.
+    cosine = np.exp(0.5 * (cosine + 1) * np.log(edge))
+    weight = -0.5 * weight * np.log(edge) * cosine
+    depth = upright / cosine
+    bound = mean_absorptance(np.array([upright]), np.array([longest]))[0]
+    assert bound == pytest.approx(depth @ weight + edge * longest, rel=1e-9, abs=0)
+    assert bound >= -np.expm1(-depth) @ weight - edge * np.expm1(-longest)
 
 
 def test_layers_without_particles_change_nothing():

@@ -9,6 +9,8 @@ import numpy as np
 from skyshine.mat.quantities.channels.coordinates import HORIZON, LEVEL, ZENITH
 from skyshine.schemas.arrays import Floats
 
+_STEEP = 2.5  # power by which nodes crowd at the zenith
+
 
 @dataclass(frozen=True)
 class NodeCounts:
@@ -26,7 +28,7 @@ class NodeCounts:
     height: int = 24
     ground: int = 8
     limb: int = 14
-    upward: int = 8
+    upward: int = 10
 
     @property
     def size(self) -> int:
@@ -68,7 +70,8 @@ class ChannelNodes:
                 # Steep lines crowd at 0: their lengths, by which thermal light goes, differ while heights do not.
                 np.linspace(0.0, 1.0, counts.ground) ** 3,
                 np.linspace(HORIZON, LEVEL, counts.limb),
-                np.linspace(LEVEL, ZENITH, counts.upward)[1:],
+                # So do lines from 15 degree to the zenith, on the last twelfth.
+                ZENITH - (ZENITH - LEVEL) * np.linspace(1.0, 0.0, counts.upward)[1:] ** _STEEP,
             ]
         )
         return cls(part**2 * (3 - 2 * part), height, direction)

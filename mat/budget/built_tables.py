@@ -205,7 +205,7 @@ class Tables:
     @property
     def has_harmonics(self) -> bool:
         """Whether the air holds ambient light of tilted faces."""
-        return AMBIENT_HARMONICS in self.air.root.variables
+        return AMBIENT_HARMONICS in self.air.quantities
 
     def _of_faces(self, views: Views, normal: Floats, source: Mapping[str, Floats]) -> Floats:
         """Ambient radiance (n,) of faces with normals (n, 3)."""

@@ -232,7 +232,7 @@ class Tables:
         """Change of the ambient light read for faces with normals (n, 3), (n, 1), over that of level faces."""
         if not self.has_harmonics:
             return np.ones((len(normal), 1))
-        count = self.air.root.variables[AMBIENT_HARMONICS].data.shape[-1]
+        count = self.air.rules(AMBIENT_HARMONICS)[-1].nodes.size
         return level_share(normal[:, 2:], count)
 
     def weighted_reflectance(self, temperature: Floats) -> tuple[Floats, Floats]:

@@ -142,7 +142,7 @@ void open_database(struct database *database, const char *path, const char *file
 {
     char found[NAME] = "", version[NAME] = "";
     struct stat on_disk;
-    struct source from = {H5I_INVALID_HID, path, 0};
+    struct source from = {H5I_INVALID_HID, path, 0, 1};
     if (stat(path, &on_disk) == 0 && S_ISREG(on_disk.st_mode)) from.file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (from.file < 0) fail("%s: is not a readable HDF5 file", path);
     from.bytes = (double)PACKING * (double)on_disk.st_size + SMALL;
@@ -157,6 +157,7 @@ void open_database(struct database *database, const char *path, const char *file
     database->lunar = !strcmp(found, "lunar_atmq");
     const struct layout *layout = air ? ATMOSPHERE : !strcmp(filetype, "band") ? BAND : SURFACE;
     if (in_channels) {
+        from.own_axes = 0;
         read_channels(&from, database, clamped);
     } else {
         read_more(&from, database, layout, clamped);

@@ -209,7 +209,7 @@ static hobj_ref_t read_axis(const struct source *from, const char *quantity, str
     hsize_t length;
     hobj_ref_t reference;
     snprintf(own, sizeof own, "%s_%s", quantity, axis->name);
-    const char *stored = H5Lexists(from->file, own, H5P_DEFAULT) > 0 ? own : axis->name;
+    const char *stored = from->own_axes && H5Lexists(from->file, own, H5P_DEFAULT) > 0 ? own : axis->name;
     const int codes = !strcmp(RULES[rule_of(axis->name)].rule, "exact");
     hid_t array = open_array(from, stored);
     axis->count = read_shape(from, array, stored, 1, codes ? H5T_INTEGER : H5T_FLOAT, codes ? 4 : 8, &length);

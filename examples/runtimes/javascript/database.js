@@ -55,6 +55,7 @@ export class Database {
     this.stored = new Set(this.file.keys());
     this.filetype = filetype;
     const inChannels = filetypes.includes("atmq") && version.startsWith("3.");
+    this.ownAxes = !inChannels; // an array may have axes of its own, named after it: not in format 3
     const stated = inChannels ? this.stated() : null;
     const layouts = inChannels ? this.channelLayouts() : this.layouts(filetypes[0]);
     for (const [name, [axes, least, most]] of Object.entries(layouts)) this.arrays[name] = this.array(name, axes, least, most);
@@ -137,7 +138,7 @@ export class Database {
 
   // Name of the quantity's own axis where the file has one, else of the one that quantities share; and the axis.
   axis(quantity, name) {
-    const stored = this.stored.has(`${quantity}_${name}`) ? `${quantity}_${name}` : name;
+    const stored = this.ownAxes && this.stored.has(`${quantity}_${name}`) ? `${quantity}_${name}` : name;
     const codes = RULES[name]?.[0][0] === "exact";
     const dataset = codes ? this.dataset(stored, INTEGER, 4, 1) : this.dataset(stored, FLOAT, 8, 1);
     return [stored, new Axis(name, stored, dataset, this.clamped.includes(name.replace(/^sky_/, "")))];

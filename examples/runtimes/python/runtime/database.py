@@ -71,6 +71,7 @@ class Database:
             raise SceneError(f"{self.path}: holds {filetype[:40]!r} {version[:20]}; allowed: {allowed}")
         self.filetype = filetype
         in_channels = "atmq" in filetypes and version.startswith("3.")
+        self.own_axes = not in_channels  # an array may have axes of its own, named after it: not in format 3
         stated = self._stated(file) if in_channels else {}
         for name, (axes, least, most) in (
             channel_layouts(file) if in_channels else self._layouts(file, filetype)
@@ -156,7 +157,7 @@ class Database:
 
     def _axis(self, file: h5py.File, quantity: str, name: str) -> tuple[Axis, h5py.Dataset]:
         """The quantity's own axis where the file has one, else the one that quantities share."""
-        own = f"{quantity}_{name}" if f"{quantity}_{name}" in file else name
+        own = f"{quantity}_{name}" if self.own_axes and f"{quantity}_{name}" in file else name
         dataset = self._dataset(file, own, "i4" if RULES.get(name, ((), 0.0))[0] == ("exact",) else "f8", 1)
         policy = text(dataset, "out_of_range") if "out_of_range" in dataset.attrs else "error"
         if policy not in ("error", "clamp"):

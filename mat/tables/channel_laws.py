@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.radiometry.spherical_harmonics import HARMONICS, zonal
+from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.channels import LAYOUT, NODES
 from skyshine.mat.tables.limits import ROUNDING, Limits
 from skyshine.mat.tables.night import SOURCE_ELEVATION
@@ -41,6 +42,7 @@ _HARMONICS: dict[str, tuple[str, ...]] = {
     "scattered_harmonics": ("surface_height", "sky_source_elevation", "harmonic"),
     "ground_harmonics": ("surface_height", "zonal_harmonic"),
 }
+_LAST_NUMBER = 65535  # of channels and of parts
 _EMISSION = ("ground_temperature", "channel")
 
 
@@ -61,6 +63,7 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
             yield f"'{name}' is on the axes {', '.join(root.variables[name].dims)}; allowed: {', '.join(dims)}"
     for name in sorted({dim for dims in wanted.values() for dim in dims} - set(root.axes)):
         yield f"the axis '{name}' is missing; a file in channels must hold it"
+    yield from _axes(root, wanted)
     axis = root.axes.get(SOURCE_ELEVATION)
     if axis is not None and np.isnan(AxisRule.of(SOURCE_ELEVATION, axis).dark_below):
         yield f"the axis '{SOURCE_ELEVATION}' does not state dark_below; allowed: -90 to 0 degree"
@@ -76,6 +79,21 @@ def _wanted(root: Group) -> dict[str, tuple[str, ...]]:
     parts = {name: (f"{name}_part", *dims) for name, dims in light.items()}
     factors = {f"{name}_factor": ("channel", f"{name}_part") for name in light}
     return _ARRAYS | parts | factors | ({"ground_emission": _EMISSION} if harmonics else {})
+
+
+def _axes(root: Group, wanted: dict[str, tuple[str, ...]]) -> Iterator[str]:
+    """Numbers of parts and codes of harmonics; no axis of a file in channels repeats."""
+    for name in sorted({dim for dims in wanted.values() for dim in dims} & set(root.axes)):
+        rule = AxisRule.of(name, root.axes[name])
+        nodes = tuple(rule.nodes.tolist())
+        if rule.period:
+            yield f"{name}: found the period {rule.period:g}; allowed: none"
+        if name in ("harmonic", "zonal_harmonic"):
+            known = [codes if name == "harmonic" else zonal(len(codes)) for codes in (HARMONICS[:6], HARMONICS)]
+            if nodes not in known:
+                yield f"{name}: found codes that are not those of the format; allowed: {known[0]} or {known[1]}"
+        elif rule.interpolation == EXACT and not 1 <= nodes[0] <= nodes[-1] <= _LAST_NUMBER:
+            yield f"{name}: the numbers span {nodes[0]:g} to {nodes[-1]:g}; allowed: 1 to {_LAST_NUMBER}"
 
 
 def _attributes(attributes: dict[str, Any]) -> Iterator[str]:

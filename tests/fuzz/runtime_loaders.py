@@ -32,7 +32,7 @@ from good_databases import CHANNELS, scene
 if TYPE_CHECKING:
     from collections import Counter
 
-    from hostile_corpus import Case
+    from hostile_cases import Case
 
 RUNTIMES = Path(__file__).parents[2] / "examples" / "runtimes"
 TABLES = ("surface", "band", "atmosphere")

@@ -82,6 +82,19 @@ def test_the_end_of_twilight_must_be_stated(refused):
     assert "dark_below" in refused(lambda file: file["source_elevation"].attrs.pop("dark_below"))
 
 
+@pytest.mark.parametrize(
+    ("name", "edit"),
+    [
+        ("share", lambda file: file["share"].attrs.create("period", 1.0)),
+        ("channel", lambda file: file["channel"].write_direct(file["channel"][()] - 1)),
+        ("harmonic", lambda file: file["harmonic"].write_direct(file["harmonic"][()] + 1)),
+        ("zonal_harmonic", lambda file: file["zonal_harmonic"].write_direct(file["zonal_harmonic"][()] + 1)),
+    ],
+)
+def test_numbers_and_codes_are_those_of_the_format(refused, name, edit):
+    assert f"{name}: found" in refused(edit) or f"{name}: the numbers" in refused(edit)
+
+
 def test_weights_that_do_not_sum_to_1_are_refused_and_reported(refused, good, tmp_path):
     def heavier(file):
         file["channel_weight"][...] = file["channel_weight"][()] * 1.01

@@ -124,11 +124,7 @@ def test_a_twilight_that_no_node_holds_is_refused_in_one_line(runtime, lines, tm
     axes = dict(root.axes)
     for name in ("source_elevation", "sky_source_elevation"):
         nodes = np.array(axes[name].values, float)
-        nodes[0] = max(-1.0, -1.0)
-        axes[name] = replace(
-            axes[name],
-            values=np.where(np.arange(nodes.size) == 0, -1.0, np.maximum(nodes, -0.9 + 0.01 * np.arange(nodes.size))),
-        )
+        axes[name] = replace(axes[name], values=np.linspace(-1.0, nodes[-1], nodes.size))
     day = tmp_path / "day.atmq.h5"
     write_file(day, replace(root, axes=axes), Header("atmq", "3.0.0", "data", "job"))
     dusk = scene["pixels"][0] | {"source_elevation": -9.0}

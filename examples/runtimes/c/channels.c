@@ -126,10 +126,13 @@ static const struct axis *source_elevations(const struct database *database)
     return &array_of(database, "source_factor")->axes[1];
 }
 
-/* The elevation of the source, or the first node where it is below. */
+/* The elevation of the source, or the first node where it is below; one that the file is for. */
 static double lit(const struct database *database, double height)
 {
-    return isfinite(height) ? fmax(height, source_elevations(database)->nodes[0]) : height;
+    const struct axis *axis = source_elevations(database);
+    const double lowest = axis->nodes[0], highest = axis->nodes[axis->count - 1];
+    if (!isfinite(height) || (height > highest && !axis->clamps)) fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, highest);
+    return fmax(height, lowest);
 }
 
 /* Share of the light of the first node that the source gives below it; 1 above. */
@@ -183,9 +186,8 @@ static double light(const struct database *database, const char *name, const str
 
 static double direct(const struct database *database, const struct path *path, double source)
 {
-    const struct axis *axis = source_elevations(database);
-    const double highest = axis->nodes[axis->count - 1], height = path->line.end_height;
-    if (!isfinite(source) || (source > highest && !axis->clamps)) fail("%s: found %g; allowed: %g to %g", axis->name, source, axis->nodes[0], highest);
+    const double height = path->line.end_height;
+    lit(database, source);
     const double above = source - interpolated(database, "source_rise", &height);
     return above >= 0 ? fmax(light(database, "direct_light", path, (double[]){height, above}, NULL), 0.0) : 0.0;
 }

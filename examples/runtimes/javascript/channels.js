@@ -113,7 +113,7 @@ export class Channels {
   }
 
   direct(path, height) {
-    this.sourceElevation.locate(this.lit(height));
+    this.lit(height);
     const above = height - this.database.interpolated("source_rise", { target_height: path.line.end });
     if (!(above >= 0)) return 0;
     return Math.max(this.light("direct_light", path, { target_height: path.line.end, elevation_above_rise: above }), 0);
@@ -145,7 +145,9 @@ export class Channels {
 
   // The elevation of the source, or the first node where it is below.
   lit(height) {
-    return Number.isFinite(height) ? Math.max(height, this.sourceElevation.nodes[0]) : height;
+    const lit = Number.isFinite(height) ? Math.max(height, this.sourceElevation.nodes[0]) : height;
+    this.sourceElevation.locate(lit); // refuses what the file is not for
+    return lit;
   }
 
   // Share of the light of the first node that the source gives below it; 1 above.

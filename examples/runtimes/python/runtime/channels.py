@@ -140,7 +140,7 @@ class Channels:
         return (thermal + scattered) / absorptance if absorptance > 0 else 0.0
 
     def _direct(self, path: Path, height: float) -> float:
-        self.source_elevation.locate(self._lit(height))
+        self._lit(height)
         above = height - float(self.read("source_rise", {"target_height": path.end_height}, 0))
         if above < 0:
             return 0.0
@@ -172,7 +172,9 @@ class Channels:
 
     def _lit(self, height: float) -> float:
         """The elevation of the source, or the first node where it is below."""
-        return max(height, float(self.source_elevation.nodes[0])) if math.isfinite(height) else height
+        lit = max(height, float(self.source_elevation.nodes[0])) if math.isfinite(height) else height
+        self.source_elevation.locate(lit)  # refuses what the file is not for
+        return lit
 
     def _night(self, height: float) -> float:
         """Share of the light of the first node that the source gives below it; 1 above."""

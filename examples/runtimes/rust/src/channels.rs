@@ -183,7 +183,7 @@ impl Channels {
 
     fn path_radiance_ratio(&self, air: &Database, path: &Path, place: &Place) -> Result<f64> {
         let height = given(place, "source_elevation")?;
-        let lit = [("source_elevation", lit(air, height)), ("scattering_angle", given(place, "scattering_angle")?)];
+        let lit = [("source_elevation", lit(air, height)?), ("scattering_angle", given(place, "scattering_angle")?)];
         let (factor, ratio) = (air.parts("source_factor", &lit)?, air.parts("scattered_ratio", &path.line.place())?);
         let scattered = factor.iter().zip(&ratio).map(|(factor, ratio)| factor * ratio).sum::<f64>().max(0.0);
         let scattered = self.night(air, height)? * scattered * path.absorbed(air, "source_reference");
@@ -193,7 +193,7 @@ impl Channels {
     }
 
     fn direct(&self, air: &Database, path: &Path, height: f64) -> Result<f64> {
-        air.array("source_factor").axes[1].locate(lit(air, height))?;
+        lit(air, height)?;
         let target = ("target_height", path.line.end);
         let above = height - air.interpolated("source_rise", &[target])?;
         if above < 0.0 {
@@ -205,7 +205,7 @@ impl Channels {
     /// What the air emits, and what it scatters.
     fn sky(&self, air: &Database, kind: &str, path: &Path, place: &Place) -> Result<f64> {
         let height = given(place, "source_elevation")?;
-        let by_source = [place, &[("sky_source_elevation", lit(air, height))]].concat();
+        let by_source = [place, &[("sky_source_elevation", lit(air, height)?)]].concat();
         let scattered = path.light(air, &format!("scattered_{kind}"), &by_source, None)?;
         Ok(path.light(air, &format!("thermal_{kind}"), place, None)? + self.night(air, height)? * scattered)
     }
@@ -228,8 +228,10 @@ impl Channels {
 }
 
 /// The elevation of the source, or the first node where it is below.
-fn lit(air: &Database, height: f64) -> f64 {
-    if height.is_finite() { height.max(air.array("source_factor").axes[1].nodes[0]) } else { height }
+fn lit(air: &Database, height: f64) -> Result<f64> {
+    let axis = &air.array("source_factor").axes[1];
+    let lit = if height.is_finite() { height.max(axis.nodes[0]) } else { height };
+    axis.locate(lit).map(|_| lit) // refuses what the file is not for
 }
 
 /// What the ground emits in the channels.

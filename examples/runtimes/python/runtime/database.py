@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -229,8 +230,11 @@ class Database:
                 weight if up else 1.0 - weight for up, (_, _, weight) in zip(corner, located, strict=True)
             )
             if share:
-                at = tuple((lower, upper)[up] for up, (lower, upper, _) in zip(corner, located, strict=True))
-                total += share * values[(..., *at)].astype(float)
+                at: tuple[Any, ...] = (
+                    ...,
+                    *((lower, upper)[up] for up, (lower, upper, _) in zip(corner, located, strict=True)),
+                )
+                total += share * values[at].astype(float)
         return total
 
     def material(self, given: str | float) -> float:

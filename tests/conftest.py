@@ -67,6 +67,27 @@ surface_grid:
   slope_deg: [0, 45]
   time: [00:00, 06:00, 12:00, 18:00]
 """
+CHANNEL_JOB = """\
+skyshine: 1
+name: channels
+site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
+states:
+  - profile: midlatitude_summer
+    visibility_km: 23
+    weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
+bands:
+  - wavelength_um: [10.0, 10.2]
+sources: [sun]
+materials: [asphalt_road]
+atmosphere_grid:
+  tolerance: 5 K
+  layout: channels
+  range_km: [0, 20]
+  altitude_km: [0.01, 2]
+  source_elevation_deg: [-8, 60]
+surface_grid: {altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}
+output: {folder: built, pictures: false}
+"""
 
 
 @pytest.fixture(scope="session")
@@ -164,6 +185,20 @@ def built_once(job):
             inline(load_job(job), jobs=1)
             (job.parent / "whole").touch()
     return job.parent / "built"
+
+
+@pytest.fixture(scope="session")
+def channel_atmosphere(folder_of_the_run):
+    """Path of an atmosphere in channels, of a band of few lines, to which no other file is built."""
+    job = written_once(folder_of_the_run / "channels", CHANNEL_JOB)
+    loaded = load_job(job)
+    plan = make_plan(loaded, load_library())
+    task = next(task for task in plan.tasks if task.kind is Kind.ATMOSPHERE)
+    with FileLock(job.parent / "lock"):
+        if not (job.parent / "whole").exists():
+            run_task(task, loaded, job.parent, plan.materials, True)
+            (job.parent / "whole").touch()
+    return job.parent / task.files[0]
 
 
 @pytest.fixture(scope="session")

@@ -208,7 +208,7 @@ def _ambient(
     place: dict[str, Any],
 ) -> Floats:
     """L_ambient of the faces; of level ones where the file or the view says no more."""
-    if view.source_heading is None or AMBIENT_HARMONICS not in air.root.variables:
+    if view.source_heading is None or AMBIENT_HARMONICS not in air.quantities:
         return air.value("ambient_radiance", **place)
     ground: dict[str, Any] = {}
     if faces.ground_material is not None:

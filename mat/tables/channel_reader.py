@@ -144,7 +144,7 @@ class ChannelReader:
     def ground_harmonics(self, paths: ChannelPaths, kelvin: npt.ArrayLike, harmonic: npt.ArrayLike) -> Floats:
         """Coefficients of the ground's emission, per unit of what it emits."""
         height = self._surface_height(paths)
-        channels = np.arange(self._array("channel_weight").size) + 1
+        channels = np.asarray(self.root.axes["channel"].values)
         emission = self._read(
             "ground_emission", None, ground_temperature=np.asarray(kelvin, float)[..., None], channel=channels
         )

@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_CAP_KM
 from skyshine.mat.tables.axes import FOLDED, PERIODIC, AxisRule
+from skyshine.mat.tables.channel_laws import broken_channel_laws
+from skyshine.mat.tables.files import ATMQ_CHANNELS
 from skyshine.mat.tables.limits import LIMITS, ROUNDING
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Group
@@ -227,7 +229,12 @@ def _classifier(root: Group) -> Iterator[str]:
         yield from _where("network/scale", scale, ~(scale > 0), "lie above 0")
 
 
-_ATMOSPHERE: tuple[Law, ...] = (_transmittance("beta_star"), _mask)
+def _channels(root: Group) -> Iterator[str]:
+    if str(root.attributes.get("format_version", "")).split(".")[0] == str(ATMQ_CHANNELS.major):
+        yield from broken_channel_laws(root)
+
+
+_ATMOSPHERE: tuple[Law, ...] = (_transmittance("beta_star"), _mask, _channels)
 LAWS: dict[str, tuple[Law, ...]] = {
     "htt": (_diagnostics, _materials),
     "atmq": _ATMOSPHERE,

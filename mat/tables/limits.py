@@ -96,6 +96,16 @@ LIMITS: dict[str, Limits] = {
     "moon_distance": Limits("lie in 300,000 to 450,000 km", 3e5, 4.5e5),
     "moon_phase_angle": Limits("lie in 0 to 180 degree", 0.0, 180.0),
     "moon_illuminated_fraction": _SHARE,
+    "effective_radius": _POSITIVE,
+    "log_mean_extinction": Limits("lie in -200 to 200", -200.0, 200.0),
+    "channel_wavenumber": _POSITIVE,
+    "channel_weight": Limits("lie in 0 to 1", 0.0, 1.0 + ROUNDING),
+    "thermal_reference": _NOT_NEGATIVE,
+    "thermal_ratio": _NOT_NEGATIVE,
+    "source_reference": _NOT_NEGATIVE,
+    "scattered_ratio": _NOT_NEGATIVE,
+    "source_rise": _ELEVATION,
+    "ground_emission": _NOT_NEGATIVE,
 }
 
 

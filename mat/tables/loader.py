@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable, ThermalTable
+from skyshine.mat.tables.channel_laws import broken_channel_laws
 from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.files import ATMQ_CHANNELS, BAND, FORMATS, HTT, THERMAL_ATMQ, majors
 from skyshine.mat.tables.laws import broken_rules_of_axes
@@ -43,5 +44,7 @@ def open_table(path: StrPath) -> Table:
         raise InputError(f"{line}; build the file again", file=path)
     kinds = {HTT.name: TemperatureTable, BAND.name: BandTable, THERMAL_ATMQ.name: ThermalTable}
     channels = "atmq" in filetype and version.split(".")[0] == str(ATMQ_CHANNELS.major)
+    for line in broken_channel_laws(root) if channels else ():
+        raise InputError(f"{line}; build the file again", file=path)
     kind = ChannelTable if channels else kinds.get(filetype, AtmosphereTable)
     return kind(path, filetype, root, attributes)

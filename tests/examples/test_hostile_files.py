@@ -11,6 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 import good_databases
+import hostile_cases
 import hostile_corpus
 import runtime_loaders
 
@@ -35,9 +36,9 @@ def good(tmp_path_factory):
 
 
 def test_the_corpus_is_large_and_its_names_are_unlike():
-    judged = [case for case in CORPUS if case.verdict != hostile_corpus.UNJUDGED]
+    judged = [case for case in CORPUS if case.verdict != hostile_cases.UNJUDGED]
     assert len(judged) >= 120 and len({case.name for case in CORPUS}) == len(CORPUS)
-    assert {case.verdict for case in SAMPLE} >= {hostile_corpus.REFUSE, hostile_corpus.EQUAL}
+    assert {case.verdict for case in SAMPLE} >= {hostile_cases.REFUSE, hostile_cases.EQUAL}
 
 
 def test_the_files_that_it_is_made_from_have_nothing_wrong(good):

@@ -24,59 +24,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 import good_databases
 from runtime_loaders import by_library, missing_tools, prepared
 
-FILES = {"surface": "s01.htt.h5", "band": "b01.band.h5", "atmosphere": "s01b01.atmq.h5"}
-CAMERA = {"bits": 12, "gain": 60.0, "buffer_gain": 1.02, "offset": 0.05}
+FILES = {"band": "b01.band.h5"}
 PIXELS = 200
-DOWNLOADS = pytest.mark.validation
-LANGUAGES = ["python", "c", pytest.param("javascript", marks=DOWNLOADS), pytest.param("rust", marks=DOWNLOADS)]
-
-
-@pytest.fixture(scope="module", params=LANGUAGES)
-def runtime(request, tmp_path_factory):
-    """Run the runtime of a language on a scene: exit status, standard output, standard error."""
-    if missing := missing_tools(request.param):
-        pytest.skip(f"{', '.join(missing)} not installed")
-    folder = tmp_path_factory.mktemp(request.param)
-    command = prepared(request.param, folder)
-
-    def run(scene):
-        (folder / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
-        done = subprocess.run([*command, folder / "scene.json"], capture_output=True, text=True, timeout=120)
-        return done.returncode, done.stdout, done.stderr
-
-    return run
-
-
-@pytest.fixture(scope="module")
-def scene(small_build):
-    """Pixels all over the axes, round the periodic ones more than once, at nodes too, lit from behind too."""
-    draw = np.random.default_rng(7)
-    limits = {
-        "surface_altitude": (0, 1),
-        "surface_azimuth": (-400, 800),
-        "surface_slope": (0, 45),
-        "time": (-30, 60),
-        "range": (0.001, 20),
-        "centre_range": (0.001, 20),
-        "altitude": (0.01, 1),
-        "centre_elevation": (-90, 90),
-        "source_elevation": (-20, 60),
-        "source_azimuth": (-500, 500),
-    }
-    pixels = []
-    for number in range(PIXELS):
-        pixel = {name: float(draw.uniform(*limit)) for name, limit in limits.items()}
-        if number % 10 == 0:
-            pixel |= {
-                "time": 24.0,
-                "surface_azimuth": 360.0,
-                "altitude": 1.0,
-                "centre_elevation": 90.0,
-                "source_azimuth": 180.0,
-            }
-        pixel |= {name: draw.normal(size=3).tolist() for name in ("normal", "to_source", "to_observer")}
-        pixels.append(pixel | {"material": ["asphalt_road", "grass_green"][number % 2]})
-    return {name: str(small_build / file) for name, file in FILES.items()} | CAMERA | {"pixels": pixels}
 
 
 @pytest.fixture(scope="module")

@@ -30,6 +30,19 @@ def set_fixed_text(file: h5py.File, item: str, key: str, text: bytes, count: int
     set_attribute(file, item, key, value)
 
 
+def set_middle(file: h5py.File, name: str, value: float) -> None:
+    """Write one value of an array, in the midst of it."""
+    values = file[name][()]
+    values.flat[values.size // 2] = value
+    file[name][...] = values
+
+
+def more_attributes(file: h5py.File, name: str) -> None:
+    """Give the file and an array forty attributes that no format knows."""
+    for k in range(40):
+        file.attrs[f"note_{k}"] = file[name].attrs[f"note_{k}"] = np.arange(k + 1)
+
+
 def scales_of(file: h5py.File, name: str) -> list[str]:
     """Names of the dimension scales of an array, "" where an axis has none; of an array whose list is none, nothing."""
     if "DIMENSION_LIST" in file[name].attrs:

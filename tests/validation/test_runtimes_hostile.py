@@ -12,6 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 import good_databases
+import hostile_cases
 import hostile_corpus
 import hostile_random
 import runtime_loaders
@@ -50,7 +51,7 @@ def load(tmp_path_factory):
 def test_every_file_of_the_corpus_is_refused_or_read_alike(name, load, good, tmp_path):
     counts: Counter[tuple[str, str]] = Counter()
     wrong = runtime_loaders.wrong_answers(load(name), CORPUS, good, tmp_path, counts, textures=name == "library")
-    for verdict in hostile_corpus.VERDICTS:
+    for verdict in hostile_cases.VERDICTS:
         found = ", ".join(f"{counts[verdict, how]} {how}" for how in ("refused", "equal", "wrong"))
         print(f"\n{name}: must {verdict}: {found}", end="")
     assert not wrong, json.dumps(wrong, indent=1)

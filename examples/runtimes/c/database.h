@@ -40,6 +40,14 @@ struct layout {
     double least, most;
 };
 
+/* What a file of format 3 states; lengths in km. */
+struct channels {
+    int present;
+    double ground_km, scale_km;
+    double ends[3][2]; /* of range, altitude and elevation */
+    int clamps[3];     /* values beyond them are read at the ends */
+};
+
 struct database {
     const char *path;
     struct array arrays[ARRAYS];
@@ -48,6 +56,7 @@ struct database {
     int night;             /* it has its quantities without the source */
     int tracked;           /* it has the tracks of Sun and Moon */
     int lunar;             /* its source is the Moon */
+    struct channels channels;
     char **material_names; /* as many as the axis 'material' has nodes; of a .band only */
 };
 
@@ -65,7 +74,19 @@ int read_number(hid_t item, const char *name, double *to);
 
 const struct array *array_of(const struct database *database, const char *name);
 
-/* Linear interpolation in every axis, at one value for each; below the lowest elevation of the source, its light fades
+int holds(const struct database *database, const char *name);
+
+/* Codes of the coefficients LIGHT or GLOW. */
+const struct axis *codes_of(const struct database *database, const char *name);
+
+/* Degree: a table whose lowest source elevation is above says nothing of twilight. */
+extern const double CIVIL_TWILIGHT;
+
+/* Linear interpolation in every axis of an array, at one value for each. */
+double interpolated(const struct database *database, const char *name, const double *where);
+
+/* A quantity of format 2 at a place, one value for each of its axes, the last of path radiance by angle where the file
+ * has it so; below the lowest elevation of the source, its light fades
  * into what the air emits. */
 double value_at(const struct database *database, const char *name, const double *where);
 

@@ -68,5 +68,36 @@ static const struct layout NIGHT[] = {
     {"thermal_radiance_harmonics", {"range", "altitude", "elevation", "harmonic"}, -HUGE_VALF, HUGE_VALF},
     {NULL, {NULL}, 0, 0},
 };
+/* Of an .atmq of format 3: what transmittance, path radiance and light on surfaces are computed from. */
+static const struct layout CHANNELS[] = {
+    {"effective_radius", {"height_root"}, 1e-3, HUGE_VALF},
+    {"log_mean_extinction", {"absorber", "share", "height_root", "direction"}, -200.0, 200.0},
+    {"absorber_factor", {"channel", "absorber"}, -HUGE_VALF, HUGE_VALF},
+    {"channel_weight", {"channel"}, 0.0, 1.00001},
+    {"thermal_reference", {"channel"}, 0.0, HUGE_VALF},
+    {"thermal_ratio", {"share", "height_root", "direction"}, 0.0, HUGE_VALF},
+    {"source_reference", {"channel"}, 0.0, HUGE_VALF},
+    {"scattered_ratio", {"source_part", "share", "height_root", "direction"}, 0.0, HUGE_VALF},
+    {"source_factor", {"source_part", "source_elevation", "scattering_angle"}, -HUGE_VALF, HUGE_VALF},
+    {"source_rise", {"target_height"}, -90.0, 90.0},
+    {"direct_light", {"direct_light_part", "target_height", "elevation_above_rise"}, -HUGE_VALF, HUGE_VALF},
+    {"direct_light_factor", {"channel", "direct_light_part"}, -HUGE_VALF, HUGE_VALF},
+    {"thermal_sky", {"thermal_sky_part", "surface_height"}, -HUGE_VALF, HUGE_VALF},
+    {"thermal_sky_factor", {"channel", "thermal_sky_part"}, -HUGE_VALF, HUGE_VALF},
+    {"scattered_sky", {"scattered_sky_part", "surface_height", "sky_source_elevation"}, -HUGE_VALF, HUGE_VALF},
+    {"scattered_sky_factor", {"channel", "scattered_sky_part"}, -HUGE_VALF, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+/* Of one that holds any of them. */
+static const struct layout CHANNEL_HARMONICS[] = {
+    {"thermal_harmonics", {"thermal_harmonics_part", "surface_height", "harmonic"}, -HUGE_VALF, HUGE_VALF},
+    {"thermal_harmonics_factor", {"channel", "thermal_harmonics_part"}, -HUGE_VALF, HUGE_VALF},
+    {"scattered_harmonics", {"scattered_harmonics_part", "surface_height", "sky_source_elevation", "harmonic"}, -HUGE_VALF, HUGE_VALF},
+    {"scattered_harmonics_factor", {"channel", "scattered_harmonics_part"}, -HUGE_VALF, HUGE_VALF},
+    {"ground_harmonics", {"ground_harmonics_part", "surface_height", "zonal_harmonic"}, -HUGE_VALF, HUGE_VALF},
+    {"ground_harmonics_factor", {"channel", "ground_harmonics_part"}, -HUGE_VALF, HUGE_VALF},
+    {"ground_emission", {"ground_temperature", "channel"}, 0.0, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
 
 #endif

@@ -58,7 +58,7 @@ static void irradiance_harmonics(const double *n, double *to)
 /* L_ambient of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits. */
 static double ambient(const struct database *air, const double *centre, const double *normal, const double *ground)
 {
-    const struct axis *codes = &array_of(air, LIGHT)->axes[4], *zones = &array_of(air, GLOW)->axes[4];
+    const struct axis *codes = codes_of(air, LIGHT), *zones = codes_of(air, GLOW);
     const double up[3] = {0.0, 0.0, 1.0}, square = normal[2] * normal[2];
     double facing[HARMONICS], upright[HARMONICS], total[HARMONICS];
     irradiance_harmonics(normal, facing);
@@ -240,7 +240,7 @@ static struct pixel compute(const struct json *scene, const struct database *sur
         const double shape = lobe(normal, source.direction, to_observer, value_at(band, "shininess", &code));
         pixel.specular += share * direct * shape * fraction * value_at(band, "normalisation", &code); /* (35) */
     }
-    if (!strcmp(array_of(air, "path_radiance_ratio")->axes[4].name, "scattering_angle"))
+    if (air->channels.present || !strcmp(array_of(air, "path_radiance_ratio")->axes[4].name, "scattering_angle"))
         centre[4] = scattering_angle(centre[2], centre[3], centre[4]);
     pixel.path = value_at(air, "path_radiance_ratio", centre) * -expm1(-depth); /* (11) */
     pixel.radiance = pixel.diffuse + pixel.specular + pixel.skyshine + pixel.thermal + pixel.path; /* (1) */

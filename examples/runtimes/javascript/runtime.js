@@ -6,7 +6,9 @@ import { dirname, isAbsolute, join } from "node:path";
 import h5wasm from "h5wasm";
 import { absorbedChange, temperatureUnder } from "./shade.js";
 import { Texture } from "./texture.js";
-import { CODES, Database, GLOW, LIGHT, SceneError } from "./database.js";
+import { SceneError } from "./axis.js";
+import { Database } from "./database.js";
+import { CODES, GLOW, LIGHT } from "./layouts.js";
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
@@ -65,7 +67,7 @@ function irradianceHarmonics([x, y, z]) {
 
 // L_ambient of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits.
 function ambient(air, where, normal, [temperature, emitted]) {
-  const [codes, zones] = [LIGHT, GLOW].map((name) => air.arrays[name].axes[4].nodes);
+  const [codes, zones] = [LIGHT, GLOW].map((name) => air.codesOf(name));
   const total = codes.map((harmonic) => air.value(LIGHT, { ...where, harmonic }));
   for (const code of zones) {
     const place = { ...where, ground_temperature: temperature, zonal_harmonic: code };

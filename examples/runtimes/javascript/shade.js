@@ -1,5 +1,5 @@
 // Temperatures in the shade, beside a wall or under other heat: the formulas of schemas/formats/htt-1.md.
-import { SceneError } from "./database.js";
+import { SceneError } from "./axis.js";
 
 const [STEPS, CORRECTIONS, DAY] = [288, 8, 24];
 const STEFAN_BOLTZMANN = 5.670374419e-8;

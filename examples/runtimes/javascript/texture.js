@@ -1,7 +1,8 @@
 // A texture, from whose texels materials are read; each level is read and checked whole when the first pixel asks for it.
 import { readFileSync, statSync } from "node:fs";
 import h5wasm, { FS } from "h5wasm";
-import { attribute, INTEGER, PACKING, SceneError, SMALL } from "./database.js";
+import { attribute, SceneError } from "./axis.js";
+import { INTEGER, PACKING, SMALL } from "./database.js";
 
 const TOTAL = 65535; // what the weights of a texel sum to
 const COMPONENTS = 3;

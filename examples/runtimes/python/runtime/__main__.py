@@ -11,7 +11,8 @@ import json
 import sys
 from pathlib import Path
 
-from .database import Database, SceneError
+from .axis import SceneError
+from .database import Database
 from .pixel import pixel
 from .texture import Texture
 

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from .database import CODES, FACE, GLOW, GROUND, LIGHT, Database, Floats, SceneError
+from .axis import Floats, SceneError
+from .database import Database
+from .layouts import CODES, FACE, GLOW, GROUND, LIGHT
 from .shade import absorbed_change, temperature_under
 from .texture import Texture
 
@@ -76,9 +78,9 @@ def ambient(air: Database, where: Mapping[str, float], face: Mapping[str, float]
     slope, turn = math.radians(face["slope"]), math.radians(face["azimuth"])
     normal = math.sin(slope) * math.cos(turn), math.sin(slope) * math.sin(turn), math.cos(slope)
     facing, upright, square = irradiance_harmonics(*normal), irradiance_harmonics(0.0, 0.0, 1.0), normal[2] ** 2
-    codes = air.arrays[LIGHT][0][-1].nodes
+    codes = air.codes_of(LIGHT)
     total = [air.value(LIGHT, {**where, "harmonic": code}) for code in codes]
-    for code in air.arrays[GLOW][0][-1].nodes:
+    for code in air.codes_of(GLOW):
         place = {**where, "ground_temperature": ground[0], "zonal_harmonic": code}
         total[CODES["harmonic"].index(int(code))] += ground[1] * air.value(GLOW, place)
     missing = level - sum(part * up for part, up in zip(total, upright, strict=False))

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .database import Axis, Database, Floats, SceneError
+from .axis import Axis, Floats, SceneError
+from .database import Database
 
 STEPS, CORRECTIONS, DAY = 288, 8, 24.0
 STEFAN_BOLTZMANN = 5.670374419e-8

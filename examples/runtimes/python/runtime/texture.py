@@ -9,7 +9,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from .database import PACKING, SMALL, SceneError, number, text
+from .axis import SceneError
+from .database import PACKING, SMALL, number, text
 
 TOTAL = 65535  # what the weights of a texel sum to
 COMPONENTS = 3

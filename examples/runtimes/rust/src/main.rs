@@ -4,11 +4,17 @@
 //!
 //! The scene and the result are described in ../../README.md. Equation numbers are those of DSTO-TN-0193.
 
+mod axis;
+mod channels;
 mod database;
+mod layouts;
 mod shade;
+mod source;
 mod texture;
 
-use database::{Database, Result, GLOW, HARMONICS, LIGHT};
+use axis::Result;
+use database::Database;
+use layouts::{GLOW, HARMONICS, LIGHT};
 use serde::{Deserialize, Serialize};
 use shade::{absorbed_change, temperature_under, Face, Surroundings};
 use std::collections::HashMap;

@@ -1,6 +1,7 @@
 //! Temperatures in the shade, beside a wall or under other heat: the formulas of schemas/formats/htt-1.md.
 
-use crate::database::{Database, Result};
+use crate::axis::Result;
+use crate::database::Database;
 use serde::Deserialize;
 
 const STEPS: usize = 288;

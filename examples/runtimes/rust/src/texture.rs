@@ -1,6 +1,7 @@
 //! A texture, from whose texels materials are read; each level is read and checked whole when the first pixel asks for it.
 
-use crate::database::{number, text, Result, PACKING, SMALL};
+use crate::axis::Result;
+use crate::source::{number, text, PACKING, SMALL};
 use hdf5::types::{IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, Group, IterationOrder, LinkType};
 use std::collections::HashMap;

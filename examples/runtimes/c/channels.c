@@ -1,0 +1,227 @@
+/* The formulas are those of ../../../schemas/formats/atmq-3.md; lengths are in km. */
+#include "channels.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double SHORTEST = 1e-12, FARTHEST_BETA = 1e12, RADIAN = 0.017453292519943295;
+enum { RANGE, ALTITUDE, ELEVATION, SOURCE, LAST };
+
+/* A path: its place in the tables, the length that mean extinction is multiplied by, and the height of its end. */
+struct line {
+    double share, height_root, direction, length, end_height;
+};
+
+/* The optical depth and mean extinction of the channels along a path. */
+struct path {
+    struct line line;
+    size_t channels;
+    double *depth, *extinction;
+};
+
+static double limited(double value)
+{
+    return fmin(fmax(value, 0.0), 1.0);
+}
+
+/* Range, altitude or elevation, which must be one that the file is for. */
+static double within(const struct database *database, int which, double value)
+{
+    static const char *const names[] = {"range", "altitude", "elevation"};
+    const double *ends = database->channels.ends[which];
+    if (!isfinite(value) || (!database->channels.clamps[which] && !(value >= ends[0] && value <= ends[1])))
+        fail("%s: found %g; allowed: %g to %g", names[which], value, ends[0], ends[1]);
+    return fmin(fmax(value, ends[0]), ends[1]);
+}
+
+/* A line that meets the ground; `rise` and `fall` are a and c of the page. */
+static void into_ground(struct line *line, double reach, double height, double rho, double rise, double fall)
+{
+    const double distance = fall / (sqrt(rise * rise - fall) - rise), across = 2 * rho * height;
+    line->share = distance > 0 ? fmin(reach / distance, 1.0) : 1.0;
+    line->direction = across > 0 ? limited((distance * distance - height * height) / across) : 0.0;
+    line->length = reach;
+    if (reach >= distance) line->end_height = 0.0;
+}
+
+static void into_space(struct line *line, double reach, double height, double radius, double angle, double scale)
+{
+    const double rise = radius * sin(angle), above = scale * (2 * radius + scale), level = sqrt(above);
+    const double way = above / (rise + sqrt(rise * rise + above)), half = sin(angle / 2);
+    line->share = -expm1(-reach / way);
+    line->direction = angle < 0 ? 3 - sqrt(limited(2 * radius * half * half / height)) : 3 + limited((level - way) / (level - scale));
+    line->length = way * line->share;
+}
+
+static struct line line_of(const struct database *database, const double *where)
+{
+    const double reach = within(database, RANGE, where[RANGE]), altitude = within(database, ALTITUDE, where[ALTITUDE]);
+    const double angle = RADIAN * within(database, ELEVATION, where[ELEVATION]);
+    const double height = fmax(altitude - database->channels.ground_km, 0.0);
+    struct line line = {.height_root = cbrt(height)};
+    const double rho = interpolated(database, "effective_radius", &line.height_root);
+    const double radius = rho + height, rise = radius * sin(angle), fall = height * (2 * rho + height);
+    const double step = reach * reach + 2 * rise * reach;
+    line.end_height = fmax((step + fall) / (rho + sqrt(fmax(radius * radius + step, 0.0))), 0.0);
+    if (angle < 0 && rise * rise >= fall) into_ground(&line, reach, height, rho, rise, fall);
+    else into_space(&line, reach, height, radius, angle, database->channels.scale_km);
+    return line;
+}
+
+static struct path path_of(const struct database *database, const double *where)
+{
+    const struct array *factor = array_of(database, "absorber_factor");
+    const struct axis *absorbers = &array_of(database, "log_mean_extinction")->axes[0];
+    const size_t count = factor->axes[1].count;
+    struct path path = {.line = line_of(database, where), .channels = factor->axes[0].count};
+    double *mean = allocate(count, sizeof *mean);
+    path.depth = allocate(path.channels, sizeof *path.depth);
+    path.extinction = allocate(path.channels, sizeof *path.extinction);
+    for (size_t i = 0; i < count; ++i)
+        mean[i] = exp(interpolated(database, "log_mean_extinction",
+                                   (double[]){absorbers->nodes[i], path.line.share, path.line.height_root, path.line.direction}));
+    for (size_t j = 0; j < path.channels; ++j) {
+        for (size_t i = 0; i < count; ++i) path.extinction[j] += factor->values[j * count + i] * mean[i];
+        path.extinction[j] = fmax(path.extinction[j], 0.0);
+        path.depth[j] = path.extinction[j] * fmax(path.line.length, SHORTEST);
+    }
+    free(mean);
+    return path;
+}
+
+/* Sum over the channels of a spectrum times 1 - exp(-optical depth). */
+static double absorbed(const struct database *database, const char *spectrum, const struct path *path)
+{
+    const float *values = array_of(database, spectrum)->values;
+    double sum = 0.0;
+    for (size_t j = 0; j < path->channels; ++j) sum += values[j] * -expm1(-path->depth[j]);
+    return sum;
+}
+
+static double least_depth(const struct path *path)
+{
+    double least = path->depth[0];
+    for (size_t j = 1; j < path->channels; ++j) least = fmin(least, path->depth[j]);
+    return least;
+}
+
+static double beta_star(const struct database *database, const struct path *path, double reach)
+{
+    const float *weight = array_of(database, "channel_weight")->values;
+    const double absorptance = absorbed(database, "channel_weight", path), least = least_depth(path);
+    double local = 0.0, through = 0.0;
+    for (size_t j = 0; j < path->channels; ++j) {
+        local += weight[j] * path->extinction[j];
+        through += weight[j] * exp(least - path->depth[j]);
+    }
+    const double depth = absorptance < 0.5 ? -log1p(-absorptance) : least - log(through);
+    const double over = reach > 0 ? depth / reach : local;
+    return over > 0 ? fmin(5.5 / over, FARTHEST_BETA) : FARTHEST_BETA;
+}
+
+static const struct axis *source_elevations(const struct database *database)
+{
+    return &array_of(database, "source_factor")->axes[1];
+}
+
+/* The elevation of the source, or the first node where it is below; one that the file is for. */
+static double lit(const struct database *database, double height)
+{
+    const struct axis *axis = source_elevations(database);
+    const double lowest = axis->nodes[0], highest = axis->nodes[axis->count - 1];
+    if (!isfinite(height) || (height > highest && !axis->clamps)) fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, highest);
+    return fmax(height, lowest);
+}
+
+/* Share of the light of the first node that the source gives below it; 1 above. */
+static double night(const struct database *database, double height)
+{
+    const struct axis *axis = source_elevations(database);
+    const double lowest = axis->nodes[0], dark = axis->dark_below;
+    if (!(height < lowest)) return 1.0;
+    if (height <= dark) return 0.0;
+    if (lowest > CIVIL_TWILIGHT && !axis->clamps) fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, axis->nodes[axis->count - 1]);
+    return lowest > CIVIL_TWILIGHT ? 1.0 : (height - dark) / (lowest - dark);
+}
+
+static double path_radiance_ratio(const struct database *database, const struct path *path, double source, double angle)
+{
+    const struct axis *parts = &array_of(database, "scattered_ratio")->axes[0];
+    const struct line *line = &path->line;
+    const double absorptance = absorbed(database, "channel_weight", path);
+    double scattered = 0.0;
+    for (size_t k = 0; k < parts->count; ++k)
+        scattered += interpolated(database, "source_factor", (double[]){parts->nodes[k], lit(database, source), angle}) *
+                     interpolated(database, "scattered_ratio", (double[]){parts->nodes[k], line->share, line->height_root, line->direction});
+    scattered = night(database, source) * fmax(scattered, 0.0) * absorbed(database, "source_reference", path);
+    const double thermal = interpolated(database, "thermal_ratio", (double[]){line->share, line->height_root, line->direction}) *
+                           absorbed(database, "thermal_reference", path);
+    return absorptance > 0 ? (thermal + scattered) / absorptance : 0.0;
+}
+
+/* Light on the surface at the end of a path as the path weighs it, over its transmittance; `where` has one value for
+ * each axis of the light behind its parts, `spectrum` multiplies the channels where it is not NULL. */
+static double light(const struct database *database, const char *name, const struct path *path, const double *where, const double *spectrum)
+{
+    char factor_name[2 * NAME];
+    snprintf(factor_name, sizeof factor_name, "%s_factor", name);
+    const struct array *array = array_of(database, name);
+    const float *factor = array_of(database, factor_name)->values, *weight = array_of(database, "channel_weight")->values;
+    const size_t parts = array->axes[0].count;
+    const double least = least_depth(path);
+    double total = 0.0, mean = 0.0, place[AXES] = {0};
+    for (size_t k = 1; k < array->rank; ++k) place[k] = where[k - 1];
+    for (size_t j = 0; j < path->channels; ++j) mean += weight[j] * exp(least - path->depth[j]);
+    for (size_t q = 0; q < parts; ++q) {
+        double through = 0.0;
+        for (size_t j = 0; j < path->channels; ++j)
+            through += exp(least - path->depth[j]) * (spectrum ? spectrum[j] : 1.0) * factor[j * parts + q];
+        place[0] = array->axes[0].nodes[q];
+        total += through * interpolated(database, name, place);
+    }
+    return total / mean;
+}
+
+static double direct(const struct database *database, const struct path *path, double source)
+{
+    const double height = path->line.end_height;
+    lit(database, source);
+    const double above = source - interpolated(database, "source_rise", &height);
+    return above >= 0 ? fmax(light(database, "direct_light", path, (double[]){height, above}, NULL), 0.0) : 0.0;
+}
+
+/* What the air emits and what it scatters; `harmonic` is its code, of the sky itself of no account. */
+static double sky(const struct database *database, const char *thermal, const char *scattered, const struct path *path, double source, double harmonic)
+{
+    const double height = path->line.end_height, share = night(database, source);
+    return light(database, thermal, path, (double[]){height, harmonic}, NULL) +
+           share * light(database, scattered, path, (double[]){height, lit(database, source), harmonic}, NULL);
+}
+
+static double ground_light(const struct database *database, const struct path *path, double kelvin, double harmonic)
+{
+    const struct axis *channels = &array_of(database, "ground_emission")->axes[1];
+    double *emission = allocate(path->channels, sizeof *emission);
+    for (size_t j = 0; j < path->channels; ++j)
+        emission[j] = interpolated(database, "ground_emission", (double[]){kelvin, channels->nodes[j]});
+    const double total = light(database, "ground_harmonics", path, (double[]){path->line.end_height, harmonic}, emission);
+    free(emission);
+    return total;
+}
+
+double value_in_channels(const struct database *database, const char *name, const double *where)
+{
+    const struct path path = path_of(database, where);
+    double value = 0.0;
+    if (!strcmp(name, "beta_star")) value = beta_star(database, &path, within(database, RANGE, where[RANGE]));
+    else if (!strcmp(name, "path_radiance_ratio")) value = path_radiance_ratio(database, &path, where[SOURCE], where[LAST]);
+    else if (!strcmp(name, "direct_radiance")) value = direct(database, &path, where[SOURCE]);
+    else if (!strcmp(name, "ambient_radiance")) value = fmax(sky(database, "thermal_sky", "scattered_sky", &path, where[SOURCE], 0.0), 0.0);
+    else if (!strcmp(name, LIGHT)) value = sky(database, "thermal_harmonics", "scattered_harmonics", &path, where[SOURCE], where[LAST]);
+    else value = ground_light(database, &path, where[3], where[LAST]);
+    free(path.depth);
+    free(path.extinction);
+    return value;
+}

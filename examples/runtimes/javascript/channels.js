@@ -1,0 +1,162 @@
+// An atmosphere in channels (format 3): its quantities, computed from tables that have no axis of range.
+// The formulas are those of ../../../schemas/formats/atmq-3.md; lengths are in km.
+import { SceneError } from "./axis.js";
+import { CIVIL_TWILIGHT, GLOW, LIGHT } from "./layouts.js";
+
+// The arrays that have the codes of the harmonics.
+export const STORED = { [LIGHT]: "scattered_harmonics", [GLOW]: "ground_harmonics" };
+const [SHORTEST, FARTHEST_BETA] = [1e-12, 1e12];
+
+const limited = (value) => Math.min(Math.max(value, 0), 1);
+const sum = (values, of) => values.reduce((total, value, k) => total + value * of(k), 0);
+
+export class Channels {
+  constructor(database, stated) {
+    this.database = database;
+    [this.ground, this.scale] = [stated.ground_altitude_km[0], stated.scale_height_km[0]];
+    this.ends = { range: stated.range_km, altitude: stated.altitude_km, elevation: [-90, 90] };
+    this.sourceElevation = database.arrays.source_factor.axes[1];
+  }
+
+  // A quantity of format 2 at a place.
+  value(quantity, where) {
+    const path = this.path(where);
+    if (quantity === "beta_star") return this.betaStar(path, this.within("range", where));
+    if (quantity === "path_radiance_ratio") return this.pathRadianceRatio(path, where);
+    if (quantity === "direct_radiance") return this.direct(path, where.source_elevation);
+    if (quantity === "ambient_radiance") return Math.max(this.sky("sky", path, where), 0);
+    if (quantity === LIGHT) return this.sky("harmonics", path, where);
+    return this.light("ground_harmonics", path, where, this.emission(where.ground_temperature));
+  }
+
+  // Range, altitude or elevation, which must be one that the file is for.
+  within(name, where) {
+    const [value, [first, last]] = [where[name], this.ends[name]];
+    const inside = this.database.clamped.includes(name) || (value >= first && value <= last);
+    if (!Number.isFinite(value) || !inside) throw new SceneError(`${name}: found ${value}; allowed: ${first} to ${last}`);
+    return Math.min(Math.max(value, first), last);
+  }
+
+  // Values of all parts of an array at a place.
+  parts(name, place) {
+    const [first] = this.database.arrays[name].axes;
+    return first.nodes.map((code) => this.database.interpolated(name, { ...place, [first.name]: code }));
+  }
+
+  // Place in the tables, length that mean extinction is multiplied by, and height of the end.
+  line(where) {
+    const [reach, altitude, elevation] = ["range", "altitude", "elevation"].map((name) => this.within(name, where));
+    const height = Math.max(altitude - this.ground, 0);
+    const [root, angle] = [Math.cbrt(height), (elevation * Math.PI) / 180];
+    const rho = this.database.interpolated("effective_radius", { height_root: root });
+    const [radius, fall] = [rho + height, height * (2 * rho + height)];
+    const rise = radius * Math.sin(angle);
+    const step = reach * reach + 2 * rise * reach;
+    const end = Math.max((step + fall) / (rho + Math.sqrt(Math.max(radius * radius + step, 0))), 0);
+    const down = angle < 0 && rise * rise >= fall;
+    const found = down ? this.intoGround(reach, height, rho, rise, fall) : this.intoSpace(reach, height, radius, angle, rise);
+    return { height_root: root, end, ...found };
+  }
+
+  intoGround(reach, height, rho, rise, fall) {
+    const distance = fall / (Math.sqrt(rise * rise - fall) - rise);
+    const across = 2 * rho * height;
+    const direction = across > 0 ? limited((distance * distance - height * height) / across) : 0;
+    const share = distance > 0 ? Math.min(reach / distance, 1) : 1;
+    return { share, direction, length: reach, ...(reach >= distance ? { end: 0 } : {}) };
+  }
+
+  intoSpace(reach, height, radius, angle, rise) {
+    const above = this.scale * (2 * radius + this.scale);
+    const [level, way] = [Math.sqrt(above), above / (rise + Math.sqrt(rise * rise + above))];
+    const share = -Math.expm1(-reach / way);
+    const passing = 3 - Math.sqrt(limited((2 * radius * Math.sin(angle / 2) ** 2) / height));
+    const direction = angle < 0 ? passing : 3 + limited((level - way) / (level - this.scale));
+    return { share, direction, length: way * share };
+  }
+
+  // A line with the optical depth and mean extinction of its channels.
+  path(where) {
+    const line = this.line(where);
+    const mean = this.parts("log_mean_extinction", line).map(Math.exp);
+    const { axes, values } = this.database.arrays.absorber_factor;
+    const extinction = axes[0].nodes.map((_, j) => Math.max(sum(mean, (i) => values[j * mean.length + i]), 0));
+    const depth = extinction.map((value) => value * Math.max(line.length, SHORTEST));
+    const least = depth.reduce((lowest, value) => Math.min(lowest, value), Infinity);
+    return { line, depth, extinction, least, through: depth.map((value) => Math.exp(least - value)) };
+  }
+
+  // Sum over the channels of a spectrum.
+  over(spectrum, of) {
+    return sum(this.database.arrays[spectrum].values, of);
+  }
+
+  absorbed(spectrum, { depth }) {
+    return this.over(spectrum, (j) => -Math.expm1(-depth[j]));
+  }
+
+  betaStar(path, reach) {
+    const absorptance = this.absorbed("channel_weight", path);
+    const through = this.over("channel_weight", (j) => path.through[j]);
+    const depth = absorptance < 0.5 ? -Math.log1p(-absorptance) : path.least - Math.log(through);
+    const extinction = reach > 0 ? depth / reach : this.over("channel_weight", (j) => path.extinction[j]);
+    return extinction > 0 ? Math.min(5.5 / extinction, FARTHEST_BETA) : FARTHEST_BETA;
+  }
+
+  pathRadianceRatio(path, { source_elevation: height, scattering_angle }) {
+    const factor = this.parts("source_factor", { source_elevation: this.lit(height), scattering_angle });
+    const ratio = this.parts("scattered_ratio", path.line);
+    const scattered = this.night(height) * Math.max(sum(factor, (k) => ratio[k]), 0) * this.absorbed("source_reference", path);
+    const thermal = this.database.interpolated("thermal_ratio", path.line) * this.absorbed("thermal_reference", path);
+    const absorptance = this.absorbed("channel_weight", path);
+    return absorptance > 0 ? (thermal + scattered) / absorptance : 0;
+  }
+
+  direct(path, height) {
+    this.lit(height);
+    const above = height - this.database.interpolated("source_rise", { target_height: path.line.end });
+    if (!(above >= 0)) return 0;
+    return Math.max(this.light("direct_light", path, { target_height: path.line.end, elevation_above_rise: above }), 0);
+  }
+
+  // What the air emits, and what it scatters.
+  sky(kind, path, where) {
+    const lit = { ...where, sky_source_elevation: this.lit(where.source_elevation) };
+    const share = this.night(where.source_elevation);
+    return this.light(`thermal_${kind}`, path, where) + share * this.light(`scattered_${kind}`, path, lit);
+  }
+
+  // Light on the surface at the end of a path as the path weighs it, over its transmittance.
+  light(name, path, where, spectrum = null) {
+    const value = this.parts(name, { ...where, surface_height: path.line.end });
+    const factor = this.database.arrays[`${name}_factor`].values;
+    const lit = spectrum ? path.through.map((through, j) => through * spectrum[j]) : path.through;
+    const total = lit.reduce((all, through, j) => all + through * sum(value, (q) => factor[j * value.length + q]), 0);
+    return total / this.over("channel_weight", (j) => path.through[j]);
+  }
+
+  // What the ground emits in the channels.
+  emission(kelvin) {
+    const { axes, values } = this.database.arrays.ground_emission;
+    const { lower, upper, weight } = axes[0].locate(kelvin);
+    const count = axes[1].nodes.length;
+    return axes[1].nodes.map((_, j) => (1 - weight) * values[lower * count + j] + weight * values[upper * count + j]);
+  }
+
+  // The elevation of the source, or the first node where it is below.
+  lit(height) {
+    const lit = Number.isFinite(height) ? Math.max(height, this.sourceElevation.nodes[0]) : height;
+    this.sourceElevation.locate(lit); // refuses what the file is not for
+    return lit;
+  }
+
+  // Share of the light of the first node that the source gives below it; 1 above.
+  night(height) {
+    const { nodes, dark } = this.sourceElevation;
+    if (!(height < nodes[0])) return 1;
+    if (height <= dark) return 0;
+    if (nodes[0] <= CIVIL_TWILIGHT) return (height - dark) / (nodes[0] - dark);
+    this.sourceElevation.locate(height); // refuses it, or clamps
+    return 1;
+  }
+}

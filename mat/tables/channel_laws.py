@@ -1,0 +1,120 @@
+"""What an atmospheric database in channels must state and hold before anything is read from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from skyshine.mat.radiometry.spherical_harmonics import HARMONICS, zonal
+from skyshine.mat.tables.axes import EXACT, AxisRule
+from skyshine.mat.tables.channels import LAYOUT, NODES
+from skyshine.mat.tables.limits import ROUNDING, Limits
+from skyshine.mat.tables.night import SOURCE_ELEVATION
+from skyshine.schemas.hdf5 import Group
+
+_NUMBERS = {
+    "ground_altitude_km": Limits("-1 to 10", -1.0, 10.0),
+    "scale_height_km": Limits("above 0, up to 1000", 0.0, 1000.0, above=True),
+}
+_SPANS = {"range_km": Limits("0 or above", 0.0, 1e9), "altitude_km": Limits("-1 or above", -1.0, 1e9)}
+# Axes of each array, and of those that stand together or not at all.
+_ARRAYS: dict[str, tuple[str, ...]] = {
+    "effective_radius": ("height_root",),
+    "log_mean_extinction": ("absorber", *NODES),
+    "absorber_factor": ("channel", "absorber"),
+    "channel_weight": ("channel",),
+    "thermal_reference": ("channel",),
+    "thermal_ratio": NODES,
+    "source_reference": ("channel",),
+    "scattered_ratio": ("source_part", *NODES),
+    "source_factor": ("source_part", SOURCE_ELEVATION, "scattering_angle"),
+    "source_rise": ("target_height",),
+}
+_LIGHT: dict[str, tuple[str, ...]] = {
+    "direct_light": ("target_height", "elevation_above_rise"),
+    "thermal_sky": ("surface_height",),
+    "scattered_sky": ("surface_height", "sky_source_elevation"),
+}
+_HARMONICS: dict[str, tuple[str, ...]] = {
+    "thermal_harmonics": ("surface_height", "harmonic"),
+    "scattered_harmonics": ("surface_height", "sky_source_elevation", "harmonic"),
+    "ground_harmonics": ("surface_height", "zonal_harmonic"),
+}
+_LAST_NUMBER = 65535  # of channels and of parts
+_EMISSION = ("ground_temperature", "channel")
+
+
+def broken_channel_laws(root: Group) -> Iterator[str]:
+    """One line for each attribute, array or axis by which a file in channels cannot be read.
+
+    Parameters
+    ----------
+    root : Group
+        With the root attributes of the file.
+    """
+    yield from _attributes(root.attributes)
+    wanted = _wanted(root)
+    for name, dims in wanted.items():
+        if name not in root.variables:
+            yield f"the array '{name}' is missing; a file in channels must hold it"
+        elif tuple(root.variables[name].dims) != dims:
+            yield f"'{name}' is on the axes {', '.join(root.variables[name].dims)}; allowed: {', '.join(dims)}"
+    for name in sorted({dim for dims in wanted.values() for dim in dims} - set(root.axes)):
+        yield f"the axis '{name}' is missing; a file in channels must hold it"
+    yield from _axes(root, wanted)
+    axis = root.axes.get(SOURCE_ELEVATION)
+    if axis is not None and np.isnan(AxisRule.of(SOURCE_ELEVATION, axis).dark_below):
+        yield f"the axis '{SOURCE_ELEVATION}' does not state dark_below; allowed: -90 to 0 degree"
+    weight = root.variables.get("channel_weight")
+    if weight is not None and abs(total := float(np.sum(np.asarray(weight.data, float))) - 1) > ROUNDING:
+        yield f"channel_weight: the weights sum to {1 + total:g}; allowed: 1"
+
+
+def _wanted(root: Group) -> dict[str, tuple[str, ...]]:
+    """Axes of the arrays that the file must hold."""
+    harmonics = {*_HARMONICS, "ground_emission"} & set(root.variables)
+    light = _LIGHT | (_HARMONICS if harmonics else {})
+    parts = {name: (f"{name}_part", *dims) for name, dims in light.items()}
+    factors = {f"{name}_factor": ("channel", f"{name}_part") for name in light}
+    return _ARRAYS | parts | factors | ({"ground_emission": _EMISSION} if harmonics else {})
+
+
+def _axes(root: Group, wanted: dict[str, tuple[str, ...]]) -> Iterator[str]:
+    """Numbers of parts and codes of harmonics; no axis of a file in channels repeats."""
+    for name in sorted({dim for dims in wanted.values() for dim in dims} & set(root.axes)):
+        rule = AxisRule.of(name, root.axes[name])
+        nodes = tuple(rule.nodes.tolist())
+        if rule.period:
+            yield f"{name}: found the period {rule.period:g}; allowed: none"
+        if name in ("harmonic", "zonal_harmonic"):
+            known = [codes if name == "harmonic" else zonal(len(codes)) for codes in (HARMONICS[:6], HARMONICS)]
+            if nodes not in known:
+                yield f"{name}: found codes that are not those of the format; allowed: {known[0]} or {known[1]}"
+        elif rule.interpolation == EXACT and not 1 <= nodes[0] <= nodes[-1] <= _LAST_NUMBER:
+            yield f"{name}: the numbers span {nodes[0]:g} to {nodes[-1]:g}; allowed: 1 to {_LAST_NUMBER}"
+
+
+def _attributes(attributes: dict[str, Any]) -> Iterator[str]:
+    layout = attributes.get("layout")
+    if not isinstance(layout, str) or layout != LAYOUT:
+        yield f"layout: found {_shown(layout)}; allowed: '{LAYOUT}'"
+    for name, limits in _NUMBERS.items():
+        value = _numbers(attributes.get(name))
+        if value.shape != () or limits.outside(value):
+            yield f"{name}: found {_shown(attributes.get(name))}; allowed: a number, {limits.words}"
+    for name, limits in _SPANS.items():
+        ends = _numbers(attributes.get(name))
+        if ends.shape != (2,) or np.any(limits.outside(ends)) or ends[0] > ends[1]:
+            yield f"{name}: found {_shown(attributes.get(name))}; allowed: two numbers, {limits.words}, ascending"
+
+
+def _numbers(value: Any) -> np.ndarray:
+    """The numbers of an attribute; NaN where it is something else."""
+    values = np.asarray(np.nan if value is None else value)
+    return values.astype(float) if values.dtype.kind in "iuf" else np.asarray(np.nan)
+
+
+def _shown(value: Any) -> str:
+    return "none" if value is None else " ".join(repr(value).split())[:60]

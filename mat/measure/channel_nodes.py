@@ -7,7 +7,7 @@ interpolation errs with the square of the step. Each part then grows by what its
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -80,7 +80,7 @@ def quantities_of(table: ChannelTable) -> dict[str, ChannelQuantity]:
 
 def placed_channels(
     table_of: Callable[[NodeCounts], ChannelTable],
-    probes_of: Callable[[], Probes],
+    probes_of: Callable[[], Sequence[Probes]],
     scale: Scale,
     tolerance: float,
     *,
@@ -93,7 +93,8 @@ def placed_channels(
     table_of : callable
         The table with some numbers of nodes.
     probes_of : callable
-        Fresh random lines of sight with the quantities on them.
+        Fresh random lines of sight with the quantities on them, in groups that hold the tolerance each; the first with
+        all quantities, the others with those of paths alone.
     scale : Scale
         In what the tolerance counts.
     tolerance : float
@@ -110,13 +111,17 @@ def placed_channels(
     for _ in range(_PASSES):
         if counts.size > max_nodes:
             break
-        table, probes = table_of(counts), probes_of()
-        errors = [np.abs(error) for error in probes.errors(quantities_of(table), scale).values() if error.size]
+        table, (all_around, *others) = table_of(counts), probes_of()
+        tables = quantities_of(table)
+        measured = list(all_around.errors(tables, scale).values())
+        for probes in others:
+            measured += probes.errors({name: tables[name] for name in _OF_PATHS}, scale).values()
+        errors = [np.abs(error) for error in measured if error.size]
         p99 = max((float(np.percentile(error, 99)) for error in errors), default=0.0)
         worst = max((float(error.max()) for error in errors), default=0.0)
         if p99 <= _MARGIN * tolerance and worst <= _WORST * tolerance:
             return PlacedChannels(table, counts, p99, worst)
-        counts = _grown(counts, table, probes, scale, tolerance)
+        counts = _grown(counts, table, [all_around, *others], scale, tolerance)
     raise CheckFailed(
         f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {counts.size:,} nodes a field, after an"
         f" error of {p99:.2g} (99 %), {worst:.2g} (worst); raise it, allow more with atmosphere_grid.most_nodes, or"
@@ -124,9 +129,11 @@ def placed_channels(
     )
 
 
-def _grown(counts: NodeCounts, table: ChannelTable, probes: Probes, scale: Scale, tolerance: float) -> NodeCounts:
+def _grown(
+    counts: NodeCounts, table: ChannelTable, groups: Sequence[Probes], scale: Scale, tolerance: float
+) -> NodeCounts:
     """More nodes on the parts that leave too much on the worst lines and on some others."""
-    few = _lines(probes, _worst_lines(table, probes, scale))
+    few = [_lines(probes, _worst_lines(table, probes, scale)) for probes in groups]
     whole = _reads(table, few, scale)
     left: dict[str, float] = {}
     for name in NodeCounts.names():
@@ -164,10 +171,11 @@ def _lines(probes: Probes, lines: Integers) -> Probes:
     return replace(probes, places=places, ambient_at=probes.ambient_at[:0], truth=AtmosphericQuantities(**truth))
 
 
-def _reads(table: ChannelTable, probes: Probes, scale: Scale) -> list[Floats]:
+def _reads(table: ChannelTable, groups: Sequence[Probes], scale: Scale) -> list[Floats]:
     """Errors of transmittance and of path radiance at the probes above the ground."""
     tables = quantities_of(table)
-    return list(probes.errors({name: tables[name] for name in _OF_PATHS}, scale).values())
+    of_paths = {name: tables[name] for name in _OF_PATHS}
+    return [error for probes in groups for error in probes.errors(of_paths, scale).values()]
 
 
 def _without_every_second(table: ChannelTable, part: str) -> ChannelTable:

@@ -32,6 +32,9 @@ _SOURCES = 2  # of each line
 # Lines on which sky light is computed too, which takes as long as all the other quantities: its errors have no such
 # tail.
 AMBIENT = 96
+# Lines along the horizon, and spans of their elevation and of the source's elevation and azimuth, degree.
+GRAZING = 100
+_NEARLY_LEVEL, _LOW, _AHEAD = (-1.5, 1.5), (-3.0, 4.0), (0.0, 12.0)
 _SKIES = 12  # elevations of the source for which it is
 
 
@@ -83,6 +86,34 @@ class Probes:
             azimuth[:, None],
         )
         return cls(dict(zip(AXES, places, strict=True)), ambient_at, truth)
+
+    @classmethod
+    def along_the_horizon(
+        cls, air: BandAtmosphere, base: PathGrid, irradiance: Floats, generator: np.random.Generator
+    ) -> Probes:
+        """Draw nearly level lines towards a low source, where path radiance changes most: transmittance and path
+        radiance alone.
+        """
+        altitude, _, ranges = lines_in_cells(base, GRAZING, generator)
+        elevation, source, azimuth = (
+            np.clip(generator.uniform(*span, shape), nodes[0], nodes[-1])
+            for span, shape, nodes in (
+                (_NEARLY_LEVEL, GRAZING, base.elevation_deg),
+                (_LOW, (GRAZING, _SOURCES), base.source_elevation_deg),
+                (_AHEAD, (GRAZING, _SOURCES), base.source_azimuth_deg),
+            )
+        )
+        wanted = ("beta_star", "path_radiance_ratio")
+        none = np.zeros(0, int)
+        truth = air.along_lines(ranges, altitude, elevation, source, azimuth, none, irradiance, wanted=wanted)
+        places = (
+            ranges[:, :, None],
+            altitude[:, None, None],
+            elevation[:, None, None],
+            source[:, None],
+            azimuth[:, None],
+        )
+        return cls(dict(zip(AXES, places, strict=True)), none, truth)
 
     def errors(self, tables: Mapping[str, Readable], scale: Scale | None) -> dict[str, Floats]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in the

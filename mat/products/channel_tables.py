@@ -153,7 +153,10 @@ class ChannelTables:
         generator = random_stream(self.seed, Stream.CHANNELS, 2)
         return placed_channels(
             self.table,
-            lambda: Probes.drawn(self.air, self.base, self.irradiance, generator, sky=_SKY_LINES),
+            lambda: [
+                Probes.drawn(self.air, self.base, self.irradiance, generator, sky=_SKY_LINES),
+                Probes.along_the_horizon(self.air, self.base, self.irradiance, generator),
+            ],
             self.scale,
             self.tolerance,
             max_nodes=max_nodes,

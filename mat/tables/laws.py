@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_CAP_KM
+from skyshine.mat.radiometry.spherical_harmonics import COUNTS, HARMONICS, zonal
 from skyshine.mat.tables.axes import FOLDED, PERIODIC, AxisRule
 from skyshine.mat.tables.channel_laws import broken_channel_laws
 from skyshine.mat.tables.files import ATMQ_CHANNELS
@@ -105,6 +106,17 @@ def broken_rules_of_axes(root: Group) -> Iterator[str]:
             yield f"{name}: the nodes span {last - first:g}; allowed: less than the period {rule.period:g}"
         if rule.interpolation == FOLDED and not 0 <= first <= last <= rule.period / 2:
             yield f"{name}: the nodes span {first:g} to {last:g}; allowed: 0 to half the period {rule.period:g}"
+    yield from _harmonics(root)
+
+
+def _harmonics(root: Group) -> Iterator[str]:
+    """Codes of harmonics are those of the format, and as many of both kinds as belong together."""
+    names = [name for name in ("harmonic", "zonal_harmonic") if name in root.axes]
+    found = [tuple(np.ravel(root.axes[name].values).tolist()) for name in names]
+    known = [[HARMONICS[:count] if name == "harmonic" else zonal(count) for name in names] for count in COUNTS]
+    if names and found not in known:
+        allowed = " or ".join(" with ".join(str(codes) for codes in pair) for pair in known)
+        yield f"{' and '.join(names)}: found codes that are not those of the format; allowed: {allowed}"
 
 
 def _limits(root: Group) -> Iterator[str]:

@@ -31,6 +31,7 @@ _PART = 0.45  # of the tolerance, which a part may leave before it grows
 _WORST_SHARE = 2.0  # tolerances that a part may leave of the worst reads, over what it may leave of 99 %
 _GROWTH = 2.0  # of a part in one pass, at most
 _LEAST_GROWTH = 1.2
+_GAIN = 0.85  # of the error of the pass before, which more nodes must leave at most
 _WORST_LINES, _OTHER_LINES = 40, 60  # on which parts are blamed
 _OF_PATHS = ("beta_star", "path_radiance_ratio")
 
@@ -107,10 +108,11 @@ def placed_channels(
     CheckFailed
         The tolerance cannot be held with so many nodes.
     """
-    counts, p99, worst = NodeCounts(), np.inf, np.inf
+    counts, p99, worst, over = NodeCounts(), np.inf, np.inf, np.inf
     for _ in range(_PASSES):
         if counts.size > max_nodes:
             break
+        before = over
         table, (all_around, *others) = table_of(counts), probes_of()
         tables = quantities_of(table)
         measured = list(all_around.errors(tables, scale).values())
@@ -121,9 +123,12 @@ def placed_channels(
         worst = max((float(error.max()) for error in errors), default=0.0)
         if p99 <= _MARGIN * tolerance and worst <= _WORST * tolerance:
             return PlacedChannels(table, counts, p99, worst)
+        over = max(p99 / _MARGIN, worst / _WORST) / tolerance
+        if over > _GAIN * before:
+            break  # what errs is not what nodes hold
         counts = _grown(counts, table, [all_around, *others], scale, tolerance)
     raise CheckFailed(
-        f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {counts.size:,} nodes a field, after an"
+        f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {counts.size:,} nodes a field, with an"
         f" error of {p99:.2g} (99 %), {worst:.2g} (worst); raise it, allow more with atmosphere_grid.most_nodes, or"
         " write layout: classic"
     )

@@ -196,7 +196,7 @@ class _SourceTables:
         scale, tolerance = self._scale(text)
         channels = ChannelTables(self.air, base, irradiance, scale, tolerance, job.ambient_harmonics, seed)
         with report.stage("channels"):
-            placed = channels.placed(axes.most_nodes)
+            placed = channels.placed(axes.most_nodes // channels.fields)
         with report.stage("accuracy"):
             quantities = quantities_of(placed.table)
             probes = Probes.drawn(

@@ -162,6 +162,11 @@ class ChannelTables:
             max_nodes=max_nodes,
         )
 
+    @property
+    def fields(self) -> int:
+        """Number of arrays on the nodes of paths."""
+        return self.absorbers.count + 1 + max(int(self.sources.chosen_angle.size), 1)
+
     def notes(self, placed: PlacedChannels) -> dict[str, Any]:
         """What the file says of its channels."""
         return {
@@ -173,5 +178,4 @@ class ChannelTables:
 
     def words(self, placed: PlacedChannels) -> str:
         """What a build says of them."""
-        fields = self.absorbers.count + 1 + max(int(self.sources.chosen_angle.size), 1)
-        return f"{fields} fields of {placed.counts.size:,} nodes hold the tolerance"
+        return f"{self.fields} fields of {placed.counts.size:,} nodes hold the tolerance"

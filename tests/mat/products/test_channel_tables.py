@@ -15,6 +15,7 @@ from skyshine.mat.measure.scale import Scale
 from skyshine.mat.products.channel_tables import ChannelTables
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.nodes import NodeCounts
+from skyshine.mat.quantities.channels.path_fields import BandLight
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.schemas.errors import CheckFailed, InputError
@@ -191,3 +192,34 @@ def test_no_source_gives_no_scattered_light(air, sun):
     read = dark.value("path_radiance_ratio", **WHERE, source_elevation=[-8.0, 60.0], source_azimuth=0.0)
     assert read[0] == read[1] > 0
     assert np.all(dark.value("direct_radiance", **WHERE, source_elevation=[10.0, 60.0]) == 0)
+
+
+def test_over_a_metre_beta_star_is_that_of_the_air_at_the_observer(table, air, sun):
+    altitude = np.array([0.01, 0.7, 4.0])
+    exact = air.at_points(0.001, altitude, 3.0, 30.0, 40.0, sun).beta_star
+    assert table.value("beta_star", range=0.001, altitude=altitude, elevation=3.0) == pytest.approx(exact, rel=0.02)
+
+
+def test_scattered_light_comes_from_the_channels_that_the_source_lights(table):
+    """Twice the light of the source in all channels is twice the scattered light, whatever the channels weigh."""
+    root = table.root
+    reference = root.variables["source_reference"]
+    assert np.sum(reference.data) == pytest.approx(1.0)
+
+    def read(times: float) -> float:
+        lit = replace(reference, data=times * np.asarray(reference.data))
+        changed = replace(table, root=replace(root, variables=root.variables | {"source_reference": lit}))
+        return float(changed.value("path_radiance_ratio", **WHERE, **LIT))
+
+    shares = [read(times) for times in (0.0, 1.0, 2.0)]
+    assert shares[0] > 0 and shares[1] > shares[0]
+    assert shares[2] - shares[0] == pytest.approx(2 * (shares[1] - shares[0]), rel=1e-6)
+
+
+def test_spectra_of_reference_are_those_of_source_and_black_body(air, sun):
+    light = BandLight.of(air, sun)
+    weight = air.band.radiance_weight
+    assert light.source == pytest.approx(weight * sun / (weight @ sun))
+    # Planck's law in wavenumber with CODATA constants, W m^-2 sr^-1 (cm^-1)^-1.
+    planck = 1.191042972e-8 * air.band.wavenumber**3 / np.expm1(1.438776877 * air.band.wavenumber / 288.0)
+    assert light.thermal == pytest.approx(weight * planck, rel=1e-6)

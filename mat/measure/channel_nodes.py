@@ -109,10 +109,11 @@ def placed_channels(
         The tolerance cannot be held with so many nodes.
     """
     counts, p99, worst, over = NodeCounts(), np.inf, np.inf, np.inf
+    tried = counts.size
     for _ in range(_PASSES):
         if counts.size > max_nodes:
             break
-        before = over
+        before, tried = over, counts.size
         table, (all_around, *others) = table_of(counts), probes_of()
         tables = quantities_of(table)
         measured = list(all_around.errors(tables, scale).values())
@@ -128,7 +129,7 @@ def placed_channels(
             break  # what errs is not what nodes hold
         counts = _grown(counts, table, [all_around, *others], scale, tolerance)
     raise CheckFailed(
-        f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {counts.size:,} nodes a field, with an"
+        f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {tried:,} nodes a field leave an"
         f" error of {p99:.2g} (99 %), {worst:.2g} (worst); raise it, allow more with atmosphere_grid.most_nodes, or"
         " write layout: classic"
     )

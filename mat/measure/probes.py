@@ -78,14 +78,7 @@ class Probes:
         source[:sky, 0] = _spread(base.source_elevation_deg, _SKIES, generator)[lines[:sky] % _SKIES]
         ambient_at = generator.permutation(sky) % steps
         truth = air.along_lines(ranges, altitude, elevation, source, azimuth, ambient_at, irradiance, wanted=wanted)
-        places = (
-            ranges[:, :, None],
-            altitude[:, None, None],
-            elevation[:, None, None],
-            source[:, None],
-            azimuth[:, None],
-        )
-        return cls(dict(zip(AXES, places, strict=True)), ambient_at, truth)
+        return cls(_places(ranges, altitude, elevation, source, azimuth), ambient_at, truth)
 
     @classmethod
     def along_the_horizon(
@@ -106,14 +99,7 @@ class Probes:
         wanted = ("beta_star", "path_radiance_ratio")
         none = np.zeros(0, int)
         truth = air.along_lines(ranges, altitude, elevation, source, azimuth, none, irradiance, wanted=wanted)
-        places = (
-            ranges[:, :, None],
-            altitude[:, None, None],
-            elevation[:, None, None],
-            source[:, None],
-            azimuth[:, None],
-        )
-        return cls(dict(zip(AXES, places, strict=True)), none, truth)
+        return cls(_places(ranges, altitude, elevation, source, azimuth), none, truth)
 
     def errors(self, tables: Mapping[str, Readable], scale: Scale | None) -> dict[str, Floats]:
         """Errors (k,) of each quantity's interpolation above the ground, in the scale's unit; without a scale in the
@@ -187,6 +173,12 @@ def lines_in_cells(base: PathGrid, count: int, generator: np.random.Generator) -
     )
     steps = max(1, base.range_km.size - 1)
     return altitude, elevation, _in_cell(base.range_km, np.broadcast_to(np.arange(steps), (count, steps)), generator)
+
+
+def _places(ranges: Floats, altitude: Floats, elevation: Floats, source: Floats, azimuth: Floats) -> dict[str, Floats]:
+    """Places by axis, of ranges (n, R), observers (n,) and sources (n, S)."""
+    arrays = ranges[:, :, None], altitude[:, None, None], elevation[:, None, None], source[:, None], azimuth[:, None]
+    return dict(zip(AXES, arrays, strict=True))
 
 
 def _in_cell(nodes: Floats, cell: Integers, generator: np.random.Generator) -> Floats:

@@ -19,8 +19,10 @@ from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.schemas.errors import InputError, nearest
 
 _PATH = AXES[:3]
+VALID = "valid"
 # Axes that each quantity is read by; path radiance takes a scattering angle in place of the azimuth too.
 _READ_BY = {
+    VALID: _PATH,
     "beta_star": _PATH,
     "path_radiance_ratio": AXES,
     "ambient_radiance": AXES[:4],
@@ -28,8 +30,6 @@ _READ_BY = {
     AMBIENT_HARMONICS: (*AXES[:4], "harmonic"),
     GROUND_HARMONICS: (*_PATH, "ground_temperature", "zonal_harmonic"),
 }
-VALID = "valid"
-_READ_BY[VALID] = _PATH
 _NEAREST_KM, _SHOWN = 1e-3, 40
 _SHOWN_ELEVATIONS = (-90, -60, -40, -20, -10, -5, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 40, 60, 90)
 _STORED = {AMBIENT_HARMONICS: "scattered_harmonics", GROUND_HARMONICS: "ground_harmonics"}

@@ -27,7 +27,7 @@ from skyshine.mat.quantities.facet_light import Faces, light_among_walls
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.mat.quantities.path_radiance import path_radiance_ratio, radiance_along
+from skyshine.mat.quantities.path_radiance import radiance_along
 from skyshine.mat.quantities.results import QUANTITIES, AtmosphericQuantities, SpectralLines
 from skyshine.mat.quantities.sky_table import SkyTable
 from skyshine.mat.quantities.surface_light import ambient, direct, radiance_weight
@@ -278,7 +278,7 @@ class BandAtmosphere:
         if "beta_star" in wanted:
             values["beta_star"] = self._beta_star(path)
         if "path_radiance_ratio" in wanted:
-            ratio = path_radiance_ratio(self.air, band, path, sources, irradiance, absorptance)
+            ratio = radiance_along(self.air, band, path, sources, irradiance).ratio(self.air, band, path, absorptance)
             shape = -1, source_elevation.size, sources.elevation.size // source_elevation.size
             values["path_radiance_ratio"] = ratio.reshape(shape)
         if sky is not None or "direct" in wanted:
@@ -332,7 +332,7 @@ def _spectral_part(
         if faces is None:
             lines.sky_irradiance[row] = SkyTable.of(air, surface, source, irradiance).at(surface)[0, 0]
         lines.direct_irradiance[row] = irradiance * direct_transmittance(air.source_paths, surface, source)[0, 0]
-        lines.path_radiance[row] = radiance_along(air, band, path, sources, irradiance)[path.node[0], 0]
+        lines.path_radiance[row] = radiance_along(air, band, path, sources, irradiance).along[path.node[0], 0]
         lines.valid[row] = path.valid[0]
     if faces is not None:
         lines.sky_irradiance[:] = _on_faces(air, end, source_elevation, irradiance, faces)

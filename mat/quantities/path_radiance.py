@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import BandPoints
@@ -13,7 +16,7 @@ from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.atmosphere.transfer.thermal_source import tilt_weight
 from skyshine.mat.quantities.formulas import mean_transmittance
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.schemas.arrays import Booleans, Floats, Reals
+from skyshine.schemas.arrays import Booleans, Floats
 
 # Fraction of a line's length before the ground whose source function is continued behind the ground.
 _LAST_PART = 0.03
@@ -22,10 +25,97 @@ _LAST_PART = 0.03
 _SHORT_PATH = 1e25
 
 
+@dataclass(frozen=True, eq=False)
+class PathLight:
+    """In-band light of one kind along a line of sight.
+
+    Attributes
+    ----------
+    along : (K+1, S) array
+        Path radiance up to each segment end, W m^-2 sr^-1.
+    limit : callable
+        Of path radiance over absorptance for short ranges, (S,) [W m^-2 sr^-1]; in space that of the highest air.
+    """
+
+    along: Floats
+    limit: Callable[[], Floats]
+
+    def __add__(self, other: PathLight) -> PathLight:
+        return PathLight(self.along + other.along, lambda: self.limit() + other.limit())
+
+    def ratio(self, air: SpectralAir, band: BandPoints, path: LineOfSight, absorptance: Floats) -> Floats:
+        """Path radiance over absorptance (R,) at each range, (R, S) [W m^-2 sr^-1]."""
+        radiance, behind = self.along[path.node], path.beyond > 0
+        if np.any(behind) and path.segments.index.size:
+            absorptance = absorptance.copy()
+            radiance[behind], absorptance[behind] = _behind_ground(air, band, path, behind, self.along)
+        radiance /= np.where(absorptance > 0, absorptance, 1.0)[:, None]
+        empty = absorptance <= 0
+        if np.any(empty):
+            radiance[empty] = self.limit()
+        return radiance
+
+
+def thermal_light(air: SpectralAir, band: BandPoints, path: LineOfSight) -> PathLight:
+    """Light that the air emits, and that of it which particles scatter; S = 1."""
+    along = np.zeros((path.segments.distance.size, 1))
+    if path.segments.index.size:
+        emitted = air.thermal_radiance(path.segments, path.segment_depths) @ band.radiance_weight
+        np.cumsum(emitted, out=along[1:, 0])
+
+    def limit() -> Floats:
+        point = _short_path(path)
+        extinction = point.column(air.optics.extinction)
+        source = point.mean(air.thermal.mean) + tilt_weight(-np.sin(path.elevation)) * point.mean(air.thermal.tilt)
+        return _over_absorptance(extinction * source, extinction, band)
+
+    return PathLight(along, limit)
+
+
+def scattered_light(
+    air: SpectralAir, band: BandPoints, path: LineOfSight, sources: LineSources, irradiance: Floats
+) -> PathLight:
+    """Light of each source alone; arguments as of `radiance_along`."""
+    count = sources.elevation.size
+    if not (air.scatters and np.any(irradiance > 0)):
+        return PathLight(np.zeros((path.segments.distance.size, count)), lambda: np.zeros(count))
+    along = np.zeros((path.segments.distance.size, count))
+    if path.segments.index.size:
+        to_source, deflection = sources.to_source(path.ends), sources.deflection(path.ends)
+        along = air.scattered_in_band(
+            path.segments, path.segment_depths, to_source, deflection, band.radiance_weight * irradiance
+        )
+
+    def limit() -> Floats:
+        point, angle = _short_path(path), sources.local_deflection(path.elevation)
+        extinction = point.column(air.optics.extinction)
+        light = direct_transmittance(air.scaled_source_paths, np.array([path.local_altitude]), sources.elevation)
+        once = scattered_spectral(point, air.optics, light.astype(np.float32), np.stack([angle, angle]))
+        again = air.diffuse_light.at(
+            path.local_layer, path.local_share, -np.sin(path.elevation), np.sin(sources.elevation), angle
+        )
+        return _over_absorptance((once + extinction * again) * irradiance, extinction, band)
+
+    return PathLight(along, limit)
+
+
+def _short_path(path: LineOfSight) -> Segments:
+    """A short path in the air at the observer."""
+    ends, share = np.zeros(2), path.local_share
+    amount = _SHORT_PATH * np.array([[1 - share], [share]])
+    return Segments(np.zeros(1, int), np.array([path.local_layer]), amount[0], amount[1], ends, ends, ends, ends)
+
+
+def _over_absorptance(light: Floats, extinction: Floats, band: BandPoints) -> Floats:
+    """In-band light (S,) of a short path from that at each point (S, P), over the in-band mean of its depths (1, P)."""
+    ratio: Floats = light @ band.radiance_weight / (extinction[0] @ band.weight / band.weight.sum())
+    return ratio
+
+
 def radiance_along(
     air: SpectralAir, band: BandPoints, path: LineOfSight, sources: LineSources, irradiance: Floats
-) -> Floats:
-    """In-band path radiance up to each segment end, for each source.
+) -> PathLight:
+    """Path radiance, thermal and of each source.
 
     Parameters
     ----------
@@ -34,53 +124,11 @@ def radiance_along(
     path : LineOfSight
         Through that air.
     sources : LineSources
+        S of them.
     irradiance : (P,) array
         Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
-
-    Returns
-    -------
-    (K+1, S) array
-        W m^-2 sr^-1.
     """
-    segments = path.segments
-    total = np.zeros((segments.distance.size, sources.elevation.size))
-    if segments.index.size:
-        thermal = air.thermal_radiance(segments, path.segment_depths) @ band.radiance_weight
-        total[1:] += np.cumsum(thermal)[:, None]
-        if air.scatters and np.any(irradiance > 0):
-            weight = band.radiance_weight * irradiance
-            to_source, deflection = sources.to_source(path.ends), sources.deflection(path.ends)
-            total += air.scattered_in_band(segments, path.segment_depths, to_source, deflection, weight)
-    return total
-
-
-def path_radiance_ratio(
-    air: SpectralAir,
-    band: BandPoints,
-    path: LineOfSight,
-    sources: LineSources,
-    irradiance: Floats,
-    absorptance: Floats,
-) -> Floats:
-    """Path radiance over absorptance at each range, (R, S) [W m^-2 sr^-1], with its limit where nothing is absorbed.
-
-    Parameters
-    ----------
-    air, band, path, sources, irradiance
-        As `radiance_along`.
-    absorptance : (R,) array
-        1 - in-band transmittance to each range.
-    """
-    along = radiance_along(air, band, path, sources, irradiance)
-    radiance, behind = along[path.node], path.beyond > 0
-    if np.any(behind) and path.segments.index.size:
-        absorptance = absorptance.copy()
-        radiance[behind], absorptance[behind] = _behind_ground(air, band, path, behind, along)
-    radiance /= np.where(absorptance > 0, absorptance, 1.0)[:, None]
-    empty = absorptance <= 0
-    if np.any(empty):
-        radiance[empty] = _short_path_limit(air, band, path, sources, irradiance)
-    return radiance
+    return scattered_light(air, band, path, sources, irradiance) + thermal_light(air, band, path)
 
 
 def _behind_ground(
@@ -102,30 +150,3 @@ def _behind_ground(
     else:
         slope = along[end] / ground if ground > 0 else np.zeros_like(along[end])
     return along[end] + np.maximum(absorptance - ground, 0.0)[:, None] * slope, absorptance
-
-
-def _short_path_limit(
-    air: SpectralAir, band: BandPoints, path: LineOfSight, sources: LineSources, irradiance: Floats
-) -> Floats:
-    """Limit (S,) of path radiance over absorptance for short ranges; in space that of the highest air."""
-    layer, share, optics = path.local_layer, path.local_share, air.optics
-
-    def local(values: Reals) -> Reals:
-        between: Reals = values[layer] * (1 - share) + values[layer + 1] * share
-        return between
-
-    deflection = sources.local_deflection(path.elevation)
-    ends = np.zeros(2)
-    amount = _SHORT_PATH * np.array([[1 - share], [share]])
-    point = Segments(np.zeros(1, int), np.array([layer]), amount[0], amount[1], ends, ends, ends, ends)
-    extinction = point.column(optics.extinction)[0]
-    upward_cosine = -np.sin(path.elevation)
-    thermal = local(air.thermal.mean) + tilt_weight(upward_cosine) * local(air.thermal.tilt)
-    source = np.broadcast_to(extinction * thermal, (deflection.size, extinction.size))
-    if air.scatters:
-        light = direct_transmittance(air.scaled_source_paths, np.array([path.local_altitude]), sources.elevation)
-        once = scattered_spectral(point, optics, light.astype(np.float32), np.stack([deflection, deflection]))
-        again = air.diffuse_light.at(layer, share, upward_cosine, np.sin(sources.elevation), deflection)
-        source = source + (once + extinction * again) * irradiance
-    limit: Floats = source @ band.radiance_weight / (extinction @ band.weight / band.weight.sum())
-    return limit

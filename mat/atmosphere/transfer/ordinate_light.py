@@ -36,6 +36,7 @@ from skyshine.schemas.arrays import Floats, Integers, Singles
 _DIRECTIONS = np.linspace(0.0, np.pi, 16)
 # Points solved together: bounds memory to about 200 MB a thread.
 _CHUNK = 32
+_GATHERED = 1 << 18  # numbers of the source function copied at once for the segments of a ray
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ class OrdinateLight:
         Of the source's geometric elevation at the place of scattering, increasing.
     extinction : (N, P) array
         m^2 per molecule.
-    source : (N, X, U * M, P) array
+    source : (N, X, U, M, P) array
         By the direction in which light leaves; coefficients of the cosines of 0 to M - 1 times the azimuth between that
         direction and the beam; single precision.
     falling : (N, U, P) array
@@ -87,7 +88,7 @@ class OrdinateLight:
         """
         sine = np.sin(np.radians(ELEVATIONS))
         levels, points = state.altitude.size, optics.wavenumber.size
-        source = np.empty((levels, _DIRECTIONS.size, sine.size * ordinates.AZIMUTHAL, points), np.float32)
+        source = np.empty((levels, _DIRECTIONS.size, sine.size, ordinates.AZIMUTHAL, points), np.float32)
         falling = np.empty((levels, sine.size, points))
         moments = phase_moments(optics.phase, ordinates.MOMENTS)
 
@@ -98,7 +99,7 @@ class OrdinateLight:
             light, falling[..., part] = _solve(
                 shells, optics.at(part), moments, fraction[:, part], np.swapaxes(beam, 1, 2), sine, state.surface_albedo
             )
-            source[..., part] = light.transpose(0, 3, 4, 2, 1).reshape(levels, _DIRECTIONS.size, -1, light.shape[1])
+            source[..., part] = light.transpose(0, 3, 4, 2, 1)
 
         parallel_map(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
@@ -118,15 +119,15 @@ class OrdinateLight:
         (S, P) array
             sr^-1.
         """
-        columns, share, azimuth = self._along(segments, cosine, deflection)
-        light = np.stack(
+        nodes, share, azimuth = self._along(segments, cosine, deflection)
+        light = np.concatenate(
             [
-                np.einsum("lp,lxup->up", by_level, self.source[index] * by_direction)
-                for index, by_direction, by_level in self._corners(columns, segments, depths)
+                np.einsum("klp,klvmp->kvmp", by_level, np.sum(table * by_direction[..., None], axis=2))
+                for table, by_direction, by_level in self._tables(nodes, segments, depths)
             ]
-        )  # (K, V * M, P)
-        weight = (share[..., None] * azimuth[:, :, None]).reshape(*share.shape[:2], -1)  # (K, S, V * M)
-        radiance = weight.transpose(1, 0, 2).reshape(share.shape[1], -1) @ light.reshape(-1, light.shape[2])
+        )  # (K, V, M, P)
+        weight = share[..., None] * azimuth[:, :, None]  # (K, S, V, M)
+        radiance = np.swapaxes(weight, 0, 1).reshape(share.shape[1], -1) @ light.reshape(-1, light.shape[-1])
         positive: Singles = np.maximum(radiance, 0.0)
         return positive
 
@@ -134,19 +135,18 @@ class OrdinateLight:
         """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in
         `single_scattering.scattered_band`.
         """
-        columns, share, azimuth = self._along(segments, cosine, deflection)
+        nodes, share, azimuth = self._along(segments, cosine, deflection)
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
         unit = (weight / scale).astype(np.float32)
-        light = np.stack(
+        light = np.concatenate(
             [
                 np.sum(
-                    np.matmul(self.source[index], (by_level * unit)[:, None, :, None])[..., 0] * by_direction[..., 0],
-                    axis=(0, 1),
+                    np.matmul(table, (by_level * unit)[:, :, None, None, :, None])[..., 0] * by_direction, axis=(1, 2)
                 )
-                for index, by_direction, by_level in self._corners(columns, segments, depths)
+                for table, by_direction, by_level in self._tables(nodes, segments, depths)
             ]
-        )  # (K, V * M)
-        by_azimuth = np.matmul(share, light.reshape(len(light), share.shape[2], -1))  # (K, S, M)
+        )  # (K, V, M)
+        by_azimuth = np.matmul(share, light)  # (K, S, M)
         radiance = np.zeros(cosine.shape)
         np.cumsum(np.maximum(np.sum(by_azimuth * azimuth, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
         return radiance
@@ -168,11 +168,11 @@ class OrdinateLight:
         nodes, weight = source_nodes(self.sine, np.stack([cosine, cosine]))
         azimuth = _azimuth_cosines(direction, cosine[None], deflection[None])[0]  # (S, M)
         first, next_share = _place(direction)
-        table = self.source[layer : layer + 2, first[0] : first[0] + 2, self._columns(nodes)]
+        table = self.source[layer : layer + 2, first[0] : first[0] + 2, nodes]
         corner = np.outer([1 - share, share], [1 - next_share[0], next_share[0]])
-        light = np.einsum("lx,lxup->up", corner, table)
-        by_column = (weight[0][..., None] * azimuth[:, None]).reshape(len(cosine), -1)
-        source: Floats = np.maximum(by_column @ light, 0.0)
+        light = np.tensordot(corner, table, 2)  # (V, M, P)
+        by_node = (weight[0][..., None] * azimuth[:, None]).reshape(len(cosine), -1)
+        source: Floats = np.maximum(by_node @ light.reshape(-1, light.shape[-1]), 0.0)
         return source
 
     def sky(self, altitude: Floats, source_elevation: Floats) -> Floats:
@@ -184,31 +184,29 @@ class OrdinateLight:
         sky: Floats = np.maximum(weight[0].astype(float) @ flux[:, nodes], 0.0)
         return sky
 
-    def _along(self, segments: Segments, cosine: Floats, deflection: Floats) -> tuple[slice, Singles, Singles]:
-        """Columns of `source`, weights (K, S, V) of the source's elevations and cosines (K, S, M) of multiples of
+    def _along(self, segments: Segments, cosine: Floats, deflection: Floats) -> tuple[Integers, Singles, Singles]:
+        """Elevations (V,) of the source that are needed, their weights (K, S, V), and cosines (K, S, M) of multiples of
         azimuth.
         """
         nodes, share = source_nodes(self.sine, cosine)
         to_source, angle = (0.5 * (part[1:] + part[:-1]) for part in (cosine, deflection))
-        return self._columns(nodes), share, _azimuth_cosines(segments.upward_cosine, to_source, angle)
+        return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle)
 
-    def _corners(
-        self, columns: slice, segments: Segments, depths: Depths
-    ) -> Iterator[tuple[tuple[slice, slice, slice], Singles, Singles]]:
-        """Of each segment: index of the two levels, two directions and the columns; weights of the directions (2, 1, 1)
-        and of the levels (2, P).
+    def _tables(
+        self, nodes: Integers, segments: Segments, depths: Depths
+    ) -> Iterator[tuple[Singles, Singles, Singles]]:
+        """Of some segments at a time: the source function (k, 2, 2, V, M, P) at their levels and directions, with
+        weights of the directions (k, 1, 2, 1, 1) and of the levels (k, 2, P).
         """
         first, next_share = _place(segments.upward_cosine)
-        below, above = layer_weights(segments, self.levels, self.extinction, depths)
-        for layer, direction, part, lower, upper in zip(
-            segments.layer, first, next_share.astype(np.float32), below, above, strict=True
-        ):
-            index = slice(layer, layer + 2), slice(direction, direction + 2), columns
-            yield index, np.array([1 - part, part], dtype=np.float32)[:, None, None], np.stack([lower, upper])
-
-    @staticmethod
-    def _columns(nodes: Integers) -> slice:
-        return slice(nodes[0] * ordinates.AZIMUTHAL, (nodes[-1] + 1) * ordinates.AZIMUTHAL)
+        by_level = np.stack(layer_weights(segments, self.levels, self.extinction, depths), axis=1)
+        by_direction = np.stack([1 - next_share, next_share], axis=-1).astype(np.float32)[:, None, :, None, None]
+        step = np.arange(2)[:, None]
+        levels, directions = segments.layer[:, None, None, None] + step[:, None], first[:, None, None, None] + step
+        at_once = max(1, _GATHERED // (4 * nodes.size * self.source[0, 0, 0].size))
+        for start in range(0, first.size, at_once):
+            part = slice(start, start + at_once)
+            yield self.source[levels[part], directions[part], nodes], by_direction[part], by_level[part]
 
 
 def _solve(

@@ -24,13 +24,13 @@ def source_nodes(sine: Floats, cosine: Floats) -> tuple[Integers, Singles]:
     Returns
     -------
     nodes : (V,) int array
-        The elevations that are needed.
+        The elevations that are needed, increasing.
     weight : (K, S, V) array
         Of each in the middle of each segment; single precision.
     """
     middle = np.clip(0.5 * (cosine[:-1] + cosine[1:]), sine[0], sine[-1])
     place = np.interp(middle, sine, np.arange(sine.size))
-    nodes = np.arange(int(place.min()), int(np.ceil(place.max())) + 1)
+    nodes = np.union1d(np.floor(place), np.ceil(place)).astype(int)
     return nodes, np.maximum(1 - np.abs(place[..., None] - nodes), 0.0).astype(np.float32)
 
 

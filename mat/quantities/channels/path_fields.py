@@ -20,7 +20,7 @@ from skyshine.mat.quantities.channels.nodes import ChannelNodes
 from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.formulas import mean_transmittance
 from skyshine.mat.quantities.line_sources import LineSources
-from skyshine.mat.quantities.path_radiance import path_radiance_ratio
+from skyshine.mat.quantities.path_radiance import PathLight, scattered_light, thermal_light
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.threads import parallel_map
@@ -85,25 +85,21 @@ def depth_of(atmosphere: BandAtmosphere, path: LineOfSight) -> Floats:
     return depth_above_0
 
 
-def radiance_over(
-    atmosphere: BandAtmosphere, path: LineOfSight, sources: LineSources, irradiance: Floats, reference: Floats
-) -> Floats:
-    """Path radiance (R, S) of thermal light and of a source over the reference's, with its limit at a range of 0.
+def light_over(atmosphere: BandAtmosphere, path: LineOfSight, light: PathLight, reference: Floats) -> Floats:
+    """Path radiance (R, S) of one kind over the reference's, with its limit at a range of 0.
 
     Parameters
     ----------
     atmosphere : BandAtmosphere
     path : LineOfSight
-    sources : LineSources
-    irradiance : (P,) array
-        0 for thermal light alone.
+    light : PathLight
     reference : (P,) array
         e_j.
     """
     depth, weight = depth_of(atmosphere, path), atmosphere.band.weight
     absorptance = mean_transmittance(depth, weight, weight.sum())[1]
     to_ground = mean_transmittance(path.depth, weight, weight.sum())[1]
-    ratio = path_radiance_ratio(atmosphere.air, atmosphere.band, path, sources, irradiance, to_ground)
+    ratio = light.ratio(atmosphere.air, atmosphere.band, path, to_ground)
     divisor = -np.expm1(-depth) @ reference
     over: Floats = ratio * (absorptance / np.where(divisor > 0, divisor, np.inf))[:, None]
     return over
@@ -111,12 +107,8 @@ def radiance_over(
 
 def scattered_over(atmosphere: BandAtmosphere, path: LineOfSight, sources: LineSources, light: BandLight) -> Floats:
     """Path radiance (R, S) of a source's light alone over the reference's."""
-    if not np.any(light.source > 0):
-        return np.zeros((path.length.size, sources.elevation.size))
-    both = radiance_over(atmosphere, path, sources, light.irradiance, light.source)
-    dark = radiance_over(atmosphere, path, _one(sources), np.zeros_like(light.irradiance), light.source)
-    scattered: Floats = np.maximum(both - dark, 0.0)
-    return scattered
+    scattered = scattered_light(atmosphere.air, atmosphere.band, path, sources, light.irradiance)
+    return np.maximum(light_over(atmosphere, path, scattered, light.source), 0.0)
 
 
 def path_fields(
@@ -173,8 +165,8 @@ def _line_fields(
     local = path.local_extinction[absorbers.index] * 1e3
     mean = np.where(length[:, None] > 0, depth / np.where(length > 0, length, 1.0)[:, None], local)
     sources = LineSources(source_elevation, *azimuth_at(path.elevation, source_elevation, scattering_angle))
-    dark = np.zeros_like(light.irradiance)
-    thermal = radiance_over(atmosphere, path, _one(sources), dark, light.thermal)[:, 0]
+    emitted = thermal_light(atmosphere.air, atmosphere.band, path)
+    thermal = light_over(atmosphere, path, emitted, light.thermal)[:, 0]
     return np.maximum(mean, LEAST_EXTINCTION).T, thermal, scattered_over(atmosphere, path, sources, light).T
 
 
@@ -184,10 +176,3 @@ def _paths(
     ranges = np.stack([line[1] for line in lines]) * 1e3
     altitude = np.full(len(lines), (rays.ground_km + root**3) * 1e3)
     return lines_of_sight(atmosphere.air, ranges, altitude, np.radians([line[0] for line in lines]))
-
-
-def _one(sources: LineSources) -> LineSources:
-    """One source, where there is none to be seen."""
-    if sources.elevation.size:
-        return LineSources(sources.elevation[:1], sources.azimuth[:1], sources.excess[:1])
-    return LineSources(np.zeros(1), np.zeros(1), np.zeros(1))

@@ -345,9 +345,11 @@ class AtmosphereGrid(StrictModel):
         None,
         description=(
             "Places the nodes, between the ends of the axes, where the error is: 99 % of all reads are within it, all"
-            " but one or two in ten thousand within twice, in kelvin or radiance of a scene at 300 K (in kelvin a"
-            " surface reflects 0.3 of sky and source, in radiance all); direct light at sunrise apart. One for all"
-            " quantities, or one by quantity: those not named keep the axes as written."
+            " but one or two in ten thousand within twice, in kelvin, percent or radiance of a scene at 300 K (in"
+            " kelvin and percent a surface reflects 0.3 of sky and source, in radiance all); direct light at sunrise"
+            " apart. In bands that end before 2.5 um percent are of the light that such a surface reflects of the"
+            " source outside the atmosphere, and 3 % count as 1 K. One for all quantities, or one by quantity: those"
+            " not named keep the axes as written."
         ),
     )
     layout: Literal["classic", "channels"] | None = Field(

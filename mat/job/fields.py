@@ -109,7 +109,7 @@ def by_hour(number: Any) -> ReadAs:
     )
 
 
-_TOLERANCE = re.compile(r"^([0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]+)?) (K|W m\^-2 sr\^-1)$")
+_TOLERANCE = re.compile(r"^([0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]+)?) (K|%|W m\^-2 sr\^-1)$")
 SMALLEST_TOLERANCE = 1e-6
 
 
@@ -128,7 +128,9 @@ def tolerance(value: str) -> str:
         It is none.
     """
     if not _TOLERANCE.match(value) or not SMALLEST_TOLERANCE <= tolerance_parts(value)[0] <= 1e3:
-        raise ValueError(f"found '{value}'; allowed: a number and its unit, 0.1 K or 0.01 W m^-2 sr^-1; write it so")
+        raise ValueError(
+            f"found '{value}'; allowed: a number and its unit, 0.1 K, 1 % or 0.01 W m^-2 sr^-1; write it so"
+        )
     return value
 
 

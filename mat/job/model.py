@@ -12,9 +12,10 @@ import yaml
 from pydantic import Field
 
 from skyshine.mat.atmosphere.gases.absorption import check_water_continuum, packaged_water_continuum
+from skyshine.mat.job.accuracy import Accuracy, by_number, with_shares
 from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
 from skyshine.mat.job.extra_tables import ExtraTables
-from skyshine.mat.job.fields import by_hour
+from skyshine.mat.job.fields import Tolerance, by_hour
 from skyshine.mat.job.query_limits import QueryLimits
 from skyshine.mat.job.series import MEMBER_LIMIT
 from skyshine.mat.job.site import Site
@@ -54,38 +55,6 @@ def _default_continuum() -> WaterContinuum:
 HIGHEST_IN_CHANNELS_KM = 100.0  # of observers: the top of the atmosphere, from which lines of sight have coordinates
 
 
-class Accuracy(StrictModel):
-    """How closely the tables are to be computed and measured."""
-
-    spectral_tolerance: float = Field(1e-3, ge=1e-4, le=0.05, description="Relative, of a compiled band.")
-    negligible_k: float = Field(
-        0.02,
-        ge=0,
-        le=1,
-        description=(
-            "Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where"
-            " all that provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at"
-            " most); 0 leaves none out."
-        ),
-    )
-    solver_steps: Literal[48, 96, 192, 288] = 96
-    class_tolerance: float = Field(
-        2e-3,
-        ge=1e-4,
-        le=0.1,
-        description="Of transmittance, between materials that share a table of weighted transmittance.",
-    )
-    tilted_faces_k: float = Field(
-        0.15,
-        ge=0.05,
-        le=1,
-        description=(
-            "Of ambient light on tilted faces that reflect 0.3, at 300 K: 6 harmonics hold 0.15 K and 11 hold 0.05 K."
-        ),
-    )
-    seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
-
-
 class Output(StrictModel):
     """Where the files go."""
 
@@ -121,7 +90,9 @@ class Job(StrictModel):
     )
     atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
     surface_grid: SurfaceGrid = SurfaceGrid()
-    accuracy: Accuracy = Accuracy()
+    accuracy: Annotated[Accuracy, pydantic.BeforeValidator(by_number, json_schema_input_type=Tolerance | Accuracy)] = (
+        Accuracy()
+    )
     water_continuum: Annotated[WaterContinuum, pydantic.AfterValidator(_packaged_continuum)] = Field(
         default_factory=_default_continuum,
         description=(
@@ -145,6 +116,11 @@ class Job(StrictModel):
         description="What scenes will ask for; nodes and sources that none of that reads are left out.",
     )
     output: Output = Output()
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _shared_out(cls, written: Any) -> Any:
+        return with_shares(written)
 
     @property
     def observer_altitudes_km(self) -> list[float]:

@@ -1,8 +1,8 @@
-"""Nodes of a database in channels by tolerance: the fewest, of a family of grids, that hold it.
+"""Nodes of a database in channels by tolerance: placed where the error is, until random lines of sight hold it.
 
-The grid is measured on random lines of sight. Where it does not hold, every second node of each part of each axis is
-left out in turn: what that changes of the reads on the lines is three times the error that the part leaves, for linear
-interpolation errs with the square of the step. Each part then grows by what its error asks for.
+Where a table does not hold, every second node of each part of each axis is left out in turn. What that changes of a
+read is three times the error that the part leaves there, for linear interpolation errs with the square of the step. So
+each interval of each part gets the number of nodes that its own worst reads ask for, more or fewer than it had.
 """
 
 from __future__ import annotations
@@ -16,24 +16,28 @@ import numpy as np
 from skyshine.mat.measure.probes import Probes
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.channels.coordinates import LEVEL
-from skyshine.mat.quantities.channels.nodes import NodeCounts
+from skyshine.mat.quantities.channels.nodes import ChannelNodes
 from skyshine.mat.quantities.results import AtmosphericQuantities
+from skyshine.mat.radiometry.scattering_angle import scattering_angle
+from skyshine.mat.tables.channel_reader import ChannelReader
 from skyshine.mat.tables.channel_table import ChannelTable
-from skyshine.mat.tables.channels import NODES
 from skyshine.mat.tables.gridded import QUANTITIES
-from skyshine.schemas.arrays import Floats, Integers
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 _PASSES = 8
-_MARGIN, _WORST = 0.95, 2.8  # tolerances that 99 % of the reads hold, and all: others are a little worse
-_PART = 0.45  # of the tolerance, which a part may leave before it grows
-_WORST_SHARE = 2.0  # tolerances that a part may leave of the worst reads, over what it may leave of 99 %
-_GROWTH = 2.0  # of a part in one pass, at most
-_LEAST_GROWTH = 1.2
+_MARGIN, _WORST = 0.95, 2.8  # tolerances that 99 % of the reads hold, and nearly all: others are a little worse
+_NEARLY_ALL = 99.98  # % of the reads
+_PART = 0.4  # of the tolerance, which an interval of a part may leave in 99 % of its reads
+_WORST_SHARE = 2.0  # tolerances that it may leave in its worst read, over what it may leave in 99 %
+_THINNED, _GROWTH = 0.7, 4.0  # intervals for one, in one pass
+_IDLE = 0.5  # of the nodes that an interval has: where it needs fewer, it is thinned
+_STEADY = 0.75  # of its neighbours' growth, which an interval grows by at least
 _GAIN = 0.85  # of the error of the pass before, which more nodes must leave at most
-_WORST_LINES, _OTHER_LINES = 40, 60  # on which parts are blamed
+_WORST_LINES, _OTHER_LINES = 80, 160  # on which parts are blamed
 _OF_PATHS = ("beta_star", "path_radiance_ratio")
+_SOURCE = ("source_elevation", "scattering_angle")  # axes of path radiance alone
 
 
 @dataclass(frozen=True)
@@ -63,15 +67,15 @@ class PlacedChannels:
     Attributes
     ----------
     table : ChannelTable
-    counts : NodeCounts
-    p99, maximum : float
-        Of the error at random points, over all quantities, in the tolerance's unit.
+    nodes : ChannelNodes
+    p99, worst : float
+        99 and 99.98 % of the errors at random points, of the worst quantity, in the tolerance's unit.
     """
 
     table: ChannelTable
-    counts: NodeCounts
+    nodes: ChannelNodes
     p99: float
-    maximum: float
+    worst: float
 
 
 def quantities_of(table: ChannelTable) -> dict[str, ChannelQuantity]:
@@ -80,26 +84,29 @@ def quantities_of(table: ChannelTable) -> dict[str, ChannelQuantity]:
 
 
 def placed_channels(
-    table_of: Callable[[NodeCounts], ChannelTable],
-    probes_of: Callable[[], Sequence[Probes]],
+    table_of: Callable[[ChannelNodes], ChannelTable],
+    probes: Sequence[Probes],
+    nodes: ChannelNodes,
     scale: Scale,
     tolerance: float,
     *,
     max_nodes: int,
 ) -> PlacedChannels:
-    """The fewest nodes that hold a tolerance.
+    """Few nodes that hold a tolerance.
 
     Parameters
     ----------
     table_of : callable
-        The table with some numbers of nodes.
-    probes_of : callable
-        Fresh random lines of sight with the quantities on them, in groups that hold the tolerance each; the first with
-        all quantities, the others with those of paths alone.
+        The table on some nodes.
+    probes : sequence of Probes
+        Random lines of sight with the quantities on them, in groups that hold the tolerance each; the first with all
+        quantities, the others with those of paths alone.
+    nodes : ChannelNodes
+        To start from.
     scale : Scale
         In what the tolerance counts.
     tolerance : float
-        Of 99 % of the reads of each quantity; the worst is within three times.
+        Of 99 % of the reads of each quantity; all but two in ten thousand are within three times.
     max_nodes : int
         Of one field.
 
@@ -108,26 +115,24 @@ def placed_channels(
     CheckFailed
         The tolerance cannot be held with so many nodes.
     """
-    counts, p99, worst, over = NodeCounts(), np.inf, np.inf, np.inf
-    tried = counts.size
+    all_around, *others = probes
+    p99, worst, over, tried = np.inf, np.inf, np.inf, nodes.size
     for _ in range(_PASSES):
-        if counts.size > max_nodes:
+        if nodes.size > max_nodes:
             break
-        before, tried = over, counts.size
-        table, (all_around, *others) = table_of(counts), probes_of()
+        before, tried, table = over, nodes.size, table_of(nodes)
         tables = quantities_of(table)
-        measured = list(all_around.errors(tables, scale).values())
-        for probes in others:
-            measured += probes.errors({name: tables[name] for name in _OF_PATHS}, scale).values()
-        errors = [np.abs(error) for error in measured if error.size]
-        p99 = max((float(np.percentile(error, 99)) for error in errors), default=0.0)
-        worst = max((float(error.max()) for error in errors), default=0.0)
+        measured = [all_around.errors(tables, scale)]
+        measured += [group.errors({name: tables[name] for name in _OF_PATHS}, scale) for group in others]
+        p99 = max(_percentile(error, 99.0) for group in measured for error in group.values())
+        pooled = [np.concatenate([group[name] for group in measured if name in group]) for name in tables]
+        worst = max(_percentile(error, _NEARLY_ALL) for error in pooled)
         if p99 <= _MARGIN * tolerance and worst <= _WORST * tolerance:
-            return PlacedChannels(table, counts, p99, worst)
+            return PlacedChannels(table, nodes, p99, worst)
         over = max(p99 / _MARGIN, worst / _WORST) / tolerance
         if over > _GAIN * before:
             break  # what errs is not what nodes hold
-        counts = _grown(counts, table, [all_around, *others], scale, tolerance)
+        nodes = _placed_anew(nodes, table, probes, scale, _PART * tolerance)
     raise CheckFailed(
         f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {tried:,} nodes a field leave an"
         f" error of {p99:.2g} (99 %), {worst:.2g} (worst); raise it, allow more with atmosphere_grid.most_nodes, or"
@@ -135,25 +140,73 @@ def placed_channels(
     )
 
 
-def _grown(
-    counts: NodeCounts, table: ChannelTable, groups: Sequence[Probes], scale: Scale, tolerance: float
-) -> NodeCounts:
-    """More nodes on the parts that leave too much on the worst lines and on some others."""
+def _percentile(error: Floats, share: float) -> float:
+    return float(np.percentile(np.abs(error), share)) if error.size else 0.0
+
+
+def _placed_anew(
+    nodes: ChannelNodes, table: ChannelTable, groups: Sequence[Probes], scale: Scale, allowed: float
+) -> ChannelNodes:
+    """Nodes of which each interval leaves what is allowed, by the reads on the worst lines and on some others."""
     few = [_lines(probes, _worst_lines(table, probes, scale)) for probes in groups]
-    whole = _reads(table, few, scale)
-    left: dict[str, float] = {}
-    for name in NodeCounts.names():
-        coarse = _reads(_without_every_second(table, name), few, scale)
-        errors = [np.abs(a - b) / 3 for a, b in zip(coarse, whole, strict=True)]
-        left[name] = max(
-            max(float(np.percentile(error, 99)), float(error.max()) / _WORST_SHARE) / tolerance for error in errors
-        )
-    limit = min(_PART, max(left.values()))
-    grown = counts
-    for name, error in left.items():
-        if error >= limit:
-            grown = grown.grown(name, float(np.clip(np.sqrt(error / _PART), _LEAST_GROWTH, _GROWTH)))
-    return grown
+    errors = _errors(table, few, scale)
+    parts = [part for part in nodes.parts() if getattr(nodes, part).size > 2]
+    blamed = _blamed(errors, {part: _errors(_without_every_second(table, part, nodes), few, scale) for part in parts})
+    placed = nodes
+    for part in parts:
+        at = getattr(nodes, part)
+        edges = np.append(at[:-1:2], at[-1])
+        found = np.full(edges.size - 1, np.nan)
+        for group, probes in zip(blamed[part], few, strict=True):
+            where = _coordinates(table, probes)[part]
+            for name, values in group.items():
+                if part not in _SOURCE or name == "path_radiance_ratio":
+                    found = np.fmax(found, _by_interval(edges, np.broadcast_to(where, values.shape), values))
+        had = np.diff(np.searchsorted(at, edges))
+        placed = placed.with_spacing(part, edges, had * _growth(found / allowed))
+    return placed
+
+
+def _blamed(
+    errors: Sequence[dict[str, Floats]], thinned: dict[str, Sequence[dict[str, Floats]]]
+) -> dict[str, list[dict[str, Floats]]]:
+    """Error of each read that each part leaves: a third of the change without every second node, and at least its
+    share, among all parts, of the error that the read has.
+    """
+    blamed: dict[str, list[dict[str, Floats]]] = {part: [] for part in thinned}
+    for number, whole in enumerate(errors):
+        for part in thinned:
+            blamed[part].append({})
+        for name, error in whole.items():
+            change = {part: np.abs(groups[number][name] - error) / 3 for part, groups in thinned.items()}
+            total = np.maximum(sum(change.values()), np.finfo(float).tiny)
+            for part, values in change.items():
+                blamed[part][number][name] = np.maximum(values, values / total * np.abs(error))
+    return blamed
+
+
+def _by_interval(edges: Floats, at: Floats, error: Floats) -> Floats:
+    """Error (n,) of the reads in each of n intervals; not a number where no read stands."""
+    inside: Booleans = np.isfinite(error) & (at >= edges[0]) & (at <= edges[-1])
+    interval = np.clip(np.searchsorted(edges, at[inside], side="right") - 1, 0, edges.size - 2)
+    reads = error[inside]
+    found = np.full(edges.size - 1, np.nan)
+    for number in np.unique(interval):
+        own = reads[interval == number]
+        found[number] = max(float(np.percentile(own, 99)), float(own.max()) / _WORST_SHARE)
+    return found
+
+
+def _growth(over: Floats) -> Floats:
+    """By what the numbers of intervals grow, of errors over those allowed; where none is known, as the neighbours."""
+    known = np.flatnonzero(np.isfinite(over))
+    if not known.size:
+        return np.ones(over.size)
+    factor = np.sqrt(np.interp(np.arange(over.size), known, over[known]))
+    beside = np.maximum(np.append(factor[1:], 0.0), np.insert(factor[:-1], 0, 0.0))
+    asked = np.maximum(factor, _STEADY * beside)
+    growth: Floats = np.where(asked < _IDLE, _THINNED, np.clip(asked, 1.0, _GROWTH))
+    return growth
 
 
 def _worst_lines(table: ChannelTable, probes: Probes, scale: Scale) -> Integers:
@@ -177,34 +230,50 @@ def _lines(probes: Probes, lines: Integers) -> Probes:
     return replace(probes, places=places, ambient_at=probes.ambient_at[:0], truth=AtmosphericQuantities(**truth))
 
 
-def _reads(table: ChannelTable, groups: Sequence[Probes], scale: Scale) -> list[Floats]:
-    """Errors of transmittance and of path radiance at the probes above the ground."""
+def _errors(table: ChannelTable, groups: Sequence[Probes], scale: Scale) -> list[dict[str, Floats]]:
+    """Errors (n, R, S or 1) of transmittance and of path radiance at the probes; not a number behind the ground."""
     tables = quantities_of(table)
-    of_paths = {name: tables[name] for name in _OF_PATHS}
-    return [error for probes in groups for error in probes.errors(of_paths, scale).values()]
+    return [
+        {
+            name: np.where(probes.above_ground(name, error), error, np.nan)
+            for name in _OF_PATHS
+            for error in [probes.error(name, tables[name], scale)]
+        }
+        for probes in groups
+    ]
 
 
-def _without_every_second(table: ChannelTable, part: str) -> ChannelTable:
+def _coordinates(table: ChannelTable, probes: Probes) -> dict[str, Floats]:
+    """Places of the probes on each part of each axis, (n, R, S or 1); outside its nodes where they lie in another."""
+    places = probes.places
+    rays = ChannelReader.of(table.root, table.attributes).rays
+    at = rays.locate(places["range"], places["altitude"], places["elevation"])
+    return {
+        "share": at.share,
+        "height_root": at.height_root,
+        "ground": np.where(at.to_ground, at.direction, -1.0),
+        "limb": np.where(at.to_ground | (at.direction > LEVEL), -1.0, at.direction),
+        "upward": np.where(at.direction >= LEVEL, at.direction, -1.0),
+        "source_elevation": places["source_elevation"],
+        "scattering_angle": scattering_angle(places["elevation"], places["source_elevation"], places["source_azimuth"]),
+    }
+
+
+def _without_every_second(table: ChannelTable, part: str, nodes: ChannelNodes) -> ChannelTable:
     """The table with every second node of a part of an axis left out, but for its ends."""
     root = table.root
-    direction = np.asarray(root.axes["direction"].values)
-    axis = {"share": "share", "height": "height_root"}.get(part, "direction")
-    nodes = np.asarray(root.axes[axis].values)
-    inside = {
-        "ground": direction <= 1,
-        "limb": (direction > 1) & (direction <= LEVEL),
-        "upward": direction >= LEVEL,
-    }.get(part, np.ones(nodes.size, bool))
-    of_part = np.flatnonzero(inside)
-    dropped = of_part[1:-1:2]
-    kept: Integers = np.setdiff1d(np.arange(nodes.size), dropped)
+    axis = part if part in root.axes else "direction"
+    whole = np.asarray(root.axes[axis].values, float)
+    first = {"limb": nodes.ground.size, "upward": nodes.ground.size + nodes.limb.size - 1}.get(part, 0)
+    of_part = np.arange(first, first + getattr(nodes, part).size)
+    kept: Integers = np.setdiff1d(np.arange(whole.size), of_part[1:-1:2])
 
     def cut(variable: Variable) -> Variable:
-        if axis not in variable.dims or not set(variable.dims) & set(NODES):
+        if axis not in variable.dims:
             return variable
         return replace(variable, data=np.take(np.asarray(variable.data), kept, axis=variable.dims.index(axis)))
 
     old: Axis = root.axes[axis]
-    axes = root.axes | {axis: replace(old, values=nodes[kept])}
+    axes = root.axes | {axis: replace(old, values=whole[kept])}
     variables = {name: cut(variable) for name, variable in root.variables.items()}
     return replace(table, root=Group(axes, variables, root.groups, root.attributes))

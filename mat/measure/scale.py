@@ -8,12 +8,14 @@ import numpy as np
 
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.blackbody import SpectralResponse
-from skyshine.mat.radiometry.equivalent_temperature import kelvin_per_radiance, reference_radiance
+from skyshine.mat.radiometry.equivalent_temperature import SHORTEST, kelvin_per_radiance, reference_radiance
 from skyshine.schemas.arrays import Floats
 
 # Of the surface whose reflected light counts in kelvin: nine in ten materials of the library reflect less in 3-5 and in
 # 8-12 um (tests/mat/radiometry/test_reflectance.py).
 REFLECTANCE = 0.3
+PERCENT_PER_KELVIN = 3.0  # of light, in bands in which a scene emits almost nothing
+UNITS = ("K", "%", "W m^-2 sr^-1")
 
 
 @dataclass(frozen=True)
@@ -23,9 +25,9 @@ class Scale:
     Attributes
     ----------
     background : float
-        Radiance of a black body at 300 K, W m^-2 sr^-1: what is seen through the path.
+        Radiance seen through the path, W m^-2 sr^-1: of a black body at 300 K, or reflected.
     factor : float
-        Kelvin, or 1, per W m^-2 sr^-1.
+        Kelvin, percent, or 1, per W m^-2 sr^-1.
     reflectance : float
         Of a surface that faces source and sky, for ambient and direct light.
     """
@@ -43,6 +45,30 @@ class Scale:
     def radiance(cls, response: SpectralResponse) -> Scale:
         """W m^-2 sr^-1, with all light reflected."""
         return cls(reference_radiance(response), 1.0, 1.0)
+
+    @classmethod
+    def of_unit(cls, unit: str, response: SpectralResponse, irradiance: float) -> Scale:
+        """In the unit of a tolerance.
+
+        In bands that end before 2.5 um, where a scene at 300 K emits almost nothing, percent are of the light that a
+        surface reflects of the source alone, and `PERCENT_PER_KELVIN` of them count as a kelvin.
+
+        Parameters
+        ----------
+        unit : {'K', '%', 'W m^-2 sr^-1'}
+        response : SpectralResponse
+        irradiance : float
+            Of the source outside the atmosphere, in band, W m^-2.
+        """
+        if unit not in UNITS:
+            raise ValueError(f"unit '{unit}'; known: {', '.join(UNITS)}")
+        if unit == "W m^-2 sr^-1":
+            return cls.radiance(response)
+        emits = response.upper >= SHORTEST
+        if unit == "K" and emits:
+            return cls.kelvin(response)
+        light = reference_radiance(response) if emits else REFLECTANCE * irradiance / np.pi
+        return cls(light, 100 / light / (PERCENT_PER_KELVIN if unit == "K" else 1.0), REFLECTANCE)
 
     def error(self, quantity: str, read: Floats, exact: Floats, transmittance: Floats, distance: Floats) -> Floats:
         """What an error in one quantity changes of the radiance that reaches the observer.

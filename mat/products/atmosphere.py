@@ -193,10 +193,10 @@ class _SourceTables:
         base, axes = path_grid(job), job.atmosphere_grid
         irradiance = source_irradiance(job, self.source, self.compiled.band.wavenumber, self.compiled.band.width)
         (text,) = set(axes.tolerances.values())
-        scale, tolerance = self._scale(text)
+        scale, tolerance = self._scale(text, irradiance)
         channels = ChannelTables(self.air, base, irradiance, scale, tolerance, job.ambient_harmonics, seed)
         with report.stage("channels"):
-            placed = channels.placed(axes.most_nodes // channels.fields)
+            placed = channels.placed(axes.most_nodes)
         with report.stage("accuracy"):
             quantities = quantities_of(placed.table)
             probes = Probes.drawn(
@@ -220,10 +220,10 @@ class _SourceTables:
         attributes = {"source": self.source, **state_attributes(self.state), **names, "wavelength_um": edges}
         return attributes | (self._ground() if self.loaded.trimmed.ambient_harmonics else {})
 
-    def _scale(self, text: str) -> tuple[Scale, float]:
+    def _scale(self, text: str, irradiance: npt.NDArray[np.float64]) -> tuple[Scale, float]:
         """In what a tolerance counts, and its number."""
         tolerance, unit = tolerance_parts(text)
-        return (Scale.kelvin(self.response) if unit == "K" else Scale.radiance(self.response)), tolerance
+        return Scale.of_unit(unit, self.response, float(self.compiled.band.radiance_weight @ irradiance)), tolerance
 
     def _thermal(self, tables: dict[str, Gridded], irradiance: npt.NDArray[np.float64], count: int) -> ThermalLight:
         """The tables without the source, on its lowest elevation alone."""
@@ -259,7 +259,7 @@ class _SourceTables:
     def _placed(self, base: PathGrid, irradiance: npt.NDArray[np.float64]) -> dict[str, Placed]:
         """The quantities whose tolerance the job names, on axes that hold it."""
         axes, air = self.loaded.trimmed.atmosphere_grid, self.air
-        scales = {name: self._scale(text) for name, text in axes.tolerances.items()}
+        scales = {name: self._scale(text, irradiance) for name, text in axes.tolerances.items()}
         if not scales:
             return {}
         return placed_grids(

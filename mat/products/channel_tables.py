@@ -16,16 +16,10 @@ from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.absorbers import absorbers
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
-from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts
+from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts, elevation_nodes
 from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
-from skyshine.mat.quantities.channels.source_parts import (
-    SKY_ELEVATIONS,
-    SOURCE_ELEVATIONS,
-    SourceParts,
-    elevation_nodes,
-    source_parts,
-)
+from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS, SourceParts, source_parts
 from skyshine.mat.quantities.channels.surface_light import SurfaceLight, surface_light
 from skyshine.mat.quantities.emission import lines_of_sight
 from skyshine.mat.quantities.grid import PathGrid
@@ -38,10 +32,11 @@ from skyshine.schemas.hdf5 import Group
 _SAMPLE_LINES = 150  # on which absorbers are fitted
 _SOURCE_LINES, _SOURCE_RANGES = 60, 7  # on which directions of the source are chosen; ranges of each
 _SKY_LINES = 12  # of the lines on which nodes are placed, with sky light, which hardly depends on them
-_THROUGH = 100  # of the sample's transmittances, with which light on surfaces is parted
+_THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
 # horizon errs by ten times as much as all lines do on average.
 _SHARE, _SOURCE_SHARE = 0.1, 0.04
+_LIGHT_SHARE = 0.1  # of the tolerance, which light on surfaces may miss at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,18 +87,28 @@ class ChannelTables:
         allowed = _SHARE * self.tolerance / (self.scale.background * self.scale.factor)
         return absorbers(*self._sample, self.air.band.weight, allowed)
 
-    @cached_property
-    def sources(self) -> SourceParts:
+    def sources(self, nodes: ChannelNodes) -> SourceParts:
         """The directions of the source whose path radiance gives that under all."""
+        key = nodes.source_elevation.tobytes(), nodes.scattering_angle.tobytes()
+        if key not in self._chosen:
+            self._chosen[key] = self._sources(nodes)
+        return self._chosen[key]
+
+    @cached_property
+    def _chosen(self) -> dict[tuple[bytes, bytes], SourceParts]:
+        """Those of nodes seen before: a pass of placing often leaves them as they are."""
+        return {}
+
+    def _sources(self, nodes: ChannelNodes) -> SourceParts:
         altitude, elevation, ranges = lines_in_cells(
             self.base, _SOURCE_LINES, random_stream(self.seed, Stream.CHANNELS, 1)
         )
-        nodes = elevation_nodes(SOURCE_ELEVATIONS, *self.base.source_elevation_deg[[0, -1]])
         step = max(1, ranges.shape[1] // _SOURCE_RANGES)
         return source_parts(
             self.air,
             self._light,
-            nodes,
+            nodes.source_elevation,
+            nodes.scattering_angle,
             (altitude, elevation, ranges[:, ::step]),
             _SOURCE_SHARE * self.tolerance / self.scale.factor,
         )
@@ -114,22 +119,29 @@ class ChannelTables:
         depth = self._sample[0]
         through = np.exp(-depth[:: max(1, len(depth) // _THROUGH)])
         elevation = elevation_nodes(SKY_ELEVATIONS, *self.base.source_elevation_deg[[0, -1]])
-        return surface_light(self.air, self.irradiance, elevation, through, self.harmonics)
+        allowed = _LIGHT_SHARE * self.tolerance / (self.scale.factor * self.scale.reflectance)
+        return surface_light(self.air, self.irradiance, elevation, through, self.harmonics, allowed)
 
-    def table(self, counts: NodeCounts) -> ChannelTable:
-        """The table with some numbers of nodes, in memory."""
-        air, base, ground = self.air.air, self.base, self.air.air.state.surface_altitude / 1e3
+    def nodes(self, counts: NodeCounts) -> ChannelNodes:
+        """So many nodes between the ends of the job's axes."""
+        ground, base = self.air.air.state.surface_altitude / 1e3, self.base
+        lowest, highest = (max(float(altitude) - ground, 0.0) for altitude in base.altitude_km[[0, -1]])
+        first, last = base.source_elevation_deg[[0, -1]]
+        return ChannelNodes.of(counts, (lowest, highest), (float(first), float(last)))
+
+    def table(self, nodes: ChannelNodes) -> ChannelTable:
+        """The table on some nodes, in memory."""
+        base, sources = self.base, self.sources(nodes)
         ends = float(base.altitude_km[0]), float(base.altitude_km[-1])
-        nodes = ChannelNodes.of(counts, max(ends[0] - ground, 0.0), max(ends[1] - ground, 0.0))
-        rays = RayCoordinates.of(air.shells, nodes.height_root)
+        rays = RayCoordinates.of(self.air.air.shells, nodes.height_root)
         fields = path_fields(
             self.air,
             rays,
             nodes,
             self.absorbers,
             self._light,
-            np.radians(self.sources.chosen_elevation),
-            np.radians(self.sources.chosen_angle),
+            np.radians(sources.chosen_elevation),
+            np.radians(sources.chosen_angle),
         )
         content = ChannelContent(
             rays,
@@ -139,7 +151,7 @@ class ChannelTables:
             self.absorbers,
             self._light,
             fields,
-            self.sources,
+            sources,
             self.surface,
             (float(base.range_km[0]), float(base.range_km[-1])),
             ends,
@@ -148,34 +160,31 @@ class ChannelTables:
         group = channel_group(content, Group(), {})
         return ChannelTable(Path("in memory"), "atmq", group, group.attributes)
 
-    def placed(self, max_nodes: int) -> PlacedChannels:
-        """The table with the fewest nodes that hold the tolerance."""
+    def placed(self, most_nodes: int) -> PlacedChannels:
+        """The table on few nodes that hold the tolerance; most_nodes : of all fields together."""
         generator = random_stream(self.seed, Stream.CHANNELS, 2)
-        return placed_channels(
-            self.table,
-            lambda: [
-                Probes.drawn(self.air, self.base, self.irradiance, generator, sky=_SKY_LINES),
-                Probes.along_the_horizon(self.air, self.base, self.irradiance, generator),
-            ],
-            self.scale,
-            self.tolerance,
-            max_nodes=max_nodes,
-        )
+        probes = [
+            Probes.drawn(self.air, self.base, self.irradiance, generator, sky=_SKY_LINES),
+            Probes.along_the_horizon(self.air, self.base, self.irradiance, generator),
+        ]
+        nodes = self.nodes(NodeCounts())
+        fields = self._fields(self.sources(nodes).chosen_angle.size)
+        return placed_channels(self.table, probes, nodes, self.scale, self.tolerance, max_nodes=most_nodes // fields)
 
-    @property
-    def fields(self) -> int:
+    def _fields(self, source_parts: int) -> int:
         """Number of arrays on the nodes of paths."""
-        return self.absorbers.count + 1 + max(int(self.sources.chosen_angle.size), 1)
+        return self.absorbers.count + 1 + max(source_parts, 1)
 
     def notes(self, placed: PlacedChannels) -> dict[str, Any]:
         """What the file says of its channels."""
         return {
             "channels": int(self.air.band.weight.size),
             "absorbers": self.absorbers.count,
-            "source_parts": int(self.sources.chosen_angle.size),
-            "field_nodes": placed.counts.size,
+            "source_parts": placed.table.root.axes["source_part"].values.size if self._light.source.any() else 0,
+            "field_nodes": placed.nodes.size,
         }
 
     def words(self, placed: PlacedChannels) -> str:
         """What a build says of them."""
-        return f"{self.fields} fields of {placed.counts.size:,} nodes hold the tolerance"
+        fields = self._fields(placed.table.root.axes["source_part"].values.size)
+        return f"{fields} fields of {placed.nodes.size:,} nodes hold the tolerance"

@@ -77,7 +77,7 @@ def scattered_light(
 ) -> PathLight:
     """Light of each source alone; arguments as of `radiance_along`."""
     count = sources.elevation.size
-    if not (air.scatters and np.any(irradiance > 0)):
+    if not (count and air.scatters and np.any(irradiance > 0)):
         return PathLight(np.zeros((path.segments.distance.size, count)), lambda: np.zeros(count))
     along = np.zeros((path.segments.distance.size, count))
     if path.segments.index.size:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.surface import check_measured_light
@@ -12,7 +11,7 @@ from skyshine.schemas.errors import InputError
 
 def check_scene(loaded: LoadedJob) -> None:
     """Check what the models alone cannot: that the band model covers each band, that the air of each state can be
-    made, that measured light fits the Sun, and that a tolerance has a unit that its bands have.
+    made, and that measured light fits the Sun.
 
     Raises
     ------
@@ -28,14 +27,6 @@ def check_scene(loaded: LoadedJob) -> None:
             found = f"{response.lower:g} to {response.upper:g} um"
             raise loaded.document.error(
                 ("bands", i), f"bands.{i}: found {found}; allowed: inside {spans}, which the band model covers"
-            )
-        in_kelvin = [text for text in loaded.trimmed.atmosphere_grid.tolerances.values() if text.endswith(" K")]
-        if in_kelvin and response.upper < SHORTEST:
-            raise loaded.document.error(
-                ("atmosphere_grid", "tolerance"),
-                f"found '{in_kelvin[0]}' for {response.lower:g} to {response.upper:g} um; allowed: W m^-2 sr^-1 for"
-                f" bands that end before {SHORTEST:g} um, where a scene at 300 K does not glow; write"
-                " 0.01 W m^-2 sr^-1, say",
             )
     checked = set()
     for i, state in enumerate(loaded.trimmed.states):

@@ -27,7 +27,7 @@ def waves(shape: Sequence[int], offset: float, height: float) -> np.ndarray:
 
 def channels(accuracy: Group, attributes: dict) -> Group:
     """The layout of a file for ranges to 20 km, observers to 1 km and a source of -20 to 60 degree."""
-    nodes = ChannelNodes.of(NodeCounts(4, 3, 3, 3, 3), 0.01, 1.0)
+    nodes = ChannelNodes.of(NodeCounts(4, 3, 3, 3, 3), (0.01, 1.0))
     rays = RayCoordinates(0.0, nodes.height_root, waves([3], 7000.0, 300.0))
     weight = waves([POINTS], 1.0, 0.5)
     content = ChannelContent(

@@ -18,7 +18,7 @@ from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, s
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource, thermal_source
 from skyshine.mat.atmosphere.transfer.two_stream_light import TwoStreamLight
-from skyshine.schemas.arrays import Floats, Reals
+from skyshine.schemas.arrays import Floats, Integers, Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,8 @@ class SpectralAir:
         shells = Shells.of(state.altitude, state.number_density, mean)
         return cls(state, shells, optics, SourceRays.of(shells), streams)
 
-    def part(self, points: slice) -> SpectralAir:
-        """The same air at a slice of the points."""
+    def part(self, points: slice | Integers) -> SpectralAir:
+        """The same air at some of the points."""
         return replace(self, optics=self.optics.at(points))
 
     def prepare(self) -> None:

@@ -15,7 +15,7 @@ from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import STANDARD_DENSITY, refractivity
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
-from skyshine.schemas.arrays import Floats
+from skyshine.schemas.arrays import Floats, Integers
 
 # Gases whose two-sided king factors make up that of air (Bodhaine et al. 1999, equations 5, 6 and 23), percent by
 # volume.
@@ -90,8 +90,8 @@ class SpectralOptics:
     emission: Floats
     extinction: Floats
 
-    def at(self, points: slice) -> SpectralOptics:
-        """The optical properties at a slice of the points."""
+    def at(self, points: slice | Integers) -> SpectralOptics:
+        """The optical properties at some of the points."""
         names = (
             "rayleigh",
             "aerosol_extinction",

@@ -97,10 +97,11 @@ class Segments:
         """Share of each segment's air that counts with the upper level of its layer, (K,)."""
         return self.upper / (self.lower + self.upper)
 
-    def mean(self, values: Floats) -> Floats:
+    def mean(self, values: Reals) -> Reals:
         """Mean over each segment's air of a property (N, ...) at the levels, (K, ...)."""
         share = self.upper_share.reshape(-1, *(1,) * (values.ndim - 1))
-        return values[self.layer] * (1 - share) + values[self.layer + 1] * share
+        between: Reals = values[self.layer] * (1 - share) + values[self.layer + 1] * share
+        return between
 
     @cached_property
     def tilt_weight(self) -> Floats:

@@ -7,7 +7,6 @@ others by direction.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,10 +19,6 @@ from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers
 
-# Nodes [degree]; the job's own elevations bound the first.
-_TWILIGHT, _RISE = (-18, -14, -10, -8, -6, -4.5), (-3, -2, -1.3, -0.6, 0, 0.6, 1.2, 2, 3)
-SOURCE_ELEVATIONS = (*_TWILIGHT, *_RISE, 4, 5.5, 7.5, 10, 15, 20, 30, 40, 50, 60, 75, 90)
-SCATTERING_ANGLES = (0, 0.5, 1, 1.5, 2, 3, 4, 5.5, 7.5, 10, 15, 20, 30, 40, 60, 80, 100, 120, 140, 160, 180)
 # For diffuse light on surfaces, which changes more slowly.
 SKY_ELEVATIONS = (-18, -12, -8, -5, -2, 0, 3, 7, 14, 25, 40, 60, 90)
 MOST_PARTS = 24
@@ -49,16 +44,11 @@ class SourceParts:
     factor: Floats
 
 
-def elevation_nodes(nodes: Sequence[float], lowest: float, highest: float) -> Floats:
-    """Elevations [degree] between those of a job, both included."""
-    inside = [float(node) for node in nodes if lowest < node < highest]
-    return np.unique([lowest, *inside, highest])
-
-
 def source_parts(
     atmosphere: BandAtmosphere,
     light: BandLight,
     elevation: Floats,
+    angle: Floats,
     lines: tuple[Floats, Floats, Floats],
     allowed: float,
 ) -> SourceParts:
@@ -68,8 +58,8 @@ def source_parts(
     ----------
     atmosphere : BandAtmosphere
     light : BandLight
-    elevation : (SE,) array
-        Nodes of source elevation, degree.
+    elevation, angle : (SE,), (SA,) arrays
+        Nodes of source elevation and of scattering angle, degree.
     lines : altitude, elevation (n,), ranges (n, R)
         Of the sample, km and degree. Those with odd numbers only test.
     allowed : float
@@ -79,7 +69,6 @@ def source_parts(
     -------
     SourceParts
     """
-    angle = np.asarray(SCATTERING_ANGLES, float)
     if not np.any(light.source > 0):
         return SourceParts(elevation, angle, np.zeros(0), np.zeros(0), np.zeros((0, elevation.size, angle.size)))
     altitude, line_elevation, ranges = lines

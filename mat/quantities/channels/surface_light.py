@@ -13,8 +13,9 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.ambient_harmonics import HarmonicSky, ground_emission
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.channels.parts import fitted_parts, pivots
+from skyshine.mat.quantities.channels.parts import Parts, fitted_parts, pivots
 from skyshine.mat.quantities.sky_table import SKY_HEIGHTS, SkyTable
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.arrays import Floats
 
 # Heights above the ground of targets of the beam [m], in space too.
@@ -23,13 +24,15 @@ TARGET_HEIGHTS = np.concatenate(
         SKY_HEIGHTS[:9],
         [3.5e3, 4e3, 4.5e3, 5e3, 5.75e3, 6.5e3, 7.25e3, 8e3, 9e3, 10e3, 11e3, 12e3, 13e3, 14e3, 15.5e3, 17e3],
         [18.5e3, 20e3, 22e3, 24e3, 27e3, 30e3, 34e3, 38e3, 43e3, 50e3, 60e3, 7e4, 8e4, 9e4, 1e5],
-        [1.1e5, 1.25e5, 1.5e5, 2e5, 2.8e5, 4e5, 6e5, 9e5, 1.3e6],
+        np.geomspace(1.05e5, 1.3e6, 36),  # the horizon falls with the root of the height
     ]
 )
 # Elevations of the source above that at which it rises [degree]; transmittance changes most there.
-ABOVE_RISE = (0, 0.1, 0.2, 0.35, 0.5, 0.75, 1, 1.3, 1.7, 2.2, 2.8, 3.5, 4.5, 6, 8, 10, 13, 17, 22, 30, 40, 55, 75, 100)
-_MOST_PARTS = 16
-_SHARE = 1e-3  # of the largest light that a path lets through: what its parts may miss at most
+_NEAR_RISE = (0, 0.03, 0.06, 0.1, 0.14, 0.18, 0.23, 0.28, 0.34, 0.4, 0.48, 0.57, 0.67, 0.78, 0.9, 1.05, 1.2, 1.4)
+_LOW = (1.55, 1.7, 1.85, 2, 2.2, 2.4, 2.6, 2.8, 3, 3.3, 3.6, 4, 4.5, 5, 5.6, 6.3, 7.1, 8, 9.2, 10.5, 12, 14)
+ABOVE_RISE = (*_NEAR_RISE, *_LOW, 17, 22, 30, 40, 55, 75, 100)
+GROUND_TEMPERATURE = 300.0  # K, at which the ground's light is as right as the sky's
+_ROUNDING = 1e-12  # of the largest singular value: smaller ones are rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,23 +52,26 @@ class LightParts:
     factor: Floats
 
     @classmethod
-    def of(cls, spectral: Floats, weight: Floats, through: Floats) -> LightParts:
-        """Of light (..., P) by the points' weights (P,), as paths of transmittances (m, P) show it."""
+    def of(cls, spectral: Floats, weight: Floats, through: Floats, allowed: float) -> LightParts:
+        """The fewest spectra that give the light (..., P) by the points' weights (P,) that paths of transmittances
+        (m, P) let through, each within what is allowed [W m^-2 sr^-1].
+
+        They are the singular vectors of light by paths, which are the fewest.
+        """
         rows = spectral.reshape(-1, spectral.shape[-1]) * weight
-        rows_used = rows[np.abs(rows).max(axis=1) > 0]
-        if not rows_used.size:
-            return cls(np.zeros((1, *spectral.shape[:-1])), np.zeros((weight.size, 1)))
-        allowed = _SHARE * np.abs(rows_used @ through.T).max()
-        order = pivots(rows_used * np.sqrt(np.mean(through**2, axis=0)))
-        for count in range(1, min(_MOST_PARTS, weight.size) + 1):
-            parts = fitted_parts(rows_used, np.sort(order[:count]))
-            error = (rows_used[:, parts.index] @ parts.factor.T - rows_used) @ through.T
-            if np.abs(error).max() <= allowed:
+        through = np.vstack([through, np.ones(weight.size)])  # a path without air among them
+        left, size, _ = np.linalg.svd(rows @ np.linalg.qr(through)[1].T, full_matrices=False)
+        seen = rows @ through.T
+        most = max(1, int(np.count_nonzero(size > _ROUNDING * max(size[0], np.finfo(float).tiny))))
+        count = 0
+        while count < most:
+            count += 1
+            value = left[:, :count] * size[:count]
+            factor = rows.T @ left[:, :count] / np.where(size[:count] > 0, size[:count], 1.0)
+            if np.abs(value @ (through @ factor).T - seen).max() <= allowed:
                 break
-        scale = parts.factor.sum(axis=0)
-        scale = np.where(np.abs(scale) > 0, scale, 1.0)  # a value is then what a path without air lets through
-        value = rows[:, parts.index].T * scale[:, None]
-        return cls(value.reshape(parts.count, *spectral.shape[:-1]), parts.factor / scale)
+        largest = np.maximum(np.abs(factor).max(axis=0), np.finfo(float).tiny)
+        return cls((value * largest).T.reshape(count, *spectral.shape[:-1]), factor / largest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +116,25 @@ class SurfaceLight:
     ground_emission: Floats
 
 
+def _few_points(rows: Floats, through: Floats, allowed: float) -> Parts:
+    """The points whose scattered light on level surfaces, rows (n, P) [W m^-2 sr^-1], gives that of all as paths of
+    transmittances (m, P) let it through; that from other sides has the same spectra.
+    """
+    order = pivots(rows * np.sqrt(np.mean(through**2, axis=0)))
+    for count in range(1, order.size + 1):
+        few = fitted_parts(rows, np.sort(order[:count]))
+        if np.abs((rows[:, few.index] @ few.factor.T - rows) @ through.T).max() <= allowed:
+            break
+    return few
+
+
 def surface_light(
-    atmosphere: BandAtmosphere, irradiance: Floats, source_elevation: Floats, through: Floats, harmonics: int
+    atmosphere: BandAtmosphere,
+    irradiance: Floats,
+    source_elevation: Floats,
+    through: Floats,
+    harmonics: int,
+    allowed: float,
 ) -> SurfaceLight:
     """Compute the light.
 
@@ -126,6 +149,8 @@ def surface_light(
         Transmittances of sample paths.
     harmonics : int
         How many; 0 for level surfaces alone.
+    allowed : float
+        What each light may miss of what a path lets through, W m^-2 sr^-1.
     """
     air, weight = atmosphere.air, atmosphere.band.radiance_weight / np.pi
     air.prepare()
@@ -147,15 +172,19 @@ def surface_light(
     scattered = np.maximum(both - emitted[:, None], 0.0) + np.zeros((altitude.size, elevation.size, 1))
     around: tuple[LightParts | None, LightParts | None, LightParts | None] = (None, None, None)
     if harmonics:
+        glow = float(planck_wavenumber(atmosphere.band.wavenumber, GROUND_TEMPERATURE).max())
         own, to_ground = HarmonicSky.over_ground(air, elevation[:1], dark, harmonics).at(altitude)
-        whole = own
+        lit_sky = np.zeros((altitude.size, elevation.size, harmonics, 1))
         if lit:
-            whole = HarmonicSky.over_ground(air, elevation, irradiance, harmonics).at(altitude)[0]
-        rest = whole - own + np.zeros((altitude.size, elevation.size, 1, 1))
+            few = _few_points(scattered.reshape(-1, weight.size) * weight, through, allowed)
+            part = air.part(few.index)
+            whole = HarmonicSky.over_ground(part, elevation, irradiance[few.index], harmonics).at(altitude)[0]
+            of_few = (whole - own[:, :, few.index]) * weight[few.index, None]
+            lit_sky = np.swapaxes(of_few, -1, -2) @ few.factor.T / weight
         around = (
-            LightParts.of(np.moveaxis(own[:, 0], -1, 1), weight * np.pi, through),
-            LightParts.of(np.moveaxis(rest, -1, 2), weight * np.pi, through),
-            LightParts.of(np.moveaxis(to_ground, -1, 1), weight * np.pi, through),
+            LightParts.of(np.moveaxis(own[:, 0], -1, 1), weight * np.pi, through, allowed),
+            LightParts.of(lit_sky + np.zeros(weight.size), weight * np.pi, through, allowed),
+            LightParts.of(np.moveaxis(to_ground, -1, 1), weight * np.pi, through, allowed / glow),
         )
     return SurfaceLight(
         heights / 1e3,
@@ -163,9 +192,9 @@ def surface_light(
         TARGET_HEIGHTS / 1e3,
         np.degrees(rise),
         np.degrees(above),
-        LightParts.of(beam * irradiance, weight, through),
-        LightParts.of(emitted, weight, through),
-        LightParts.of(scattered, weight, through),
+        LightParts.of(beam * irradiance, weight, through, allowed),
+        LightParts.of(emitted, weight, through, allowed),
+        LightParts.of(scattered, weight, through, allowed),
         *around,
         ground_emission(atmosphere.band),
     )

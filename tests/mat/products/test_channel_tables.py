@@ -51,7 +51,7 @@ def channels(air, sun):
 
 @pytest.fixture(scope="module")
 def table(channels):
-    return channels.table(NodeCounts(12, 12, 6, 8, 6))
+    return channels.table(channels.nodes(NodeCounts(12, 12, 6, 8, 6)))
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,8 @@ def test_isothermal_air_without_particles_shows_its_black_body(air, sun):
     clear = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("none"))
     even = replace(clear, temperature=np.full_like(clear.temperature, 288.0), surface_temperature=288.0)
     warm = BandAtmosphere.of(even, air.band)
-    dark = ChannelTables(warm, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1).table(NodeCounts(6, 4, 4, 4, 4))
+    night = ChannelTables(warm, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1)
+    dark = night.table(night.nodes(NodeCounts(6, 4, 4, 4, 4)))
     assert np.asarray(dark.root.variables["thermal_ratio"].data) == pytest.approx(
         1.0, abs=2e-3
     )  # air scatters a little
@@ -188,7 +189,8 @@ def test_a_tolerance_that_takes_too_many_nodes_says_so(channels):
 
 
 def test_no_source_gives_no_scattered_light(air, sun):
-    dark = ChannelTables(air, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1).table(NodeCounts(5, 4, 4, 4, 4))
+    night = ChannelTables(air, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1)
+    dark = night.table(night.nodes(NodeCounts(5, 4, 4, 4, 4)))
     read = dark.value("path_radiance_ratio", **WHERE, source_elevation=[-8.0, 60.0], source_azimuth=0.0)
     assert read[0] == read[1] > 0
     assert np.all(dark.value("direct_radiance", **WHERE, source_elevation=[10.0, 60.0]) == 0)

@@ -102,12 +102,3 @@ def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_
     check_scene(loaded)
     build_inline(loaded, jobs=1)
     assert [problem for path in (tmp_path / "built").glob("*.h5") for problem in problems(path)] == []
-
-
-@pytest.mark.parametrize("layout", ["", "\n  layout: classic", "\n  layout: channels"])
-def test_kelvin_of_a_sunlit_band_are_refused_by_the_check(small_job, tmp_path, layout):
-    text = small_job.read_text(encoding="utf-8").replace("[8, 8.4]", "[0.9, 1.7]")
-    file = tmp_path / "job.yaml"
-    file.write_text(text.replace("atmosphere_grid:", f"atmosphere_grid:\n  tolerance: 0.5 K{layout}"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"found '0.5 K' for 0.9 to 1.7 um; allowed: W m\^-2 sr\^-1"):
-        check_scene(load_job(file))

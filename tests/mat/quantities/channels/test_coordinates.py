@@ -5,8 +5,8 @@ import pytest
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS, Shells, trace
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
-from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts
-from skyshine.mat.quantities.channels.source_parts import SCATTERING_ANGLES, SKY_ELEVATIONS, SOURCE_ELEVATIONS
+from skyshine.mat.quantities.channels.nodes import SCATTERING_ANGLES, SOURCE_ELEVATIONS, ChannelNodes, NodeCounts
+from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS
 from skyshine.mat.quantities.channels.surface_light import ABOVE_RISE, TARGET_HEIGHTS
 
 HEIGHTS = np.linspace(0.0, 40 ** (1 / 3), 12)
@@ -97,7 +97,7 @@ def test_length_grows_with_range_up_to_an_end():
 
 @pytest.mark.parametrize("counts", [NodeCounts(), NodeCounts(2, 2, 2, 3, 2)])
 def test_nodes_reach_straight_down_the_level_and_straight_up(counts):
-    nodes = ChannelNodes.of(counts, 0.0, 12.0)
+    nodes = ChannelNodes.of(counts, (0.0, 12.0))
     down, horizon, level, up = nodes.direction[[0, counts.ground - 1, counts.ground + counts.limb - 1, -1]]
     assert (down, horizon, level, up) == (0.0, 1.0, 3.0, 4.0)  # the pages of the format say so
     assert AIR.locate(1.0, 2.0, [-90.0, 0.0, 90.0]).direction.tolist() == [down, level, up]
@@ -107,3 +107,10 @@ def test_nodes_reach_straight_down_the_level_and_straight_up(counts):
 @pytest.mark.parametrize("nodes", [TARGET_HEIGHTS, ABOVE_RISE, SOURCE_ELEVATIONS, SCATTERING_ANGLES, SKY_ELEVATIONS])
 def test_nodes_of_light_increase(nodes):
     assert np.all(np.diff(nodes) > 0)
+
+
+def test_heights_count_from_a_ground_above_the_sea():
+    raised = RayCoordinates.of(shells(1.0, ground=1500.0), HEIGHTS)
+    assert raised.ground_km == 1.5
+    assert raised.locate(1.0, 3.5, -90.0).share == pytest.approx(0.5)  # of the two km to the ground
+    assert raised.effective_radius == pytest.approx(EARTH_RADIUS / 1e3 + 1.5, rel=1e-6)

@@ -1,0 +1,124 @@
+"""How closely the tables of a job are computed: one number for the pixel, or each part by itself.
+
+The error of a pixel is shared out by what each part costs: nodes of the tables, which cost most, may take nearly all of
+it, for their errors seldom add up; spectral points, steps of the heat balance and harmonics are cheap and take a third
+at most. `mat report` measures the sum.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import pydantic
+from pydantic import Field
+
+from skyshine.mat.job.fields import Tolerance, tolerance, tolerance_parts
+from skyshine.schemas.documents import StrictModel
+
+# Of the pixel's kelvin: relative error of a compiled band (its 99 % are three times as much, and 27 K in 3-5 um, where
+# points are dear), difference of transmittance between materials, ambient light on tilted faces, and what is left out.
+_SPECTRAL, _CLASSES, _FACES, _NEGLIGIBLE = 3e-3, 6e-3, 0.5, 1 / 15
+_PATHS, _TEMPERATURES = 1.0, 0.7  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
+# Steps of the heat balance a day, from the pixel's kelvin on: errors of the dry, wet and vegetated materials of
+# `mat bench surface`.
+_STEPS = ((0.7, 96), (0.2, 192), (0.0, 288))
+SMALLEST_PIXEL_K, LARGEST_PIXEL_K = 0.05, 5.0
+
+
+def pixel_kelvin(value: str) -> str:
+    """An error of a pixel in kelvin, as it is written.
+
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
+    kelvin, unit = tolerance_parts(tolerance(value))
+    if unit != "K" or not SMALLEST_PIXEL_K <= kelvin <= LARGEST_PIXEL_K:
+        raise ValueError(
+            f"found '{value}'; allowed: {SMALLEST_PIXEL_K:g} K to {LARGEST_PIXEL_K:g} K of a pixel; write 0.3 K, say"
+        )
+    return value
+
+
+class Accuracy(StrictModel):
+    """How closely the tables are to be computed and measured."""
+
+    pixel: Annotated[Tolerance, pydantic.AfterValidator(pixel_kelvin)] | None = Field(
+        None,
+        description=(
+            "Of 99 % of the pixels, such as 0.3 K, the worst within three times; in bands that end before 2.5 um 3 % of"
+            " the light of a sunlit surface that reflects 0.3 counts as 1 K. It gives the other keys, and the"
+            " tolerances of both grids, their values; those that are written keep theirs. Written alone, it may stand"
+            " in the place of all keys: accuracy: 0.3 K."
+        ),
+    )
+    spectral_tolerance: float = Field(1e-3, ge=1e-4, le=0.05, description="Relative, of a compiled band.")
+    negligible_k: float = Field(
+        0.02,
+        ge=0,
+        le=1,
+        description=(
+            "Kinds of particle, and scattered light of a source, are left out of the atmospheric tables of a band where"
+            " all that provably changes no radiance seen by more, in kelvin at the temperature of the ground (300 K at"
+            " most); 0 leaves none out."
+        ),
+    )
+    solver_steps: Literal[48, 96, 192, 288] = 96
+    class_tolerance: float = Field(
+        2e-3,
+        ge=1e-4,
+        le=0.1,
+        description="Of transmittance, between materials that share a table of weighted transmittance.",
+    )
+    tilted_faces_k: float = Field(
+        0.15,
+        ge=0.05,
+        le=1,
+        description=(
+            "Of ambient light on tilted faces that reflect 0.3, at 300 K: 6 harmonics hold 0.15 K and 11 hold 0.05 K."
+        ),
+    )
+    seed: int = Field(1, ge=0, le=2**31 - 1, description="Of the random points at which table errors are measured.")
+
+
+def by_number(accuracy: Any) -> Any:
+    """The keys of accuracy where a number alone stands for them.
+
+    Raises
+    ------
+    ValueError
+        It is a number without its unit.
+    """
+    if isinstance(accuracy, int | float):
+        raise ValueError(f"found {accuracy}; allowed: a number and its unit, or keys; write accuracy: 0.3 K, say")
+    return {"pixel": accuracy} if isinstance(accuracy, str) else accuracy
+
+
+def with_shares(job: Any) -> Any:
+    """The mapping of a job with the shares of its pixel's error in the places that are not written.
+
+    Whatever is no mapping, or names no pixel in the right form, is given back as it is, for the models to refuse.
+    """
+    if not isinstance(job, dict) or "accuracy" not in job:
+        return job
+    try:
+        written = by_number(job["accuracy"])
+        kelvin = tolerance_parts(pixel_kelvin(written["pixel"]))[0]
+    except (ValueError, TypeError, KeyError):
+        return job
+    shares: dict[str, Any] = {
+        "spectral_tolerance": float(np.clip(_SPECTRAL * kelvin, 1e-4, 0.05)),
+        "negligible_k": _NEGLIGIBLE * kelvin,
+        "solver_steps": next(steps for least, steps in _STEPS if kelvin >= least),
+        "class_tolerance": float(np.clip(_CLASSES * kelvin, 1e-4, 0.1)),
+        "tilted_faces_k": float(np.clip(_FACES * kelvin, 0.05, 1.0)),
+    }
+    tolerances = {"atmosphere_grid": _PATHS * kelvin, "surface_grid": _TEMPERATURES * kelvin}
+    shared = job | {"accuracy": shares | written}
+    for name, share in tolerances.items():
+        grid = job.get(name, {})
+        if isinstance(grid, dict):
+            shared[name] = {"tolerance": f"{share:g} K"} | grid
+    return shared

@@ -31,20 +31,20 @@ def write_record(folder: Path, reports: Sequence[TaskReport], others: Sequence[s
     -------
     dict
         What was written: folder, seconds, the others, and for each file whether it was kept, its seconds by clock and
-        processor, stages, peak memory and notes.
+        processor, stages, peak memory, notes and, of tables that state it, the error of the quantity that errs most.
     """
     files = {}
     for report in reports:
         for name in report.files:
             before = cost_of(folder / name) if report.kept else None
-            files[name] = {**before, "kept": True} if before else _entry(report)
+            files[name] = {**before, "kept": True} if before else _entry(report, name)
     result = {"folder": str(folder), "seconds": round(seconds, 3), "not_of_this_job": list(others), "files": files}
     write_whole(folder / NAME, json.dumps(result, indent=2) + "\n")
     return result
 
 
-def _entry(report: TaskReport) -> dict[str, Any]:
-    return {
+def _entry(report: TaskReport, name: str) -> dict[str, Any]:
+    entry = {
         "kept": report.kept,
         "seconds": round(report.seconds, 3),
         "processor_seconds": round(report.processor_seconds, 3),
@@ -52,3 +52,5 @@ def _entry(report: TaskReport) -> dict[str, Any]:
         "peak_memory_bytes": report.peak_memory,
         "notes": list(report.notes),
     }
+    error = report.error_kelvin.get(name)
+    return entry if error is None else entry | {"error_kelvin": error}

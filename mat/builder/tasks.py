@@ -56,6 +56,8 @@ def run_task(task: Task, loaded: LoadedJob, folder: Path, materials: tuple[str, 
         for identity, content in zip(identities, product.compute(context, report), strict=True):
             with report.stage("write"):
                 identity.write(folder, content)
+            if error := identity.error_kelvin(content):
+                report.error_kelvin[identity.file] = error
     if loaded.trimmed.output.pictures:
         with report.stage("pictures"):
             for identity in identities:

@@ -1,5 +1,7 @@
 """``mat build``: build the databases of a job."""
 
+from typing import Any
+
 import click
 
 from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
@@ -24,9 +26,18 @@ def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: 
         emit_json({**vars(built), "folder": str(built.folder)})
         return
     for name, entry in built.files.items():
-        click.echo(f"  {name}  {'kept' if entry['kept'] else 'built'}")
+        click.echo(f"  {name}  {'kept' if entry['kept'] else 'built'}{_reached(entry)}")
     for warning in built.warnings:
         click.echo(f"warning: {warning}")
     if built.not_of_this_job:
         click.echo(f"  not of this job, left as they are: {', '.join(built.not_of_this_job)}")
     click.echo(f"{built.folder}: {len(built.files)} files in {built.seconds:.1f} s")
+
+
+def _reached(entry: dict[str, Any]) -> str:
+    """What a table reached, and at which cost."""
+    cost = f" in {entry['processor_seconds']:.2g} s of processor time" if entry.get("processor_seconds") else ""
+    error = entry.get("error_kelvin")
+    if error is None:
+        return cost
+    return f"{cost}: 95 % within {error['p95']:.2g} K, largest {error['maximum']:.2g} K ({error['quantity']})"

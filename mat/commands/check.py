@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from skyshine.mat.api.check import JobCheck
+    from skyshine.mat.job.model import Job
 
 MANY_STATES = 12  # beyond these their files are not listed one by one
 
@@ -52,6 +53,21 @@ def _tolerance_text(tolerance: str | BaseModel) -> str:
     if len(named) == len(type(tolerance).model_fields) and len(set(named.values())) == 1:
         return str(next(iter(named.values())))
     return ", ".join(f"{value} of {name}" for name, value in named.items()) or "nothing"
+
+
+def _shares(job: Job) -> str:
+    """How the error of the pixel is shared out."""
+    accuracy = job.accuracy
+    return (
+        f"accuracy: {accuracy.pixel} of a pixel, shared out:"
+        f" {_tolerance_text(job.atmosphere_grid.tolerance or 'nothing')} in tables of the air,"
+        f" {_tolerance_text(job.surface_grid.tolerance or 'nothing')} in those of temperatures,"
+        f" {accuracy.spectral_tolerance:.2g} of a value between spectral points,"
+        f" {accuracy.class_tolerance:.2g} of transmittance between materials,"
+        f" {accuracy.tilted_faces_k:.2g} K on tilted faces ({job.ambient_harmonics} harmonics),"
+        f" {accuracy.solver_steps} steps of the heat balance, {accuracy.negligible_k:.2g} K left out;"
+        " mat report measures the pixel"
+    )
 
 
 def _as_json(result: JobCheck) -> dict[str, Any]:
@@ -98,6 +114,8 @@ def _print(result: JobCheck) -> None:
     for source, spans in result.source_up.items():
         times = ", ".join(f"{start} to {end}" for start, end in spans) or "at no time of the day"
         click.echo(f"{source} up on {loaded.trimmed.on_date_of_state(1).site.date}: {times}")
+    if loaded.trimmed.accuracy.pixel:
+        click.echo(_shares(loaded.trimmed))
     click.echo(f"size of the tables before compression: {result.bytes / 1e6:.1f} MB")
     stages = ", ".join(f"{stage} {seconds:.2g}" for stage, seconds in result.seconds.items() if seconds)
     click.echo(f"processor time, estimated within a factor of two: {sum(result.seconds.values()):.0f} s ({stages})")

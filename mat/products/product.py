@@ -13,6 +13,7 @@ from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import resolved_text
 from skyshine.mat.plan.plan import Task
 from skyshine.mat.tables.files import FileType
+from skyshine.mat.tables.stated_error import worst_kelvin
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.hdf5 import Group, Header, is_current, write_file
 
@@ -58,6 +59,8 @@ class TaskReport:
         Largest resident size of the process so far, bytes.
     notes : list of str
         What was left out inside the task, and the like.
+    error_kelvin : dict of str to dict
+        By file: the quantity that errs most, with 95 % and the largest of its errors [K]; only of tables that state it.
     """
 
     files: tuple[str, ...]
@@ -67,6 +70,7 @@ class TaskReport:
     stages: dict[str, float] = field(default_factory=dict)
     peak_memory: int | None = None
     notes: list[str] = field(default_factory=list)
+    error_kelvin: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -91,6 +95,9 @@ class Identity(Protocol[Written]):
 
     def draw(self, folder: Path, picture: Path) -> None:
         """Draw the written file into a PNG."""
+
+    def error_kelvin(self, content: Written) -> dict[str, Any] | None:
+        """What the content states of its error: `stated_error.worst_kelvin`."""
 
 
 class Product(Protocol[Content]):
@@ -166,3 +173,7 @@ class TableIdentity:
         from skyshine.mat.tables.pictures import draw
 
         draw(folder / self.file, picture)
+
+    def error_kelvin(self, content: Group) -> dict[str, Any] | None:
+        """What the table states of its error."""
+        return worst_kelvin(content)

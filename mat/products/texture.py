@@ -44,6 +44,10 @@ class TextureIdentity:
 
         draw(folder / self.file, picture, self.job_folder / self.job.image)
 
+    def error_kelvin(self, content: object) -> None:
+        """A classification errs in materials, not in kelvin."""
+        return
+
 
 class TextureProduct:
     """Material codes of a texture."""

@@ -82,3 +82,16 @@ def accuracy_group(
     )
     quantity = Axis(names, "1", "quantity whose interpolation error is stated")
     return Group({"quantity": quantity} | axes, variables | dict(extra), {}, notes)
+
+
+def worst_kelvin(table: Group) -> dict[str, Any] | None:
+    """Of a table's quantity that errs most: its name, 95 % and largest error [K]; None where none has kelvin."""
+    accuracy = table.groups.get("accuracy")
+    if accuracy is None or "quantity" not in accuracy.axes:
+        return None
+    p95, largest = (np.asarray(accuracy.variables[name].data, float) for name in ("p95_kelvin", "maximum_kelvin"))
+    if not np.any(np.isfinite(p95)):
+        return None
+    row = int(np.nanargmax(p95))
+    name = str(np.asarray(accuracy.axes["quantity"].values)[row])
+    return {"quantity": name, "p95": round(float(p95[row]), 4), "maximum": round(float(largest[row]), 4)}

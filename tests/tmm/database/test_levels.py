@@ -69,6 +69,15 @@ def test_shares_are_exact(shape, materials, step):
                 assert abs(level.mix_weight[row, column, rank] - share / whole * WEIGHT_TOTAL) < 1
 
 
+def test_levels_in_small_pieces_are_those_in_one(monkeypatch):
+    code = np.random.default_rng(5).integers(0, 4, (21, 9)).astype(np.uint16)
+    whole = mip_levels(code)
+    monkeypatch.setattr("skyshine.tmm.database.levels.PIECE_TEXELS", 10)  # two rows of level 1, and one that is left
+    for level, pieced in zip(whole, mip_levels(code, 7), strict=True):
+        for name in ("code", "mix_code", "mix_weight"):
+            np.testing.assert_array_equal(getattr(pieced, name), getattr(level, name))
+
+
 def test_level_sizes_end_with_one_texel():
     assert level_sizes(540, 960)[:3] == [(540, 960), (270, 480), (135, 240)]
     assert level_sizes(540, 960)[-1] == (1, 1) and level_sizes(1, 1) == [(1, 1)]

@@ -115,6 +115,8 @@ def test_ground_altitude_begins_the_levels(ground):
         ({"aerosol": Aerosol("rurl")}, "rural"),
         ({"surface_albedo": 1.5}, "albedo"),
         ({"surface_temperature": -5.0}, "surface temperature"),
+        ({"surface_temperature": 99.0}, "outside 100 to 500 K"),
+        ({"surface_temperature": 501.0}, "outside 100 to 500 K"),
         ({"gas_amounts": GasAmounts(ppm={"CO2": float("inf")})}, "finite"),
     ],
 )

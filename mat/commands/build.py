@@ -40,4 +40,4 @@ def _reached(entry: dict[str, Any]) -> str:
     error = entry.get("error_kelvin")
     if error is None:
         return cost
-    return f"{cost}: 95 % within {error['p95']:.2g} K, largest {error['maximum']:.2g} K ({error['quantity']})"
+    return f"{cost}: 99 % within {error['p99']:.2g} K, largest {error['maximum']:.2g} K ({error['quantity']})"

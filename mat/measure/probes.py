@@ -18,6 +18,7 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities
 from skyshine.mat.tables.gridded import AXES, QUANTITIES, Gridded
+from skyshine.mat.tables.stated_error import ErrorMeasure, measure
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 
 
@@ -36,6 +37,8 @@ AMBIENT = 96
 GRAZING = 100
 _NEARLY_LEVEL, _LOW, _AHEAD = (-1.5, 1.5), (-3.0, 4.0), (0.0, 12.0)
 _SKIES = 12  # elevations of the source for which it is
+# Parts of which errors are stated: ranges up to a kilometre are near; with the source 6 degrees down twilight ends.
+NEAR_KM, NIGHT_DEG = 1.0, -6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +136,31 @@ class Probes:
         if name == "ambient_radiance":
             valid = valid[np.arange(self.ambient_at.size), self.ambient_at][:, :, None]
         return np.broadcast_to(valid, values.shape)
+
+    def regions(self, name: str) -> dict[str, Booleans]:
+        """Which of the errors (k,) of a quantity lie in each part of the scene: near and far, up and down, and with the
+        source up, in twilight or gone where it matters.
+        """
+        places = self.at(name)
+        parts = {
+            "near": places["range"] < NEAR_KM,
+            "far": places["range"] >= NEAR_KM,
+            "down": places["elevation"] < 0,
+            "up": places["elevation"] >= 0,
+        }
+        if "source_elevation" in places:
+            source = places["source_elevation"]
+            parts |= {"day": source > 0, "twilight": (source <= 0) & (source > NIGHT_DEG), "night": source <= NIGHT_DEG}
+        shape = np.broadcast_shapes(*(values.shape for values in places.values()))
+        counted = self.above_ground(name, np.empty(shape))
+        return {part: np.broadcast_to(inside, shape)[counted] for part, inside in parts.items()}
+
+    def measured(self, tables: Mapping[str, Readable], kelvin: Scale, percent: Scale) -> list[ErrorMeasure]:
+        """Errors of each quantity's interpolation above the ground, with those of its parts."""
+        own, as_kelvin, as_percent = (self.errors(tables, scale) for scale in (None, kelvin, percent))
+        return [
+            measure(name, own[name], as_kelvin[name], as_percent[name], regions=self.regions(name)) for name in tables
+        ]
 
     def lit(self, direct: Gridded) -> Floats:
         """Share of the corners around each place of direct light that it reaches, each with its weight."""

@@ -19,7 +19,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.measure.atmosphere_nodes import Placed, placed_grids
 from skyshine.mat.measure.channel_nodes import quantities_of
 from skyshine.mat.measure.faces import FaceProbes
-from skyshine.mat.measure.probes import Probes
+from skyshine.mat.measure.probes import NEAR_KM, NIGHT_DEG, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
 from skyshine.mat.products.channel_tables import ChannelTables
@@ -202,12 +202,13 @@ class _SourceTables:
             probes = Probes.drawn(
                 self.air, base, irradiance, random_stream(seed, Stream.ATMOSPHERE_ERROR), sky=_SKY, count=_LINES
             )
-            in_units, in_kelvin = (probes.errors(quantities, s) for s in (None, Scale.kelvin(self.response)))
-            measures = [measure(name, in_units[name], in_kelvin[name]) for name in QUANTITIES]
+            measures = probes.measured(quantities, *self._scales(irradiance))
             if job.ambient_harmonics:
                 faces = FaceProbes.drawn(self.air, base, irradiance, random_stream(seed, Stream.TILTED_FACES))
-                of_faces = (faces.errors_in_channels(placed.table, s) for s in (None, Scale.kelvin(self.response)))
-                measures.append(measure(AMBIENT_HARMONICS, *of_faces))
+                own, kelvin, percent = (
+                    faces.errors_in_channels(placed.table, scale) for scale in (None, *self._scales(irradiance))
+                )
+                measures.append(measure(AMBIENT_HARMONICS, own, kelvin, percent))
         report.notes.append(f"{self.source}: {channels.words(placed)}")
         notes = notes | {"tolerance": text} | channels.notes(placed)
         accuracy = _accuracy(measures, self.compiled, seed, notes)
@@ -224,6 +225,11 @@ class _SourceTables:
         """In what a tolerance counts, and its number."""
         tolerance, unit = tolerance_parts(text)
         return Scale.of_unit(unit, self.response, float(self.compiled.band.radiance_weight @ irradiance)), tolerance
+
+    def _scales(self, irradiance: npt.NDArray[np.float64]) -> tuple[Scale, Scale]:
+        """In what errors are stated beside the quantities' own units: kelvin and percent."""
+        in_band = float(self.compiled.band.radiance_weight @ irradiance)
+        return Scale.kelvin(self.response), Scale.of_unit("%", self.response, in_band)
 
     def _thermal(self, tables: dict[str, Gridded], irradiance: npt.NDArray[np.float64], count: int) -> ThermalLight:
         """The tables without the source, on its lowest elevation alone."""
@@ -279,8 +285,7 @@ class _SourceTables:
         """Tables against direct computation on random lines of the job's own axes, above the ground."""
         generator = random_stream(self.loaded.trimmed.accuracy.seed, Stream.ATMOSPHERE_ERROR)
         probes = Probes.drawn(self.air, base, irradiance, generator)
-        in_units, in_kelvin = (probes.errors(tables, scale) for scale in (None, Scale.kelvin(self.response)))
-        return [measure(name, in_units[name], in_kelvin[name]) for name in QUANTITIES]
+        return probes.measured({name: tables[name] for name in QUANTITIES}, *self._scales(irradiance))
 
     def _harmonic_errors(
         self, level: Gridded, harmonics: AmbientHarmonics, base: PathGrid, irradiance: npt.NDArray[np.float64]
@@ -288,8 +293,8 @@ class _SourceTables:
         """Faces read from the tables of harmonics against the integral over their hemispheres, on random lines."""
         generator = random_stream(self.loaded.trimmed.accuracy.seed, Stream.TILTED_FACES)
         faces = FaceProbes.drawn(self.air, base, irradiance, generator)
-        in_units, in_kelvin = (faces.errors(level, harmonics, s) for s in (None, Scale.kelvin(self.response)))
-        return measure(AMBIENT_HARMONICS, in_units, in_kelvin)
+        own, kelvin, percent = (faces.errors(level, harmonics, scale) for scale in (None, *self._scales(irradiance)))
+        return measure(AMBIENT_HARMONICS, own, kelvin, percent)
 
 
 def _one_source(grid: PathGrid) -> PathGrid:
@@ -331,8 +336,10 @@ def _accuracy(measures: list[ErrorMeasure], compiled: CompiledBand, seed: int, l
         "method": (
             "linear interpolation against direct computation on random lines of sight, as many in every cell, above"
             " the ground; kelvin: change of a black body at 300 K seen through the path; a surface that reflects"
-            f" {REFLECTANCE:g} faces sky and source; {AMBIENT_HARMONICS}: ambient radiance of"
-            " faces in random directions"
+            f" {REFLECTANCE:g} faces sky and source; percent: of that black body's radiance, in bands that end before"
+            " 2.5 um of the light that such a surface reflects of the source outside the atmosphere; near: up to"
+            f" {NEAR_KM:g} km; twilight: source 0 to {-NIGHT_DEG:g} degree down; {AMBIENT_HARMONICS}: ambient"
+            " radiance of faces in random directions"
         ),
         "spectral_points": int(compiled.index.size),
         "spectral_points_in_band": int(compiled.total_points),

@@ -60,7 +60,7 @@ class TaskReport:
     notes : list of str
         What was left out inside the task, and the like.
     error_kelvin : dict of str to dict
-        By file: the quantity that errs most, with 95 % and the largest of its errors [K]; only of tables that state it.
+        By file: the quantity that errs most, with 99 % and the largest of its errors [K]; only of tables that state it.
     """
 
     files: tuple[str, ...]

@@ -14,6 +14,7 @@ from skyshine.mat.job.fields import clock_text, tolerance_parts
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.surface import at_kelvin
 from skyshine.mat.job.trim import hours_around
+from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes, within_period
@@ -27,7 +28,7 @@ from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
-from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
@@ -36,10 +37,12 @@ from skyshine.mat.tables.htt import enclosure_attributes, htt_group, material_ax
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
 from skyshine.mat.tables.tracks import track_fields, track_hours
+from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.hdf5 import Group
 
 # Random values of each axis at which the interpolation error is measured; all their combinations are.
 PROBES = {"altitude_km": 3, "azimuth_deg": 5, "slope_deg": 5, "time_h": 24}
+LEVEL_DEG, STEEP_DEG = 10.0, 60.0  # slopes of which errors are stated apart
 FINE_STEPS = 288  # of the finer solution that the solver's error is measured against
 
 Axes = dict[str, npt.NDArray[np.float64]]
@@ -114,7 +117,11 @@ class TemperatureProduct:
             error, solver_error = _errors(solver, table, _rules(codes, axes, whole_day), places, steps)
         notes = {
             "seed": seed,
-            "method": "linear interpolation against direct computation at random altitudes, azimuths, slopes and times",
+            "method": (
+                "linear interpolation against direct computation at random altitudes, azimuths, slopes and times;"
+                f" twilight: Sun 0 to {-NIGHT_DEG:g} degree down; level: slopes to {LEVEL_DEG:g} degree, steep:"
+                f" {STEEP_DEG:g} to 90, overhanging: beyond"
+            ),
             "solver_error_kelvin": solver_error.maximum,
             "solver_error_rms_kelvin": solver_error.rms,
             "solver_error_method": f"{steps} against {FINE_STEPS} steps a day at the same random places",
@@ -242,4 +249,22 @@ def _errors(
     read = interpolate(
         table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh, strict=True))
     )
-    return measure("temperature", read - exact, read - exact), measure("solver", exact - fine, exact - fine)
+    error = read - exact
+    regions = {name: np.broadcast_to(inside, error.shape) for name, inside in _regions(solver.inputs[0], mesh).items()}
+    return measure("temperature", error, error, regions=regions), measure("solver", exact - fine, exact - fine)
+
+
+def _regions(sun: SunPath, places: Sequence[Floats]) -> dict[str, Booleans]:
+    """Which places, open mesh of (material, altitude, azimuth, slope, time), lie in each part of the day and of the
+    slopes.
+    """
+    *_, slope, time = places
+    elevation = np.interp(np.mod(time, 24.0), sun_hours(), sun.solar_elevation, period=24.0)
+    return {
+        "day": elevation > 0,
+        "twilight": (elevation <= 0) & (elevation > NIGHT_DEG),
+        "night": elevation <= NIGHT_DEG,
+        "level": slope <= LEVEL_DEG,
+        "steep": (slope >= STEEP_DEG) & (slope <= 90),
+        "overhanging": slope > 90,
+    }

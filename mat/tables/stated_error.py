@@ -3,47 +3,92 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 
 @dataclass(frozen=True)
 class ErrorMeasure:
-    """Errors of one quantity over all points measured.
+    """Errors of one quantity over some points.
 
     Attributes
     ----------
     quantity : str
     points : int
-    maximum, p95, rms : float
+    maximum, p99, p95, rms : float
         In the quantity's own units.
-    maximum_kelvin, p95_kelvin, rms_kelvin : float
+    maximum_kelvin, p99_kelvin, p95_kelvin, rms_kelvin : float
         As equivalent temperature.
+    maximum_percent, p99_percent : float
+        Of the light that the scene sends, where that is defined.
+    regions : dict of str to ErrorMeasure
+        Over the points of a region alone, by its name.
     """
 
     quantity: str
     points: int
     maximum: float
+    p99: float
     p95: float
     rms: float
     maximum_kelvin: float
+    p99_kelvin: float
     p95_kelvin: float
     rms_kelvin: float
+    maximum_percent: float
+    p99_percent: float
+    regions: dict[str, ErrorMeasure] = field(default_factory=dict)
 
 
-def measure(quantity: str, error: np.ndarray, kelvin: np.ndarray) -> ErrorMeasure:
-    """Summarise errors (n,) in own units and the same in kelvin; not a number where there was no point to measure
-    at.
+def measure(
+    quantity: str,
+    error: Floats,
+    kelvin: Floats,
+    percent: Floats | None = None,
+    *,
+    regions: Mapping[str, Booleans] | None = None,
+) -> ErrorMeasure:
+    """Summarise errors in own units, in kelvin and in percent, (n,) each; not a number where there was no point to
+    measure at. Regions (n,) say which points lie in each.
     """
-    size = np.abs(np.ravel(error)), np.abs(np.ravel(kelvin))
-    if not size[0].size:
-        return ErrorMeasure(quantity, 0, *[float("nan")] * 6)
-    units, as_kelvin = ((float(e.max()), float(np.percentile(e, 95)), float(np.sqrt(np.mean(e**2)))) for e in size)
-    return ErrorMeasure(quantity, size[0].size, *units, *as_kelvin)
+    own, as_kelvin = (np.abs(np.ravel(values)) for values in (error, kelvin))
+    as_percent = np.full(own.size, np.nan) if percent is None else np.abs(np.ravel(percent))
+    if not own.size:
+        none = float("nan")
+        return ErrorMeasure(quantity, 0, none, none, none, none, none, none, none, none, none, none)
+    top, p99, p95, rms = _summary(own)
+    top_k, p99_k, p95_k, rms_k = _summary(as_kelvin)
+    top_percent, p99_percent, _, _ = _summary(as_percent)
+    parts = {
+        name: measure(quantity, own[inside.ravel()], as_kelvin[inside.ravel()], as_percent[inside.ravel()])
+        for name, inside in (regions or {}).items()
+    }
+    return ErrorMeasure(
+        quantity, own.size, top, p99, p95, rms, top_k, p99_k, p95_k, rms_k, top_percent, p99_percent, parts
+    )
+
+
+def _summary(size: Floats) -> tuple[float, float, float, float]:
+    p99, p95 = (float(share) for share in np.percentile(size, (99, 95)))
+    return float(size.max()), p99, p95, float(np.sqrt(np.mean(size**2)))
+
+
+_STATISTICS = {
+    "maximum": "largest error",
+    "p99": "99th percentile of the error",
+    "p95": "95th percentile of the error",
+    "rms": "root mean square error",
+}
+_UNITS = {
+    "": ("1", ", in quantity's units"),
+    "_kelvin": ("K", ", as equivalent temperature"),
+    "_percent": ("%", ", of the light of the scene"),
+}
 
 
 def accuracy_group(
@@ -60,38 +105,49 @@ def accuracy_group(
         Seed, method and other facts of the measurement.
     """
     names = np.array([m.quantity for m in measures], object)
-    statistics = ("maximum", "p95", "rms")
-    words = {"maximum": "largest error", "p95": "95th percentile of the error", "rms": "root mean square error"}
+    in_percent = any(np.isfinite(m.maximum_percent) for m in measures)
     variables = {
-        name: Variable(
-            ("quantity",), np.array([getattr(m, name) for m in measures]), "1", f"{words[name]}, in quantity's units"
+        f"{name}{suffix}": Variable(
+            ("quantity",), np.array([getattr(m, f"{name}{suffix}") for m in measures]), unit, f"{words}{where}"
         )
-        for name in statistics
-    }
-    variables |= {
-        f"{name}_kelvin": Variable(
-            ("quantity",),
-            np.array([getattr(m, f"{name}_kelvin") for m in measures]),
-            "K",
-            f"{words[name]}, as equivalent temperature",
-        )
-        for name in statistics
+        for suffix, (unit, where) in _UNITS.items()
+        for name, words in _STATISTICS.items()
+        if suffix != "_percent" or (in_percent and name in ("maximum", "p99"))
     }
     variables["points"] = Variable(
         ("quantity",), np.array([m.points for m in measures], np.int64), "1", "points at which the error was measured"
     )
-    quantity = Axis(names, "1", "quantity whose interpolation error is stated")
-    return Group({"quantity": quantity} | axes, variables | dict(extra), {}, notes)
+    all_axes = {"quantity": Axis(names, "1", "quantity whose interpolation error is stated")}
+    regions = list(dict.fromkeys(name for m in measures for name in m.regions))
+    if regions:
+        all_axes["region"] = Axis(np.array(regions, object), "1", "part of the points; parts overlap")
+        variables |= _by_region(measures, regions, in_percent)
+    return Group(all_axes | axes, variables | dict(extra), {}, notes)
+
+
+def _by_region(measures: Sequence[ErrorMeasure], regions: Sequence[str], in_percent: bool) -> dict[str, Variable]:
+    none = measure("", np.empty(0), np.empty(0))
+    rows = [[m.regions.get(name, none) for name in regions] for m in measures]
+    dims = ("quantity", "region")
+    points = np.array([[part.points for part in row] for row in rows], np.int64)
+    variables = {"region_points": Variable(dims, points, "1", "points of each part")}
+    for suffix, (unit, where) in _UNITS.items():
+        if suffix != "_percent" or in_percent:
+            for name in ("maximum", "p99"):
+                values = np.array([[getattr(part, f"{name}{suffix}") for part in row] for row in rows])
+                text = f"{_STATISTICS[name]} in each part{where}"
+                variables[f"region_{name}{suffix}"] = Variable(dims, values, unit, text)
+    return variables
 
 
 def worst_kelvin(table: Group) -> dict[str, Any] | None:
-    """Of a table's quantity that errs most: its name, 95 % and largest error [K]; None where none has kelvin."""
+    """Of a table's quantity that errs most: its name, 99 % and largest error [K]; None where none has kelvin."""
     accuracy = table.groups.get("accuracy")
     if accuracy is None or "quantity" not in accuracy.axes:
         return None
-    p95, largest = (np.asarray(accuracy.variables[name].data, float) for name in ("p95_kelvin", "maximum_kelvin"))
-    if not np.any(np.isfinite(p95)):
+    p99, largest = (np.asarray(accuracy.variables[name].data, float) for name in ("p99_kelvin", "maximum_kelvin"))
+    if not np.any(np.isfinite(p99)):
         return None
-    row = int(np.nanargmax(p95))
+    row = int(np.nanargmax(p99))
     name = str(np.asarray(accuracy.axes["quantity"].values)[row])
-    return {"quantity": name, "p95": round(float(p95[row]), 4), "maximum": round(float(largest[row]), 4)}
+    return {"quantity": name, "p99": round(float(p99[row]), 4), "maximum": round(float(largest[row]), 4)}

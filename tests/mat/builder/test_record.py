@@ -50,6 +50,6 @@ def test_a_kept_file_of_a_lost_record_has_no_cost_but_an_entry(tmp_path):
 
 
 def test_a_file_has_the_error_that_its_table_states(tmp_path):
-    error = {"quantity": "temperature", "p95": 0.1, "maximum": 0.4}
+    error = {"quantity": "temperature", "p99": 0.1, "maximum": 0.4}
     files = write_record(tmp_path, [report("a.h5", "b.h5", error_kelvin={"a.h5": error})], [], 1.0)["files"]
     assert files["a.h5"]["error_kelvin"] == error and "error_kelvin" not in files["b.h5"]

@@ -62,3 +62,24 @@ def test_points_behind_the_ground_do_not_count(probes):
     errors = probes.errors(table_of(BASE), None)
     assert errors["beta_star"].size == valid < probes.truth.valid.size
     assert errors["path_radiance_ratio"].size == 2 * valid
+
+
+def test_each_error_lies_in_one_part_of_each_kind(probes):
+    for name in ("beta_star", "path_radiance_ratio", "ambient_radiance", "direct_radiance"):
+        errors, parts = probes.errors({name: table_of(BASE)[name]}, None)[name], probes.regions(name)
+        kinds = [("near", "far"), ("down", "up")]
+        kinds += [] if name == "beta_star" else [("day", "twilight", "night")]
+        assert list(parts) == [part for kind in kinds for part in kind]
+        for kind in kinds:
+            together = np.sum([parts[part] for part in kind], axis=0)
+            assert together.shape == errors.shape and np.all(together == 1)
+    # A third of the cells of range lies below a kilometre, a half of those that are above the ground.
+    assert np.mean(probes.regions("beta_star")["near"]) == pytest.approx(0.5, abs=0.1)
+
+
+def test_parts_are_where_they_say(probes):
+    parts = probes.regions("direct_radiance")
+    place = np.broadcast_to(probes.places["source_elevation"], (*probes.truth.valid.shape, 2))
+    counted = place[np.broadcast_to(probes.truth.valid[:, :, None], place.shape)]
+    assert np.all(counted[parts["day"]] > 0) and np.all(counted[parts["twilight"]] <= 0)
+    assert not parts["night"].any()  # the job's source is never lower than 5 degree down

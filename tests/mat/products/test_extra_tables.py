@@ -25,6 +25,7 @@ from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.lobe import normalisation
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.tables.files import BAND
 from skyshine.mat.tables.raw import export_raw
 from skyshine.mat.tables.verify import problems
 from skyshine.materials.library import load_library
@@ -53,7 +54,7 @@ def test_the_classic_files_keep_their_bytes(small_build, extra_build):
         assert (small_build / name).read_bytes() == (extra_build / name).read_bytes(), name
     assert not (small_build / THERMAL).exists()
     plain, extra = (skyshine.mat.open(folder / "b01.band.h5") for folder in (small_build, extra_build))
-    assert plain.attributes["format_version"] == extra.attributes["format_version"] == "1.2.0"
+    assert plain.attributes["format_version"] == extra.attributes["format_version"] == BAND.format_version
     for name in plain.root.variables:
         np.testing.assert_array_equal(plain.root.variables[name].data, extra.root.variables[name].data)
 

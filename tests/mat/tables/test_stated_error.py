@@ -13,10 +13,32 @@ def table(*errors):
 
 def test_the_quantity_that_errs_most_speaks_for_a_table():
     found = worst_kelvin(table(("tau", [0.1, -0.2]), ("direct", [0.3, -0.5]), ("band", [np.nan, np.nan])))
-    assert found == {"quantity": "direct", "p95": 0.49, "maximum": 0.5}
+    assert found == {"quantity": "direct", "p99": 0.498, "maximum": 0.5}
 
 
 def test_a_table_without_kelvin_states_none():
     assert worst_kelvin(table(("tau", [np.nan]))) is None
     assert worst_kelvin(table(("tau", []))) is None
     assert worst_kelvin(Group({}, {}, {}, {})) is None
+
+
+def test_errors_of_parts_are_those_of_their_points_alone():
+    error = np.array([0.1, -0.2, 3.0, 4.0])
+    day = np.array([True, True, False, False])
+    regions = {"day": day, "night": ~day, "dusk": np.zeros(4, bool)}
+    measured = measure("tau", error, 10 * error, 100 * error, regions=regions)
+    group = accuracy_group([measured, measure("faces", error, error)], {}, {}, {})
+    assert list(group.axes["region"].values) == ["day", "night", "dusk"]
+    values = {name: np.asarray(variable.data) for name, variable in group.variables.items()}
+    np.testing.assert_array_equal(values["region_points"], [[2, 2, 0], [0, 0, 0]])
+    np.testing.assert_allclose(values["region_maximum"][0], [0.2, 4.0, np.nan])
+    np.testing.assert_allclose(values["region_p99_kelvin"][0], [1.99, 39.9, np.nan])
+    np.testing.assert_allclose(values["region_maximum_percent"][0, :2], [20.0, 400.0])
+    assert values["maximum_percent"][0] == 400.0 and np.isnan(values["maximum_percent"][1])
+    np.testing.assert_allclose(values["p99"][1], 3.97)
+
+
+def test_tables_without_parts_or_percent_have_no_such_arrays():
+    group = accuracy_group([measure("solver", np.ones(3), np.ones(3))], {}, {}, {})
+    assert "region" not in group.axes
+    assert not [name for name in group.variables if "percent" in name or "region" in name]

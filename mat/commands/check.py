@@ -66,7 +66,7 @@ def _shares(job: Job) -> str:
         f" {accuracy.class_tolerance:.2g} of transmittance between materials,"
         f" {accuracy.tilted_faces_k:.2g} K on tilted faces ({job.ambient_harmonics} harmonics),"
         f" {accuracy.solver_steps} steps of the heat balance, {accuracy.negligible_k:.2g} K left out;"
-        " mat report measures the pixel"
+        " what the equations average over the band comes on top: mat report measures the pixel"
     )
 
 

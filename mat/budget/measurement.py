@@ -19,10 +19,10 @@ from skyshine.mat.budget.options import (
     options_of_frames,
     shade_option,
 )
+from skyshine.mat.budget.pixel import pixel_radiance, temperature_among
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     Emission,
-    Finish,
     exact_normalisation,
     incidence,
     runtime_radiance,
@@ -147,11 +147,8 @@ class Measurement:
         in_the_open = tables.temperature(views)
         if not tables.shades:
             return in_the_open, in_the_open, in_the_open
-        under, beside = (
-            tables.temperature(views, absorbed_change=tables.absorbed_change(views, surroundings))
-            for surroundings in (self.around.shadows_alone, self.around.surroundings)
-        )
-        return in_the_open, under, beside
+        under = tables.temperature(views, absorbed_change=tables.absorbed_change(views, self.around.shadows_alone))
+        return in_the_open, under, temperature_among(tables, views, self.around)
 
     def of_averages(self) -> dict[str, Floats]:
         """Averages over the band outside the integral, and the few spectral points."""
@@ -219,19 +216,14 @@ class Measurement:
 
     def pixel(self) -> Floats:
         """Error of a runtime that reads all tables at the pixel."""
-        views, kelvin = self.views, self._temperatures_read[-1]
-        read = self.tables.readings(views, temperature=kelvin)
-        ambient = self.tables.among_walls(views, self.around, read.ambient, self._level_read)
-        bounce = self.truth.bounce(views, views.normal, self._by_angle(), self.around)
-        return self._shown(replace(read, ambient=ambient), self.tables.emission(kelvin), bounce) - self.radiance
+        kelvin = self._temperatures_read[-1]
+        return pixel_radiance(self.tables, self.truth, self.views, self.around, kelvin) - self.radiance
 
     def of_normalisation(self) -> Floats:
         """N_s by angle, as a runtime reads it, for that of the very angle."""
-        bounce = self.truth.bounce(self.views, self.views.normal, self._by_angle(), self.around)
+        by_angle = self.tables.finish_at(incidence(self.views, self.views.normal))
+        bounce = self.truth.bounce(self.views, self.views.normal, by_angle, self.around)
         return self._shown(self.full, bounce=bounce) - self.base
-
-    def _by_angle(self) -> Finish:
-        return self.tables.finish_at(incidence(self.views, self.views.normal))
 
     def of_materials(self) -> dict[str, Floats]:
         """Change of radiance where a texture names another material, (n, M, M)."""

@@ -1,0 +1,292 @@
+"""A job's own front: error of a pixel against run time, from draft to reference."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import skyshine
+from skyshine.mat.bench.pareto import unbeaten
+from skyshine.mat.bench.peers import Comparison, comparisons
+from skyshine.mat.bench.pixel_errors import Truths, measure
+from skyshine.mat.bench.rungs import STAGES, Rung
+from skyshine.mat.bench.settings import AS_WRITTEN, settings_of
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.plan.plan import make_plan
+from skyshine.mat.plan.size import check_size
+from skyshine.mat.scene.check import check_scene
+from skyshine.materials.library import load_library
+from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.quantity import quantity
+
+ENOUGH = 120.0  # processor seconds: a rung that has taken as long is not built again for its spread
+KELVIN, SHARE = "K", "% of radiance"
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a front is measured.
+
+    Attributes
+    ----------
+    kelvins : tuple of float
+        Asked of the pixel, a rung each.
+    repeats : int
+        Builds of a rung, at most.
+    scenes, seed : int
+        Views of each state, band and source, and what they are drawn with.
+    states : int
+        Built of a job of many, at most.
+    lowtran_path : str or None
+    quick : bool
+        Without EnergyPlus.
+    """
+
+    kelvins: tuple[float, ...]
+    repeats: int
+    scenes: int
+    seed: int
+    states: int
+    lowtran_path: str | None
+    quick: bool
+
+
+@dataclass
+class Front:
+    """What is measured so far.
+
+    Attributes
+    ----------
+    loaded : LoadedJob
+        As it is written, with all its states.
+    options : Options
+    rungs : list of Rung
+        Built and measured.
+    failed : dict of str to str
+        Settings that cannot run, with the reason in one line.
+    peers : list of Comparison
+    """
+
+    loaded: LoadedJob
+    options: Options
+    rungs: list[Rung] = field(default_factory=list)
+    failed: dict[str, str] = field(default_factory=dict)
+    peers: list[Comparison] = field(default_factory=list)
+
+    @property
+    def units(self) -> str:
+        """Of the error: kelvin, or where no band has thermal light, per cent of the mean radiance."""
+        return KELVIN if all(rung.errors["temperature"] for rung in self.rungs) else SHARE
+
+
+def check(loaded: LoadedJob) -> None:
+    """Refuse a job that cannot be built, before anything is written.
+
+    Raises
+    ------
+    InputError
+    """
+    check_size(loaded, make_plan(loaded, load_library()))
+    check_scene(loaded)
+
+
+def measured(
+    loaded: LoadedJob, folder: Path, options: Options, say: Callable[[str], object] = lambda _: None
+) -> Iterator[Front]:
+    """Build and measure a job at one setting after the other; peers last.
+
+    Parameters
+    ----------
+    loaded : LoadedJob
+    folder : Path
+        Whose folder ``rungs`` keeps the databases; rungs that it holds of the same job are not built again.
+    options : Options
+    say : callable
+        Told what is done next, in a line of text.
+
+    Yields
+    ------
+    Front
+        The same one, after each rung and after the peers.
+    """
+    library, front = load_library(), Front(loaded, options)
+    rungs: list[Rung] = []
+    for setting in settings_of(loaded.document.data, loaded.trimmed, options.kelvins):
+        try:
+            rungs.append(Rung.of(setting, loaded, folder / "rungs", options.states))
+        except InputError as error:
+            front.failed[setting.name] = _one_line(error)
+    truths = Truths(
+        rungs[0].loaded, [rung.loaded.trimmed for rung in rungs], library, options.scenes, options.seed, say
+    )
+    for number, rung in enumerate(rungs, 1):
+        name = f"{rung.setting.name} ({number} of {len(rungs)})"
+        try:
+            rung.folder.mkdir(parents=True, exist_ok=True)
+            rung.resume(library)
+            while _more(rung, options.repeats):
+                say(f"{name}: build {len(rung.builds) + 1}")
+                rung.build(library)
+            say(f"{name}: {np.median([each.processor for each in rung.builds]):.0f} s; measuring the pixel")
+            measure(rung, truths)
+            front.rungs.append(rung)
+        except (InputError, CheckFailed) as error:
+            front.failed[rung.setting.name] = _one_line(error)
+            say(f"{name} cannot run: {_one_line(error)}")
+        except OSError as error:
+            raise InputError(f"cannot be written: {error.strerror}; name another --out", file=rung.folder) from None
+        yield front
+    chosen = [rung for rung in front.rungs if rung.setting.name == AS_WRITTEN]
+    if chosen:
+        front.peers = comparisons(chosen[0], library, lowtran_path=options.lowtran_path, quick=options.quick, say=say)
+        yield front
+
+
+def _more(rung: Rung, repeats: int) -> bool:
+    """Whether a rung is to be built once more."""
+    spent = sum(each.processor for each in rung.builds)
+    return not rung.builds or (len(rung.builds) < repeats and spent < ENOUGH)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def describe(front: Front) -> dict[str, Any]:
+    """A front as plain values: what ``mat bench JOB --json`` prints and the page shows."""
+    units = front.units
+    rungs = [_described(rung, units) for rung in front.rungs]
+    stands = unbeaten([(rung["time"]["value"], rung["error"]["value"]) for rung in rungs])
+    for rung, on_front in zip(rungs, stands, strict=True):
+        rung["on_the_front"] = on_front
+    rungs.sort(key=lambda rung: rung["time"]["value"])
+    built = len(front.rungs[0].loaded.trimmed.states) if front.rungs else 0
+    return {
+        "job": front.loaded.trimmed.name,
+        "version": skyshine.__version__,
+        "method": _method(front),
+        "states": {"built": built, "of_the_job": len(front.loaded.trimmed.states)},
+        "scenes": front.options.scenes,
+        "seed": front.options.seed,
+        "rungs": rungs,
+        "cannot_run": dict(front.failed),
+        "sentences": sentences(rungs, units),
+        "peers": [peer.described for peer in front.peers],
+    }
+
+
+def _method(front: Front) -> str:
+    """How the numbers of a front are to be read."""
+    options, count = front.options, len(front.loaded.trimmed.states)
+    built = min(options.states, count)
+    text = (
+        "Error: a pixel by the runtime's equations from the tables, against the whole truth: spectral integrals and"
+        " temperatures solved for each face under its shadows and beside its walls, on the same"
+        f" {options.scenes} random views of each state, band and source for every setting (seed {options.seed}), all"
+        " bands, sources and materials together; the JSON has each set. Time: processor seconds of the whole build, by"
+        f" one process a core ({os.cpu_count()} here), nothing cached, without pictures; of several builds, the median."
+        " Start and rest: processes that begin, the job that is read."
+    )
+    if built < count:
+        text += f" {built} of the job's {count} states are built."
+    if (
+        front.units == KELVIN
+        and front.rungs
+        and any(one["temperature"] is None for one in front.rungs[0].errors["sets"])
+    ):
+        text += " Bands that end before 2.5 um have no error in kelvin; the JSON gives theirs in shares of radiance."
+    return text
+
+
+def _described(rung: Rung, units: str) -> dict[str, Any]:
+    """A rung as plain values; its time and its stages are those of the build of median processor time."""
+    builds = sorted(rung.builds, key=lambda each: each.processor)
+    middle = builds[(len(builds) - 1) // 2]
+    errors = rung.errors["temperature" if units == KELVIN else "share_of_radiance"]
+    scale = 1.0 if units == KELVIN else 100.0
+    return {
+        "name": rung.setting.name,
+        "asked": quantity(np.nan if rung.setting.kelvin is None else rung.setting.kelvin, "K"),
+        "chosen": rung.setting.name == AS_WRITTEN,
+        "error": quantity(errors["p99"]["value"] * scale, units),
+        "rms": quantity(errors["rms"]["value"] * scale, units),
+        "maximum": quantity(errors["maximum"]["value"] * scale, units),
+        "time": quantity(middle.processor, "s"),
+        "times": quantity([each.processor for each in rung.builds], "s"),
+        "wall_times": quantity([each.wall for each in rung.builds], "s"),
+        "stages": {name: quantity(middle.stages[name], "s") for name in STAGES},
+        "size": quantity(rung.size, "byte"),
+        "sets": rung.errors["sets"],
+    }
+
+
+def sentences(rungs: list[dict[str, Any]], units: str) -> list[str]:
+    """What the job's own point is worth, and what the next second and the next kelvin buy.
+
+    Parameters
+    ----------
+    rungs : list of dict
+        In order of their times, with ``name``, ``chosen``, ``time``, ``error``, ``on_the_front``.
+    units : str
+        Of the error.
+    """
+    if not rungs:
+        return ["No setting of this job could be built and measured."]
+    front = [rung for rung in rungs if rung["on_the_front"]]
+    chosen = next((rung for rung in rungs if rung["chosen"]), None)
+    start = front[0]
+    lines = []
+    if chosen is None:
+        lines.append("The job as it is written could not be built and measured.")
+    else:
+        within = [rung for rung in front if _time(rung) <= _time(chosen)]
+        start = within[-1]
+        if chosen["on_the_front"]:
+            start = chosen
+            lines.append(f"The job as written reaches {_point(chosen, units)}; no other setting beats it.")
+        else:
+            lines.append(
+                f"The job as written reaches {_point(chosen, units)}; {start['name']} beats it with"
+                f" {_point(start, units)}."
+            )
+    place = front.index(start)
+    if place + 1 < len(front):
+        finer = front[place + 1]
+        gain, cost = _error(start) - _error(finer), _time(finer) - _time(start)
+        lines.append(
+            f"The next second: from {start['name']} to {finer['name']} the error falls from {_error(start):.3g} to"
+            f" {_error(finer):.3g} {units} for {cost:.3g} s more, {gain / cost:.2g} {units} a second."
+        )
+    else:
+        lines.append(f"The next second buys nothing here: no setting errs less than {start['name']}.")
+    if place > 0:
+        coarser = front[place - 1]
+        loss, saved = _error(coarser) - _error(start), _time(start) - _time(coarser)
+        one = "kelvin" if units == KELVIN else "per cent"
+        lines.append(
+            f"The next {one}: {coarser['name']} errs {loss:.3g} {units} more and saves {saved:.3g} s,"
+            f" {saved / loss:.2g} s a {one}."
+        )
+    else:
+        lines.append(
+            f"More error buys no time here: no setting of the front takes less than {start['name']}"
+            f" ({_time(start):.3g} s)."
+        )
+    return lines
+
+
+def _point(rung: dict[str, Any], units: str) -> str:
+    return f"{_error(rung):.3g} {units} in {_time(rung):.3g} s"
+
+
+def _time(rung: dict[str, Any]) -> float:
+    return float(rung["time"]["value"])
+
+
+def _error(rung: dict[str, Any]) -> float:
+    return float(rung["error"]["value"])

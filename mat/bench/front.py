@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import skyshine
+from skyshine.mat.bench.front_sentences import KELVIN, SHARE, sentences
 from skyshine.mat.bench.pareto import unbeaten
 from skyshine.mat.bench.peers import Comparison, comparisons
 from skyshine.mat.bench.pixel_errors import Truths, measure
@@ -25,7 +26,6 @@ from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.quantity import quantity
 
 ENOUGH = 120.0  # processor seconds: a rung that has taken as long is not built again for its spread
-KELVIN, SHARE = "K", "% of radiance"
 
 
 @dataclass(frozen=True)
@@ -223,70 +223,3 @@ def _described(rung: Rung, units: str) -> dict[str, Any]:
         "size": quantity(rung.size, "byte"),
         "sets": rung.errors["sets"],
     }
-
-
-def sentences(rungs: list[dict[str, Any]], units: str) -> list[str]:
-    """What the job's own point is worth, and what the next second and the next kelvin buy.
-
-    Parameters
-    ----------
-    rungs : list of dict
-        In order of their times, with ``name``, ``chosen``, ``time``, ``error``, ``on_the_front``.
-    units : str
-        Of the error.
-    """
-    if not rungs:
-        return ["No setting of this job could be built and measured."]
-    front = [rung for rung in rungs if rung["on_the_front"]]
-    chosen = next((rung for rung in rungs if rung["chosen"]), None)
-    start = front[0]
-    lines = []
-    if chosen is None:
-        lines.append("The job as it is written could not be built and measured.")
-    else:
-        within = [rung for rung in front if _time(rung) <= _time(chosen)]
-        start = within[-1]
-        if chosen["on_the_front"]:
-            start = chosen
-            lines.append(f"The job as written reaches {_point(chosen, units)}; no other setting beats it.")
-        else:
-            lines.append(
-                f"The job as written reaches {_point(chosen, units)}; {start['name']} beats it with"
-                f" {_point(start, units)}."
-            )
-    place = front.index(start)
-    if place + 1 < len(front):
-        finer = front[place + 1]
-        gain, cost = _error(start) - _error(finer), _time(finer) - _time(start)
-        lines.append(
-            f"The next second: from {start['name']} to {finer['name']} the error falls from {_error(start):.3g} to"
-            f" {_error(finer):.3g} {units} for {cost:.3g} s more, {gain / cost:.2g} {units} a second."
-        )
-    else:
-        lines.append(f"The next second buys nothing here: no setting errs less than {start['name']}.")
-    if place > 0:
-        coarser = front[place - 1]
-        loss, saved = _error(coarser) - _error(start), _time(start) - _time(coarser)
-        one = "kelvin" if units == KELVIN else "per cent"
-        lines.append(
-            f"The next {one}: {coarser['name']} errs {loss:.3g} {units} more and saves {saved:.3g} s,"
-            f" {saved / loss:.2g} s a {one}."
-        )
-    else:
-        lines.append(
-            f"More error buys no time here: no setting of the front takes less than {start['name']}"
-            f" ({_time(start):.3g} s)."
-        )
-    return lines
-
-
-def _point(rung: dict[str, Any], units: str) -> str:
-    return f"{_error(rung):.3g} {units} in {_time(rung):.3g} s"
-
-
-def _time(rung: dict[str, Any]) -> float:
-    return float(rung["time"]["value"])
-
-
-def _error(rung: dict[str, Any]) -> float:
-    return float(rung["error"]["value"])

@@ -121,9 +121,8 @@ def measured(
             rungs.append(Rung.of(setting, loaded, folder / "rungs", options.states))
         except InputError as error:
             front.failed[setting.name] = _one_line(error)
-    truths = Truths(
-        rungs[0].loaded, [rung.loaded.trimmed for rung in rungs], library, options.scenes, options.seed, say
-    )
+    written, jobs = rungs[0].loaded, [rung.loaded.trimmed for rung in rungs]
+    truths = Truths(written, jobs, library, options.scenes, options.seed, folder / "truth", say)
     for number, rung in enumerate(rungs, 1):
         name = f"{rung.setting.name} ({number} of {len(rungs)})"
         try:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from skyshine.mat.bench.rungs import Rung
+from skyshine.mat.bench.rungs import Rung, job_digest
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.pixel import PixelTruth, Scenes
 from skyshine.mat.budget.summary import kelvin_of, measures
@@ -24,6 +25,7 @@ from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.quantity import quantity
+from skyshine.schemas.whole_files import write_whole
 
 _SURFACE = ("altitude", "azimuth", "slope")
 MEASURES = ("rms", "p99", "maximum")
@@ -42,6 +44,8 @@ class Truths:
     library : MaterialLibrary
     scenes, seed : int
         Views of each state, band and source, and what they are drawn with.
+    folder : Path
+        Keeps the radiances, for the next run.
     say : callable
         Told what is computed.
     prepared : dict of (int, int) to Prepared
@@ -53,6 +57,7 @@ class Truths:
     library: MaterialLibrary
     scenes: int
     seed: int
+    folder: Path
     say: Callable[[str], object]
     prepared: dict[tuple[int, int], Prepared] = field(default_factory=dict)
     _known: dict[tuple[int, int, str], PixelTruth | None] = field(default_factory=dict)
@@ -70,12 +75,12 @@ class Truths:
         ends = {name: _common([each[name] for each in axes]) for name in ("altitude", "slope")}
         return axes[0] | ends
 
-    @property
+    @cached_property
     def key(self) -> str:
-        """Of the scenes: errors on equal keys may be compared."""
+        """Of the job and the scenes: errors on equal keys may be compared."""
         nodes = [getattr(self.grid, each.name).tolist() for each in fields(PathGrid)]
         nodes += [self.surface_axes[name].tolist() for name in (*_SURFACE, "time")]
-        return hashlib.sha256(f"{self.scenes} {self.seed} {nodes}".encode()).hexdigest()
+        return job_digest(self.loaded, [self.scenes, self.seed, nodes])
 
     def of(self, state: int, band: int, source: str, tables: Tables) -> PixelTruth | None:
         """The truth of one set of scenes; None where the axes leave no room for a view.
@@ -87,7 +92,6 @@ class Truths:
         """
         key = state, band, source
         if key not in self._known:
-            self.say(f"computing the truth of state {state}, band {band}, {source}")
             if key[:2] not in self.prepared:
                 self.prepared[key[:2]] = Prepared.of(self.loaded, state, band)
             scenes = Scenes.drawn(
@@ -101,8 +105,24 @@ class Truths:
                 scenes=self.scenes,
                 seed=self.seed,
             )
-            self._known[key] = None if scenes is None else PixelTruth.of(scenes, tables.finish)
+            self._known[key] = None if scenes is None else self._computed(scenes, tables, f"s{state}b{band}{source}")
         return self._known[key]
+
+    def _computed(self, scenes: Scenes, tables: Tables, name: str) -> PixelTruth:
+        """The truth of scenes: that of an earlier run where it was of the same job and scenes."""
+        file, materials = self.folder / f"{name}.json", list(tables.materials)
+        try:
+            kept = json.loads(file.read_text(encoding="utf-8"))
+            if kept["key"] == self.key and kept["materials"] == materials:
+                return PixelTruth(scenes, np.array(kept["radiance"], float))
+        except (OSError, ValueError, KeyError, TypeError):
+            pass  # none, or damaged: computed again
+        self.say(f"computing the truth of {name}")
+        truth = PixelTruth.of(scenes, tables.finish)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        kept = {"key": self.key, "materials": materials, "radiance": truth.radiance.tolist()}
+        write_whole(file, json.dumps(kept) + "\n")
+        return truth
 
 
 def _surface_axes(job: Job) -> dict[str, Floats]:

@@ -72,6 +72,12 @@ def _stage(kind: Kind, name: str) -> str:
     return _NAMED.get(name) or _OF_KIND.get(kind, "tables")
 
 
+def job_digest(loaded: LoadedJob, *others: Any) -> str:
+    """Of a job, the version of the package and other plain values."""
+    text = json.dumps([loaded.requested.model_dump(mode="json"), skyshine.__version__, *others], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
 @dataclass
 class Rung:
     """A setting of a job with its databases, and what is known of them.
@@ -116,9 +122,8 @@ class Rung:
 
     @property
     def _digest(self) -> str:
-        """Of the job and the version of the package."""
-        job = json.dumps(self.loaded.requested.model_dump(mode="json"), sort_keys=True)
-        return hashlib.sha256(f"{skyshine.__version__}\n{os.cpu_count()}\n{job}".encode()).hexdigest()
+        """Of the job, the version of the package and the cores that a build takes."""
+        return job_digest(self.loaded, os.cpu_count())
 
     def resume(self, library: MaterialLibrary) -> None:
         """Take over what an earlier run measured, where the databases are those of the same job and version."""

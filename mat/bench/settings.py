@@ -14,9 +14,10 @@ from skyshine.mat.job.surface import SURFACE_HEIGHTS_KM, SurfaceGrid
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.grids import path_grid
 
-KELVINS = (5.0, 3.0, 2.0, 1.0, 0.7, 0.5, 0.3, 0.2, 0.1)
+KELVINS = (5.0, 3.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1)
 QUICK_KELVINS = (5.0, 1.0)
-AS_WRITTEN, DEFAULT_AXES = "as written", "default axes"
+AS_WRITTEN, DRAFT, DEFAULT_AXES = "as written", "draft", "default axes"
+DRAFT_KELVIN = 10.0  # as roughly as the keys of accuracy may ask
 # Of the number for the pixel: tolerances of tables add up with each other and with what no table holds.
 TABLE_SHARE = 0.5
 # Share of the pixel's kelvin that 6 and 11 harmonics may take, and relative errors for a kelvin: of the compiled band
@@ -37,7 +38,7 @@ class Setting:
     ----------
     name : str
     kelvin : float or None
-        Asked of the pixel; None for the job as written and on the default axes.
+        Asked of the pixel; None for the job as written, as a draft and on the default axes.
     content : dict
         Keys of the job.
     """
@@ -48,7 +49,7 @@ class Setting:
 
 
 def settings_of(content: Mapping[str, Any], job: Job, kelvins: Sequence[float]) -> list[Setting]:
-    """The job as written, on the default axes, and at tolerances for the pixel, from draft to reference.
+    """The job as written, as a draft, on the default axes, and at tolerances for the pixel.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ def settings_of(content: Mapping[str, Any], job: Job, kelvins: Sequence[float]) 
     list of Setting
         The job as written first. The default axes are left out where the job is written with them.
     """
-    settings = [Setting(AS_WRITTEN, None, deepcopy(dict(content)))]
+    settings = [Setting(AS_WRITTEN, None, deepcopy(dict(content))), Setting(DRAFT, None, as_draft(content, job))]
     if not _on_default_axes(job):
         settings.append(Setting(DEFAULT_AXES, None, on_default_axes(content, job)))
     return settings + [Setting(f"{kelvin:g} K", kelvin, at_kelvin(content, kelvin)) for kelvin in kelvins]
@@ -84,6 +85,29 @@ def at_kelvin(content: Mapping[str, Any], kelvin: float) -> dict[str, Any]:
     }
     for grid in ("atmosphere_grid", "surface_grid"):
         changed[grid] = {**(changed.get(grid) or {}), "tolerance": f"{TABLE_SHARE * kelvin:.4g} K"}
+    return changed
+
+
+def as_draft(content: Mapping[str, Any], job: Job) -> dict[str, Any]:
+    """Keys of a job on every other node of its axes, or of the default ones where it names a tolerance, as roughly
+    computed as a job may ask.
+
+    Parameters
+    ----------
+    job : Job
+        Whose axes' nodes are taken.
+    """
+    changed, air, surface = deepcopy(dict(content)), job.atmosphere_grid, job.surface_grid
+    written = {name: getattr(path_grid(job), name).tolist() for name in GRID_AXES}
+    level = {"altitude_km": job.surface_altitudes_km, "slope_deg": surface.slope_deg}
+    changed["accuracy"] = at_kelvin(content, DRAFT_KELVIN)["accuracy"]
+    for key, nodes in (
+        ("atmosphere_grid", _default_air(job) if air.tolerances else written),
+        ("surface_grid", _default_surface(job) if surface.tolerance else level),
+    ):
+        changed[key] = {name: _every_other(values) for name, values in nodes.items()}
+    changed["surface_grid"]["azimuth_deg"] = surface.azimuth_deg[::2]
+    changed["surface_grid"]["time"] = [clock_text(time) for time in surface.time[::2]]
     return changed
 
 
@@ -144,6 +168,11 @@ def _default_surface(job: Job) -> dict[str, list[float]]:
 
 def _kept(content: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in (content.get("accuracy") or {}).items() if key in _KEPT}
+
+
+def _every_other(nodes: Sequence[float]) -> list[float]:
+    """Every other node, with both ends and 0: the horizon."""
+    return sorted({*nodes[::2], nodes[-1], *(node for node in nodes if node == 0)})
 
 
 def _within(value: float, low: float, high: float) -> float:

@@ -70,7 +70,7 @@ def test_points_that_none_beats():
 
 def test_a_job_off_the_front_is_told_what_beats_it_and_what_the_next_second_and_kelvin_buy(rungs):
     own, second, kelvin = sentences(rungs, "K")
-    assert "1.5 K in 30 s" in own and "1 K beats it: 1 K in 20 s" in own
+    assert "1.5 K in 30 s" in own and "1 K beats it with 1 K in 20 s" in own
     assert "from 1 K to 0.1 K" in second and "for 40 s more, 0.02 K a second" in second  # 0.8 K in 40 s
     assert "5 K errs 1 K more and saves 10 s, 10 s a kelvin" in kelvin
 

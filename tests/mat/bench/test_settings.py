@@ -5,7 +5,16 @@ import pytest
 import yaml
 
 from skyshine.mat.api.examples import example, example_names
-from skyshine.mat.bench.settings import AS_WRITTEN, DEFAULT_AXES, KELVINS, at_kelvin, on_default_axes, settings_of
+from skyshine.mat.bench.settings import (
+    AS_WRITTEN,
+    DEFAULT_AXES,
+    DRAFT,
+    KELVINS,
+    as_draft,
+    at_kelvin,
+    on_default_axes,
+    settings_of,
+)
 from skyshine.mat.job.fields import tolerance_parts
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.grids import path_grid
@@ -65,8 +74,19 @@ def test_a_setting_keeps_seed_layout_and_what_may_be_left_out(content):
 
 def test_default_axes_are_a_setting_only_where_the_job_has_others(content):
     loaded = load_job(content)
-    assert names(loaded) == [AS_WRITTEN, DEFAULT_AXES, "1 K"]
+    assert names(loaded) == [AS_WRITTEN, DRAFT, DEFAULT_AXES, "1 K"]
     default = load_job(on_default_axes(loaded.document.data, loaded.trimmed))
-    assert names(default) == [AS_WRITTEN, "1 K"]
+    assert names(default) == [AS_WRITTEN, DRAFT, "1 K"]
     bare = {key: value for key, value in content.items() if not key.endswith("_grid")}
-    assert names(load_job(bare)) == [AS_WRITTEN, "1 K"]
+    assert names(load_job(bare)) == [AS_WRITTEN, DRAFT, "1 K"]
+
+
+def test_a_draft_has_fewer_nodes_between_the_same_ends_with_the_horizon():
+    loaded = load_job(example("starter"))
+    draft = load_job(as_draft(loaded.document.data, loaded.trimmed), folder=loaded.folder).trimmed
+    for axis in ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg"):
+        ours, theirs = (getattr(path_grid(job), axis) for job in (draft, loaded.trimmed))
+        assert set(ours) < set(theirs) and (ours[0], ours[-1]) == (theirs[0], theirs[-1]), axis
+    assert 0 in path_grid(draft).elevation_deg
+    assert len(draft.surface_grid.time) == len(loaded.trimmed.surface_grid.time) / 2
+    assert draft.accuracy.solver_steps == 48 and draft.atmosphere_grid.tolerances == {}

@@ -27,6 +27,7 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
 )
 GREY, PALE = "#8A8A8A", "#DDDDDD"
 WIDTH = 720.0  # of every chart, in units of its own
+_FINE = tuple(digit / 10 for digit in range(10, 100, 2))  # where all values lie close together
 _LETTER, _LINE = 5.6, 12.0  # room of a letter and of a line of text of 10 units
 _LEFT, _RIGHT, _TOP, _BOTTOM = 56.0, 14.0, 12.0, 40.0
 
@@ -80,7 +81,7 @@ _COLOURS = {"circle": BLUE, "square": GREEN, "diamond": VERMILLION, "triangle": 
 _STAGES = (BLUE, ORANGE, VERMILLION, SKY, BLACK, YELLOW, "#BBBBBB")
 
 
-def front_chart(marks: Sequence[Mark], units: str, height: float = 330.0) -> str:
+def front_chart(marks: Sequence[Mark], units: str, height: float = 290.0) -> str:
     """Error against seconds, both logarithmic, the points that no other beats joined.
 
     Parameters
@@ -97,6 +98,7 @@ def front_chart(marks: Sequence[Mark], units: str, height: float = 330.0) -> str
     line = " ".join(f"{across(x):.1f},{up(y):.1f}" for x, y in front)
     parts.append(f'<polyline points="{line}" fill="none" stroke="{GREY}" stroke-width="1.5"/>')
     boxes = [_around(across(mark.x), up(mark.y), _radius(mark) + 1) for mark in marks]
+    boxes += [(across(mark.low), up(mark.y) - 1, across(mark.high), up(mark.y) + 1) for mark in marks]
     for one, other in pairwise(front):
         # Labels stay off the line, here and there along it.
         (x, y), (dx, dy) = [(across(seconds), up(error)) for seconds, error in (one, other)]
@@ -108,7 +110,8 @@ def front_chart(marks: Sequence[Mark], units: str, height: float = 330.0) -> str
         parts.append(_shape(mark.shape, x, y, radius, filled=mark.on_front))
         if mark.shape == "diamond":
             parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius + 5:.1f}" fill="none" stroke="{BLACK}"/>')
-        box = _room(mark, x, y, radius + (6 if mark.shape == "diamond" else 1), boxes, height)
+        ends = across(mark.low), across(mark.high)
+        box = _room(mark, x, y, radius + (7 if mark.shape == "diamond" else 1), ends, boxes, height)
         boxes.append(box)
         parts.append(_text(box[0], box[3] - 3, mark.label, bold=mark.shape == "diamond"))
     return _svg("".join(parts), height, f"Error of a pixel, {units}, against processor seconds")
@@ -116,7 +119,7 @@ def front_chart(marks: Sequence[Mark], units: str, height: float = 330.0) -> str
 
 def stage_chart(bars: Sequence[Bar], stages: Sequence[str]) -> str:
     """Seconds of each row by stage, as bars on one scale."""
-    left, right, row = 84.0, 120.0, 16.0
+    left, right, row = 84.0, 120.0, 13.5
     longest = max(sum(bar.parts) for bar in bars)
     unit = (WIDTH - left - right) / longest
     parts, x = [], left
@@ -126,20 +129,20 @@ def stage_chart(bars: Sequence[Bar], stages: Sequence[str]) -> str:
         x += 26 + _LETTER * len(stage)
     for number, bar in enumerate(bars):
         x, y = left, 20 + row * number
-        parts.append(_text(left - 6, y + 10, bar.label, anchor="end"))
+        parts.append(_text(left - 6, y + 9, bar.label, anchor="end"))
         for seconds, colour in zip(bar.parts, _STAGES, strict=True):
-            parts.append(_rectangle(x, y, seconds * unit, 12, colour))
+            parts.append(_rectangle(x, y, seconds * unit, 11, colour))
             x += seconds * unit
-        parts.append(_text(x + 5, y + 10, bar.total))
+        parts.append(_text(x + 5, y + 9, bar.total))
     return _svg("".join(parts), 22 + row * len(bars), "Processor seconds by stage")
 
 
 def peer_chart(rows: Sequence[Row]) -> str:
     """Seconds of a unit of work, the job beside its peer, on a logarithmic scale."""
-    left, right, row = 190.0, 250.0, 18.0
+    left, right, row = 172.0, 250.0, 15.0
     height = row * len(rows) + 34
     values = [value for each in rows for value in (each.ours, each.peer) if value]
-    across = _Scale.of(values, left, WIDTH - right)
+    across = _Scale.of(values or [1.0], left, WIDTH - right)
     parts = []
     for tick in across.ticks:
         x = across(tick)
@@ -149,7 +152,8 @@ def peer_chart(rows: Sequence[Row]) -> str:
     for number, each in enumerate(rows):
         y = row * number + 11
         parts.append(_text(left - 8, y + 3.5, each.label, anchor="end"))
-        parts.append(_shape("circle", across(each.ours), y, 4.5))
+        if each.ours > 0:
+            parts.append(_shape("circle", across(each.ours), y, 4.5))
         if each.peer is not None:
             parts.append(_shape("triangle", across(each.peer), y, 5.5))
         parts.append(_text(WIDTH - right + 10, y + 3.5, each.text))
@@ -185,7 +189,7 @@ class _Scale:
     def ticks(self) -> list[float]:
         """Round numbers, about five to nine."""
         decades = range(math.floor(self.low / math.log(10)), math.ceil(self.high / math.log(10)) + 1)
-        for digits in ((1,), (1, 3), (1, 2, 5), (1, 1.5, 2, 3, 4, 5, 7)):
+        for digits in ((1,), (1, 3), (1, 2, 5), (1, 1.5, 2, 3, 4, 5, 7), _FINE):
             ticks = [digit * 10.0**decade for decade in decades for digit in digits]
             ticks = [tick for tick in ticks if self.low <= math.log(tick) <= self.high]
             if len(ticks) >= 4:
@@ -249,10 +253,12 @@ def _around(x: float, y: float, radius: float) -> Box:
     return x - radius, y - radius, x + radius, y + radius
 
 
-def _room(mark: Mark, x: float, y: float, radius: float, taken: Sequence[Box], height: float) -> Box:
+def _room(
+    mark: Mark, x: float, y: float, radius: float, ends: tuple[float, float], taken: Sequence[Box], height: float
+) -> Box:
     """The place of a label beside its mark that covers least of what is drawn."""
-    width = _LETTER * len(mark.label) + 2
-    right, left, middle = x + radius + 3, x - radius - 3 - width, x - width / 2
+    width = (1.12 if mark.shape == "diamond" else 1.0) * _LETTER * len(mark.label) + 2
+    right, left, middle = max(x + radius, ends[1]) + 3, min(x - radius, ends[0]) - 3 - width, x - width / 2
     level, above, below = y - _LINE / 2, y - radius - 2 - _LINE, y + radius + 2
     beside = [(right, level), (left, level), (middle, above), (middle, below)]
     diagonal = [(x, y) for x in (right, left) for y in (above, below, above - _LINE, below + _LINE)]
@@ -273,6 +279,8 @@ def _overlap(one: Box, other: Box) -> float:
 
 def seconds_text(value: float) -> str:
     """Seconds as a short number, such as 2 ms."""
+    if value >= 7200:
+        return f"{value / 3600:,.3g} h" if value < 3.6e6 else f"{value / 3600:,.0f} h"
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if value >= 0.999 * size:
             return f"{value / size:.3g} {unit}"

@@ -16,7 +16,7 @@ from skyshine.mat.bench.pareto import unbeaten
 from skyshine.mat.bench.peers import Comparison, comparisons
 from skyshine.mat.bench.pixel_errors import Truths, measure
 from skyshine.mat.bench.rungs import STAGES, Rung
-from skyshine.mat.bench.settings import AS_WRITTEN, settings_of
+from skyshine.mat.bench.settings import AS_WRITTEN, CHANGED, settings_of
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.plan.size import check_size
@@ -212,6 +212,7 @@ def _described(rung: Rung, units: str) -> dict[str, Any]:
         "name": rung.setting.name,
         "asked": quantity(np.nan if rung.setting.kelvin is None else rung.setting.kelvin, "K"),
         "chosen": rung.setting.name == AS_WRITTEN,
+        "keys": {key: rung.setting.content[key] for key in CHANGED if key in rung.setting.content},
         "error": quantity(errors["p99"]["value"] * scale, units),
         "rms": quantity(errors["rms"]["value"] * scale, units),
         "maximum": quantity(errors["maximum"]["value"] * scale, units),

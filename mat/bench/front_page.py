@@ -7,15 +7,15 @@ from typing import Any
 
 from skyshine.mat.bench.charts import Bar, Mark, Row, front_chart, peer_chart, seconds_text, stage_chart, symbol
 from skyshine.mat.bench.rungs import STAGES
-from skyshine.mat.bench.settings import DEFAULT_AXES
+from skyshine.mat.bench.settings import DEFAULT_AXES, DRAFT
 
 _TEMPLATE = "front.html.j2"
 KEYS = {
-    "circle": "a tolerance for the pixel",
-    "square": "default axes",
-    "diamond": "the job as written",
-    "triangle": "a peer",
+    "circle": "kelvins asked of the pixel",
+    "square": "default axes, draft",
+    "diamond": "the job as written, ringed",
 }
+PEER_KEYS = {"triangle": "a peer", "circle": "this job as written"}
 
 
 def render(front: dict[str, Any]) -> str:
@@ -38,6 +38,7 @@ def render(front: dict[str, Any]) -> str:
     )
     environment.filters["short"] = _short
     environment.filters["spread"] = _spread
+    environment.filters["seconds"] = seconds_text
     source = resources.files(__package__).joinpath(_TEMPLATE).read_text(encoding="utf-8")
     charts = {"front": "", "stages": "", "peers": ""}
     if front["rungs"]:
@@ -45,8 +46,9 @@ def render(front: dict[str, Any]) -> str:
         charts["stages"] = stage_chart(_bars(front["rungs"]), STAGES)
     if front["peers"]:
         charts["peers"] = peer_chart([_row(peer) for peer in front["peers"]])
-    keys = [(symbol(shape), words) for shape, words in KEYS.items()]
-    return environment.from_string(source).render(front=front, charts=charts, keys=keys, stages=STAGES)
+    keys, peer_keys = ([(symbol(shape), words) for shape, words in each.items()] for each in (KEYS, PEER_KEYS))
+    page = environment.from_string(source)
+    return page.render(front=front, charts=charts, keys=keys, peer_keys=peer_keys, stages=STAGES)
 
 
 def _short(value: float | None) -> str:
@@ -56,7 +58,7 @@ def _short(value: float | None) -> str:
 def _spread(values: list[float]) -> str:
     """The least and the most of some values, or the only one."""
     low, high = _short(min(values)), _short(max(values))
-    return low if low == high else f"{low} to {high}"
+    return low if low == high else f"{low}\u2013{high}"
 
 
 def _megabytes(rung: dict[str, Any]) -> str:
@@ -68,7 +70,7 @@ def _marks(rungs: list[dict[str, Any]]) -> list[Mark]:
     return [
         Mark(
             f"{rung['name']}, {_megabytes(rung)}",
-            "diamond" if rung["chosen"] else "square" if rung["name"] == DEFAULT_AXES else "circle",
+            "diamond" if rung["chosen"] else "square" if rung["name"] in (DRAFT, DEFAULT_AXES) else "circle",
             rung["time"]["value"],
             min(rung["times"]["values"]),
             max(rung["times"]["values"]),

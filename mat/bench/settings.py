@@ -17,6 +17,7 @@ from skyshine.mat.scene.grids import path_grid
 KELVINS = (5.0, 3.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1)
 QUICK_KELVINS = (5.0, 1.0)
 AS_WRITTEN, DRAFT, DEFAULT_AXES = "as written", "draft", "default axes"
+CHANGED = ("accuracy", "atmosphere_grid", "surface_grid")  # keys of the job that a setting may replace
 DRAFT_KELVIN = 10.0  # as roughly as the keys of accuracy may ask
 # Of the number for the pixel: tolerances of tables add up with each other and with what no table holds.
 TABLE_SHARE = 0.5

@@ -22,6 +22,7 @@ from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.scene.check import check_scene
 from skyshine.materials.library import load_library
+from skyshine.schemas.documents import MAPPING
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.quantity import quantity
 
@@ -152,7 +153,10 @@ def _more(rung: Rung, repeats: int) -> bool:
     return not rung.builds or (len(rung.builds) < repeats and spent < ENOUGH)
 
 
-def _one_line(error: Exception) -> str:
+def _one_line(error: InputError | CheckFailed) -> str:
+    """Why a setting cannot run; its job stands in no file that could be named."""
+    if isinstance(error, InputError) and error.file is not None and Path(error.file).name == MAPPING:
+        return error.message
     return " ".join(str(error).split())
 
 

@@ -3,15 +3,19 @@
 import copy
 import itertools
 import re
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from skyshine.mat.bench.charts import _LETTER, Mark, Row, front_chart, peer_chart
+from skyshine.mat.bench.front import _one_line
 from skyshine.mat.bench.front_page import render
 from skyshine.mat.bench.front_sentences import sentences
 from skyshine.mat.bench.pareto import unbeaten
 from skyshine.mat.bench.rungs import STAGES
+from skyshine.schemas.documents import MAPPING
+from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
 
 
@@ -62,6 +66,12 @@ def front(rungs):
         "sentences": sentences(rungs, "K"),
         "peers": [peer, absent],
     }
+
+
+def test_a_reason_names_no_file_that_is_not_there():
+    in_setting, in_image = (InputError("found '5 K'", file=Path("jobs") / file) for file in (MAPPING, "wall.png"))
+    assert _one_line(in_setting) == "found '5 K'"
+    assert "wall.png" in _one_line(in_image)
 
 
 def test_points_that_none_beats():
@@ -132,8 +142,8 @@ def labels_of(chart):
 
 def test_labels_of_a_crowded_front_neither_overlap_nor_leave_the_chart():
     marks = [
-        Mark(f"{number}.5 K, 12.3 MB", "circle", 20 * 1.12**number, 19.0, 90.0, 3 * 0.7**number, 0.5, True)
-        for number in range(11)
+        Mark(f"{number}.5 K, 12.3 MB", "circle", x, 0.95 * x, 1.05 * x, 3 * 0.7**number, 0.5, True)
+        for number, x in enumerate(20 * 1.12**step for step in range(11))
     ]
     boxes = labels_of(front_chart(marks, "K"))
     assert len(boxes) == len(marks)

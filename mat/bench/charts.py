@@ -81,7 +81,7 @@ _COLOURS = {"circle": BLUE, "square": GREEN, "diamond": VERMILLION, "triangle": 
 _STAGES = (BLUE, ORANGE, VERMILLION, SKY, BLACK, YELLOW, "#BBBBBB")
 
 
-def front_chart(marks: Sequence[Mark], units: str, height: float = 290.0) -> str:
+def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: float = 290.0) -> str:
     """Error against seconds, both logarithmic, the points that no other beats joined.
 
     Parameters
@@ -90,14 +90,22 @@ def front_chart(marks: Sequence[Mark], units: str, height: float = 290.0) -> str
         At least one.
     units : str
         Of the error.
+    floor : float
+        Error that no setting removes, drawn where it is within the chart.
     """
     across = _Scale.of([value for mark in marks for value in (mark.low, mark.high)], _LEFT, WIDTH - _RIGHT)
-    up = _Scale.of([mark.y for mark in marks], height - _BOTTOM, _TOP)
+    errors = [mark.y for mark in marks]
+    # A floor far below all errors would leave them little room.
+    up = _Scale.of([*errors, *([floor] if floor > min(errors) / 3 else [])], height - _BOTTOM, _TOP)
     parts = [_axes(across, up, height, units)]
+    boxes = []
+    if floor > 0 and _TOP < up(floor) < height - _BOTTOM:
+        parts.append(_line(_LEFT, up(floor), WIDTH - _RIGHT, up(floor), BLACK, dashes="5 4"))
+        boxes.append((_LEFT, up(floor) - 1, WIDTH - _RIGHT, up(floor) + 1))
     front = sorted((mark.x, mark.y) for mark in marks if mark.on_front)
     line = " ".join(f"{across(x):.1f},{up(y):.1f}" for x, y in front)
     parts.append(f'<polyline points="{line}" fill="none" stroke="{GREY}" stroke-width="1.5"/>')
-    boxes = [_around(across(mark.x), up(mark.y), _radius(mark) + 1) for mark in marks]
+    boxes += [_around(across(mark.x), up(mark.y), _radius(mark) + 1) for mark in marks]
     boxes += [(across(mark.low), up(mark.y) - 1, across(mark.high), up(mark.y) + 1) for mark in marks]
     for one, other in pairwise(front):
         # Labels stay off the line, here and there along it.
@@ -220,8 +228,9 @@ def _axes(across: _Scale, up: _Scale, height: float, units: str) -> str:
     return "".join(parts)
 
 
-def _line(x: float, y: float, to_x: float, to_y: float, colour: str) -> str:
-    return f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{to_x:.1f}" y2="{to_y:.1f}" stroke="{colour}"/>'
+def _line(x: float, y: float, to_x: float, to_y: float, colour: str, dashes: str = "none") -> str:
+    place = f'x1="{x:.1f}" y1="{y:.1f}" x2="{to_x:.1f}" y2="{to_y:.1f}"'
+    return f'<line {place} stroke="{colour}" stroke-dasharray="{dashes}"/>'
 
 
 def _rectangle(x: float, y: float, width: float, height: float, colour: str) -> str:

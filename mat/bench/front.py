@@ -82,7 +82,7 @@ class Front:
     @property
     def units(self) -> str:
         """Of the error: kelvin, or where no band has thermal light, per cent of the mean radiance."""
-        return KELVIN if all(rung.errors["temperature"] for rung in self.rungs) else SHARE
+        return KELVIN if all(rung.errors["all"]["temperature"] for rung in self.rungs) else SHARE
 
 
 def check(loaded: LoadedJob) -> None:
@@ -183,6 +183,13 @@ def describe(front: Front) -> dict[str, Any]:
     }
 
 
+def _in_units(errors: dict[str, Any], units: str) -> dict[str, Any]:
+    """Rms, 99th percentile and maximum in the units of a front; none where a band has no error in them."""
+    if units == KELVIN:
+        return dict(errors["temperature"] or {})
+    return {name: quantity(100 * each["value"], units) for name, each in errors["share_of_radiance"].items()}
+
+
 def _method(front: Front) -> str:
     """How the numbers of a front are to be read."""
     options, count = front.options, len(front.loaded.trimmed.states)
@@ -200,7 +207,7 @@ def _method(front: Front) -> str:
     if (
         front.units == KELVIN
         and front.rungs
-        and any(one["temperature"] is None for one in front.rungs[0].errors["sets"])
+        and any(one["temperature"] is None for one in front.rungs[0].errors["bands"])
     ):
         text += " Bands that end before 2.5 um have no error in kelvin; the JSON gives theirs in shares of radiance."
     return text
@@ -210,16 +217,21 @@ def _described(rung: Rung, units: str) -> dict[str, Any]:
     """A rung as plain values; its time and its stages are those of the build of median processor time."""
     builds = sorted(rung.builds, key=lambda each: each.processor)
     middle = builds[(len(builds) - 1) // 2]
-    errors = rung.errors["temperature" if units == KELVIN else "share_of_radiance"]
-    scale = 1.0 if units == KELVIN else 100.0
+    errors, floor = (_in_units(each, units) for each in (rung.errors["all"], rung.errors["all"]["averages"]))
     return {
         "name": rung.setting.name,
         "asked": quantity(np.nan if rung.setting.kelvin is None else rung.setting.kelvin, "K"),
         "chosen": rung.setting.name == AS_WRITTEN,
         "keys": {key: rung.setting.content[key] for key in CHANGED if key in rung.setting.content},
-        "error": quantity(errors["p99"]["value"] * scale, units),
-        "rms": quantity(errors["rms"]["value"] * scale, units),
-        "maximum": quantity(errors["maximum"]["value"] * scale, units),
+        "error": errors["p99"],
+        "rms": errors["rms"],
+        "maximum": errors["maximum"],
+        "floor": floor["p99"],
+        "by_band": [
+            {"wavelength": band["wavelengths"][0], "error": values["p99"]}
+            for band in rung.errors["bands"]
+            if (values := _in_units(band, units))
+        ],
         "time": quantity(middle.processor, "s"),
         "times": quantity([each.processor for each in rung.builds], "s"),
         "wall_times": quantity([each.wall for each in rung.builds], "s"),

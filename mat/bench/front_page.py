@@ -9,6 +9,7 @@ from skyshine.mat.bench.charts import Bar, Mark, Row, front_chart, peer_chart, s
 from skyshine.mat.bench.rungs import STAGES
 from skyshine.mat.bench.settings import DEFAULT_AXES, DRAFT
 
+MOST_BANDS = 3  # with a column of their own; the JSON has all
 _TEMPLATE = "front.html.j2"
 KEYS = {
     "circle": "kelvins asked of the pixel",
@@ -42,13 +43,15 @@ def render(front: dict[str, Any]) -> str:
     source = resources.files(__package__).joinpath(_TEMPLATE).read_text(encoding="utf-8")
     charts = {"front": "", "stages": "", "peers": ""}
     if front["rungs"]:
-        charts["front"] = front_chart(_marks(front["rungs"]), front["rungs"][0]["error"]["units"])
+        first = front["rungs"][0]
+        charts["front"] = front_chart(_marks(front["rungs"]), first["error"]["units"], first["floor"]["value"])
         charts["stages"] = stage_chart(_bars(front["rungs"]), STAGES)
     if front["peers"]:
         charts["peers"] = peer_chart([_row(peer) for peer in front["peers"]])
     keys, peer_keys = ([(symbol(shape), words) for shape, words in each.items()] for each in (KEYS, PEER_KEYS))
     page = environment.from_string(source)
-    return page.render(front=front, charts=charts, keys=keys, peer_keys=peer_keys, stages=STAGES)
+    bands = front["rungs"][0]["by_band"][:MOST_BANDS] if front["rungs"] else []
+    return page.render(front=front, charts=charts, keys=keys, peer_keys=peer_keys, stages=STAGES, bands=bands)
 
 
 def _short(value: float | None) -> str:

@@ -33,7 +33,15 @@ def sentences(rungs: list[dict[str, Any]], units: str) -> list[str]:
         )
     place = front.index(start)
     finer = front[place + 1] if place + 1 < len(front) else None
-    return [own, _next_second(start, finer, units), _next_kelvin(start, front[place - 1] if place else None, units)]
+    coarser = front[place - 1] if place else None
+    return [own, _next_second(start, finer, units), _next_kelvin(start, coarser, units), _floor(front[-1], units)]
+
+
+def _floor(best: dict[str, Any], units: str) -> str:
+    return (
+        f"The least error, {_error(best):.3g} {units}, has {best['name']}; with exact tables the runtime's own averages"
+        f" would err by {float(best['floor']['value']):.3g} {units} (dashed), which no setting removes."
+    )
 
 
 def _distinct(front: list[dict[str, Any]], chosen: dict[str, Any] | None) -> list[dict[str, Any]]:

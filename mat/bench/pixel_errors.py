@@ -20,6 +20,7 @@ from skyshine.mat.budget.truth import Prepared
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.grids import path_grid
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.arrays import Floats
@@ -80,7 +81,7 @@ class Truths:
         """Of the job and the scenes: errors on equal keys may be compared."""
         nodes = [getattr(self.grid, each.name).tolist() for each in fields(PathGrid)]
         nodes += [self.surface_axes[name].tolist() for name in (*_SURFACE, "time")]
-        return job_digest(self.loaded, [self.scenes, self.seed, nodes])
+        return job_digest(self.loaded, "bands and averages", [self.scenes, self.seed, nodes])
 
     def of(self, state: int, band: int, source: str, tables: Tables) -> PixelTruth | None:
         """The truth of one set of scenes; None where the axes leave no room for a view.
@@ -114,13 +115,14 @@ class Truths:
         try:
             kept = json.loads(file.read_text(encoding="utf-8"))
             if kept["key"] == self.key and kept["materials"] == materials:
-                return PixelTruth(scenes, np.array(kept["radiance"], float))
+                return PixelTruth(scenes, np.array(kept["radiance"], float), np.array(kept["averages"], float))
         except (OSError, ValueError, KeyError, TypeError):
             pass  # none, or damaged: computed again
         self.say(f"computing the truth of {name}")
-        truth = PixelTruth.of(scenes, tables.finish)
+        truth = PixelTruth.of(scenes, tables)
         self.folder.mkdir(parents=True, exist_ok=True)
-        kept = {"key": self.key, "materials": materials, "radiance": truth.radiance.tolist()}
+        values = {"radiance": truth.radiance.tolist(), "averages": truth.averages.tolist()}
+        kept = {"key": self.key, "materials": materials, **values}
         write_whole(file, json.dumps(kept) + "\n")
         return truth
 
@@ -161,38 +163,60 @@ def measure(rung: Rung, truths: Truths) -> None:
     if rung.errors.get("key") == truths.key:
         return
     job = rung.loaded.trimmed
-    sets, all_kelvin, all_shares = [], [], []
+    sets: list[dict[str, Any]] = []
+    errors: list[_SetErrors] = []
     for state, band, source in product(range(1, len(job.states) + 1), job.needed_bands, job.sources):
         tables = Tables.open(rung.files, state, band, source, job)
         truth = truths.of(state, band, source, tables)
         if truth is None:
             continue
-        response, error = truths.prepared[state, band].response, truth.error(tables)
-        kelvin = kelvin_of(response, truth.radiance, error)
-        share = error / truth.radiance.mean()
-        thermal = bool(np.isfinite(kelvin).all())
-        all_shares.append(share.ravel())
-        if thermal:
-            all_kelvin.append(kelvin.ravel())
-        sets.append(
-            {
-                "state": state,
-                "band": band,
-                "wavelength": quantity([response.lower, response.upper], "um"),
-                "source": source,
-                "views": len(truth.scenes.views),
-                "pixels": error.size,
-                "temperature": _measures([kelvin] if thermal else [], "K"),
-                "share_of_radiance": _measures([share], "1"),
-            }
-        )
+        of_set = _SetErrors(band, truths.prepared[state, band].response, truth, truth.error(tables))
+        errors.append(of_set)
+        sets.append({"state": state, "source": source, "views": len(truth.scenes.views), **_described([of_set])})
+    bands = [[each for each in errors if each.band == band] for band in job.needed_bands]
     rung.errors = {
         "key": truths.key,
-        "temperature": _measures(all_kelvin, "K"),
-        "share_of_radiance": _measures(all_shares, "1"),
+        "all": _described(errors),
+        "bands": [_described(of_band) for of_band in bands if of_band],
         "sets": sets,
     }
     rung.keep()
+
+
+@dataclass(frozen=True, eq=False)
+class _SetErrors:
+    """Errors of the pixels of a band under one state and source, W m^-2 sr^-1."""
+
+    band: int
+    response: SpectralResponse
+    truth: PixelTruth
+    error: Floats
+
+    def kelvin(self, error: Floats) -> Floats:
+        """As differences of equivalent temperature; not numbers below 2.5 um."""
+        return kelvin_of(self.response, self.truth.radiance, error)
+
+    def share(self, error: Floats) -> Floats:
+        """Of the mean radiance of the set."""
+        share: Floats = error / self.truth.radiance.mean()
+        return share
+
+
+def _described(errors: Sequence[_SetErrors]) -> dict[str, Any]:
+    """Errors of some sets together: of their pixels, and of averages alone, in kelvin and in shares of radiance."""
+    thermal = [each for each in errors if np.isfinite(each.kelvin(each.error)).all()]
+    bands = {each.band: each.response for each in errors}
+    return {
+        "bands": list(bands),
+        "wavelengths": [quantity([response.lower, response.upper], "um") for response in bands.values()],
+        "pixels": sum(each.error.size for each in errors),
+        "temperature": _measures([each.kelvin(each.error) for each in thermal], "K"),
+        "share_of_radiance": _measures([each.share(each.error) for each in errors], "1"),
+        "averages": {
+            "temperature": _measures([each.kelvin(each.truth.averages) for each in thermal], "K"),
+            "share_of_radiance": _measures([each.share(each.truth.averages) for each in errors], "1"),
+        },
+    }
 
 
 def _measures(values: Sequence[Floats], units: str) -> dict[str, Any] | None:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import time
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from skyshine.mat.plan.plan import Kind, Plan, make_plan, texture_file
 from skyshine.mat.products.product import Context
 from skyshine.mat.products.table import PRODUCTS
 from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.process_memory import children_seconds
 from skyshine.schemas.whole_files import write_whole
 
@@ -94,6 +96,8 @@ class Rung:
         Bytes of the databases.
     errors : dict
         Of the pixel, with the key that says on which scenes; empty before they are measured.
+    refusal : str
+        Why the setting cannot be built, in one line; empty where that is not known.
     """
 
     setting: Setting
@@ -102,6 +106,7 @@ class Rung:
     builds: list[BuildTime] = field(default_factory=list)
     size: int = 0
     errors: dict[str, Any] = field(default_factory=dict)
+    refusal: str = ""
 
     @classmethod
     def of(cls, setting: Setting, written: LoadedJob, folder: Path, states: int) -> Rung:
@@ -133,10 +138,13 @@ class Rung:
                 BuildTime(each["processor"], each["wall"], tuple(TaskTime(**task) for task in each["tasks"]))
                 for each in record["builds"]
             ]
-            digest, size, errors = record["digest"], int(record["size"]), dict(record["errors"])
+            size, errors, refusal = int(record["size"]), dict(record["errors"]), str(record["refusal"])
+            same_job = record["digest"] == self._digest
         except (OSError, ValueError, KeyError, TypeError):
             return
-        if builds and digest == self._digest and self._is_current(library):
+        if same_job and refusal:
+            self.refusal = refusal
+        elif same_job and builds and self._is_current(library):
             self.builds, self.size, self.errors = builds, size, errors
 
     def _is_current(self, library: MaterialLibrary) -> bool:
@@ -158,12 +166,20 @@ class Rung:
         Raises
         ------
         InputError, CheckFailed
-            As the build of a job.
+            As the build of a job. That a tolerance cannot be held is kept too.
         """
+        if self.refusal:
+            raise CheckFailed(self.refusal)
         plan = make_plan(self.loaded, library)
         children, own, begin = children_seconds(), time.process_time(), time.perf_counter()
-        with without_cache():
-            result = build(self.loaded, out=self.files, fresh=True)
+        try:
+            with without_cache():
+                result = build(self.loaded, out=self.files, fresh=True)
+        except CheckFailed as error:
+            if not isinstance(error.__cause__, BrokenProcessPool):  # which may not happen again
+                self.refusal = " ".join(str(error).split())
+                self.keep()
+            raise
         wall = time.perf_counter() - begin
         processor = children_seconds() - children + time.process_time() - own
         if not self.builds:
@@ -180,6 +196,7 @@ class Rung:
             "builds": [asdict(each) for each in self.builds],
             "size": self.size,
             "errors": self.errors,
+            "refusal": self.refusal,
         }
         write_whole(self.folder / RECORD, json.dumps(record, indent=1) + "\n")
 

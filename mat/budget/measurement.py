@@ -13,13 +13,12 @@ from skyshine.mat.budget.options import (
     FIELDS_OF_VIEW,
     BudgetViews,
     Option,
-    emitted_transmittance,
     frame_errors,
     options_of_averages,
     options_of_frames,
     shade_option,
 )
-from skyshine.mat.budget.pixel import pixel_radiance, temperature_among
+from skyshine.mat.budget.pixel import integrated_readings, pixel_radiance, temperature_among
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     Emission,
@@ -75,7 +74,7 @@ class Measurement:
         around: Circumstances,
         grid: PathGrid,
     ) -> None:
-        job, band = prepared.loaded.trimmed, truth.air.band
+        job = prepared.loaded.trimmed
         self.prepared = prepared
         self.tables, self.truth, self.views, self.around, self.grid = tables, truth, views, around, grid
         self.few, self.steps, self.finish = (
@@ -87,10 +86,7 @@ class Measurement:
         seen = truth.of(views, around, self.finish)
         self.open_air, self.shadowed, self.kelvin = seen.open_air, seen.shadowed, seen.kelvin
         self.lines, self.bounce, self.radiance = seen.lines, seen.bounce, seen.radiance
-        through = None
-        if tables.thermal is not None:
-            through = emitted_transmittance(band, truth.reflectance, self.lines, self.kelvin)
-        self.full = replace(AtmosphereReadings.integrated(self.lines, band), emitted=through)
+        self.full = integrated_readings(tables, truth, seen)
         self.emission = tables.emission(self.kelvin)
         self.base = self._shown(self.full)
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances, random_circumstances
-from skyshine.mat.budget.runtime_terms import Finish, incidence, runtime_radiance
-from skyshine.mat.budget.truth import FacetTruth, Prepared
+from skyshine.mat.budget.options import emitted_transmittance
+from skyshine.mat.budget.runtime_terms import AtmosphereReadings, incidence, runtime_radiance
+from skyshine.mat.budget.truth import FacetRadiance, FacetTruth, Prepared
 from skyshine.mat.budget.views import Views, random_views
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.quantities.grid import PathGrid
@@ -44,6 +45,16 @@ def pixel_radiance(
     by_angle = tables.finish_at(incidence(views, views.normal))
     bounce = truth.bounce(views, views.normal, by_angle, around)
     return runtime_radiance(replace(read, ambient=ambient), tables.emission(temperature), bounce, tables.finish)
+
+
+def integrated_readings(tables: Tables, truth: FacetTruth, seen: FacetRadiance) -> AtmosphereReadings:
+    """Quantities of the air as exact tables would hold them, with the transmittance of emitted light where the tables
+    have one.
+    """
+    through, band = None, truth.air.band
+    if tables.thermal is not None:
+        through = emitted_transmittance(band, truth.reflectance, seen.lines, seen.kelvin)
+    return replace(AtmosphereReadings.integrated(seen.lines, band), emitted=through)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,22 +127,28 @@ class PixelTruth:
     scenes : Scenes
     radiance : (n, M) array
         W m^-2 sr^-1.
+    averages : (n, M) array
+        Error of the runtime's equations with exact quantities and temperatures, W m^-2 sr^-1: what no table removes.
     """
 
     scenes: Scenes
     radiance: Floats
+    averages: Floats
 
     @classmethod
-    def of(cls, scenes: Scenes, finish: Finish) -> PixelTruth:
+    def of(cls, scenes: Scenes, tables: Tables) -> PixelTruth:
         """Compute the radiance of all scenes.
 
         Parameters
         ----------
         scenes : Scenes
-        finish : Finish
-            Of the materials; its lobes alone count.
+        tables : Tables
+            Of any accuracy: their materials, and the quantities that they have.
         """
-        return cls(scenes, scenes.truth.of(scenes.views, scenes.around, finish).radiance)
+        seen = scenes.truth.of(scenes.views, scenes.around, tables.finish)
+        readings = integrated_readings(tables, scenes.truth, seen)
+        shown = runtime_radiance(readings, tables.emission(seen.kelvin), seen.bounce, tables.finish)
+        return cls(scenes, seen.radiance, shown - seen.radiance)
 
     def error(self, tables: Tables) -> Floats:
         """Error (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1."""

@@ -32,6 +32,8 @@ def rung(name, seconds, error, **settings):
         "wall_times": quantity([seconds], "s"),
         "stages": dict.fromkeys(STAGES, quantity(seconds / len(STAGES), "s")),
         "size": quantity(1e6 / error, "byte"),
+        "floor": quantity(0.15, "K"),
+        "by_band": [{"wavelength": quantity([8.0, 12.0], "um"), "error": quantity(error / 2, "K")}],
         "sets": [],
         "on_the_front": True,
     } | settings
@@ -79,33 +81,34 @@ def test_points_that_none_beats():
 
 
 def test_a_job_off_the_front_is_told_what_beats_it_and_what_the_next_second_and_kelvin_buy(rungs):
-    own, second, kelvin = sentences(rungs, "K")
+    own, second, kelvin, floor = sentences(rungs, "K")
     assert "1.5 K in 30 s" in own and "1 K beats it with 1 K in 20 s" in own
     assert "from 1 K to 0.1 K" in second and "for 40 s more, 0.02 K a second" in second  # 0.8 K in 40 s
     assert "5 K errs 1 K more and saves 10 s, 10 s a kelvin" in kelvin
+    assert "0.2 K, has 0.1 K" in floor and "0.15 K" in floor
 
 
 def test_a_job_on_the_front_starts_from_its_own_point(rungs):
     rungs[1]["chosen"], rungs[2]["chosen"] = True, False
-    own, second, kelvin = sentences(rungs, "K")
+    own, second, kelvin, _ = sentences(rungs, "K")
     assert "no other setting beats it" in own and "from 1 K to 0.1 K" in second and "5 K errs" in kelvin
 
 
 def test_the_ends_of_the_front_say_that_nothing_is_to_be_had():
     alone = [rung("as written", 3.0, 1.0, chosen=True)]
-    own, second, kelvin = sentences(alone, "K")
+    own, second, kelvin, _ = sentences(alone, "K")
     assert "no other setting beats it" in own and "buys nothing" in second and "no time" in kelvin
     assert len(sentences([], "K")) == 1
 
 
 def test_a_job_that_could_not_be_built_is_said_and_the_front_begins_at_its_cheapest(rungs):
-    own, second, _ = sentences([one for one in rungs if not one["chosen"]], "K")
+    own, second, *_ = sentences([one for one in rungs if not one["chosen"]], "K")
     assert "could not be built" in own and "from 5 K to 1 K" in second
 
 
 def test_points_that_are_the_same_buy_nothing():
     twins = [rung("as written", 3.0, 1.0, chosen=True), rung("1 K", 3.0, 1.0)]
-    assert len(sentences(twins, "K")) == 3
+    assert len(sentences(twins, "K")) == 4
 
 
 def test_the_page_needs_nothing_else_and_shows_every_setting(front):

@@ -202,7 +202,7 @@ class _Scale:
             ticks = [tick for tick in ticks if self.low <= math.log(tick) <= self.high]
             if len(ticks) >= 4:
                 break
-        return ticks
+        return ticks[:: math.ceil(len(ticks) / 9)]
 
 
 def _axes(across: _Scale, up: _Scale, height: float, units: str) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import resources
 from typing import Any
 
 from skyshine.mat.bench.charts import Bar, Mark, Row, front_chart, peer_chart, seconds_text, stage_chart, symbol
 from skyshine.mat.bench.rungs import STAGES
 from skyshine.mat.bench.settings import DEFAULT_AXES, DRAFT
+from skyshine.mat.budget.page import template
 
 MOST_BANDS = 3  # with a column of their own; the JSON has all
 _TEMPLATE = "front.html.j2"
@@ -32,15 +32,6 @@ def render(front: dict[str, Any]) -> str:
     str
         HTML with style and charts inside.
     """
-    import jinja2
-
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["short"] = _short
-    environment.filters["spread"] = _spread
-    environment.filters["seconds"] = seconds_text
-    source = resources.files(__package__).joinpath(_TEMPLATE).read_text(encoding="utf-8")
     charts = {"front": "", "stages": "", "peers": ""}
     if front["rungs"]:
         first = front["rungs"][0]
@@ -49,7 +40,7 @@ def render(front: dict[str, Any]) -> str:
     if front["peers"]:
         charts["peers"] = peer_chart([_row(peer) for peer in front["peers"]])
     keys, peer_keys = ([(symbol(shape), words) for shape, words in each.items()] for each in (KEYS, PEER_KEYS))
-    page = environment.from_string(source)
+    page = template(__package__, _TEMPLATE, {"short": _short, "spread": _spread, "seconds": seconds_text})
     bands = front["rungs"][0]["by_band"][:MOST_BANDS] if front["rungs"] else []
     return page.render(front=front, charts=charts, keys=keys, peer_keys=peer_keys, stages=STAGES, bands=bands)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 import skyshine
 from skyshine.mat.bench.front_sentences import KELVIN, SHARE, sentences
+from skyshine.mat.bench.lowtran import find_source
 from skyshine.mat.bench.pareto import unbeaten
 from skyshine.mat.bench.peers import Comparison, comparisons
 from skyshine.mat.bench.pixel_errors import Truths, measure
@@ -21,7 +22,7 @@ from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.scene.check import check_scene
-from skyshine.materials.library import load_library
+from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import MAPPING
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.quantity import quantity
@@ -85,13 +86,14 @@ class Front:
         return KELVIN if all(rung.errors["all"]["temperature"] for rung in self.rungs) else SHARE
 
 
-def check(loaded: LoadedJob) -> None:
-    """Refuse a job that cannot be built, before anything is written.
+def check(loaded: LoadedJob, options: Options) -> None:
+    """Refuse a job that cannot be built, and a peer that is not where it is said to be, before anything is written.
 
     Raises
     ------
     InputError
     """
+    find_source(options.lowtran_path)
     check_size(loaded, make_plan(loaded, load_library()))
     check_scene(loaded)
 
@@ -124,27 +126,40 @@ def measured(
             front.failed[setting.name] = _one_line(error)
     written, jobs = rungs[0].loaded, [rung.loaded.trimmed for rung in rungs]
     truths = Truths(written, jobs, library, options.scenes, options.seed, folder / "truth", say)
+    built, states = len(written.trimmed.states), len(loaded.trimmed.states)
+    say(f"{loaded.trimmed.name}: {len(rungs)} settings of {built} of its {states} states, into {folder}")
+    refused: str | None = None
     for number, rung in enumerate(rungs, 1):
         name = f"{rung.setting.name} ({number} of {len(rungs)})"
+        if refused and rung.setting.kelvin is not None:  # tolerances are tried from the coarsest on
+            front.failed[rung.setting.name] = f"not tried: finer than {refused}, which cannot run"
+            continue
         try:
-            rung.folder.mkdir(parents=True, exist_ok=True)
-            rung.resume(library)
-            while _more(rung, options.repeats):
-                say(f"{name}: build {len(rung.builds) + 1}")
-                rung.build(library)
-            say(f"{name}: {np.median([each.processor for each in rung.builds]):.0f} s; measuring the pixel")
+            _build(rung, library, options.repeats, name, say)
             measure(rung, truths)
             front.rungs.append(rung)
         except (InputError, CheckFailed) as error:
+            refused = rung.setting.name if rung.refusal and rung.setting.kelvin is not None else None
             front.failed[rung.setting.name] = _one_line(error)
             say(f"{name} cannot run: {_one_line(error)}")
-        except OSError as error:
-            raise InputError(f"cannot be written: {error.strerror}; name another --out", file=rung.folder) from None
         yield front
     chosen = [rung for rung in front.rungs if rung.setting.name == AS_WRITTEN]
     if chosen:
         front.peers = comparisons(chosen[0], library, lowtran_path=options.lowtran_path, quick=options.quick, say=say)
         yield front
+
+
+def _build(rung: Rung, library: MaterialLibrary, repeats: int, name: str, say: Callable[[str], object]) -> None:
+    """Build a rung as often as it takes, less what an earlier run has built."""
+    try:
+        rung.folder.mkdir(parents=True, exist_ok=True)
+        rung.resume(library)
+        while _more(rung, repeats):
+            say(f"{name}: build {len(rung.builds) + 1}")
+            rung.build(library)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; name another --out", file=rung.folder) from None
+    say(f"{name}: {np.median([each.processor for each in rung.builds]):.0f} s; measuring the pixel")
 
 
 def _more(rung: Rung, repeats: int) -> bool:
@@ -228,7 +243,11 @@ def _described(rung: Rung, units: str) -> dict[str, Any]:
         "maximum": errors["maximum"],
         "floor": floor["p99"],
         "by_band": [
-            {"wavelength": band["wavelengths"][0], "error": values["p99"]}
+            {
+                "wavelength": band["wavelengths"][0],
+                "error": values["p99"],
+                "floor": _in_units(band["averages"], units)["p99"],
+            }
             for band in rung.errors["bands"]
             if (values := _in_units(band, units))
         ],

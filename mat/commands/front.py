@@ -69,7 +69,6 @@ def front(
     from skyshine.mat.job.load import load_job
 
     loaded = load_job(job or example())
-    check(loaded)
     options = Options(
         settings or (QUICK_KELVINS if quick else KELVINS),
         repeats or (1 if quick else 3),
@@ -79,6 +78,7 @@ def front(
         lowtran,
         quick,
     )
+    check(loaded, options)
     folder = Path(out)
     result: dict[str, Any] = {}
     for so_far in measured(loaded, folder, options, lambda text: click.echo(text, err=True)):

@@ -17,7 +17,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
-STEPS, REFUSED = "48 steps", "refused"
+STEPS, REFUSED, FINER = "48 steps", "refused", "finer"
 OPTIONS = Options((5.0,), 1, 2, 1, 1, None, True)
 
 
@@ -29,11 +29,12 @@ def loaded(tiny_job, tmp_path_factory):
     return load_job(file)
 
 
-def three_settings(content, _job, _kelvins):
-    """The job as written, with fewer solver steps, and with a tolerance that its few nodes cannot hold."""
+def four_settings(content, _job, _kelvins):
+    """The job as written, with fewer solver steps, and twice with a tolerance that its few nodes cannot hold."""
     few = {**content["atmosphere_grid"], "layout": "classic", "most_nodes": 32, "tolerance": "0.01 K"}
-    changes = {AS_WRITTEN: {}, STEPS: {"accuracy": {"solver_steps": 48}}, REFUSED: {"atmosphere_grid": few}}
-    return [Setting(name, None, {**content, **change}) for name, change in changes.items()]
+    changes = {AS_WRITTEN: {}, STEPS: {"accuracy": {"solver_steps": 48}}}
+    settings = [Setting(name, None, {**content, **change}) for name, change in changes.items()]
+    return settings + [Setting(name, 0.02, {**content, "atmosphere_grid": few}) for name in (REFUSED, FINER)]
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +43,7 @@ def run(loaded, build_inline, tmp_path_factory):
     folder, said = tmp_path_factory.mktemp("bench"), []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "build", build_inline)
-        patch.setattr(front_module, "settings_of", three_settings)
+        patch.setattr(front_module, "settings_of", four_settings)
         *_, front = measured(loaded, folder, OPTIONS, said.append)
     return folder, front, said
 
@@ -55,6 +56,7 @@ def test_what_runs_is_measured_and_what_does_not_is_named_with_its_reason(run):
         and "\n" not in front.failed[REFUSED]
         and "0.01 cannot be held" in front.failed[REFUSED]
     )
+    assert front.failed[FINER] == "not tried: finer than refused, which cannot run"
     assert [text for text in said if "truth" in text] == ["computing the truth of s1b1sun"]
     described = describe(front)
     json.dumps(described, allow_nan=False)
@@ -74,7 +76,7 @@ def test_a_finished_rung_is_kept_and_a_changed_job_is_built_again(run, loaded, m
         raise InputError("is not to be built")
 
     monkeypatch.setattr(module, "build", refuse)
-    monkeypatch.setattr(front_module, "settings_of", three_settings)
+    monkeypatch.setattr(front_module, "settings_of", four_settings)
     *_, again = measured(loaded, folder, OPTIONS)
     assert [rung.setting.name for rung in again.rungs] == [AS_WRITTEN, STEPS]
     assert [rung.builds for rung in again.rungs] == [rung.builds for rung in first.rungs]

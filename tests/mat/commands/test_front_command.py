@@ -31,8 +31,10 @@ def asked(monkeypatch):
 
 def test_a_wrong_job_is_one_line_and_nothing_is_written(bench, tmp_path, tiny_job):
     (tmp_path / "job.yaml").write_text(tiny_job().replace("[10.0, 10.2]", "[10.2, 10.0]"), encoding="utf-8")
+    (tmp_path / "good.yaml").write_text(tiny_job(), encoding="utf-8")
     before = sorted(tmp_path.rglob("*"))
-    for arguments in (["job.yaml"], ["none.yaml"], ["job.yaml", "--settings", "0"]):
+    no_source = ["good.yaml", "--lowtran", tmp_path]
+    for arguments in (["job.yaml"], ["none.yaml"], ["good.yaml", "--settings", "0"], no_source):
         result = bench(*arguments)
         assert result.exit_code == 2 and result.stderr.count("\n") == 1, result.stderr
     assert "job.yaml:" in bench("job.yaml").stderr

@@ -288,8 +288,8 @@ def _overlap(one: Box, other: Box) -> float:
 
 def seconds_text(value: float) -> str:
     """Seconds as a short number, such as 2 ms."""
-    if value >= 7200:
-        return f"{value / 3600:,.3g} h" if value < 3.6e6 else f"{value / 3600:,.0f} h"
+    if value >= 1000:
+        return f"{value:,.0f} s" if value < 7200 else f"{value / 3600:,.1f} h"
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if value >= 0.999 * size:
             return f"{value / size:.3g} {unit}"

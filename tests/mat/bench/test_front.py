@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from skyshine.mat.bench.charts import _LETTER, Mark, Row, front_chart, peer_chart
+from skyshine.mat.bench.charts import _LETTER, Mark, Row, front_chart, peer_chart, seconds_text
 from skyshine.mat.bench.front import _one_line
 from skyshine.mat.bench.front_page import render
 from skyshine.mat.bench.front_sentences import sentences
@@ -168,6 +168,21 @@ def test_a_single_point_has_axes():
 def test_an_absent_peer_has_no_mark():
     both, alone = (peer_chart([Row("a line", 1e-5, peer, "LOWTRAN7")]) for peer in (0.5, None))
     assert both.count("<polygon") == 1 and alone.count("<polygon") == 0
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (2e-8, "20 ns"),
+        (2.94e-5, "29.4 µs"),
+        (0.0151, "15.1 ms"),
+        (17.7, "17.7 s"),
+        (4210.0, "4,210 s"),
+        (9072.0, "2.5 h"),
+    ],
+)
+def test_seconds_are_short_and_readable(seconds, words):
+    assert seconds_text(seconds) == words
 
 
 def test_rendering_changes_nothing(front):

@@ -52,7 +52,7 @@ def test_what_runs_is_measured_and_what_does_not_is_named_with_its_reason(run):
     _, front, said = run
     assert [rung.setting.name for rung in front.rungs] == [AS_WRITTEN, STEPS]
     assert (
-        list(front.failed) == [REFUSED]
+        list(front.failed) == [REFUSED, FINER]
         and "\n" not in front.failed[REFUSED]
         and "0.01 cannot be held" in front.failed[REFUSED]
     )

@@ -25,6 +25,7 @@ Location = tuple[Any, ...]  # keys and list indices
 NODE_LIMIT = 200_000
 DEPTH_LIMIT = 64
 BYTE_LIMIT = 20_000_000
+MAPPING = "<mapping>"  # stands for the file of a document that is given as plain data
 
 
 def _whole_number(value: Any) -> Any:
@@ -266,7 +267,7 @@ def mapping_document(data: Mapping[str, Any], folder: StrPath) -> Document:
     InputError
         The data hold what YAML does not, or too much of it.
     """
-    file = Path(folder) / "<mapping>"
+    file = Path(folder) / MAPPING
     try:
         text = yaml.safe_dump(dict(data), sort_keys=False, allow_unicode=True)
     except (yaml.YAMLError, RecursionError, TypeError, ValueError) as error:

@@ -26,7 +26,8 @@ class Build:
     seconds : float
         Wall clock of the whole build.
     files : dict of str to dict
-        By name: ``kept``, ``seconds``, ``processor_seconds``, ``stages``, ``peak_memory_bytes``, ``notes``.
+        By name: ``kept``, ``seconds``, ``processor_seconds``, ``stages``, ``processor_stages``,
+        ``peak_memory_bytes``, ``notes``.
     not_of_this_job : list of str
         Databases in the folder that this job does not build, left as they are.
     warnings : list of str

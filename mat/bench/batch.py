@@ -75,12 +75,13 @@ class Size:
 
 def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
     """The job with `count` of its states, evenly spread, and without pictures."""
-    job = loaded.trimmed
-    chosen = np.unique(np.linspace(0, len(job.states) - 1, min(count, len(job.states))).round().astype(int))
-    output = job.output.model_copy(update={"pictures": False})
-    return dataclasses.replace(
-        loaded, trimmed=job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
+    states, output = len(loaded.trimmed.states), loaded.trimmed.output.model_copy(update={"pictures": False})
+    chosen = np.unique(np.linspace(0, states - 1, min(count, states)).round().astype(int))
+    requested, trimmed = (
+        job.model_copy(update={"states": [job.states[i] for i in chosen], "output": output})
+        for job in (loaded.requested, loaded.trimmed)
     )
+    return dataclasses.replace(loaded, requested=requested, trimmed=trimmed)
 
 
 def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] = lambda _: None) -> list[BatchTiming]:
@@ -90,7 +91,7 @@ def bench_batch(loaded: LoadedJob, workers: int, advance: Callable[[int], None] 
     No band comes from the cache folder; what a process keeps, it keeps for this job alone.
     """
     timings: list[BatchTiming] = []
-    with tempfile.TemporaryDirectory() as place, _no_cache():
+    with tempfile.TemporaryDirectory() as place, without_cache():
         first = Path(place) / "1"
 
         def timed(name: str, count: int, folder: Path, **where: Any) -> None:
@@ -139,7 +140,7 @@ def _contents(folder: Path) -> dict[str, bytes]:
 
 
 @contextmanager
-def _no_cache() -> Iterator[None]:
+def without_cache() -> Iterator[None]:
     """Without the folder of kept bands."""
     before = os.environ.get(CACHE_VARIABLE)
     os.environ[CACHE_VARIABLE] = ""

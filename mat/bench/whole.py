@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from skyshine.mat.bench.pareto import unbeaten
 from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.quantity import quantity
 
@@ -49,12 +51,8 @@ class Ladder:
 
     def pareto(self) -> list[Rung]:
         """Rungs that no other beats in both error and time."""
-        return [a for a in self.rungs if not any(_beats(b, a) for b in self.rungs)]
-
-
-def _beats(one: Rung, other: Rung) -> bool:
-    no_worse = one.error <= other.error and one.seconds <= other.seconds
-    return no_worse and (one.error < other.error or one.seconds < other.seconds)
+        stands = unbeaten([(rung.seconds, rung.error) for rung in self.rungs])
+        return list(itertools.compress(self.rungs, stands))
 
 
 def from_absorption(result: dict[str, Any]) -> list[Ladder]:

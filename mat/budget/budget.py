@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.budget.built_tables import Tables
-from skyshine.mat.budget.circumstances import Circumstances, random_circumstances
+from skyshine.mat.budget.circumstances import Circumstances
 from skyshine.mat.budget.measurement import Measurement
 from skyshine.mat.budget.options import Option
-from skyshine.mat.budget.truth import FacetTruth, Prepared
-from skyshine.mat.budget.views import Views, random_views
+from skyshine.mat.budget.pixel import Scenes
+from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.budget.views import Views
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.grids import path_grid
@@ -130,15 +131,21 @@ def error_budget(
     """
     job = prepared.loaded.trimmed
     tables = Tables.open(folder, prepared.state, prepared.band, source, job)
-    grid, axes, shells = path_grid(job), tables.surface_axes, prepared.exact.air.shells
-    views = random_views(job, source, grid, axes, shells, scenes, seed)
-    if not len(views):
+    grid = path_grid(job)
+    drawn = Scenes.drawn(
+        prepared,
+        library,
+        tables.materials,
+        grid,
+        tables.surface_axes,
+        shades=tables.shades,
+        source=source,
+        scenes=scenes,
+        seed=seed,
+    )
+    if drawn is None:
         return None
-    truth = FacetTruth(prepared, library, tables.materials, source)
-    around = Circumstances.none(len(views))
-    if tables.shades:  # otherwise the job says that no scene will ask for shade
-        draw = random_stream(seed, Stream.CIRCUMSTANCES)
-        around = random_circumstances(views.time, truth.mean_air_temperature, draw)
+    truth, views, around = drawn.truth, drawn.views, drawn.around
     measured = Measurement(prepared, tables, truth, views, around, grid)
     extrapolation = measured.of_frames(random_stream(seed, Stream.BUDGET))
     errors = measured.of_averages() | measured.of_temperatures() | measured.of_atmosphere() | extrapolation.errors

@@ -13,16 +13,15 @@ from skyshine.mat.budget.options import (
     FIELDS_OF_VIEW,
     BudgetViews,
     Option,
-    emitted_transmittance,
     frame_errors,
     options_of_averages,
     options_of_frames,
     shade_option,
 )
+from skyshine.mat.budget.pixel import integrated_readings, pixel_radiance, temperature_among
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     Emission,
-    Finish,
     exact_normalisation,
     incidence,
     runtime_radiance,
@@ -75,7 +74,7 @@ class Measurement:
         around: Circumstances,
         grid: PathGrid,
     ) -> None:
-        job, band = prepared.loaded.trimmed, truth.air.band
+        job = prepared.loaded.trimmed
         self.prepared = prepared
         self.tables, self.truth, self.views, self.around, self.grid = tables, truth, views, around, grid
         self.few, self.steps, self.finish = (
@@ -87,10 +86,7 @@ class Measurement:
         seen = truth.of(views, around, self.finish)
         self.open_air, self.shadowed, self.kelvin = seen.open_air, seen.shadowed, seen.kelvin
         self.lines, self.bounce, self.radiance = seen.lines, seen.bounce, seen.radiance
-        through = None
-        if tables.thermal is not None:
-            through = emitted_transmittance(band, truth.reflectance, self.lines, self.kelvin)
-        self.full = replace(AtmosphereReadings.integrated(self.lines, band), emitted=through)
+        self.full = integrated_readings(tables, truth, seen)
         self.emission = tables.emission(self.kelvin)
         self.base = self._shown(self.full)
 
@@ -147,11 +143,8 @@ class Measurement:
         in_the_open = tables.temperature(views)
         if not tables.shades:
             return in_the_open, in_the_open, in_the_open
-        under, beside = (
-            tables.temperature(views, absorbed_change=tables.absorbed_change(views, surroundings))
-            for surroundings in (self.around.shadows_alone, self.around.surroundings)
-        )
-        return in_the_open, under, beside
+        under = tables.temperature(views, absorbed_change=tables.absorbed_change(views, self.around.shadows_alone))
+        return in_the_open, under, temperature_among(tables, views, self.around)
 
     def of_averages(self) -> dict[str, Floats]:
         """Averages over the band outside the integral, and the few spectral points."""
@@ -219,19 +212,14 @@ class Measurement:
 
     def pixel(self) -> Floats:
         """Error of a runtime that reads all tables at the pixel."""
-        views, kelvin = self.views, self._temperatures_read[-1]
-        read = self.tables.readings(views, temperature=kelvin)
-        ambient = self.tables.among_walls(views, self.around, read.ambient, self._level_read)
-        bounce = self.truth.bounce(views, views.normal, self._by_angle(), self.around)
-        return self._shown(replace(read, ambient=ambient), self.tables.emission(kelvin), bounce) - self.radiance
+        kelvin = self._temperatures_read[-1]
+        return pixel_radiance(self.tables, self.truth, self.views, self.around, kelvin) - self.radiance
 
     def of_normalisation(self) -> Floats:
         """N_s by angle, as a runtime reads it, for that of the very angle."""
-        bounce = self.truth.bounce(self.views, self.views.normal, self._by_angle(), self.around)
+        by_angle = self.tables.finish_at(incidence(self.views, self.views.normal))
+        bounce = self.truth.bounce(self.views, self.views.normal, by_angle, self.around)
         return self._shown(self.full, bounce=bounce) - self.base
-
-    def _by_angle(self) -> Finish:
-        return self.tables.finish_at(incidence(self.views, self.views.normal))
 
     def of_materials(self) -> dict[str, Floats]:
         """Change of radiance where a texture names another material, (n, M, M)."""

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from skyshine.mat.budget.budget import Budget
 from skyshine.mat.budget.options import FIELDS_OF_VIEW
 from skyshine.mat.budget.summary import SLANTS, kelvin
+
+if TYPE_CHECKING:
+    import jinja2
 
 _TEMPLATE = "report.html.j2"
 _LABELS = {"transmittance_extrapolation": "transmittance", "radiance_extrapolation": "path, ambient, direct"}
@@ -33,17 +36,28 @@ def render(report: dict[str, Any], budgets: Sequence[Budget]) -> str:
     str
         HTML with style and plots inside.
     """
+    filters = {"short": _short, "thousandth": lambda value: _short(value if value is None else value / 1e3)}
+    page = template(__package__, _TEMPLATE, filters)
+    plots = [_plot(described, budget) for described, budget in zip(report["budgets"], budgets, strict=True)]
+    pairs = list(zip(report["budgets"], plots, strict=True))
+    return page.render(report=report, pairs=pairs, slants=SLANTS, fields=FIELDS_OF_VIEW)
+
+
+def template(package: str, name: str, filters: Mapping[str, Callable[..., str]]) -> jinja2.Template:
+    """A template of a package, whose text is escaped and whose names must all be known.
+
+    Parameters
+    ----------
+    package, name : str
+    filters : dict of str to callable
+    """
     import jinja2
 
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters["short"] = _short
-    environment.filters["thousandth"] = lambda value: _short(value if value is None else value / 1e3)
-    source = resources.files(__package__).joinpath(_TEMPLATE).read_text(encoding="utf-8")
-    plots = [_plot(described, budget) for described, budget in zip(report["budgets"], budgets, strict=True)]
-    pairs = list(zip(report["budgets"], plots, strict=True))
-    return environment.from_string(source).render(report=report, pairs=pairs, slants=SLANTS, fields=FIELDS_OF_VIEW)
+    environment.filters.update(filters)
+    return environment.from_string(resources.files(package).joinpath(name).read_text(encoding="utf-8"))
 
 
 def _short(value: float | None) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from skyshine.mat.budget.budget import PIXEL_SOURCES, SOURCES, Budget
 from skyshine.mat.budget.options import FIELDS_OF_VIEW
 from skyshine.mat.budget.quantisation import BITS, PixelScale
-from skyshine.mat.radiometry.blackbody import brightness_temperature
+from skyshine.mat.radiometry.blackbody import SpectralResponse, brightness_temperature
 from skyshine.mat.radiometry.equivalent_temperature import SHORTEST
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.quantity import quantity
@@ -61,11 +61,17 @@ OPTIONS = {
 
 def kelvin(budget: Budget, error: Floats) -> Floats:
     """Errors of radiance as differences of equivalent blackbody temperature, K; not a number below 2.5 um."""
-    if budget.response.upper < SHORTEST:
+    return kelvin_of(budget.response, budget.radiance[..., None] if error.ndim == 3 else budget.radiance, error)
+
+
+def kelvin_of(response: SpectralResponse, radiance: Floats, error: Floats) -> Floats:
+    """Errors of a radiance [W m^-2 sr^-1] as differences of equivalent blackbody temperature, K; not a number below
+    2.5 um.
+    """
+    if response.upper < SHORTEST:
         return np.full(error.shape, np.nan)
-    radiance = budget.radiance[..., None] if error.ndim == 3 else budget.radiance
-    with_error = brightness_temperature(budget.response, np.maximum(radiance + error, 0.0))
-    return with_error - brightness_temperature(budget.response, radiance)
+    with_error = brightness_temperature(response, np.maximum(radiance + error, 0.0))
+    return with_error - brightness_temperature(response, radiance)
 
 
 def measures(values: Floats, weight: Floats | None = None) -> dict[str, float]:

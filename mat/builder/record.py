@@ -30,8 +30,9 @@ def write_record(folder: Path, reports: Sequence[TaskReport], others: Sequence[s
     Returns
     -------
     dict
-        What was written: folder, seconds, the others, and for each file whether it was kept, its seconds by clock and
-        processor, stages, peak memory, notes and, of tables that state it, the error of the quantity that errs most.
+        What was written: folder, seconds, the others, and for each file whether it was kept, its seconds and stages
+        by clock and processor, peak memory, notes and, of tables that state it, the error of the quantity that errs
+        most.
     """
     files = {}
     for report in reports:
@@ -49,6 +50,7 @@ def _entry(report: TaskReport, name: str) -> dict[str, Any]:
         "seconds": round(report.seconds, 3),
         "processor_seconds": round(report.processor_seconds, 3),
         "stages": {stage: round(value, 3) for stage, value in report.stages.items()},
+        "processor_stages": {stage: round(value, 3) for stage, value in report.processor_stages.items()},
         "peak_memory_bytes": report.peak_memory,
         "notes": list(report.notes),
     }

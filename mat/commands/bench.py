@@ -2,42 +2,49 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from skyshine.mat.commands.absorption_bench import absorption
 from skyshine.mat.commands.atmosphere_bench import atmosphere
 from skyshine.mat.commands.batch import batch
+from skyshine.mat.commands.front import front
 from skyshine.mat.commands.leaving_out import leaving_out
+from skyshine.mat.commands.parts_bench import parts
 from skyshine.mat.commands.stability import stability
 from skyshine.mat.commands.surface_bench import surface
 from skyshine.schemas.commands import echo_table, emit_json, json_option
 from skyshine.schemas.quantity import quantity
 
 
-@click.group("bench", invoke_without_command=True, epilog="Example: mat bench --quick --out bench")
-@click.option("--out", type=click.Path(file_okay=False), help="Folder for bench.json and bench.png.")
-@click.option("--quick", is_flag=True, help="Narrow bands and few materials: within three minutes on two cores.")
-@click.option(
-    "--textures", nargs=2, type=click.Path(), metavar="JOB TRUTH", help="Classifiers too, as 'tmm bench' takes them."
+class _JobOrPart(click.Group):
+    """A group whose first word is a command or a job: a job, or none, is given to the command `front`."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if not args or self._is_for_front(args[0], ctx):
+            args = ["front", *args]
+        return super().parse_args(ctx, args)
+
+    def _is_for_front(self, word: str, ctx: click.Context) -> bool:
+        if word.startswith("-"):
+            return word not in ctx.help_option_names
+        is_command = word in self.list_commands(ctx)
+        return not is_command and (Path(word).is_file() or Path(word).suffix in (".yaml", ".yml"))
+
+
+@click.group(
+    "bench", cls=_JobOrPart, subcommand_metavar="[JOB | COMMAND] ...", epilog="Example: mat bench demo/job.yaml"
 )
-@json_option
-@click.pass_context
-def command(
-    context: click.Context, out: str | None, quick: bool, textures: tuple[str, str] | None, as_json: bool
-) -> None:
-    """Error against run time, measured side by side in one run: of one part, or without a name of all."""
-    if context.invoked_subcommand is None:
-        from skyshine.mat.commands.whole_bench import run
+def command() -> None:
+    """Error against run time, measured side by side in one run.
 
-        run(quick, out, textures, as_json)
+    With a JOB, or for the starter job without one, its own front: see 'mat bench front --help'.
+    """
 
 
-command.add_command(absorption)
-command.add_command(surface)
-command.add_command(atmosphere)
-command.add_command(batch)
-command.add_command(stability)
-command.add_command(leaving_out)
+for part in (front, parts, absorption, surface, atmosphere, batch, stability, leaving_out):
+    command.add_command(part)
 
 
 @command.command()

@@ -23,7 +23,7 @@ _SPECTRAL, _CLASSES, _FACES, _NEGLIGIBLE = 3e-3, 6e-3, 0.5, 1 / 15
 _PATHS, _TEMPERATURES = 1.0, 0.7  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
 # Steps of the heat balance a day, from the pixel's kelvin on: errors of the dry, wet and vegetated materials of
 # `mat bench surface`.
-_STEPS = ((0.7, 96), (0.2, 192), (0.0, 288))
+_STEPS = ((2.0, 48), (0.5, 96), (0.2, 192), (0.0, 288))
 SMALLEST_PIXEL_K, LARGEST_PIXEL_K = 0.05, 5.0
 
 

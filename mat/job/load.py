@@ -84,22 +84,29 @@ class LoadedJob:
             raise self.document.error(("output", "folder"), f"output.folder: {error}") from None
 
 
-def load_job(source: str | os.PathLike[str] | Mapping[str, Any], library: MaterialLibrary | None = None) -> LoadedJob:
+def load_job(
+    source: str | os.PathLike[str] | Mapping[str, Any],
+    library: MaterialLibrary | None = None,
+    *,
+    folder: Path | None = None,
+) -> LoadedJob:
     """Read, check and type a job.
 
     Parameters
     ----------
     source : path or mapping
-        A YAML file, or its content as plain data; then paths are relative to the working directory.
+        A YAML file, or its content as plain data.
     library : MaterialLibrary, optional
         Whose materials the job may name; by default the packaged one with the user's.
+    folder : Path, optional
+        To which the paths in a mapping are relative; by default the working directory.
 
     Raises
     ------
     InputError
         With file:line:column of the first thing that does not fit.
     """
-    document = mapping_document(source, Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
+    document = mapping_document(source, folder or Path.cwd()) if isinstance(source, Mapping) else read_yaml(source)
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_air_times(_with_series(parse_model(document, Job, context), document, context), document)

@@ -53,8 +53,8 @@ class TaskReport:
     seconds : float
     processor_seconds : float
         Of the whole process meanwhile.
-    stages : dict of str to float
-        Seconds by stage.
+    stages, processor_stages : dict of str to float
+        Seconds by stage, by the clock and of the whole process.
     peak_memory : int or None
         Largest resident size of the process so far, bytes.
     notes : list of str
@@ -68,6 +68,7 @@ class TaskReport:
     seconds: float = 0.0
     processor_seconds: float = 0.0
     stages: dict[str, float] = field(default_factory=dict)
+    processor_stages: dict[str, float] = field(default_factory=dict)
     peak_memory: int | None = None
     notes: list[str] = field(default_factory=list)
     error_kelvin: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -75,9 +76,10 @@ class TaskReport:
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Count the time of the body under a name."""
-        begin = time.perf_counter()
+        begin, spent = time.perf_counter(), time.process_time()
         yield
         self.stages[name] = self.stages.get(name, 0.0) + time.perf_counter() - begin
+        self.processor_stages[name] = self.processor_stages.get(name, 0.0) + time.process_time() - spent
 
 
 class Identity(Protocol[Written]):

@@ -9,6 +9,7 @@ from skyshine.mat.tables.build_record import cost_of
 
 def report(*files, **settings):
     values = {"seconds": 3.00049, "processor_seconds": 2.0, "stages": {"solve": 1.23456}, "peak_memory": 77}
+    values["processor_stages"] = {"solve": 1.11111}
     return TaskReport(files, **{**values, **settings})
 
 
@@ -24,6 +25,7 @@ def test_the_file_holds_what_is_returned(tmp_path):
             "seconds": 3.0,
             "processor_seconds": 2.0,
             "stages": {"solve": 1.235},
+            "processor_stages": {"solve": 1.111},
             "peak_memory_bytes": 77,
             "notes": ["n"],
         }

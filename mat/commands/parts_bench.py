@@ -1,4 +1,4 @@
-"""``mat bench`` without a part: all of them."""
+"""``mat bench parts``: the ladder of every part of the tool."""
 
 from __future__ import annotations
 
@@ -7,11 +7,23 @@ from pathlib import Path
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, progress, write_measured
+from skyshine.schemas.commands import echo_table, emit_json, json_option, progress, write_measured
 
 
-def run(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json: bool) -> None:
-    """Measure every part and print, or write, its ladder."""
+@click.command("parts")
+@click.option("--out", type=click.Path(file_okay=False), help="Folder for bench.json and bench.png.")
+@click.option("--quick", is_flag=True, help="Narrow bands and few materials: within three minutes on two cores.")
+@click.option(
+    "--textures", nargs=2, type=click.Path(), metavar="JOB TRUTH", help="Classifiers too, as 'tmm bench' takes them."
+)
+@json_option
+def parts(quick: bool, out: str | None, textures: tuple[str, str] | None, as_json: bool) -> None:
+    """Every part of the tool by itself: settings, their errors in its own unit and run times, and its default.
+
+    \b
+    Example:
+      mat bench parts --quick --out bench
+    """
     from skyshine.mat.bench import whole as bench
 
     chosen = bench.parts(quick, textures)

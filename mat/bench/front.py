@@ -1,0 +1,260 @@
+"""A job's own front: error of a pixel against run time, from draft to reference."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import skyshine
+from skyshine.mat.bench.front_sentences import KELVIN, SHARE, sentences
+from skyshine.mat.bench.lowtran import find_source
+from skyshine.mat.bench.pareto import unbeaten
+from skyshine.mat.bench.peers import Comparison, comparisons
+from skyshine.mat.bench.pixel_errors import Truths, measure
+from skyshine.mat.bench.rungs import STAGES, Rung
+from skyshine.mat.bench.settings import AS_WRITTEN, CHANGED, settings_of
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.plan.plan import make_plan
+from skyshine.mat.plan.size import check_size
+from skyshine.mat.scene.check import check_scene
+from skyshine.materials.library import MaterialLibrary, load_library
+from skyshine.schemas.documents import MAPPING
+from skyshine.schemas.errors import CheckFailed, InputError
+from skyshine.schemas.quantity import quantity
+
+ENOUGH = 120.0  # processor seconds: a rung that has taken as long is not built again for its spread
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a front is measured.
+
+    Attributes
+    ----------
+    kelvins : tuple of float
+        Asked of the pixel, a rung each.
+    repeats : int
+        Builds of a rung, at most.
+    scenes, seed : int
+        Views of each state, band and source, and what they are drawn with.
+    states : int
+        Built of a job of many, at most.
+    lowtran_path : str or None
+    quick : bool
+        Without EnergyPlus.
+    """
+
+    kelvins: tuple[float, ...]
+    repeats: int
+    scenes: int
+    seed: int
+    states: int
+    lowtran_path: str | None
+    quick: bool
+
+
+@dataclass
+class Front:
+    """What is measured so far.
+
+    Attributes
+    ----------
+    loaded : LoadedJob
+        As it is written, with all its states.
+    options : Options
+    rungs : list of Rung
+        Built and measured.
+    failed : dict of str to str
+        Settings that cannot run, with the reason in one line.
+    peers : list of Comparison
+    """
+
+    loaded: LoadedJob
+    options: Options
+    rungs: list[Rung] = field(default_factory=list)
+    failed: dict[str, str] = field(default_factory=dict)
+    peers: list[Comparison] = field(default_factory=list)
+
+    @property
+    def units(self) -> str:
+        """Of the error: kelvin, or where no band has thermal light, per cent of the mean radiance."""
+        return KELVIN if all(rung.errors["all"]["temperature"] for rung in self.rungs) else SHARE
+
+
+def check(loaded: LoadedJob, options: Options) -> None:
+    """Refuse a job that cannot be built, and a peer that is not where it is said to be, before anything is written.
+
+    Raises
+    ------
+    InputError
+    """
+    find_source(options.lowtran_path)
+    check_size(loaded, make_plan(loaded, load_library()))
+    check_scene(loaded)
+
+
+def measured(
+    loaded: LoadedJob, folder: Path, options: Options, say: Callable[[str], object] = lambda _: None
+) -> Iterator[Front]:
+    """Build and measure a job at one setting after the other; peers last.
+
+    Parameters
+    ----------
+    loaded : LoadedJob
+    folder : Path
+        Whose folder ``rungs`` keeps the databases; rungs that it holds of the same job are not built again.
+    options : Options
+    say : callable
+        Told what is done next, in a line of text.
+
+    Yields
+    ------
+    Front
+        The same one, after each rung and after the peers.
+    """
+    library, front = load_library(), Front(loaded, options)
+    rungs: list[Rung] = []
+    for setting in settings_of(loaded.document.data, loaded.trimmed, options.kelvins):
+        try:
+            rungs.append(Rung.of(setting, loaded, folder / "rungs", options.states))
+        except InputError as error:
+            front.failed[setting.name] = _one_line(error)
+    written, jobs = rungs[0].loaded, [rung.loaded.trimmed for rung in rungs]
+    truths = Truths(written, jobs, library, options.scenes, options.seed, folder / "truth", say)
+    built, states = len(written.trimmed.states), len(loaded.trimmed.states)
+    say(f"{loaded.trimmed.name}: {len(rungs)} settings of {built} of its {states} states, into {folder}")
+    refused: str | None = None
+    for number, rung in enumerate(rungs, 1):
+        name = f"{rung.setting.name} ({number} of {len(rungs)})"
+        if refused and rung.setting.kelvin is not None:  # tolerances are tried from the coarsest on
+            front.failed[rung.setting.name] = f"not tried: finer than {refused}, which cannot run"
+            continue
+        try:
+            _build(rung, library, options.repeats, name, say)
+            measure(rung, truths)
+            front.rungs.append(rung)
+        except (InputError, CheckFailed) as error:
+            refused = rung.setting.name if rung.refusal and rung.setting.kelvin is not None else None
+            front.failed[rung.setting.name] = _one_line(error)
+            say(f"{name} cannot run: {_one_line(error)}")
+        yield front
+    chosen = [rung for rung in front.rungs if rung.setting.name == AS_WRITTEN]
+    if chosen:
+        front.peers = comparisons(chosen[0], library, lowtran_path=options.lowtran_path, quick=options.quick, say=say)
+        yield front
+
+
+def _build(rung: Rung, library: MaterialLibrary, repeats: int, name: str, say: Callable[[str], object]) -> None:
+    """Build a rung as often as it takes, less what an earlier run has built."""
+    try:
+        rung.folder.mkdir(parents=True, exist_ok=True)
+        rung.resume(library)
+        while _more(rung, repeats):
+            say(f"{name}: build {len(rung.builds) + 1}")
+            rung.build(library)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror}; name another --out", file=rung.folder) from None
+    say(f"{name}: {np.median([each.processor for each in rung.builds]):.0f} s; measuring the pixel")
+
+
+def _more(rung: Rung, repeats: int) -> bool:
+    """Whether a rung is to be built once more."""
+    spent = sum(each.processor for each in rung.builds)
+    return not rung.builds or (len(rung.builds) < repeats and spent < ENOUGH)
+
+
+def _one_line(error: InputError | CheckFailed) -> str:
+    """Why a setting cannot run; its job stands in no file that could be named."""
+    if isinstance(error, InputError) and error.file is not None and Path(error.file).name == MAPPING:
+        return error.message
+    return " ".join(str(error).split())
+
+
+def describe(front: Front) -> dict[str, Any]:
+    """A front as plain values: what ``mat bench JOB --json`` prints and the page shows."""
+    units = front.units
+    rungs = [_described(rung, units) for rung in front.rungs]
+    stands = unbeaten([(rung["time"]["value"], rung["error"]["value"]) for rung in rungs])
+    for rung, on_front in zip(rungs, stands, strict=True):
+        rung["on_the_front"] = on_front
+    rungs.sort(key=lambda rung: rung["time"]["value"])
+    built = len(front.rungs[0].loaded.trimmed.states) if front.rungs else 0
+    return {
+        "job": front.loaded.trimmed.name,
+        "version": skyshine.__version__,
+        "method": _method(front),
+        "states": {"built": built, "of_the_job": len(front.loaded.trimmed.states)},
+        "scenes": front.options.scenes,
+        "seed": front.options.seed,
+        "rungs": rungs,
+        "cannot_run": dict(front.failed),
+        "sentences": sentences(rungs, units),
+        "peers": [peer.described for peer in front.peers],
+    }
+
+
+def _in_units(errors: dict[str, Any], units: str) -> dict[str, Any]:
+    """Rms, 99th percentile and maximum in the units of a front; none where a band has no error in them."""
+    if units == KELVIN:
+        return dict(errors["temperature"] or {})
+    return {name: quantity(100 * each["value"], units) for name, each in errors["share_of_radiance"].items()}
+
+
+def _method(front: Front) -> str:
+    """How the numbers of a front are to be read."""
+    options, count = front.options, len(front.loaded.trimmed.states)
+    built = min(options.states, count)
+    text = (
+        "Error: a pixel by the runtime's equations from the tables, against the whole truth: spectral integrals and"
+        " temperatures solved for each face under its shadows and beside its walls, on the same"
+        f" {options.scenes} random views of each state, band and source for every setting (seed {options.seed}), all"
+        " bands, sources and materials together; the JSON has each set. Time: processor seconds of the whole build, by"
+        f" one process a core ({os.cpu_count()} here), nothing cached, without pictures; of several builds, the median."
+        " Start and rest: processes that begin, the job that is read."
+    )
+    if built < count:
+        text += f" {built} of the job's {count} states are built."
+    if (
+        front.units == KELVIN
+        and front.rungs
+        and any(one["temperature"] is None for one in front.rungs[0].errors["bands"])
+    ):
+        text += " Bands that end before 2.5 um have no error in kelvin; the JSON gives theirs in shares of radiance."
+    return text
+
+
+def _described(rung: Rung, units: str) -> dict[str, Any]:
+    """A rung as plain values; its time and its stages are those of the build of median processor time."""
+    builds = sorted(rung.builds, key=lambda each: each.processor)
+    middle = builds[(len(builds) - 1) // 2]
+    errors, floor = (_in_units(each, units) for each in (rung.errors["all"], rung.errors["all"]["averages"]))
+    return {
+        "name": rung.setting.name,
+        "asked": quantity(np.nan if rung.setting.kelvin is None else rung.setting.kelvin, "K"),
+        "chosen": rung.setting.name == AS_WRITTEN,
+        "keys": {key: rung.setting.content[key] for key in CHANGED if key in rung.setting.content},
+        "error": errors["p99"],
+        "rms": errors["rms"],
+        "maximum": errors["maximum"],
+        "floor": floor["p99"],
+        "by_band": [
+            {
+                "wavelength": band["wavelengths"][0],
+                "error": values["p99"],
+                "floor": _in_units(band["averages"], units)["p99"],
+            }
+            for band in rung.errors["bands"]
+            if (values := _in_units(band, units))
+        ],
+        "time": quantity(middle.processor, "s"),
+        "times": quantity([each.processor for each in rung.builds], "s"),
+        "wall_times": quantity([each.wall for each in rung.builds], "s"),
+        "stages": {name: quantity(middle.stages[name], "s") for name in STAGES},
+        "size": quantity(rung.size, "byte"),
+        "sets": rung.errors["sets"],
+    }

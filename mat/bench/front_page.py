@@ -1,0 +1,94 @@
+"""A front as one HTML page that needs no other file and prints on A4."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from skyshine.mat.bench.charts import Bar, Mark, Row, front_chart, peer_chart, seconds_text, stage_chart, symbol
+from skyshine.mat.bench.rungs import STAGES
+from skyshine.mat.bench.settings import DEFAULT_AXES, DRAFT
+from skyshine.mat.budget.page import template
+
+MOST_BANDS = 3  # with a column of their own; the JSON has all
+_TEMPLATE = "front.html.j2"
+KEYS = {
+    "circle": "kelvins asked of the pixel",
+    "square": "default axes, draft",
+    "diamond": "the job as written, ringed",
+}
+PEER_KEYS = {"triangle": "a peer", "circle": "this job as written"}
+
+
+def render(front: dict[str, Any]) -> str:
+    """Write the page of a front.
+
+    Parameters
+    ----------
+    front : dict
+        From `front.describe`.
+
+    Returns
+    -------
+    str
+        HTML with style and charts inside.
+    """
+    charts = {"front": "", "stages": "", "peers": ""}
+    if front["rungs"]:
+        first = front["rungs"][0]
+        charts["front"] = front_chart(_marks(front["rungs"]), first["error"]["units"], first["floor"]["value"])
+        charts["stages"] = stage_chart(_bars(front["rungs"]), STAGES)
+    if front["peers"]:
+        charts["peers"] = peer_chart([_row(peer) for peer in front["peers"]])
+    keys, peer_keys = ([(symbol(shape), words) for shape, words in each.items()] for each in (KEYS, PEER_KEYS))
+    page = template(__package__, _TEMPLATE, {"short": _short, "spread": _spread, "seconds": seconds_text})
+    bands = front["rungs"][0]["by_band"][:MOST_BANDS] if front["rungs"] else []
+    return page.render(front=front, charts=charts, keys=keys, peer_keys=peer_keys, stages=STAGES, bands=bands)
+
+
+def _short(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def _spread(values: list[float]) -> str:
+    """The least and the most of some values, or the only one."""
+    low, high = _short(min(values)), _short(max(values))
+    return low if low == high else f"{low}\u2013{high}"
+
+
+def _megabytes(rung: dict[str, Any]) -> str:
+    return f"{rung['size']['value'] / 1e6:.3g} MB"
+
+
+def _marks(rungs: list[dict[str, Any]]) -> list[Mark]:
+    most = max(rung["size"]["value"] for rung in rungs)
+    return [
+        Mark(
+            f"{rung['name']}, {_megabytes(rung)}",
+            "diamond" if rung["chosen"] else "square" if rung["name"] in (DRAFT, DEFAULT_AXES) else "circle",
+            rung["time"]["value"],
+            min(rung["times"]["values"]),
+            max(rung["times"]["values"]),
+            max(rung["error"]["value"], 1e-6),
+            rung["size"]["value"] / most,
+            rung["on_the_front"],
+        )
+        for rung in rungs
+    ]
+
+
+def _bars(rungs: list[dict[str, Any]]) -> list[Bar]:
+    return [
+        Bar(
+            rung["name"],
+            [rung["stages"][name]["value"] for name in STAGES],
+            f"{_short(rung['time']['value'])} s, {_short(rung['error']['value'])} {rung['error']['units']}",
+        )
+        for rung in rungs
+    ]
+
+
+def _row(peer: dict[str, Any]) -> Row:
+    seconds, ours = peer["time"]["value"], peer["time_of_this_job"]["value"]
+    if seconds is None:
+        return Row(peer["work"], ours, None, f"{peer['peer']}: absent")
+    return Row(peer["work"], ours, seconds, f"{peer['peer']} {seconds_text(seconds)}, this job {seconds_text(ours)}")

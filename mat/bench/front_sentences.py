@@ -1,0 +1,88 @@
+"""What a front says in words: the job's own point, the next second, the next kelvin."""
+
+from __future__ import annotations
+
+from typing import Any
+
+KELVIN, SHARE = "K", "% of radiance"
+
+
+def sentences(rungs: list[dict[str, Any]], units: str) -> list[str]:
+    """What the job's own point is worth, and what the next second and the next kelvin buy.
+
+    Parameters
+    ----------
+    rungs : list of dict
+        In order of their times, with ``name``, ``chosen``, ``time``, ``error``, ``on_the_front``.
+    units : str
+        Of the error.
+    """
+    if not rungs:
+        return ["No setting of this job could be built and measured."]
+    chosen = next((rung for rung in rungs if rung["chosen"]), None)
+    front = _distinct([rung for rung in rungs if rung["on_the_front"]], chosen)
+    if chosen is None:
+        start, own = front[0], "The job as it is written could not be built and measured."
+    elif chosen["on_the_front"]:
+        start = chosen
+        own = f"The job as written reaches {_point(chosen, units)}; no other setting beats it."
+    else:
+        start = next(rung for rung in reversed(front) if _time(rung) <= _time(chosen))
+        own = (
+            f"The job as written reaches {_point(chosen, units)}; {start['name']} beats it with {_point(start, units)}."
+        )
+    place = front.index(start)
+    finer = front[place + 1] if place + 1 < len(front) else None
+    coarser = front[place - 1] if place else None
+    return [own, _next_second(start, finer, units), _next_kelvin(start, coarser, units), _floor(front[-1], units)]
+
+
+def _floor(best: dict[str, Any], units: str) -> str:
+    return (
+        f"The least error, {_error(best):.3g} {units}, has {best['name']}; with exact tables the runtime's own averages"
+        f" would err by {float(best['floor']['value']):.3g} {units} (dashed), which no setting removes."
+    )
+
+
+def _distinct(front: list[dict[str, Any]], chosen: dict[str, Any] | None) -> list[dict[str, Any]]:
+    """One rung of each point: the job as it is written where that is one of several."""
+    points = {(_time(rung), _error(rung)): rung for rung in front}
+    if chosen is not None and chosen["on_the_front"]:
+        points[_time(chosen), _error(chosen)] = chosen
+    return [points[point] for point in sorted(points)]
+
+
+def _next_second(start: dict[str, Any], finer: dict[str, Any] | None, units: str) -> str:
+    if finer is None:
+        return f"The next second buys nothing here: no setting errs less than {start['name']}."
+    gain, cost = _error(start) - _error(finer), _time(finer) - _time(start)
+    return (
+        f"The next second: from {start['name']} to {finer['name']} the error falls from {_error(start):.3g} to"
+        f" {_error(finer):.3g} {units} for {cost:.3g} s more, {gain / cost:.2g} {units} a second."
+    )
+
+
+def _next_kelvin(start: dict[str, Any], coarser: dict[str, Any] | None, units: str) -> str:
+    if coarser is None:
+        return (
+            f"More error buys no time here: no setting of the front takes less than {start['name']}"
+            f" ({_time(start):.3g} s)."
+        )
+    loss, saved = _error(coarser) - _error(start), _time(start) - _time(coarser)
+    one = "kelvin" if units == KELVIN else "per cent"
+    return (
+        f"The next {one}: {coarser['name']} errs {loss:.3g} {units} more and saves {saved:.3g} s,"
+        f" {saved / loss:.2g} s a {one}."
+    )
+
+
+def _point(rung: dict[str, Any], units: str) -> str:
+    return f"{_error(rung):.3g} {units} in {_time(rung):.3g} s"
+
+
+def _time(rung: dict[str, Any]) -> float:
+    return float(rung["time"]["value"])
+
+
+def _error(rung: dict[str, Any]) -> float:
+    return float(rung["error"]["value"])

@@ -1,0 +1,158 @@
+"""Peers beside a job: they have no pixel, so that they are compared by seconds of a line of sight or of a column."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from skyshine.mat.bench import energyplus, lowtran
+from skyshine.mat.bench.atmosphere import default_grid, peer_seconds
+from skyshine.mat.bench.rungs import Rung
+from skyshine.mat.plan.plan import Kind, make_plan
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import response_of
+from skyshine.mat.scene.grids import path_grid
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
+
+LOWTRAN, ENERGYPLUS = "LOWTRAN7", "EnergyPlus"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A peer beside a job by one unit of work.
+
+    Attributes
+    ----------
+    peer, work : str
+    seconds, ours : float or None
+        Processor seconds of a unit of work: of the peer, None where it is absent; of the job as it is built.
+    count : int
+        Units of work in the job.
+    note : str
+        What the peer computes, or why it is absent.
+    """
+
+    peer: str
+    work: str
+    seconds: float | None
+    ours: float
+    count: int
+    note: str
+
+    @property
+    def described(self) -> dict[str, Any]:
+        """As plain values."""
+        return {
+            "peer": self.peer,
+            "work": self.work,
+            "time": quantity(np.nan if self.seconds is None else self.seconds, "s"),
+            "time_of_this_job": quantity(self.ours, "s"),
+            "count": self.count,
+            "note": self.note,
+        }
+
+
+def comparisons(
+    rung: Rung, library: MaterialLibrary, *, lowtran_path: str | None, quick: bool, say: Callable[[str], object]
+) -> list[Comparison]:
+    """LOWTRAN7 for lines of sight of each band, EnergyPlus for columns of one day.
+
+    Parameters
+    ----------
+    rung : Rung
+        The job as it is written, built.
+    library : MaterialLibrary
+    lowtran_path : str, optional
+        As `lowtran.find_source`.
+    quick : bool
+        Without EnergyPlus, whose run takes most of a minute.
+    say : callable
+        Told what is measured.
+
+    Raises
+    ------
+    InputError
+        `lowtran_path` leads to no source.
+    """
+    say(f"measuring {LOWTRAN}")
+    program, origin = lowtran.built_program(lowtran_path)
+    job, grid = rung.loaded.trimmed, path_grid(rung.loaded.trimmed)
+    lines = int(np.prod(grid.shape)) * len(job.sources)
+    results = []
+    for number in job.needed_bands:
+        response = response_of(job.bands[number - 1])
+        limits = response.lower, response.upper
+        seconds, note = None, origin
+        if program is not None:
+            try:
+                state = atmospheric_state(job.site, job.states[0])
+                seconds = peer_seconds(program, state, _for_peer(grid), limits)
+                note = "single lines of sight with multiple scattering, in steps of 5 cm^-1"
+            except InputError as error:
+                note = f"left out: {error}"
+        work = f"a line of sight, {limits[0]:g}-{limits[1]:g} um"
+        results.append(Comparison(LOWTRAN, work, seconds, _of_band(rung, number) / lines, lines, note))
+    columns = _columns(rung, library)
+    if quick:
+        one_day, note = None, "left out: --quick"
+    else:
+        say(f"measuring {ENERGYPLUS}")
+        run = energyplus.measure()
+        one_day, note = run.one_day, run.note
+    results.append(
+        Comparison(ENERGYPLUS, "a column of one periodic day", one_day, _solving(rung) / columns, columns, note)
+    )
+    return results
+
+
+def _for_peer(grid: PathGrid) -> PathGrid:
+    """The axes of which the peer's lines of sight are drawn: those of the job, or the default where they name none that
+    it computes.
+    """
+    up = (grid.elevation_deg > 0) & (grid.elevation_deg < 90)
+    far = (grid.range_km >= 1) & (grid.range_km <= 40)
+    known = up.any() and far.any() and (grid.altitude_km < 20).any() and (grid.source_elevation_deg > 0).any()
+    return grid if known else default_grid()
+
+
+def _of_band(rung: Rung, band: int) -> float:
+    """Processor seconds to choose the points of a band and to compute its tables, of one state; median over builds."""
+    states = len(rung.loaded.trimmed.states)
+    return (
+        _median(rung, lambda kind, number: kind is Kind.ATMOSPHERE and number == band, ("accuracy", "write")) / states
+    )
+
+
+def _solving(rung: Rung) -> float:
+    """Processor seconds of the heat balance of a state."""
+    return _median(rung, lambda kind, _: kind is Kind.TEMPERATURE, ("accuracy", "write", "response")) / len(
+        rung.loaded.trimmed.states
+    )
+
+
+def _median(rung: Rung, chosen: Callable[[Kind, int], bool], without: tuple[str, ...]) -> float:
+    sums = [
+        sum(
+            spent
+            for task in each.tasks
+            if chosen(Kind(task.kind), task.band)
+            for stage, spent in task.stages.items()
+            if stage not in without
+        )
+        for each in rung.builds
+    ]
+    return float(np.median(sums))
+
+
+def _columns(rung: Rung, library: MaterialLibrary) -> int:
+    """Surface columns of a state: materials by altitudes, slopes and azimuths; level faces have no azimuth."""
+    grid, job = rung.loaded.trimmed.surface_grid, rung.loaded.trimmed
+    level = sum(slope in (0.0, 180.0) for slope in grid.slope_deg)
+    planes = level + (len(grid.slope_deg) - level) * len(grid.azimuth_deg)
+    return len(make_plan(rung.loaded, library).materials) * len(job.surface_altitudes_km) * planes

@@ -1,0 +1,227 @@
+"""Error of the pixel of a job's databases at many settings, all against the truth of the same scenes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skyshine.mat.bench.rungs import Rung, job_digest
+from skyshine.mat.budget.built_tables import Tables
+from skyshine.mat.budget.pixel import PixelTruth, Scenes
+from skyshine.mat.budget.summary import kelvin_of, measures
+from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.scene.grids import path_grid
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import CheckFailed
+from skyshine.schemas.quantity import quantity
+from skyshine.schemas.whole_files import write_whole
+
+_SURFACE = ("altitude", "azimuth", "slope")
+MEASURES = ("rms", "p99", "maximum")
+
+
+@dataclass(eq=False)
+class Truths:
+    """The whole truth of random scenes of a job, computed once for all settings.
+
+    Attributes
+    ----------
+    loaded : LoadedJob
+        As it is written, with the states that are built.
+    jobs : sequence of Job
+        At all settings: scenes lie inside the axes of each.
+    library : MaterialLibrary
+    scenes, seed : int
+        Views of each state, band and source, and what they are drawn with.
+    folder : Path
+        Keeps the radiances, for the next run.
+    say : callable
+        Told what is computed.
+    prepared : dict of (int, int) to Prepared
+        By state and band, as far as they were needed.
+    """
+
+    loaded: LoadedJob
+    jobs: Sequence[Job]
+    library: MaterialLibrary
+    scenes: int
+    seed: int
+    folder: Path
+    say: Callable[[str], object]
+    prepared: dict[tuple[int, int], Prepared] = field(default_factory=dict)
+    _known: dict[tuple[int, int, str], PixelTruth | None] = field(default_factory=dict)
+
+    @cached_property
+    def grid(self) -> PathGrid:
+        """Nodes of the job as it is written, between the ends that all settings have."""
+        grids = [path_grid(job) for job in [self.loaded.trimmed, *self.jobs]]
+        return PathGrid(*(_common([getattr(grid, each.name) for grid in grids]) for each in fields(PathGrid)))
+
+    @cached_property
+    def surface_axes(self) -> dict[str, Floats]:
+        """The same of the temperature table; times are the hours that scenes ask for, where the job limits them."""
+        axes = [_surface_axes(job) for job in [self.loaded.trimmed, *self.jobs]]
+        ends = {name: _common([each[name] for each in axes]) for name in ("altitude", "slope")}
+        return axes[0] | ends
+
+    @cached_property
+    def key(self) -> str:
+        """Of the job and the scenes: errors on equal keys may be compared."""
+        nodes = [getattr(self.grid, each.name).tolist() for each in fields(PathGrid)]
+        nodes += [self.surface_axes[name].tolist() for name in (*_SURFACE, "time")]
+        return job_digest(self.loaded, "bands and averages", [self.scenes, self.seed, nodes])
+
+    def of(self, state: int, band: int, source: str, tables: Tables) -> PixelTruth | None:
+        """The truth of one set of scenes; None where the axes leave no room for a view.
+
+        Parameters
+        ----------
+        tables : Tables
+            Of any setting: materials, and their lobes.
+        """
+        key = state, band, source
+        if key not in self._known:
+            if key[:2] not in self.prepared:
+                self.prepared[key[:2]] = Prepared.of(self.loaded, state, band)
+            scenes = Scenes.drawn(
+                self.prepared[key[:2]],
+                self.library,
+                tables.materials,
+                self.grid,
+                self.surface_axes,
+                shades=tables.shades,
+                source=source,
+                scenes=self.scenes,
+                seed=self.seed,
+            )
+            self._known[key] = None if scenes is None else self._computed(scenes, tables, f"s{state}b{band}{source}")
+        return self._known[key]
+
+    def _computed(self, scenes: Scenes, tables: Tables, name: str) -> PixelTruth:
+        """The truth of scenes: that of an earlier run where it was of the same job and scenes."""
+        file, materials = self.folder / f"{name}.json", list(tables.materials)
+        try:
+            kept = json.loads(file.read_text(encoding="utf-8"))
+            if kept["key"] == self.key and kept["materials"] == materials:
+                return PixelTruth(scenes, np.array(kept["radiance"], float), np.array(kept["averages"], float))
+        except (OSError, ValueError, KeyError, TypeError):
+            pass  # none, or damaged: computed again
+        self.say(f"computing the truth of {name}")
+        truth = PixelTruth.of(scenes, tables)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        values = {"radiance": truth.radiance.tolist(), "averages": truth.averages.tolist()}
+        kept = {"key": self.key, "materials": materials, **values}
+        write_whole(file, json.dumps(kept) + "\n")
+        return truth
+
+
+def _surface_axes(job: Job) -> dict[str, Floats]:
+    limits, grid = job.query_limits, job.surface_grid
+    times = grid.time
+    if limits is not None and limits.hours is not None:
+        first, last = limits.hours
+        times = [first, last + (24.0 if last < first else 0.0)] if len(times) > 1 else times
+    nodes = job.surface_altitudes_km, grid.azimuth_deg, grid.slope_deg, times
+    return {name: np.asarray(values, float) for name, values in zip((*_SURFACE, "time"), nodes, strict=True)}
+
+
+def _common(axes: Sequence[Floats]) -> Floats:
+    """Nodes of the first of some axes between the ends that all of them have.
+
+    Raises
+    ------
+    CheckFailed
+        They have no place in common.
+    """
+    low, high = max(axis[0] for axis in axes), min(axis[-1] for axis in axes)
+    if low > high:
+        raise CheckFailed(f"axes that end at {high:g} and begin at {low:g} have no scene in common")
+    first = axes[0]
+    return np.unique([low, high, *first[(first > low) & (first < high)]])
+
+
+def measure(rung: Rung, truths: Truths) -> None:
+    """Measure the pixel of a rung's databases, unless it is known on these scenes already.
+
+    Raises
+    ------
+    InputError
+        A database is missing or does not belong to the job.
+    """
+    if rung.errors.get("key") == truths.key:
+        return
+    job = rung.loaded.trimmed
+    sets: list[dict[str, Any]] = []
+    errors: list[_SetErrors] = []
+    for state, band, source in product(range(1, len(job.states) + 1), job.needed_bands, job.sources):
+        tables = Tables.open(rung.files, state, band, source, job)
+        truth = truths.of(state, band, source, tables)
+        if truth is None:
+            continue
+        of_set = _SetErrors(band, truths.prepared[state, band].response, truth, truth.error(tables))
+        errors.append(of_set)
+        sets.append({"state": state, "source": source, "views": len(truth.scenes.views), **_described([of_set])})
+    bands = [[each for each in errors if each.band == band] for band in job.needed_bands]
+    rung.errors = {
+        "key": truths.key,
+        "all": _described(errors),
+        "bands": [_described(of_band) for of_band in bands if of_band],
+        "sets": sets,
+    }
+    rung.keep()
+
+
+@dataclass(frozen=True, eq=False)
+class _SetErrors:
+    """Errors of the pixels of a band under one state and source, W m^-2 sr^-1."""
+
+    band: int
+    response: SpectralResponse
+    truth: PixelTruth
+    error: Floats
+
+    def kelvin(self, error: Floats) -> Floats:
+        """As differences of equivalent temperature; not numbers below 2.5 um."""
+        return kelvin_of(self.response, self.truth.radiance, error)
+
+    def share(self, error: Floats) -> Floats:
+        """Of the mean radiance of the set."""
+        share: Floats = error / self.truth.radiance.mean()
+        return share
+
+
+def _described(errors: Sequence[_SetErrors]) -> dict[str, Any]:
+    """Errors of some sets together: of their pixels, and of averages alone, in kelvin and in shares of radiance."""
+    thermal = [each for each in errors if np.isfinite(each.kelvin(each.error)).all()]
+    bands = {each.band: each.response for each in errors}
+    return {
+        "bands": list(bands),
+        "wavelengths": [quantity([response.lower, response.upper], "um") for response in bands.values()],
+        "pixels": sum(each.error.size for each in errors),
+        "temperature": _measures([each.kelvin(each.error) for each in thermal], "K"),
+        "share_of_radiance": _measures([each.share(each.error) for each in errors], "1"),
+        "averages": {
+            "temperature": _measures([each.kelvin(each.truth.averages) for each in thermal], "K"),
+            "share_of_radiance": _measures([each.share(each.truth.averages) for each in errors], "1"),
+        },
+    }
+
+
+def _measures(values: Sequence[Floats], units: str) -> dict[str, Any] | None:
+    """Rms, 99th percentile and maximum of errors; None where there are none."""
+    if not values:
+        return None
+    by_name = measures(np.concatenate([each.ravel() for each in values]))
+    return {name: quantity(by_name[name], units) for name in MEASURES}

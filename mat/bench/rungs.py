@@ -1,0 +1,208 @@
+"""A job built at one setting: timed by stage, and kept for the next run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import skyshine
+from skyshine.mat.bench.batch import sampled, without_cache
+from skyshine.mat.bench.settings import Setting
+from skyshine.mat.builder.build import build
+from skyshine.mat.job.load import LoadedJob, load_job
+from skyshine.mat.plan.plan import Kind, Plan, make_plan, texture_file
+from skyshine.mat.products.product import Context
+from skyshine.mat.products.table import PRODUCTS
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import CheckFailed
+from skyshine.schemas.process_memory import children_seconds
+from skyshine.schemas.whole_files import write_whole
+
+STAGES = ("compile", "tables", "temperature", "accuracy", "writing", "textures", "start and rest")
+_NAMED = {"compile": "compile", "accuracy": "accuracy", "write": "writing"}
+_OF_KIND = {Kind.TEXTURE: "textures", Kind.TEMPERATURE: "temperature"}
+RECORD, FILES = "rung.json", "built"
+
+
+@dataclass(frozen=True)
+class TaskTime:
+    """Processor seconds of a task by stage; `kind` and `band` as `plan.Task`."""
+
+    kind: str
+    band: int
+    stages: dict[str, float]
+
+
+@dataclass(frozen=True)
+class BuildTime:
+    """What one build took.
+
+    Attributes
+    ----------
+    processor : float
+        Seconds of all processes of the build, their start included.
+    wall : float
+        Seconds by the clock.
+    tasks : tuple of TaskTime
+    """
+
+    processor: float
+    wall: float
+    tasks: tuple[TaskTime, ...]
+
+    @property
+    def stages(self) -> dict[str, float]:
+        """Processor seconds by `STAGES`, which add up to those of the build."""
+        seconds = dict.fromkeys(STAGES, 0.0)
+        for task in self.tasks:
+            for stage, spent in task.stages.items():
+                seconds[_stage(Kind(task.kind), stage)] += spent
+        seconds[STAGES[-1]] = max(self.processor - sum(seconds.values()), 0.0)
+        return seconds
+
+
+def _stage(kind: Kind, name: str) -> str:
+    """To which of `STAGES` a stage of a task belongs."""
+    if kind is Kind.TEXTURE:
+        return _OF_KIND[kind]
+    return _NAMED.get(name) or _OF_KIND.get(kind, "tables")
+
+
+def job_digest(loaded: LoadedJob, *others: Any) -> str:
+    """Of a job, the version of the package and other plain values."""
+    text = json.dumps([loaded.requested.model_dump(mode="json"), skyshine.__version__, *others], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass
+class Rung:
+    """A setting of a job with its databases, and what is known of them.
+
+    Attributes
+    ----------
+    setting : Setting
+    loaded : LoadedJob
+        The job at this setting, with the states that are built.
+    folder : Path
+        Holds the record of the rung and the folder of its databases.
+    builds : list of BuildTime
+    size : int
+        Bytes of the databases.
+    errors : dict
+        Of the pixel, with the key that says on which scenes; empty before they are measured.
+    refusal : str
+        Why the setting cannot be built, in one line; empty where that is not known.
+    """
+
+    setting: Setting
+    loaded: LoadedJob
+    folder: Path
+    builds: list[BuildTime] = field(default_factory=list)
+    size: int = 0
+    errors: dict[str, Any] = field(default_factory=dict)
+    refusal: str = ""
+
+    @classmethod
+    def of(cls, setting: Setting, written: LoadedJob, folder: Path, states: int) -> Rung:
+        """The job at a setting, with so many of its states.
+
+        Raises
+        ------
+        InputError
+            The job does not take the setting.
+        """
+        loaded = sampled(load_job(setting.content, folder=written.folder), states)
+        return cls(setting, loaded, folder / setting.name.replace(" ", "_"))
+
+    @property
+    def files(self) -> Path:
+        """Folder of the databases."""
+        return self.folder / FILES
+
+    @property
+    def _digest(self) -> str:
+        """Of the job, the version of the package and the cores that a build takes."""
+        return job_digest(self.loaded, os.cpu_count())
+
+    def resume(self, library: MaterialLibrary) -> None:
+        """Take over what an earlier run measured, where the databases are those of the same job and version."""
+        try:
+            record = json.loads((self.folder / RECORD).read_text(encoding="utf-8"))
+            builds = [
+                BuildTime(each["processor"], each["wall"], tuple(TaskTime(**task) for task in each["tasks"]))
+                for each in record["builds"]
+            ]
+            size, errors, refusal = int(record["size"]), dict(record["errors"]), str(record["refusal"])
+            same_job = record["digest"] == self._digest
+        except (OSError, ValueError, KeyError, TypeError):
+            return
+        if same_job and refusal:
+            self.refusal = refusal
+        elif same_job and builds and self._is_current(library):
+            self.builds, self.size, self.errors = builds, size, errors
+
+    def _is_current(self, library: MaterialLibrary) -> bool:
+        """Whether all databases are there, undamaged and of this job."""
+        textures = [self.files / texture_file(self.loaded, i) for i in range(len(self.loaded.trimmed.textures))]
+        if not all(file.is_file() for file in textures):
+            return False
+        plan = make_plan(self.loaded, library, textures or None)
+        for task in plan.tasks:
+            loaded = self.loaded.on_date_of_state(task.index) if task.kind.of_state else self.loaded
+            context = Context(task, loaded, plan.materials, library)
+            if not all(identity.is_current(self.files) for identity in PRODUCTS[task.kind].identity(context)):
+                return False
+        return True
+
+    def build(self, library: MaterialLibrary) -> BuildTime:
+        """Build everything again without the cache of compiled bands, and keep how long it took.
+
+        Raises
+        ------
+        InputError, CheckFailed
+            As the build of a job. That a tolerance cannot be held is kept too.
+        """
+        if self.refusal:
+            raise CheckFailed(self.refusal)
+        plan = make_plan(self.loaded, library)
+        children, own, begin = children_seconds(), time.process_time(), time.perf_counter()
+        try:
+            with without_cache():
+                result = build(self.loaded, out=self.files, fresh=True)
+        except CheckFailed as error:
+            if not isinstance(error.__cause__, BrokenProcessPool):  # which may not happen again
+                self.refusal = " ".join(str(error).split())
+                self.keep()
+            raise
+        wall = time.perf_counter() - begin
+        processor = children_seconds() - children + time.process_time() - own
+        if not self.builds:
+            self.errors = {}
+        self.builds.append(BuildTime(processor, wall, _tasks(plan, result["files"])))
+        self.size = sum((self.files / name).stat().st_size for name in result["files"])
+        self.keep()
+        return self.builds[-1]
+
+    def keep(self) -> None:
+        """Write the record, for `resume`."""
+        record = {
+            "digest": self._digest,
+            "builds": [asdict(each) for each in self.builds],
+            "size": self.size,
+            "errors": self.errors,
+            "refusal": self.refusal,
+        }
+        write_whole(self.folder / RECORD, json.dumps(record, indent=1) + "\n")
+
+
+def _tasks(plan: Plan, files: dict[str, Any]) -> tuple[TaskTime, ...]:
+    """Times of the tasks of a plan, from the record of a build, whose files of one task have the same entry."""
+    return tuple(
+        TaskTime(task.kind.value, task.band, dict(files[task.files[0]]["processor_stages"])) for task in plan.tasks
+    )

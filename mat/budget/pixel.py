@@ -1,0 +1,156 @@
+"""The pixel of a runtime that reads all tables there, against one whole truth for the tables of many builds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from skyshine.mat.budget.built_tables import Tables
+from skyshine.mat.budget.circumstances import Circumstances, random_circumstances
+from skyshine.mat.budget.options import emitted_transmittance
+from skyshine.mat.budget.runtime_terms import AtmosphereReadings, incidence, runtime_radiance
+from skyshine.mat.budget.truth import FacetRadiance, FacetTruth, Prepared
+from skyshine.mat.budget.views import Views, random_views
+from skyshine.mat.measure.random_streams import Stream, random_stream
+from skyshine.mat.quantities.grid import PathGrid
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.arrays import Floats
+
+
+def temperature_among(tables: Tables, views: Views, around: Circumstances) -> Floats:
+    """Temperatures (n, M) [K] as a runtime reads them, under shadows and beside walls where the tables know them."""
+    if not tables.shades:
+        return tables.temperature(views)
+    return tables.temperature(views, absorbed_change=tables.absorbed_change(views, around.surroundings))
+
+
+def pixel_radiance(
+    tables: Tables, truth: FacetTruth, views: Views, around: Circumstances, temperature: Floats
+) -> Floats:
+    """Radiance (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1.
+
+    Parameters
+    ----------
+    tables : Tables
+    truth : FacetTruth
+        For the shade of the source.
+    views : Views
+    around : Circumstances
+        Of the faces.
+    temperature : (n, M) array
+        From `temperature_among`, K.
+    """
+    read = tables.readings(views, temperature=temperature)
+    ambient = tables.among_walls(views, around, read.ambient, tables.level_ambient(views))
+    by_angle = tables.finish_at(incidence(views, views.normal))
+    bounce = truth.bounce(views, views.normal, by_angle, around)
+    return runtime_radiance(replace(read, ambient=ambient), tables.emission(temperature), bounce, tables.finish)
+
+
+def integrated_readings(tables: Tables, truth: FacetTruth, seen: FacetRadiance) -> AtmosphereReadings:
+    """Quantities of the air as exact tables would hold them, with the transmittance of emitted light where the tables
+    have one.
+    """
+    through, band = None, truth.air.band
+    if tables.thermal is not None:
+        through = emitted_transmittance(band, truth.reflectance, seen.lines, seen.kelvin)
+    return replace(AtmosphereReadings.integrated(seen.lines, band), emitted=through)
+
+
+@dataclass(frozen=True, eq=False)
+class Scenes:
+    """Random views of faces under a source, with what stands around the faces.
+
+    Attributes
+    ----------
+    truth : FacetTruth
+    views : Views
+    around : Circumstances
+    """
+
+    truth: FacetTruth
+    views: Views
+    around: Circumstances
+
+    @classmethod
+    def drawn(
+        cls,
+        prepared: Prepared,
+        library: MaterialLibrary,
+        materials: Sequence[str],
+        grid: PathGrid,
+        surface_axes: Mapping[str, Floats],
+        *,
+        shades: bool,
+        source: str,
+        scenes: int,
+        seed: int,
+    ) -> Scenes | None:
+        """Draw views whose every coordinate lies on axes.
+
+        Parameters
+        ----------
+        prepared : Prepared
+        library : MaterialLibrary
+        materials : sequence of str
+            Of the faces.
+        grid, surface_axes : PathGrid, dict of str to array
+            As `random_views`.
+        shades : bool
+            Whether faces stand in shadows and beside walls.
+        source : {'sun', 'moon'}
+        scenes, seed : int
+            Number of views, and what they are drawn with.
+
+        Returns
+        -------
+        Scenes or None
+            None where the axes leave no room for a view, with the Moon above the horizon.
+        """
+        shells = prepared.exact.air.shells
+        views = random_views(prepared.loaded.trimmed, source, grid, surface_axes, shells, scenes, seed)
+        if not len(views):
+            return None
+        truth, around = FacetTruth(prepared, library, materials, source), Circumstances.none(len(views))
+        if shades:  # otherwise the job says that no scene will ask for shade
+            draw = random_stream(seed, Stream.CIRCUMSTANCES)
+            around = random_circumstances(views.time, truth.mean_air_temperature, draw)
+        return cls(truth, views, around)
+
+
+@dataclass(frozen=True, eq=False)
+class PixelTruth:
+    """The whole truth of scenes, for the pixels of any tables of the same state, band, source and materials.
+
+    Attributes
+    ----------
+    scenes : Scenes
+    radiance : (n, M) array
+        W m^-2 sr^-1.
+    averages : (n, M) array
+        Error of the runtime's equations with exact quantities and temperatures, W m^-2 sr^-1: what no table removes.
+    """
+
+    scenes: Scenes
+    radiance: Floats
+    averages: Floats
+
+    @classmethod
+    def of(cls, scenes: Scenes, tables: Tables) -> PixelTruth:
+        """Compute the radiance of all scenes.
+
+        Parameters
+        ----------
+        scenes : Scenes
+        tables : Tables
+            Of any accuracy: their materials, and the quantities that they have.
+        """
+        seen = scenes.truth.of(scenes.views, scenes.around, tables.finish)
+        readings = integrated_readings(tables, scenes.truth, seen)
+        shown = runtime_radiance(readings, tables.emission(seen.kelvin), seen.bounce, tables.finish)
+        return cls(scenes, seen.radiance, shown - seen.radiance)
+
+    def error(self, tables: Tables) -> Floats:
+        """Error (n, M) of a runtime that reads all tables at the pixel, W m^-2 sr^-1."""
+        kelvin = temperature_among(tables, self.scenes.views, self.scenes.around)
+        return pixel_radiance(tables, self.scenes.truth, self.scenes.views, self.scenes.around, kelvin) - self.radiance

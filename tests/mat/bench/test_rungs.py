@@ -1,0 +1,158 @@
+"""Rungs of a tiny job: built, measured on the same scenes, kept, and named where they cannot run."""
+
+import json
+
+import numpy as np
+import pytest
+
+from skyshine.mat.bench import front as front_module
+from skyshine.mat.bench import rungs as module
+from skyshine.mat.bench.front import Options, _more, describe, measured
+from skyshine.mat.bench.pixel_errors import Truths, measure
+from skyshine.mat.bench.rungs import STAGES, BuildTime, Rung, TaskTime
+from skyshine.mat.bench.settings import AS_WRITTEN, Setting
+from skyshine.mat.budget.budget import error_budget
+from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.job.load import load_job
+from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
+
+STEPS, REFUSED, FINER = "48 steps", "refused", "finer"
+OPTIONS = Options((5.0,), 1, 2, 1, 1, None, True)
+
+
+@pytest.fixture(scope="module")
+def loaded(tiny_job, tmp_path_factory):
+    """A tiny job."""
+    file = tmp_path_factory.mktemp("front") / "job.yaml"
+    file.write_text(tiny_job(), encoding="utf-8")
+    return load_job(file)
+
+
+def four_settings(content, _job, _kelvins):
+    """The job as written, with fewer solver steps, and twice with a tolerance that its few nodes cannot hold."""
+    few = {**content["atmosphere_grid"], "layout": "classic", "most_nodes": 32, "tolerance": "0.01 K"}
+    changes = {AS_WRITTEN: {}, STEPS: {"accuracy": {"solver_steps": 48}}}
+    settings = [Setting(name, None, {**content, **change}) for name, change in changes.items()]
+    return settings + [Setting(name, 0.02, {**content, "atmosphere_grid": few}) for name in (REFUSED, FINER)]
+
+
+@pytest.fixture(scope="module")
+def run(loaded, build_inline, tmp_path_factory):
+    """The folder of a whole front, the front, and what was said."""
+    folder, said = tmp_path_factory.mktemp("bench"), []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "build", build_inline)
+        patch.setattr(front_module, "settings_of", four_settings)
+        *_, front = measured(loaded, folder, OPTIONS, said.append)
+    return folder, front, said
+
+
+def test_what_runs_is_measured_and_what_does_not_is_named_with_its_reason(run):
+    _, front, said = run
+    assert [rung.setting.name for rung in front.rungs] == [AS_WRITTEN, STEPS]
+    assert (
+        list(front.failed) == [REFUSED, FINER]
+        and "\n" not in front.failed[REFUSED]
+        and "0.01 cannot be held" in front.failed[REFUSED]
+    )
+    assert front.failed[FINER] == "not tried: finer than refused, which cannot run"
+    assert [text for text in said if "truth" in text] == ["computing the truth of s1b1sun"]
+    described = describe(front)
+    json.dumps(described, allow_nan=False)
+    for rung in described["rungs"]:
+        assert 0 < rung["rms"]["value"] <= rung["error"]["value"] <= rung["maximum"]["value"]
+        assert len(rung["times"]["values"]) == 1 and rung["size"]["value"] > 1000
+        assert sum(stage["value"] for stage in rung["stages"].values()) == pytest.approx(rung["time"]["value"], rel=0.3)
+        assert all(rung["stages"][name]["value"] > 0 for name in ("compile", "tables", "temperature", "accuracy"))
+    assert [peer["peer"] for peer in described["peers"]] == ["LOWTRAN7", "EnergyPlus"]
+    assert all(peer["time_of_this_job"]["value"] > 0 for peer in described["peers"])
+
+
+def test_a_finished_rung_is_kept_and_a_changed_job_is_built_again(run, loaded, monkeypatch):
+    folder, first, _ = run
+
+    def refuse(*_, **__):
+        raise InputError("is not to be built")
+
+    monkeypatch.setattr(module, "build", refuse)
+    monkeypatch.setattr(front_module, "settings_of", four_settings)
+    *_, again = measured(loaded, folder, OPTIONS)
+    assert [rung.setting.name for rung in again.rungs] == [AS_WRITTEN, STEPS]
+    assert [rung.builds for rung in again.rungs] == [rung.builds for rung in first.rungs]
+    assert again.failed == first.failed and REFUSED in again.failed  # it is not tried again
+    content = loaded.document.data | {"materials": ["grass_green"]}
+    *_, changed = measured(load_job(content), folder, OPTIONS)
+    assert not changed.rungs and changed.failed[AS_WRITTEN] == "is not to be built"
+
+
+def test_a_damaged_database_is_not_kept(run, loaded, tmp_path):
+    folder, _, _ = run
+    kept, damaged = (rung_of(loaded, folder) for _ in range(2))
+    kept.resume(load_library())
+    file = damaged.files / "s01.htt.h5"
+    content = file.read_bytes()
+    try:
+        file.write_bytes(content[:-100])
+        damaged.resume(load_library())
+    finally:
+        file.write_bytes(content)
+    assert len(kept.builds) == 1 and not damaged.builds
+
+
+def test_the_pixel_of_the_job_as_written_errs_as_its_error_budget_says(run, loaded, tmp_path):
+    folder, _, _ = run
+    rung, said = rung_of(loaded, folder), []
+    truths = Truths(rung.loaded, [rung.loaded.trimmed], load_library(), 4, 3, tmp_path, said.append)
+    measure(rung, truths)
+    budget = error_budget(Prepared.of(loaded, 1, 1), rung.files, load_library(), source="sun", scenes=4, seed=3)
+    rms = float(np.sqrt(np.mean(budget.errors["pixel"] ** 2)) / budget.radiance.mean())
+    measured_first = rung.errors
+    averages = measured_first["all"]["averages"]["share_of_radiance"]["rms"]["value"]
+    assert 0 < averages < measured_first["all"]["share_of_radiance"]["rms"]["value"]
+    assert measured_first["all"]["share_of_radiance"]["rms"]["value"] == pytest.approx(rms, rel=1e-12)
+    rung.errors = {}
+    measure(rung, Truths(rung.loaded, [rung.loaded.trimmed], load_library(), 4, 3, tmp_path, said.append))
+    assert rung.errors == measured_first and said == ["computing the truth of s1b1sun"]  # the second time it is kept
+
+
+def test_scenes_lie_inside_the_axes_of_all_settings(loaded, tmp_path):
+    job = loaded.trimmed
+    narrow = job.model_copy(update={"atmosphere_grid": job.atmosphere_grid.model_copy(update={"range_km": [0.01, 3]})})
+    truths = Truths(loaded, [job, narrow], load_library(), 4, 3, tmp_path, lambda _: None)
+    assert truths.grid.range_km.tolist() == [0.01, 3]
+    assert truths.key != Truths(loaded, [job], load_library(), 4, 3, tmp_path, lambda _: None).key
+
+
+def test_a_rung_is_built_again_for_its_spread_until_it_has_taken_enough(loaded, tmp_path):
+    rung = rung_of(loaded, tmp_path)
+    counts = []
+    for seconds in (1.0, 50.0, 200.0):
+        rung.builds = []
+        while _more(rung, 3):
+            rung.builds.append(BuildTime(seconds, seconds, ()))
+        counts.append(len(rung.builds))
+    assert counts == [3, 3, 1]
+
+
+def test_stages_add_up_to_the_build():
+    tasks = (
+        TaskTime("atmosphere", 1, {"compile": 1.0, "tables": 2.0, "harmonics": 0.5, "accuracy": 0.25, "write": 0.125}),
+        TaskTime("temperature", 0, {"tables": 4.0, "response": 1.0, "accuracy": 0.5}),
+        TaskTime("texture", 0, {"train": 3.0, "write": 1.0}),
+    )
+    stages = BuildTime(20.0, 30.0, tasks).stages
+    assert stages == {
+        "compile": 1.0,
+        "tables": 2.5,
+        "temperature": 5.0,
+        "accuracy": 0.75,
+        "writing": 0.125,
+        "textures": 4.0,
+        "start and rest": pytest.approx(6.625),
+    }
+    assert list(stages) == list(STAGES)
+
+
+def rung_of(loaded, folder):
+    return Rung.of(Setting(AS_WRITTEN, None, loaded.document.data), loaded, folder / "rungs", 1)

@@ -36,6 +36,9 @@ _THROUGH = 300  # of the sample's transmittances, with which light on surfaces i
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
 # horizon errs by ten times as much as all lines do on average.
 _SHARE, _SOURCE_SHARE = 0.1, 0.04
+# Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
+# linear interpolation errs with the square of the step, but for this share of them.
+_START, _FEWEST = 0.01, 0.5
 _LIGHT_SHARE = 0.1  # of the tolerance, which light on surfaces may miss at most
 
 
@@ -167,7 +170,8 @@ class ChannelTables:
             Probes.drawn(self.air, self.base, self.irradiance, generator, sky=_SKY_LINES),
             Probes.along_the_horizon(self.air, self.base, self.irradiance, generator),
         ]
-        nodes = self.nodes(NodeCounts())
+        relative = self.tolerance / (self.scale.background * self.scale.factor)
+        nodes = self.nodes(NodeCounts().scaled(float(np.clip(np.sqrt(_START / relative), _FEWEST, 1.0))))
         fields = self._fields(self.sources(nodes).chosen_angle.size)
         return placed_channels(self.table, probes, nodes, self.scale, self.tolerance, max_nodes=most_nodes // fields)
 

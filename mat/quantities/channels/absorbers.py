@@ -12,6 +12,7 @@ MOST_ABSORBERS = 20
 _LEAST, _STEP = 4, 2
 _SMALLEST = 1e-300  # extinction, of points that absorb nothing
 _MOST_ROWS = 1500
+_WORST = 5.0  # root mean square errors; paths that are no sample err by more where the worst of the sample does
 _OPAQUE = 1e-4  # transmittance that counts even so, lest the depth of opaque points be anything
 
 
@@ -27,7 +28,7 @@ def absorbers(depth: Floats, length: Floats, weight: Floats, allowed: float) -> 
     weight : (P,) array
         Of the points in the band.
     allowed : float
-        Root mean square error of transmittance.
+        Root mean square error of transmittance; the largest is within `_WORST` times.
 
     Returns
     -------
@@ -43,6 +44,6 @@ def absorbers(depth: Floats, length: Floats, weight: Floats, allowed: float) -> 
     for count in range(min(_LEAST, most), most + 1, _STEP):
         chosen = fitted_parts(depth, np.sort(order[:count]), through + _OPAQUE)
         error = np.exp(-np.maximum(depth[:, chosen.index] @ chosen.factor.T, 0.0)) @ share - exact
-        if np.sqrt(np.mean(error**2)) <= allowed:
+        if np.sqrt(np.mean(error**2)) <= allowed and np.abs(error).max() <= _WORST * allowed:
             break
     return chosen

@@ -35,6 +35,10 @@ class NodeCounts:
     limb: int = 14
     upward: int = 10
 
+    def scaled(self, factor: float) -> NodeCounts:
+        """So many times as many on each part, at least 4."""
+        return NodeCounts(*(max(4, round(getattr(self, field.name) * factor)) for field in fields(self)))
+
 
 @dataclass(frozen=True, eq=False)
 class ChannelNodes:

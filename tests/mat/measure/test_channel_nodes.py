@@ -37,3 +37,9 @@ def test_nodes_crowd_where_intervals_are_asked_for():
     finer = nodes.with_spacing("share", np.array([0.0, 0.5, 1.0]), np.array([2.0, 6.0]))
     assert finer.share.tolist() == pytest.approx([0, 0.25, 0.5, *(0.5 + np.arange(1, 7) / 12)])
     assert finer.size == nodes.size // 5 * 9 and finer.direction is not None
+
+
+def test_coarser_tolerances_start_from_fewer_nodes():
+    half = NodeCounts().scaled(0.5)
+    assert (half.share, half.height, half.ground) == (10, 12, 4) and NodeCounts().scaled(1.0) == NodeCounts()
+    assert NodeCounts().scaled(0.01) == NodeCounts(4, 4, 4, 4, 4)

@@ -40,3 +40,14 @@ def test_points_that_absorb_nothing_change_nothing():
     depth = np.column_stack([np.linspace(0.1, 2.0, 50), np.zeros(50), np.linspace(0.2, 4.0, 50)])
     found = absorbers(depth, np.ones(50), np.ones(3), 1e-9)
     assert depth[:, found.index] @ found.factor.T == pytest.approx(depth, abs=1e-6)
+
+
+def test_no_path_of_the_sample_errs_far_more_than_the_others():
+    """A few paths through other air among many hardly count in the root mean square."""
+    generator = np.random.default_rng(4)
+    gases = np.exp(generator.normal(size=(3, 30)))
+    depth = generator.uniform(0.01, 0.3, (400, 3)) @ gases
+    depth[[7, 90, 200, 333]] += 0.1 * np.exp(generator.normal(size=(4, 30)))
+    chosen = absorbers(depth, np.ones(400), np.ones(30), 1e-3)
+    found = np.exp(-np.maximum(depth[:, chosen.index] @ chosen.factor.T, 0.0)).mean(axis=1)
+    assert np.abs(found - np.exp(-depth).mean(axis=1)).max() <= 5e-3

@@ -57,12 +57,16 @@ def _accuracy(root: Group) -> dict[str, Any]:
         return {}
     result: dict[str, Any] = {"attributes": {name: str(value) for name, value in group.attributes.items()}}
     for name, variable in group.variables.items():
-        labels = group.axes[variable.dims[0]].values
-        result[name] = {
-            "units": variable.units,
-            "values": {str(k): _finite(v) for k, v in zip(labels, variable.data.tolist(), strict=True)},
-        }
+        labels = [[str(label) for label in group.axes[dim].values] for dim in variable.dims]
+        result[name] = {"units": variable.units, "values": _labelled(labels, variable.data.tolist())}
     return result
+
+
+def _labelled(labels: list[list[str]], values: Any) -> Any:
+    """Values of an array by the names of its axes, outer ones first."""
+    if not labels:
+        return _finite(values)
+    return {name: _labelled(labels[1:], value) for name, value in zip(labels[0], values, strict=True)}
 
 
 def _cost(entry: dict[str, Any] | None) -> dict[str, Any]:
@@ -97,14 +101,27 @@ def _print(file: str, content: dict[str, Any]) -> None:
 
 
 def _print_accuracy(accuracy: dict[str, Any]) -> None:
-    measures = {name: value for name, value in accuracy.items() if name != "attributes"}
-    for spectral in (False, True):
-        chosen = {name: m["values"] for name, m in measures.items() if name.startswith("spectral_") is spectral}
-        rows: dict[str, Any] = next(iter(chosen.values()), {})
-        cells = [(row, *(_number(values[row]) for values in chosen.values())) for row in rows]
-        echo_table(("stated error", *chosen), cells)
+    """A table for the measures of each set of names, such as quantities, or their parts."""
+    tables: dict[tuple[str, ...], dict[str, dict[str, float | None]]] = {}
+    for name, measured in accuracy.items():
+        if name != "attributes":
+            rows = _rows(measured["values"])
+            tables.setdefault(tuple(rows), {})[name] = rows
+    for names, columns in tables.items():
+        measured = [name for name in names if any(rows[name] for rows in columns.values())]  # parts may have no points
+        cells = [(name, *(_number(rows[name]) for rows in columns.values())) for name in measured or names]
+        echo_table(("stated error", *columns), cells)
     for name, value in accuracy.get("attributes", {}).items():
         click.echo(f"  {name}: {value}")
+
+
+def _rows(values: dict[str, Any]) -> dict[str, float | None]:
+    """Values by one name; those of parts by that of the whole and theirs."""
+    rows: dict[str, float | None] = {}
+    for name, value in values.items():
+        parts = value if isinstance(value, dict) else {"": value}
+        rows |= {f"{name} {part}".strip(): number for part, number in parts.items()}
+    return rows
 
 
 def _number(value: float | None) -> str:

@@ -284,7 +284,7 @@ def along_the_horizon(base, generator):
 
 
 HORIZON = pytest.mark.xfail(reason="refused: towards a low Sun along the horizon it errs by .25 K")
-LARGE = pytest.mark.xfail(reason="it holds with 270,000 nodes a field, which are larger than that")
+LARGE = pytest.mark.xfail(reason="it holds with 200,000 nodes a field, which are larger than that")
 NOT_YET = [pytest.param((3, 5), 0.1, 12.0, marks=HORIZON), pytest.param((8, 12), 0.1, 2.0, marks=LARGE)]
 
 

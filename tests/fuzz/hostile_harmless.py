@@ -9,6 +9,8 @@ import hdf5_changes as change
 import numpy as np
 from hostile_cases import EITHER, EQUAL, INNER, MAIN, Case, edited, on_path
 
+LATER = "later"  # names of arrays and groups that a later format might add
+
 
 def cases() -> Iterator[Case]:
     """The cases of this subject; names are unique."""
@@ -39,17 +41,17 @@ def cases() -> Iterator[Case]:
 
 
 def _more_arrays(file: h5py.File) -> None:
-    for place, shape in (("later/values", (3, 4)), ("later_version", (5,))):
+    for place, shape in ((f"{LATER}/values", (3, 4)), (f"{LATER}_version", (5,))):
         array = file.create_dataset(place, data=np.full(shape, np.nan))
         for k, count in enumerate(shape):
-            axis = array.parent.create_dataset(f"later_axis_{k}", data=np.arange(float(count)))
-            axis.make_scale(f"later_axis_{k}")
+            axis = array.parent.create_dataset(f"{LATER}_axis_{k}", data=np.arange(float(count)))
+            axis.make_scale(f"{LATER}_axis_{k}")
             array.dims[k].attach_scale(axis)
 
 
 def _arrays_without_axes(file: h5py.File) -> None:
-    file.create_dataset("later/values", data=np.full((3, 4), np.nan))
-    file.create_dataset("later_version", data=np.arange(5))
+    file.create_dataset(f"{LATER}/values", data=np.full((3, 4), np.nan))
+    file.create_dataset(f"{LATER}_version", data=np.arange(5))
 
 
 def _fixed_rules(file: h5py.File, axis: str) -> None:

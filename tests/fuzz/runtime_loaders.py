@@ -28,6 +28,7 @@ from skyshine.tmm import open_tmm
 
 sys.path.insert(0, str(Path(__file__).parent))
 from good_databases import CHANNELS, scene
+from hostile_harmless import LATER
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -220,8 +221,9 @@ def library() -> Loader:
     def shown(path: Path) -> str:
         scene = json.loads(path.read_text())
         for name in TABLES:
-            for variable in skyshine.mat.open(scene[name]).root.variables.values():
-                np.size(variable.data)  # arrays are read, and refused, when they are first asked for
+            for array, variable in skyshine.mat.open(scene[name]).root.variables.items():
+                if not array.startswith(LATER):  # of a later format, which no reader of this one asks for
+                    np.size(variable.data)  # arrays are read, and refused, when they are first asked for
         return json.dumps({name: values.tolist() for name, values in by_library(scene).items()})
 
     return in_child(shown)

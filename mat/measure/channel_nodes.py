@@ -124,13 +124,14 @@ def placed_channels(
         tables = quantities_of(table)
         measured = [all_around.errors(tables, scale)]
         measured += [group.errors({name: tables[name] for name in _OF_PATHS}, scale) for group in others]
-        p99 = max(_percentile(error, 99.0) for group in measured for error in group.values())
+        # Not a number anywhere makes these not a number, which holds no tolerance.
+        p99 = float(np.max([_percentile(error, 99.0) for group in measured for error in group.values()]))
         pooled = [np.concatenate([group[name] for group in measured if name in group]) for name in tables]
-        worst = max(_percentile(error, _NEARLY_ALL) for error in pooled)
+        worst = float(np.max([_percentile(error, _NEARLY_ALL) for error in pooled]))
         if p99 <= _MARGIN * tolerance and worst <= _WORST * tolerance:
             return PlacedChannels(table, nodes, p99, worst)
-        over = max(p99 / _MARGIN, worst / _WORST) / tolerance
-        if over > _GAIN * before:
+        over = float(np.max([p99 / _MARGIN, worst / _WORST])) / tolerance
+        if not over <= _GAIN * before:
             break  # what errs is not what nodes hold
         nodes = _placed_anew(nodes, table, probes, scale, _PART * tolerance)
     raise CheckFailed(

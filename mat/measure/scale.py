@@ -68,7 +68,8 @@ class Scale:
         if unit == "K" and emits:
             return cls.kelvin(response)
         light = reference_radiance(response) if emits else REFLECTANCE * irradiance / np.pi
-        return cls(light, 100 / light / (PERCENT_PER_KELVIN if unit == "K" else 1.0), REFLECTANCE)
+        percent = 100 / light if light > 0 else float("nan")
+        return cls(light, percent / (PERCENT_PER_KELVIN if unit == "K" else 1.0), REFLECTANCE)
 
     def error(self, quantity: str, read: Floats, exact: Floats, transmittance: Floats, distance: Floats) -> Floats:
         """What an error in one quantity changes of the radiance that reaches the observer.

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.measure.channel_nodes import _blamed, _by_interval, _growth
+from skyshine.mat.measure.channel_nodes import _blamed, _by_interval, _growth, placed_channels
 from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts
+from skyshine.schemas.errors import CheckFailed
 
 
 def test_an_interval_errs_as_its_own_reads():
@@ -43,3 +44,24 @@ def test_coarser_tolerances_start_from_fewer_nodes():
     half = NodeCounts().scaled(0.5)
     assert (half.share, half.height, half.ground) == (10, 12, 4) and NodeCounts().scaled(1.0) == NodeCounts()
     assert NodeCounts().scaled(0.01) == NodeCounts(4, 4, 4, 4, 4)
+
+
+class Lines:
+    """Lines of sight on which a table has given errors."""
+
+    def __init__(self, **errors):
+        self._errors = {name: np.array(values) for name, values in errors.items()}
+
+    def errors(self, tables, scale):
+        return {name: self._errors.get(name, np.zeros(3)) for name in tables}
+
+
+@pytest.mark.parametrize("path", [[0.0, np.nan, 0.1], [np.nan] * 3])
+@pytest.mark.parametrize("first", ["beta_star", "direct_radiance"])
+def test_a_read_that_is_not_a_number_holds_no_tolerance(path, first):
+    nodes = ChannelNodes.of(NodeCounts(), (0.0, 1.0))
+    good, bad = Lines(), Lines(**{first: path})
+    kept = placed_channels(lambda _: None, [good, good], nodes, None, 1.0, max_nodes=10**6)
+    assert kept.nodes is nodes and (kept.p99, kept.worst) == (0.0, 0.0)
+    with pytest.raises(CheckFailed, match="cannot be held in channels: .* nan"):
+        placed_channels(lambda _: None, [bad, good], nodes, None, 1.0, max_nodes=10**6)

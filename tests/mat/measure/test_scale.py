@@ -36,3 +36,7 @@ def test_radiance_counts_as_it_is_and_other_units_are_refused():
     assert Scale.of_unit("W m^-2 sr^-1", NEAR, 1.0).factor == 1
     with pytest.raises(ValueError, match="unit 'F'; known: K, %, W m"):
         Scale.of_unit("F", NEAR, 1.0)
+
+
+def test_percent_of_no_light_are_not_a_number():
+    assert np.isnan(Scale.of_unit("%", NEAR, 0.0).factor) and np.isnan(Scale.of_unit("K", NEAR, 0.0).factor)

@@ -44,15 +44,17 @@ atmosphere_grid:
   source_azimuth_deg: [0, 180]
 surface_grid: {altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}
 """
-SMALL_JOB = """\
-skyshine: 1
-name: small
+SCENE = """\
 site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
 states:
   - profile: midlatitude_summer
     visibility_km: 23
     weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
-bands:
+"""
+SMALL_JOB = f"""\
+skyshine: 1
+name: small
+{SCENE}bands:
   - wavelength_um: [8, 8.4]
 materials: [asphalt_road, grass_green]
 atmosphere_grid:
@@ -67,15 +69,10 @@ surface_grid:
   slope_deg: [0, 45]
   time: [00:00, 06:00, 12:00, 18:00]
 """
-CHANNEL_JOB = """\
+CHANNEL_JOB = f"""\
 skyshine: 1
 name: channels
-site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
-states:
-  - profile: midlatitude_summer
-    visibility_km: 23
-    weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
-bands:
+{SCENE}bands:
   - wavelength_um: [10.0, 10.2]
 sources: [sun]
 materials: [asphalt_road]
@@ -85,8 +82,8 @@ atmosphere_grid:
   range_km: [0, 20]
   altitude_km: [0.01, 2]
   source_elevation_deg: [-8, 60]
-surface_grid: {altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}
-output: {folder: built, pictures: false}
+surface_grid: {{altitude_km: [0], azimuth_deg: [0, 180], slope_deg: [0, 45], time: [00:00, 12:00]}}
+output: {{folder: built, pictures: false}}
 """
 
 

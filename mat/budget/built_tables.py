@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -207,13 +207,22 @@ class Tables:
         """Whether the air holds ambient light of tilted faces."""
         return AMBIENT_HARMONICS in self.air.quantities
 
-    def _of_faces(self, views: Views, normal: Floats, source: Mapping[str, Floats]) -> Floats:
-        """Ambient radiance (n,) of faces with normals (n, 3)."""
+    def _of_faces(
+        self, views: Views, normal: Floats, source: Mapping[str, Floats], *, by_wavelength: bool = False
+    ) -> Floats:
+        """Ambient radiance of faces with normals (n, 3): (n,), or by wavelength (n, B)."""
         slope, azimuth = slope_and_azimuth(normal)
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
         turn = azimuth - views.source_azimuth
+        place: dict[str, Any] = dict(source)
         return self.air.ambient_radiance(
-            slope=slope, azimuth=turn, ground_temperature=kelvin, band=self.band, out_of_range="clamp", **source
+            slope=slope,
+            azimuth=turn,
+            ground_temperature=kelvin,
+            band=self.band,
+            by_wavelength=by_wavelength,
+            out_of_range="clamp",
+            **place,
         )
 
     def level_ambient(self, views: Views, line: ViewLine | None = None) -> Floats:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.measure.channel_nodes import PlacedChannels, placed_channels
 from skyshine.mat.measure.probes import Probes, lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
@@ -21,6 +22,7 @@ from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
 from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS, SourceParts, source_parts
 from skyshine.mat.quantities.channels.surface_light import SurfaceLight, surface_light
+from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares
 from skyshine.mat.quantities.emission import lines_of_sight
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.tables.channel_table import ChannelTable
@@ -39,6 +41,8 @@ _SHARE, _SOURCE_SHARE = 0.1, 0.04
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, _FEWEST = 0.01, 0.5
+_SHARE_LINES = 120  # on which light is parted by wavelength
+_SHARE_ELEVATIONS = (2.0, 90.0)  # of the source there, degree: lower down its light is faint in the blue alone
 _LIGHT_SHARE = 0.1  # of the tolerance, which light on surfaces may miss at most
 
 
@@ -56,6 +60,10 @@ class ChannelTables:
         In what the tolerance counts.
     tolerance : float
     harmonics, seed : int
+    every : pair of SpectralAir and PartedLight
+        At all spectral points of the band.
+    wavelength : (B,) array
+        In the band, um, by which light is parted.
     """
 
     air: BandAtmosphere
@@ -65,6 +73,8 @@ class ChannelTables:
     tolerance: float
     harmonics: int
     seed: int
+    every: tuple[SpectralAir, PartedLight]
+    wavelength: Floats
 
     @cached_property
     def _light(self) -> BandLight:
@@ -125,6 +135,23 @@ class ChannelTables:
         allowed = _LIGHT_SHARE * self.tolerance / (self.scale.factor * self.scale.reflectance)
         return surface_light(self.air, self.irradiance, elevation, through, self.harmonics, allowed)
 
+    @cached_property
+    def _shares(self) -> WavelengthShares:
+        """Where in the band the light of the channels lies."""
+        generator = random_stream(self.seed, Stream.CHANNELS, 3)
+        altitude, elevation, ranges = lines_in_cells(self.base, _SHARE_LINES, generator)
+        distance = ranges[np.arange(_SHARE_LINES), generator.permutation(_SHARE_LINES) % ranges.shape[1]]
+        low, high = np.clip(self.base.source_elevation_deg[[0, -1]], *_SHARE_ELEVATIONS)
+        paths = SamplePaths(
+            distance * 1e3,
+            altitude * 1e3,
+            np.radians(elevation),
+            np.radians(generator.uniform(low, high, _SHARE_LINES)),
+        )
+        band = self.air.band
+        few = PartedLight.of(band.wavenumber, band.radiance_weight, self.irradiance)
+        return WavelengthShares.fitted(self.wavelength, paths, self.every, (self.air.air, few))
+
     def nodes(self, counts: NodeCounts) -> ChannelNodes:
         """So many nodes between the ends of the job's axes."""
         ground, base = self.air.air.state.surface_altitude / 1e3, self.base
@@ -156,6 +183,7 @@ class ChannelTables:
             fields,
             sources,
             self.surface,
+            self._shares,
             (float(base.range_km[0]), float(base.range_km[-1])),
             ends,
             dark_elevation(ends[1]),

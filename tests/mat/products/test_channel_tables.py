@@ -16,7 +16,9 @@ from skyshine.mat.products.channel_tables import ChannelTables
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.nodes import NodeCounts
 from skyshine.mat.quantities.channels.path_fields import BandLight
+from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.schemas.errors import CheckFailed, InputError
 
@@ -44,9 +46,15 @@ def sun(air):
     return solar_irradiance(air.band.wavenumber)
 
 
+def tables_of(air, light, *, harmonics=0):
+    """Tables in channels of all points of a band, which stand for themselves."""
+    every = air.air, PartedLight.of(air.band.wavenumber, air.band.radiance_weight, light)
+    return ChannelTables(air, BASE, light, SCALE, 0.5, harmonics, 1, every, band_wavelengths(RESPONSE))
+
+
 @pytest.fixture(scope="module")
 def channels(air, sun):
-    return ChannelTables(air, BASE, sun, SCALE, tolerance=0.5, harmonics=6, seed=1)
+    return tables_of(air, sun, harmonics=6)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +115,7 @@ def test_isothermal_air_without_particles_shows_its_black_body(air, sun):
     clear = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("none"))
     even = replace(clear, temperature=np.full_like(clear.temperature, 288.0), surface_temperature=288.0)
     warm = BandAtmosphere.of(even, air.band)
-    night = ChannelTables(warm, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1)
+    night = tables_of(warm, np.zeros_like(sun))
     dark = night.table(night.nodes(NodeCounts(6, 4, 4, 4, 4)))
     assert np.asarray(dark.root.variables["thermal_ratio"].data) == pytest.approx(
         1.0, abs=2e-3
@@ -189,7 +197,7 @@ def test_a_tolerance_that_takes_too_many_nodes_says_so(channels):
 
 
 def test_no_source_gives_no_scattered_light(air, sun):
-    night = ChannelTables(air, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1)
+    night = tables_of(air, np.zeros_like(sun))
     dark = night.table(night.nodes(NodeCounts(5, 4, 4, 4, 4)))
     read = dark.value("path_radiance_ratio", **WHERE, source_elevation=[-8.0, 60.0], source_azimuth=0.0)
     assert read[0] == read[1] > 0

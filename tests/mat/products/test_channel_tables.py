@@ -18,8 +18,8 @@ from skyshine.mat.quantities.channels.nodes import NodeCounts
 from skyshine.mat.quantities.channels.path_fields import BandLight
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
-from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
+from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.schemas.errors import CheckFailed, InputError
 
 RESPONSE = SpectralResponse.rectangular(3.995, 4.005)
@@ -233,3 +233,62 @@ def test_spectra_of_reference_are_those_of_source_and_black_body(air, sun):
     # Planck's law in wavenumber with CODATA constants, W m^-2 sr^-1 (cm^-1)^-1.
     planck = 1.191042972e-8 * air.band.wavenumber**3 / np.expm1(1.438776877 * air.band.wavenumber / 288.0)
     assert light.thermal == pytest.approx(weight * planck, rel=1e-6)
+
+
+def test_light_by_wavelength_is_reflected_as_the_integral_over_the_band(table, points, air, sun):
+    """A reflectance that falls across the band, against the sum over all spectral points."""
+    place, exact = points
+    lines = air.spectral_at_points(*place.values(), sun)
+    wavelength = np.asarray(table.root.axes["band_wavelength"].values)
+    slope = (wavelength - wavelength[0]) / (wavelength[-1] - wavelength[0])
+    spectral = np.interp(1e4 / air.band.wavenumber, wavelength, slope)
+    weight = lines.transmittance * air.band.radiance_weight / np.pi
+    lit = {axis: place[axis] for axis in ("range", "altitude", "elevation", "source_elevation")}
+    for name, light in (("ambient_radiance", lines.sky_irradiance), ("direct_radiance", lines.direct_irradiance)):
+        read = table.value_by_wavelength(name, **lit) @ slope * exact.transmittance
+        truth = (weight * light) @ spectral
+        error = (read - truth)[exact.valid] * SCALE.factor
+        assert np.sqrt(np.mean(error**2)) < 0.03 * np.abs(truth[exact.valid]).max() * SCALE.factor, name
+        assert np.abs(truth[exact.valid]).max() * SCALE.factor > 1, name
+
+
+@pytest.mark.parametrize("tilt", [{}, {"slope": 70.0, "azimuth": 40.0}])
+def test_the_parts_of_wavelengths_sum_to_the_light_of_the_band(table, points, tilt):
+    place, _ = points
+    ground = {"ground_emissivity": 0.9, "ground_temperature": 300.0, "ground_radiance": 0.1}
+    table = replace(table, attributes=dict(table.attributes) | ground)
+    lit = {axis: place[axis] for axis in ("range", "altitude", "elevation", "source_elevation")}
+    high = place["source_elevation"] > 1  # nothing is bounded at 0 there
+    names = ["ambient_radiance", "direct_radiance"] if not tilt else ["ambient_radiance"]
+    for name in names:
+        whole = table.ambient_radiance(**tilt, **lit) if tilt else table.value(name, **lit)
+        parts = (
+            table.ambient_radiance(**tilt, by_wavelength=True, **lit)
+            if tilt
+            else table.value_by_wavelength(name, **lit)
+        )
+        assert parts.shape[-1] == table.root.axes["band_wavelength"].values.size
+        assert parts.sum(axis=-1)[high] == pytest.approx(whole[high], rel=1e-4)
+
+
+def test_emitted_light_by_wavelength_is_let_through_as_the_path_lets_it(table, points, air):
+    """Sum over the wavelengths with a black body's shares, against Planck's law at all points."""
+    place, exact = points
+    path = {axis: place[axis] for axis in ("range", "altitude", "elevation")}
+    through = table.value_by_wavelength("transmittance", **path)
+    share = emission_shares(RESPONSE, np.array([320.0]))[0]
+    emitted = air.band.radiance_weight * planck_wavenumber(air.band.wavenumber, 320.0)
+    lines = air.spectral_at_points(*place.values(), np.zeros(air.band.weight.size))
+    error = through @ share - lines.transmittance @ emitted / emitted.sum()
+    assert np.abs(error[exact.valid]).max() < 0.02
+    assert np.sqrt(np.mean(error[exact.valid] ** 2)) < 5e-3
+
+
+def test_a_file_without_shares_says_that_it_cannot_part_its_light(table):
+    variables = {name: held for name, held in table.root.variables.items() if not name.endswith("wavelength_share")}
+    older = replace(table, root=replace(table.root, variables=variables))
+    assert not older.has_wavelengths
+    with pytest.raises(InputError, match="build it again"):
+        older.value_by_wavelength("transmittance", **WHERE)
+    with pytest.raises(InputError, match="found the quantity 'beta_star'"):
+        table.value_by_wavelength("beta_star", **WHERE)

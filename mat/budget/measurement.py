@@ -289,6 +289,7 @@ class Measurement:
             self.bounce,
             self.full,
             replace(self._read, ambient=ambient),
+            self.tables.reflected_light(self.views, self.around),
             self.radiance,
         )
         options = options_of_averages(

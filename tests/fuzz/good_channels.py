@@ -13,6 +13,7 @@ from skyshine.mat.quantities.channels.path_fields import BandLight, PathFields
 from skyshine.mat.quantities.channels.source_parts import SourceParts
 from skyshine.mat.quantities.channels.surface_light import LightParts, SurfaceLight
 from skyshine.mat.quantities.channels.wavelength_shares import WavelengthShares
+from skyshine.mat.quantities.scattering_points import ScatteringPoints
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.tables.channels import ChannelContent, channel_group
@@ -40,7 +41,7 @@ def channels(accuracy: Group, attributes: dict) -> Group:
         np.linspace(900.0, 1000.0, POINTS),
         weight,
         Parts(np.arange(ABSORBERS), waves([POINTS, ABSORBERS], 0.6, 0.5)),
-        BandLight(waves([POINTS], 3.0, 0.5), weight / weight.sum(), weight),
+        BandLight(waves([POINTS], 3.0, 0.5), weight / weight.sum(), ScatteringPoints(None, np.arange(POINTS), weight)),
         PathFields(
             np.exp(waves([ABSORBERS, *nodes.shape], -2.5, 0.7)),
             waves(nodes.shape, 0.9, 0.2),

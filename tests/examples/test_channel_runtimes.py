@@ -134,8 +134,7 @@ def test_the_lines_are_of_all_kinds(lines, channel_atmosphere):
 def test_level_faces_agree_where_a_pixel_has_no_heading(runtime, lines):
     scene = lines("twilight", "ground")
     tilted = by_library(scene)["skyshine"]
-    level = [{name: value for name, value in p.items() if name != "source_heading"} for p in scene["pixels"]]
-    terms = agrees(runtime, scene | {"pixels": level})
+    terms = agrees(runtime, scene | {"pixels": [_level(pixel) for pixel in scene["pixels"]]})
     assert np.mean(np.abs(terms["skyshine"] - tilted) > 1e-3 * tilted) > 0.2
 
 
@@ -181,6 +180,34 @@ def test_a_twilight_that_no_node_holds_is_refused_in_one_line(runtime, lines, tm
     status, shown, complaint = runtime(scene | {"atmosphere": str(day), "pixels": [dusk]})
     assert (status, shown) == (1, "") and complaint.startswith("source_elevation: found -9; allowed: -1 to 60")
     agrees(runtime, scene | {"atmosphere": str(day), "pixels": [dusk | {"source_elevation": -30.0}]})
+
+
+def test_light_below_0_at_a_wavelength_is_none_there(runtime, lines, tmp_path):
+    """Of a file whose factors of light are below 0 in every third channel."""
+    scene = lines("day", "limb")
+    root, attributes = read_file(scene["atmosphere"])
+    changed = {}
+    for name in ("direct_light_factor", "thermal_sky_factor", "scattered_sky_factor", "scattered_harmonics_factor"):
+        factor = np.array(root.variables[name].data)
+        factor[::3] *= -1.0
+        changed[name] = replace(root.variables[name], data=factor)
+    path = tmp_path / "below.atmq.h5"
+    header = Header(attributes["filetype"], attributes["format_version"], "data", "job")
+    write_file(path, replace(root, variables=root.variables | changed), header)
+    below = scene | {"atmosphere": str(path)}
+    table, first = skyshine.mat.open(path), scene["pixels"][2]
+    place = {name: first[f"centre_{name}"] for name in ("range", "elevation")}
+    place |= {name: first[name] for name in ("altitude", "source_elevation")}
+    for name in ("direct_radiance", "ambient_radiance"):
+        parts = table.value_by_wavelength(name, **place)
+        assert 0 < np.count_nonzero(parts == 0) < parts.size
+    terms = agrees(runtime, below)
+    assert np.mean(terms["diffuse"] > 0) > 0.3
+    agrees(runtime, below | {"pixels": [_level(pixel) for pixel in scene["pixels"]]})
+
+
+def _level(pixel):
+    return {name: value for name, value in pixel.items() if name != "source_heading"}
 
 
 @pytest.mark.parametrize(

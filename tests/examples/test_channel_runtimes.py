@@ -44,8 +44,10 @@ def band_file(tmp_path_factory):
         "reflectance_spectrum": replace(spectrum, data=(0.5 + 0.45 * np.sin(phase**1.5)).astype(np.float32)),
         "specular_fraction": replace(fraction, data=np.array([0.3, 0.7], np.float32)),
     }
+    axis = root.axes["planck_temperature"]  # of which faces are colder and warmer than all nodes
+    axes = root.axes | {"planck_temperature": replace(axis, values=np.linspace(293.0, 305.0, axis.values.size))}
     path = tmp_path_factory.mktemp("band") / "b01.band.h5"
-    write_file(path, replace(root, variables=root.variables | drawn), Header("band", "1.5.0", "data", "job"))
+    write_file(path, replace(root, axes=axes, variables=root.variables | drawn), Header("band", "1.5.0", "data", "job"))
     return path
 
 
@@ -108,6 +110,7 @@ def agrees(runtime, scene):
 def test_every_term_agrees_with_the_library(runtime, lines, sun, line):
     scene = lines(sun, line)
     terms = agrees(runtime, scene)
+    assert np.min(terms["temperature"]) < 293 and np.max(terms["temperature"]) > 305
     lit = np.mean((terms["diffuse"] > 0) & (terms["specular"] > 0))
     assert lit > 0.3 if sun == "day" else sun != "night" or lit == 0
     length = np.array([pixel["range"] for pixel in scene["pixels"]])
@@ -187,10 +190,10 @@ def test_light_below_0_at_a_wavelength_is_none_there(runtime, lines, tmp_path):
     scene = lines("day", "limb")
     root, attributes = read_file(scene["atmosphere"])
     changed = {}
-    for name in ("direct_light_factor", "thermal_sky_factor", "scattered_sky_factor", "scattered_harmonics_factor"):
-        factor = np.array(root.variables[name].data)
+    for light in ("direct_light", "thermal_sky", "scattered_sky", "thermal_harmonics", "scattered_harmonics"):
+        factor = np.array(root.variables[f"{light}_factor"].data)
         factor[::3] *= -1.0
-        changed[name] = replace(root.variables[name], data=factor)
+        changed[f"{light}_factor"] = replace(root.variables[f"{light}_factor"], data=factor)
     path = tmp_path / "below.atmq.h5"
     header = Header(attributes["filetype"], attributes["format_version"], "data", "job")
     write_file(path, replace(root, variables=root.variables | changed), header)
@@ -198,8 +201,8 @@ def test_light_below_0_at_a_wavelength_is_none_there(runtime, lines, tmp_path):
     table, first = skyshine.mat.open(path), scene["pixels"][2]
     place = {name: first[f"centre_{name}"] for name in ("range", "elevation")}
     place |= {name: first[name] for name in ("altitude", "source_elevation")}
-    for name in ("direct_radiance", "ambient_radiance"):
-        parts = table.value_by_wavelength(name, **place)
+    tilted = table.ambient_radiance(slope=40.0, by_wavelength=True, **place)
+    for parts in (tilted, *(table.value_by_wavelength(f"{name}_radiance", **place) for name in ("direct", "ambient"))):
         assert 0 < np.count_nonzero(parts == 0) < parts.size
     terms = agrees(runtime, below)
     assert np.mean(terms["diffuse"] > 0) > 0.3

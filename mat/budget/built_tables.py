@@ -290,7 +290,7 @@ class Tables:
         place = line or views
         if self.thermal is None:
             spectra = self._spectra(temperature)
-            through = self.air.value_by_wavelength("transmittance", out_of_range="clamp", **_path(views, place))
+            through = self._through_by_wavelength(views, place)
             black = np.sum((1.0 - spectra.reflectance) * spectra.emission, axis=-1)
             return ratio(emitted_share(spectra, through), black)
         codes = np.array(list(self.thermal.materials.values()))
@@ -317,7 +317,7 @@ class Tables:
             for name in ("ambient_radiance", "direct_radiance")
         )
         ambient = self._of_faces(views, views.normal, place, by_wavelength=True) if self.has_harmonics else level
-        through = self.air.value_by_wavelength("transmittance", out_of_range="clamp", **_path(views, views))
+        through = self._through_by_wavelength(views, views)
         beta = self.air.value("beta_star", out_of_range="clamp", **_path(views, views))
         tau = self.air.transmittance(range=views.range, beta_star=beta)
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
@@ -336,6 +336,13 @@ class Tables:
             ratio(reflected(spectra, ambient), mean * ambient.sum(axis=-1, keepdims=True)),
             ratio(reflected(spectra, direct), mean * direct.sum(axis=-1, keepdims=True)),
         )
+
+    def _through_by_wavelength(self, views: Views, line: Views | ViewLine) -> Floats:
+        """Transmittance (n, B) of emitted light."""
+        through: Floats = np.exp(
+            -self.air.value_by_wavelength("optical_depth", out_of_range="clamp", **_path(views, line))
+        )
+        return through
 
     def _spectra(self, temperature: Floats) -> BandSpectra:
         """Spectra of all materials at temperatures (n, M) [K], or of any number of them, (n, 1)."""

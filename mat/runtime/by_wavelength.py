@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.channel_reader import SHORTEST_KM
 from skyshine.mat.tables.surface_tables import BandSpectra, BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -50,11 +51,10 @@ def reflected(spectra: BandSpectra, light: Floats) -> Floats:
     return radiance
 
 
-def at_range(transmittance: Floats, centre_range: Floats, pixel_range: Floats) -> Floats:
-    """Transmittance by wavelength (n, B) over the range of pixels (n,), from that over the range of their centres (n,):
-    as (8) and (9) do with one beta*.
+def transmittance(depth: Floats, centre_range: Floats, pixel_range: Floats) -> Floats:
+    """Transmittance by wavelength (n, B) over the range of pixels (n,) [km], from the optical depth (n, B) over that of
+    their centres (n,): as (8) and (9) do with one beta*.
     """
-    least = np.finfo(float).tiny
-    stretch = np.where(pixel_range == centre_range, 1.0, pixel_range / np.maximum(centre_range, least))
-    extrapolated: Floats = np.maximum(transmittance, least) ** stretch[..., None]
-    return np.where(stretch[..., None] == 1.0, transmittance, extrapolated)
+    stretch = pixel_range / np.maximum(centre_range, SHORTEST_KM)
+    through: Floats = np.exp(-depth * np.where(pixel_range == centre_range, 1.0, stretch)[..., None])
+    return through

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.lobe import specular_lobe
-from skyshine.mat.runtime.by_wavelength import at_range, emitted_share, parts_light, reflected
+from skyshine.mat.runtime.by_wavelength import emitted_share, parts_light, reflected
+from skyshine.mat.runtime.by_wavelength import transmittance as transmittance_of
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
@@ -234,9 +235,8 @@ def _by_wavelength(
 ) -> tuple[Floats, Floats, Floats]:
     """As `_by_band`, inside the integral over the band: (5), (18), (26) and (33)."""
     spectra = band.spectra(material=codes, temperature=temperature)
-    through = at_range(
-        air.value_by_wavelength("transmittance", **_line(view)), view.centre_range, np.asarray(view.range, float)
-    )
+    depth = air.value_by_wavelength("optical_depth", **_line(view))
+    through = transmittance_of(depth, np.asarray(view.centre_range, float), np.asarray(view.range, float))
     ambient = _ambient(surface, band, air, faces, view, by_wavelength=True)
     direct = air.value_by_wavelength("direct_radiance", **_lit_line(view))
     return emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)

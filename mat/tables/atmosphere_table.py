@@ -105,15 +105,16 @@ class AtmosphereTable(Table):
     ) -> npt.NDArray[np.float64]:
         """A quantity parted by wavelength, along a last axis of B: ``band_wavelength`` of the file.
 
-        Light on surfaces sums to `value` over the wavelengths; the transmittance of emitted light is one number for
-        each. With reflectance rho_b and the share s_b of a wavelength in the black body's radiance
-        (`reflectance_spectrum` and `emission_share` of the .band file), surfaces emit sum_b (1 - rho_b) s_b tau_b L_bb
-        and reflect tau sum_b rho_b L_b: the integrals (5), (18) and (26).
+        Light on surfaces sums to `value` over the wavelengths; the optical depth of emitted light, -ln tau_b, is one
+        number for each (above 0 at a range of 0, as of 1e-12 km of air). With reflectance rho_b and the share s_b of a
+        wavelength in the black body's radiance (`reflectance_spectrum` and `emission_share` of the .band file),
+        surfaces emit sum_b (1 - rho_b) s_b tau_b L_bb and reflect tau sum_b rho_b L_b: the integrals (5), (18) and
+        (26).
 
         Parameters
         ----------
         quantity : str
-            ``transmittance``, or one of light on surfaces: ``ambient_radiance``, ``direct_radiance`` or harmonics.
+            ``optical_depth``, or one of light on surfaces: ``ambient_radiance``, ``direct_radiance`` or harmonics.
         out_of_range, **where
             As in `value`.
 

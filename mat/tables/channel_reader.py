@@ -31,7 +31,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Group
 
 SKY_ELEVATION = "sky_source_elevation"
-_SHORTEST_KM = 1e-12  # of air that stands for a range of 0, where the path radiance ratio has its limit
+SHORTEST_KM = 1e-12  # of air that stands for a range of 0, where the path radiance ratio has its limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class ChannelReader:
         mean = np.exp(self._fields("log_mean_extinction", places))
         factor = self._array("absorber_factor")
         extinction = np.maximum(np.moveaxis(mean, 0, -1) @ factor.T, 0.0)
-        return ChannelPaths(places, extinction * np.maximum(places.length, _SHORTEST_KM)[..., None], extinction)
+        return ChannelPaths(places, extinction * np.maximum(places.length, SHORTEST_KM)[..., None], extinction)
 
     def transmittance(self, paths: ChannelPaths) -> Floats:
         """In-band transmittance (...)."""
@@ -122,12 +122,17 @@ class ChannelReader:
         """Whether the light of the channels can be parted by wavelength; it cannot in files before format 3.2."""
         return THERMAL_SHARE in self.root.variables and SOURCE_SHARE in self.root.variables
 
-    def transmittance_by_wavelength(self, paths: ChannelPaths) -> Floats:
-        """Transmittance of emitted light at the wavelengths of the band, (..., B)."""
+    def depth_by_wavelength(self, paths: ChannelPaths) -> Floats:
+        """-ln of the transmittance of emitted light at the wavelengths of the band, (..., B); above 0 at a range of 0,
+        as of `SHORTEST_KM` of air.
+        """
         shares = self._array("thermal_reference")[:, None] * self._array(THERMAL_SHARE)
         emitted = shares.sum(axis=0)
-        parted = np.exp(-paths.depth) @ shares / np.where(emitted > 0, emitted, 1.0)
-        return np.asarray(np.where(emitted > 0, parted, self.transmittance(paths)[..., None]))
+        share = shares / np.where(emitted > 0, emitted, 1.0)
+        through, absorbed = np.exp(-paths.depth) @ share, -np.expm1(-paths.depth) @ share
+        opaque = np.log(np.maximum(through, np.finfo(float).tiny))
+        depth = -np.where(absorbed < 0.5, np.log1p(-np.minimum(absorbed, 0.5)), opaque)
+        return np.asarray(np.where(emitted > 0, depth, -self._mean(paths)[0][..., None]))
 
     def direct_radiance(
         self, paths: ChannelPaths, source_elevation: npt.ArrayLike, *, by_wavelength: bool = False

@@ -19,11 +19,11 @@ from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.schemas.errors import InputError, nearest
 
 _PATH = AXES[:3]
-VALID, TRANSMITTANCE = "valid", "transmittance"
+VALID, DEPTH = "valid", "optical_depth"
 # Axes that each quantity is read by; path radiance takes a scattering angle in place of the azimuth too.
 _READ_BY = {
     VALID: _PATH,
-    TRANSMITTANCE: _PATH,
+    DEPTH: _PATH,
     "beta_star": _PATH,
     "path_radiance_ratio": AXES,
     "ambient_radiance": AXES[:4],
@@ -47,7 +47,7 @@ class ChannelTable(AtmosphereTable):
     @property
     def quantities(self) -> list[str]:
         """Names of the quantities that can be read."""
-        named = [name for name in _READ_BY if name not in (VALID, TRANSMITTANCE)]
+        named = [name for name in _READ_BY if name not in (VALID, DEPTH)]
         return [name for name in named if _STORED.get(name, name) in self.root.variables or name not in _STORED]
 
     def units(self, quantity: str) -> str:
@@ -60,7 +60,7 @@ class ChannelTable(AtmosphereTable):
 
     def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
         """Axes by which a quantity is read, with the ends of what the file is for as nodes."""
-        if quantity not in self.quantities and quantity not in (VALID, TRANSMITTANCE):
+        if quantity not in (*self.quantities, VALID, DEPTH):
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
         return with_policy([self._rule(name) for name in _READ_BY[quantity]], out_of_range, (*AXES, ANGLE))
 
@@ -81,6 +81,8 @@ class ChannelTable(AtmosphereTable):
 
         Below the lowest source elevation the light of the source falls as in `night`, down to what the air emits.
         """
+        if quantity == DEPTH:
+            raise InputError("'optical_depth' is read by wavelength alone; call value_by_wavelength", file=self.path)
         return self._read(quantity, out_of_range, where, by_wavelength=False)
 
     def _read(
@@ -106,8 +108,8 @@ class ChannelTable(AtmosphereTable):
         reader, paths = self._reader, self._reader.paths(*(place[name] for name in _PATH))
         if quantity == "beta_star":
             return reader.beta_star(paths, place["range"])
-        if quantity == TRANSMITTANCE:
-            return reader.transmittance_by_wavelength(paths) if by_wavelength else reader.transmittance(paths)
+        if quantity == DEPTH:
+            return reader.depth_by_wavelength(paths)
         parted = {"by_wavelength": by_wavelength}
         if quantity == GROUND_HARMONICS:
             return reader.ground_harmonics(paths, place["ground_temperature"], place["zonal_harmonic"], **parted)
@@ -133,7 +135,7 @@ class ChannelTable(AtmosphereTable):
         """As `AtmosphereTable.value_by_wavelength`."""
         if not self.has_wavelengths:
             raise InputError("does not part its light by wavelength; build it again", file=self.path)
-        parted = [TRANSMITTANCE, *(name for name in self.quantities if name not in _OF_THE_BAND)]
+        parted = [DEPTH, *(name for name in self.quantities if name not in _OF_THE_BAND)]
         if quantity not in parted:
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, parted)}", file=self.path)
         return self._read(quantity, out_of_range, where, by_wavelength=True)

@@ -66,8 +66,6 @@ def lines(scene, channel_atmosphere, band_file):
                 "centre_range": [0.0, 1e-3, float(draw.uniform(0.01, 1)), 20.0, float(draw.uniform(1, 20))][number % 5],
                 "source_elevation": float(draw.uniform(lowest, highest)),
             }
-            if place["centre_range"] == 0:
-                place["range"] = 0.0
             if number % 16 == 0:
                 place["centre_elevation"] = LINES[line][number % 32 == 0]
             heading = {"source_heading": float(draw.uniform(-400, 400))}

@@ -275,7 +275,7 @@ def test_emitted_light_by_wavelength_is_let_through_as_the_path_lets_it(table, p
     """Sum over the wavelengths with a black body's shares, against Planck's law at all points."""
     place, exact = points
     path = {axis: place[axis] for axis in ("range", "altitude", "elevation")}
-    through = table.value_by_wavelength("transmittance", **path)
+    through = np.exp(-table.value_by_wavelength("optical_depth", **path))
     share = emission_shares(RESPONSE, np.array([320.0]))[0]
     emitted = air.band.radiance_weight * planck_wavenumber(air.band.wavenumber, 320.0)
     lines = air.spectral_at_points(*place.values(), np.zeros(air.band.weight.size))
@@ -289,6 +289,8 @@ def test_a_file_without_shares_says_that_it_cannot_part_its_light(table):
     older = replace(table, root=replace(table.root, variables=variables))
     assert not older.has_wavelengths
     with pytest.raises(InputError, match="build it again"):
-        older.value_by_wavelength("transmittance", **WHERE)
+        older.value_by_wavelength("optical_depth", **WHERE)
+    with pytest.raises(InputError, match="call value_by_wavelength"):
+        table.value("optical_depth", **WHERE)
     with pytest.raises(InputError, match="found the quantity 'beta_star'"):
         table.value_by_wavelength("beta_star", **WHERE)

@@ -29,7 +29,10 @@ from skyshine.schemas.errors import InputError
 PIXEL_SOURCES = {
     "reflectance": "reflectance averaged over the band, outside the integral",
     "transmittance": "transmittance of the thermal term outside the integral",
-    "emitted_transmittance": "transmittance of emitted light by class of materials, and its interpolation beyond 100 m",
+    "emitted_transmittance": (
+        "transmittance of emitted light, by class of materials or by wavelength, with its interpolation beyond 100 m"
+    ),
+    "reflected_wavelengths": "wavelengths at which the tables have the light that surfaces reflect",
     "compiled_band": "few spectral points in place of all",
     "solver_steps": "the heat balance at the job's solver_steps in place of 288 a day",
     "temperature_table": "interpolation of T",

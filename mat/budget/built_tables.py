@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
 from skyshine.mat.budget.circumstances import Circumstances
-from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Emission, Finish
+from skyshine.mat.budget.runtime_terms import AtmosphereReadings, Emission, Finish, ReflectedLight, ratio
 from skyshine.mat.budget.views import Views, direction, fold, on_axes, slope_and_azimuth
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
 from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.spherical_harmonics import level_share
+from skyshine.mat.runtime.by_wavelength import emitted_share, parts_light, reflected
 from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import response
@@ -24,7 +25,7 @@ from skyshine.mat.tables.atmosphere_table import AtmosphereTable, ThermalTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.loader import open_table
-from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.surface_tables import BandSpectra, BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
@@ -170,9 +171,19 @@ class Tables:
         """What the materials emit at temperatures (n, M) [K]: with the reflectance that goes with the tables' own
         transmittance.
         """
-        flat = self.band.root.variables["reflectance"].data.astype(float)
-        reflectance = flat if self.thermal is None else self.weighted_reflectance(temperature)[0]
-        return Emission(self.blackbody(temperature), reflectance)
+        if self.emits_by_wavelength:
+            return Emission(self.blackbody(temperature), self.weighted_reflectance(temperature)[0])
+        return Emission(self.blackbody(temperature), self.band.root.variables["reflectance"].data.astype(float))
+
+    @property
+    def by_wavelength(self) -> bool:
+        """Whether a runtime finds the light of the air and the materials by wavelength."""
+        return parts_light(self.air, self.band)
+
+    @property
+    def emits_by_wavelength(self) -> bool:
+        """Whether a runtime reads the transmittance of what each material emits, from either kind of table."""
+        return self.thermal is not None or self.by_wavelength
 
     def blackbody(self, temperature: Floats) -> Floats:
         """Band radiance of black bodies."""
@@ -197,7 +208,7 @@ class Tables:
         ambient = self._of_faces(views, line.normal, source) if self.has_harmonics else read("ambient_radiance", source)
         values = read("path_radiance_ratio", place), ambient, read("direct_radiance", source)
         emitted = None
-        if temperature is not None and self.thermal is not None:
+        if temperature is not None and self.emits_by_wavelength:
             emitted = self.emitted_transmittance(views, temperature, line)
         through, ratio, ambient, direct = (value[:, None] for value in (tau, *values))
         return AtmosphereReadings(through, ratio, ambient, direct, emitted)
@@ -207,13 +218,22 @@ class Tables:
         """Whether the air holds ambient light of tilted faces."""
         return AMBIENT_HARMONICS in self.air.quantities
 
-    def _of_faces(self, views: Views, normal: Floats, source: Mapping[str, Floats]) -> Floats:
-        """Ambient radiance (n,) of faces with normals (n, 3)."""
+    def _of_faces(
+        self, views: Views, normal: Floats, source: Mapping[str, Floats], *, by_wavelength: bool = False
+    ) -> Floats:
+        """Ambient radiance of faces with normals (n, 3): (n,), or by wavelength (n, B)."""
         slope, azimuth = slope_and_azimuth(normal)
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
         turn = azimuth - views.source_azimuth
+        place: dict[str, Any] = dict(source)
         return self.air.ambient_radiance(
-            slope=slope, azimuth=turn, ground_temperature=kelvin, band=self.band, out_of_range="clamp", **source
+            slope=slope,
+            azimuth=turn,
+            ground_temperature=kelvin,
+            band=self.band,
+            by_wavelength=by_wavelength,
+            out_of_range="clamp",
+            **place,
         )
 
     def level_ambient(self, views: Views, line: ViewLine | None = None) -> Floats:
@@ -263,19 +283,17 @@ class Tables:
         """
         kelvin = self.air.ground_temperature(self.surface, time=views.time)
         wall, ground = (self.blackbody(np.asarray(k))[:, None] for k in (circumstances.wall_temperature, kelvin))
-        emissivity = circumstances.wall_emissivity[:, None]
-        wall = emissivity * wall + (1 - emissivity) * 0.5 * (level + ground)
-        hidden = ((1 - circumstances.sky_view) * 0.5 * (1 + views.normal[:, 2]))[:, None]
-        return ambient + hidden * (wall - level)
+        return _among_walls(views, circumstances, ambient, level, wall, ground)
 
     def emitted_transmittance(self, views: Views, temperature: Floats, line: ViewLine | None = None) -> Floats:
-        """Transmittance (n, M) of what the materials emit at their temperatures (n, M), from the table that a job may
-        ask for.
-        """
-        if self.thermal is None:
-            raise ValueError("the job builds no table of weighted transmittance")
-        codes = np.array(list(self.thermal.materials.values()))
+        """Transmittance (n, M) of what the materials emit at their temperatures (n, M), where `emits_by_wavelength`."""
         place = line or views
+        if self.thermal is None:
+            spectra = self._spectra(temperature)
+            through = self._through_by_wavelength(views, place)
+            black = np.sum((1.0 - spectra.reflectance) * spectra.emission, axis=-1)
+            return ratio(emitted_share(spectra, through), black)
+        codes = np.array(list(self.thermal.materials.values()))
         distance, altitude, elevation = (values[:, None] for values in (place.range, views.altitude, place.elevation))
         beta = self.thermal.beta_star(
             material=codes,
@@ -287,6 +305,49 @@ class Tables:
         )
         return self.thermal.transmittance(range=distance, beta_star=beta)
 
+    def reflected_light(self, views: Views, circumstances: Circumstances) -> ReflectedLight | None:
+        """Light that the materials reflect by wavelength, of faces beside walls; None where the tables hold means over
+        the band alone. ``schemas/formats/atmq-3.md`` gives the formula.
+        """
+        if not self.by_wavelength:
+            return None
+        place = _path(views, views) | {"source_elevation": views.source_elevation}
+        level, direct = (
+            self.air.value_by_wavelength(name, out_of_range="clamp", **place)
+            for name in ("ambient_radiance", "direct_radiance")
+        )
+        ambient = self._of_faces(views, views.normal, place, by_wavelength=True) if self.has_harmonics else level
+        through = self._through_by_wavelength(views, views)
+        beta = self.air.value("beta_star", out_of_range="clamp", **_path(views, views))
+        tau = self.air.transmittance(range=views.range, beta_star=beta)
+        kelvin = self.air.ground_temperature(self.surface, time=views.time)
+
+        def glow(temperature: Floats) -> Floats:
+            """Of a black body beside the faces, by wavelength (n, B)."""
+            share = self._spectra(np.asarray(temperature)[:, None]).emission[:, 0]
+            return self.blackbody(np.asarray(temperature))[:, None] * share * ratio(through, tau[:, None])
+
+        ambient = _among_walls(
+            views, circumstances, ambient, level, glow(circumstances.wall_temperature), glow(np.asarray(kelvin))
+        )
+        spectra = self._spectra(np.asarray(kelvin)[:, None])
+        mean = self.finish.reflectance
+        return ReflectedLight(
+            ratio(reflected(spectra, ambient), mean * ambient.sum(axis=-1, keepdims=True)),
+            ratio(reflected(spectra, direct), mean * direct.sum(axis=-1, keepdims=True)),
+        )
+
+    def _through_by_wavelength(self, views: Views, line: Views | ViewLine) -> Floats:
+        """Transmittance (n, B) of emitted light."""
+        through: Floats = np.exp(
+            -self.air.value_by_wavelength("optical_depth", out_of_range="clamp", **_path(views, line))
+        )
+        return through
+
+    def _spectra(self, temperature: Floats) -> BandSpectra:
+        """Spectra of all materials at temperatures (n, M) [K], or of any number of them, (n, 1)."""
+        return self.band.spectra(material=np.array(list(self.band.materials.values())), temperature=temperature)
+
     def assigned_materials(self, generator: np.random.Generator, shape: tuple[int, int]) -> Integers:
         """Material that the classifier assigns to each of (n, M) texels, drawn from the shares."""
         true = np.broadcast_to(np.arange(shape[1]), shape)
@@ -295,6 +356,23 @@ class Tables:
         drawn = generator.random(shape)[..., None]
         assigned: Integers = np.argmax(np.cumsum(self.assigned_share, axis=1)[true] > drawn, axis=-1)
         return assigned
+
+
+def _among_walls(
+    views: Views, circumstances: Circumstances, ambient: Floats, level: Floats, wall: Floats, ground: Floats
+) -> Floats:
+    """Ambient light of faces beside walls, from that in the open, that of level faces, and what black bodies with the
+    temperatures of walls and ground emit: (n, 1), or (n, B) by wavelength.
+    """
+    emissivity = circumstances.wall_emissivity[:, None]
+    wall = emissivity * wall + (1 - emissivity) * 0.5 * (level + ground)
+    hidden = ((1 - circumstances.sky_view) * 0.5 * (1 + views.normal[:, 2]))[:, None]
+    light: Floats = ambient + hidden * (wall - level)
+    return light
+
+
+def _path(views: Views, line: Views | ViewLine) -> dict[str, Any]:
+    return {"range": line.range, "altitude": views.altitude, "elevation": line.elevation}
 
 
 def _assigned_shares(files: list[Path], names: list[str]) -> Floats | None:

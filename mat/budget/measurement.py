@@ -18,10 +18,11 @@ from skyshine.mat.budget.options import (
     options_of_frames,
     shade_option,
 )
-from skyshine.mat.budget.pixel import integrated_readings, pixel_radiance, temperature_among
+from skyshine.mat.budget.pixel import integrated_light, integrated_readings, pixel_radiance, temperature_among
 from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     Emission,
+    ReflectedLight,
     exact_normalisation,
     incidence,
     runtime_radiance,
@@ -86,16 +87,22 @@ class Measurement:
         seen = truth.of(views, around, self.finish)
         self.open_air, self.shadowed, self.kelvin = seen.open_air, seen.shadowed, seen.kelvin
         self.lines, self.bounce, self.radiance = seen.lines, seen.bounce, seen.radiance
-        self.full = integrated_readings(tables, truth, seen)
+        self.full, self.light = integrated_readings(tables, truth, seen), integrated_light(tables, truth, seen)
         self.emission = tables.emission(self.kelvin)
         self.base = self._shown(self.full)
 
     def _shown(
-        self, readings: AtmosphereReadings, emission: Emission | None = None, bounce: Floats | None = None
+        self,
+        readings: AtmosphereReadings,
+        emission: Emission | None = None,
+        bounce: Floats | None = None,
+        light: ReflectedLight | None = None,
     ) -> Floats:
-        """Radiance of the runtime's equations, by default with the true temperatures and lobes."""
+        """Radiance of the runtime's equations, by default with the true temperatures and lobes, and with the true
+        spectrum of reflected light where its tables have one.
+        """
         bounce = self.bounce if bounce is None else bounce
-        return runtime_radiance(readings, emission or self.emission, bounce, self.finish)
+        return runtime_radiance(readings, emission or self.emission, bounce, self.finish, light or self.light)
 
     @cached_property
     def _level(self) -> AtmosphereReadings:
@@ -148,10 +155,12 @@ class Measurement:
 
     def of_averages(self) -> dict[str, Floats]:
         """Averages over the band outside the integral, and the few spectral points."""
-        band, rho, views = self.truth.air.band, self.truth.reflectance, self.views
+        band, rho = self.truth.air.band, self.truth.reflectance
         flat = np.repeat(self.finish.reflectance[:, None], band.weight.size, axis=1)
         errors = {"compiled_band": self._direct - self.base}
         with_flat = spectral_radiance(self.lines, band, self.kelvin, flat, self.bounce)
+        if self.light is not None:
+            return errors | {"emitted_transmittance": self._emitted_as_read(), **self._reflected_as_read()}
         if self.full.emitted is None:
             outside = np.repeat(self.full.transmittance, band.weight.size, axis=1)
             radiance = spectral_radiance(self.lines, band, self.kelvin, rho, self.bounce, outside)
@@ -159,12 +168,21 @@ class Measurement:
         # The thermal term has a reflectance and a transmittance of its own.
         thermal = spectral_thermal(self.lines.transmittance, band, self.kelvin, flat)
         emitted = self.emission.blackbody * (1 - self.emission.reflectance) * self.full.emitted
-        by_class = self.tables.emitted_transmittance(views, self.kelvin)
-        stored = self._shown(replace(self._among_walls, emitted=by_class)) - self._direct
         return errors | {
             "reflectance": with_flat - thermal + emitted - self.radiance,
-            "emitted_transmittance": np.where(views.near[:, None], 0.0, stored),
+            "emitted_transmittance": self._emitted_as_read(),
         }
+
+    def _emitted_as_read(self) -> Floats:
+        """Error of the transmittance of emitted light, of views that are not near."""
+        by_class = self.tables.emitted_transmittance(self.views, self.kelvin)
+        stored = self._shown(replace(self._among_walls, emitted=by_class)) - self._direct
+        return np.where(self.views.near[:, None], 0.0, stored)
+
+    def _reflected_as_read(self) -> dict[str, Floats]:
+        """Error of the wavelengths at which light on surfaces lies."""
+        read = self._shown(self._among_walls, light=self.tables.reflected_light(self.views, self.around))
+        return {"reflected_wavelengths": read - self._direct}
 
     def of_temperatures(self) -> dict[str, Floats]:
         """The solver's steps, their table, and the response to shadows and walls."""
@@ -271,6 +289,7 @@ class Measurement:
             self.bounce,
             self.full,
             replace(self._read, ambient=ambient),
+            self.tables.reflected_light(self.views, self.around),
             self.radiance,
         )
         options = options_of_averages(

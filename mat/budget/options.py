@@ -18,6 +18,7 @@ from skyshine.mat.budget.runtime_terms import (
     AtmosphereReadings,
     Emission,
     Finish,
+    ReflectedLight,
     incidence,
     runtime_radiance,
     spectral_thermal,
@@ -29,9 +30,10 @@ from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import SpectralLines
 from skyshine.mat.tables import response
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.band import WAVELENGTH
 from skyshine.mat.tables.build_record import cost_of
 from skyshine.mat.tables.channel_table import ChannelTable
-from skyshine.mat.tables.channels import NODES
+from skyshine.mat.tables.channels import NODES, SOURCE_SHARE, THERMAL_SHARE
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 
@@ -100,6 +102,8 @@ class BudgetViews:
         From `FacetTruth.bounce` with N_s of the very angle.
     full, read : AtmosphereReadings
         Integrated over all points; interpolated in the tables, with the light of walls.
+    light : ReflectedLight or None
+        As the tables have it, where they have light by wavelength.
     truth : (n, M) array
         Radiance by the integrals.
     """
@@ -113,6 +117,7 @@ class BudgetViews:
     bounce: Floats
     full: AtmosphereReadings
     read: AtmosphereReadings
+    light: ReflectedLight | None
     truth: Floats
 
     def classic(self, finish: Finish, bounce: Floats | None = None) -> Floats:
@@ -124,10 +129,13 @@ class BudgetViews:
 
 def options_of_averages(tables: Tables, seen: BudgetViews, bounce: Callable[[Finish], Floats]) -> dict[str, Option]:
     """Options against averages over band and source angle; `bounce` gives the reflection (n, M) of a finish."""
+    by_angle = _by_angle(tables, seen, bounce)
+    if seen.light is not None:
+        return {"light_by_wavelength": _light_by_wavelength(tables, seen, seen.light)} | by_angle
     return {
         "weighted_reflectance": _weighted_reflectance(tables, seen),
         WEIGHTED_TRANSMITTANCE: _weighted_transmittance(tables, seen),
-        **_by_angle(tables, seen, bounce),
+        **by_angle,
     }
 
 
@@ -136,6 +144,18 @@ def shade_option(tables: Tables, before: Floats, after: Floats) -> Option:
     names = (response.KERNEL, response.REFERENCE, response.LOSS_SLOPE, response.LOSS_EXCESS, response.MELT)
     size = sum(tables.surface.stored_bytes(name) for name in names)
     return Option(before, after, True, Cost(size, None, float("nan"), float("nan")))
+
+
+def _light_by_wavelength(tables: Tables, seen: BudgetViews, light: ReflectedLight) -> Option:
+    """Both read from the tables, with the true temperatures."""
+    means = replace(seen.read, emitted=None)
+    flat = Emission(seen.glow, tables.finish.reflectance)
+    before = runtime_radiance(means, flat, seen.bounce, tables.finish) - seen.truth
+    after = runtime_radiance(seen.read, tables.emission(seen.kelvin), seen.bounce, tables.finish, light) - seen.truth
+    held = ((tables.air, (THERMAL_SHARE, SOURCE_SHARE)), (tables.band, ("reflectance_spectrum", "emission_share")))
+    size = sum(table.stored_bytes(name) for table, names in held for name in names)
+    wavelengths = tables.band.root.axes[WAVELENGTH].values.size
+    return Option(before, after, True, Cost(size, None, 0, 3 * wavelengths))
 
 
 def _weighted_reflectance(tables: Tables, seen: BudgetViews) -> Option:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from skyshine.mat.budget.built_tables import Tables
 from skyshine.mat.budget.circumstances import Circumstances, random_circumstances
 from skyshine.mat.budget.options import emitted_transmittance
-from skyshine.mat.budget.runtime_terms import AtmosphereReadings, incidence, runtime_radiance
+from skyshine.mat.budget.runtime_terms import AtmosphereReadings, ReflectedLight, incidence, runtime_radiance
 from skyshine.mat.budget.truth import FacetRadiance, FacetTruth, Prepared
 from skyshine.mat.budget.views import Views, random_views
 from skyshine.mat.measure.random_streams import Stream, random_stream
@@ -44,7 +44,8 @@ def pixel_radiance(
     ambient = tables.among_walls(views, around, read.ambient, tables.level_ambient(views))
     by_angle = tables.finish_at(incidence(views, views.normal))
     bounce = truth.bounce(views, views.normal, by_angle, around)
-    return runtime_radiance(replace(read, ambient=ambient), tables.emission(temperature), bounce, tables.finish)
+    light = tables.reflected_light(views, around)
+    return runtime_radiance(replace(read, ambient=ambient), tables.emission(temperature), bounce, tables.finish, light)
 
 
 def integrated_readings(tables: Tables, truth: FacetTruth, seen: FacetRadiance) -> AtmosphereReadings:
@@ -52,9 +53,16 @@ def integrated_readings(tables: Tables, truth: FacetTruth, seen: FacetRadiance) 
     have one.
     """
     through, band = None, truth.air.band
-    if tables.thermal is not None:
+    if tables.emits_by_wavelength:
         through = emitted_transmittance(band, truth.reflectance, seen.lines, seen.kelvin)
     return replace(AtmosphereReadings.integrated(seen.lines, band), emitted=through)
+
+
+def integrated_light(tables: Tables, truth: FacetTruth, seen: FacetRadiance) -> ReflectedLight | None:
+    """Reflected light as exact tables by wavelength would give it; None where the tables hold means over the band."""
+    if not tables.by_wavelength:
+        return None
+    return ReflectedLight.integrated(seen.lines, truth.air.band, truth.reflectance, tables.finish.reflectance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +155,8 @@ class PixelTruth:
         """
         seen = scenes.truth.of(scenes.views, scenes.around, tables.finish)
         readings = integrated_readings(tables, scenes.truth, seen)
-        shown = runtime_radiance(readings, tables.emission(seen.kelvin), seen.bounce, tables.finish)
+        light = integrated_light(tables, scenes.truth, seen)
+        shown = runtime_radiance(readings, tables.emission(seen.kelvin), seen.bounce, tables.finish, light)
         return cls(scenes, seen.radiance, shown - seen.radiance)
 
     def error(self, tables: Tables) -> Floats:

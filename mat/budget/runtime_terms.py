@@ -69,6 +69,32 @@ class AtmosphereReadings:
 
 
 @dataclass(frozen=True, eq=False)
+class ReflectedLight:
+    """Light that M materials reflect inside the integral over the band, over the product of their mean reflectance and
+    the band's light: (n, M) each.
+    """
+
+    ambient: Floats
+    direct: Floats
+
+    @classmethod
+    def integrated(cls, lines: SpectralLines, band: BandPoints, reflectance: Floats, mean: Floats) -> ReflectedLight:
+        """From spectral lines of sight and reflectances (M, P), whose means over the band are (M,)."""
+        weight = lines.transmittance * band.radiance_weight
+
+        def of(light: Floats) -> Floats:
+            return ratio((weight * light) @ reflectance.T, mean * np.sum(weight * light, axis=1)[:, None])
+
+        return cls(of(lines.sky_irradiance), of(lines.direct_irradiance))
+
+
+def ratio(part: Floats, whole: Floats) -> Floats:
+    """part / whole; 1 where there is no light."""
+    quotient: Floats = np.where(whole > 0, part / np.where(whole > 0, whole, 1.0), 1.0)
+    return quotient
+
+
+@dataclass(frozen=True, eq=False)
 class Emission:
     """What n surfaces of M materials emit.
 
@@ -119,7 +145,13 @@ def reflection(views: Views, normal: Floats, finish: Finish) -> Floats:
     return cosine * (1 - finish.specular_fraction) + specular * finish.specular_fraction
 
 
-def runtime_radiance(readings: AtmosphereReadings, emission: Emission, bounce: Floats, finish: Finish) -> Floats:
+def runtime_radiance(
+    readings: AtmosphereReadings,
+    emission: Emission,
+    bounce: Floats,
+    finish: Finish,
+    light: ReflectedLight | None = None,
+) -> Floats:
     """Equation (1) with (6), (11), (19), (34) and (35): W m^-2 sr^-1, (n, M).
 
     Parameters
@@ -128,11 +160,17 @@ def runtime_radiance(readings: AtmosphereReadings, emission: Emission, bounce: F
     emission : Emission
     bounce : (n, M) array
         From `reflection`.
+    finish : Finish
+    light : ReflectedLight, optional
+        Where the runtime reflects light by wavelength.
     """
     tau, rho = readings.transmittance, finish.reflectance
     through = tau if readings.emitted is None else readings.emitted
     emitted = emission.blackbody * (1 - emission.reflectance) * through
-    reflected = (readings.ambient + readings.direct * bounce) * rho * tau
+    ambient, direct = readings.ambient, readings.direct
+    if light is not None:
+        ambient, direct = ambient * light.ambient, direct * light.direct
+    reflected = (ambient + direct * bounce) * rho * tau
     radiance: Floats = emitted + reflected + readings.path_radiance_ratio * (1 - tau)
     return radiance
 

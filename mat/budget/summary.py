@@ -23,6 +23,12 @@ OPTIONS = {
         "shadows and walls",
         "in every .htt file; needs.shade: false leaves it out",
     ),
+    "light_by_wavelength": (
+        "light parted by the shares of wavelengths, reflectance_spectrum and emission_share in place of means over the"
+        " band",
+        "averages in all terms",
+        "in every file in channels, and in every .band file",
+    ),
     "weighted_reflectance": (
         "reflectance_planck and reflectance_solar of the .band file in place of the flat mean",
         "averages in all terms",

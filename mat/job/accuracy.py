@@ -52,8 +52,9 @@ class Accuracy(StrictModel):
             "Of 99 % of the pixels, such as 0.3 K, the worst within three times; in bands that end before 2.5 um 3 % of"
             " the light of a sunlit surface that reflects 0.3 counts as 1 K. It gives the other keys, and the"
             " tolerances of both grids, their values; those that are written keep theirs. Written alone, it may stand"
-            " in the place of all keys: accuracy: 0.3 K. What the equations average over the band (reflectance, 1.7 K"
-            " of 99 % of the pixels of the starter job in 3-5 um) comes on top, and mat report measures it."
+            " in the place of all keys: accuracy: 0.3 K. With atmosphere_grid: {layout: classic}, what the equations"
+            " average over the band (reflectance, 1.7 K of 99 % of the pixels of the starter job in 3-5 um) comes on"
+            " top. mat report measures the sum."
         ),
     )
     spectral_tolerance: float = Field(1e-3, ge=1e-4, le=0.05, description="Relative, of a compiled band.")

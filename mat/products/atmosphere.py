@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.compile import CompiledBand
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Bounds
 from skyshine.mat.job.atmosphere import AtmosphereGrid, State
 from skyshine.mat.job.fields import tolerance_parts
@@ -26,7 +27,9 @@ from skyshine.mat.products.channel_tables import ChannelTables
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.quantities.ambient_harmonics import AmbientHarmonics, ambient_harmonics
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
@@ -121,7 +124,7 @@ class AtmosphereProduct:
             if text:
                 report.notes.append(f"{source}: left out {text}")
             names = {"band": job.band_name(task.band), "date": job.site.date.isoformat()}
-            tables = _SourceTables(loaded, written, source, lit, compiled, response)
+            tables = _SourceTables(loaded, written, source, lit, compiled, response, all_points)
             yield (tables.in_channels if job.atmosphere_grid.in_channels else tables.group)(names, notes, report)
 
 
@@ -155,6 +158,7 @@ class _SourceTables:
     air: BandAtmosphere
     compiled: CompiledBand
     response: SpectralResponse
+    every: BandPoints
 
     def group(self, names: dict[str, str], notes: dict[str, Any], report: TaskReport) -> Group:
         """The tables with their measured errors, arranged for writing."""
@@ -194,7 +198,17 @@ class _SourceTables:
         irradiance = source_irradiance(job, self.source, self.compiled.band.wavenumber, self.compiled.band.width)
         (text,) = set(axes.tolerances.values())
         scale, tolerance = self._scale(text, irradiance)
-        channels = ChannelTables(self.air, base, irradiance, scale, tolerance, job.ambient_harmonics, seed)
+        channels = ChannelTables(
+            self.air,
+            base,
+            irradiance,
+            scale,
+            tolerance,
+            job.ambient_harmonics,
+            seed,
+            self._at_all_points(),
+            band_wavelengths(self.response),
+        )
         with report.stage("channels"):
             placed = channels.placed(axes.most_nodes)
         with report.stage("accuracy"):
@@ -214,6 +228,13 @@ class _SourceTables:
         accuracy = _accuracy(measures, self.compiled, seed, notes)
         root = placed.table.root
         return replace(root, groups={"accuracy": accuracy}, attributes=self._attributes(names) | root.attributes)
+
+    def _at_all_points(self) -> tuple[SpectralAir, PartedLight]:
+        """The air of the tables at all points of the band, and the light there."""
+        every = self.every
+        air = SpectralAir.of(self.air.air.state, every.points, every.gases, every.weight)
+        irradiance = source_irradiance(self.loaded.trimmed, self.source, every.wavenumber, every.width)
+        return air, PartedLight.of(every.wavenumber, every.radiance_weight, irradiance)
 
     def _attributes(self, names: dict[str, str]) -> dict[str, Any]:
         """Root attributes: source, state, band, and the ground where faces may be tilted."""

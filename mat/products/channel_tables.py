@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.mat.measure.channel_nodes import PlacedChannels, placed_channels
 from skyshine.mat.measure.probes import Probes, lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
@@ -21,8 +24,11 @@ from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
 from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS, SourceParts, source_parts
 from skyshine.mat.quantities.channels.surface_light import SurfaceLight, surface_light
+from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares
 from skyshine.mat.quantities.emission import lines_of_sight
 from skyshine.mat.quantities.grid import PathGrid
+from skyshine.mat.quantities.line_sources import LineSources
+from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.channels import ChannelContent, channel_group
 from skyshine.mat.tables.night import dark_elevation
@@ -39,6 +45,11 @@ _SHARE, _SOURCE_SHARE = 0.1, 0.04
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, _FEWEST = 0.01, 0.5
+_POINT_LINES, _POINT_SOURCES = 60, 4  # on which points for scattered light are chosen; source directions of each
+_LEVEL, _LOW_SOURCE, _ANY_SOURCE = (-2.0, 2.0), (-4.0, 6.0), (-6.0, 90.0)  # degree
+_POINT_SHARE = 0.03  # of the tolerance, which these points may miss, root mean square
+_SHARE_LINES = 120  # on which light is parted by wavelength
+_SHARE_ELEVATIONS = (2.0, 90.0)  # of the source there, degree: lower down its light is faint in the blue alone
 _LIGHT_SHARE = 0.1  # of the tolerance, which light on surfaces may miss at most
 
 
@@ -56,6 +67,10 @@ class ChannelTables:
         In what the tolerance counts.
     tolerance : float
     harmonics, seed : int
+    every : pair of SpectralAir and PartedLight
+        At all spectral points of the band.
+    wavelength : (B,) array
+        In the band, um, by which light is parted.
     """
 
     air: BandAtmosphere
@@ -65,11 +80,35 @@ class ChannelTables:
     tolerance: float
     harmonics: int
     seed: int
+    every: tuple[SpectralAir, PartedLight]
+    wavelength: Floats
 
     @cached_property
     def _light(self) -> BandLight:
         scattered = self.irradiance if self.air.air.scatters else np.zeros_like(self.irradiance)
-        return BandLight.of(self.air, scattered)
+        self.air.air.prepare()
+        allowed = _POINT_SHARE * self.tolerance / self.scale.factor
+        return BandLight.of(self.air, scattered).at_few_points(self.air, self._sample_under_sources(), allowed)
+
+    def _sample_under_sources(self) -> Iterator[tuple[LineOfSight, LineSources]]:
+        """Random paths, each with directions of the source."""
+        generator = random_stream(self.seed, Stream.CHANNELS, 4)
+        altitude, elevation, ranges = lines_in_cells(self.base, _POINT_LINES, generator)
+        distance = ranges[np.arange(_POINT_LINES), generator.permutation(_POINT_LINES) % ranges.shape[1]]
+        ends = self.base.source_elevation_deg[[0, -1]]
+        # Half of them nearly level, towards a low source: what horizon and aureole scatter is most of all.
+        level = generator.random(_POINT_LINES) < 0.5
+        elevation = np.where(
+            level,
+            np.clip(generator.uniform(*_LEVEL, _POINT_LINES), self.base.elevation_deg[0], self.base.elevation_deg[-1]),
+            elevation,
+        )
+        paths = lines_of_sight(self.air.air, distance[:, None], altitude, elevation)
+        for path, along in zip(paths, level, strict=True):
+            low, high = np.clip(_LOW_SOURCE if along else _ANY_SOURCE, *ends)
+            up = np.radians(generator.uniform(low, high, _POINT_SOURCES))
+            angle = np.radians(180.0 * generator.random(_POINT_SOURCES) ** (4 if along else 1))
+            yield path, LineSources(up, *azimuth_at(path.elevation, up, angle))
 
     @cached_property
     def _sample(self) -> tuple[Floats, Floats]:
@@ -125,6 +164,23 @@ class ChannelTables:
         allowed = _LIGHT_SHARE * self.tolerance / (self.scale.factor * self.scale.reflectance)
         return surface_light(self.air, self.irradiance, elevation, through, self.harmonics, allowed)
 
+    @cached_property
+    def _shares(self) -> WavelengthShares:
+        """Where in the band the light of the channels lies."""
+        generator = random_stream(self.seed, Stream.CHANNELS, 3)
+        altitude, elevation, ranges = lines_in_cells(self.base, _SHARE_LINES, generator)
+        distance = ranges[np.arange(_SHARE_LINES), generator.permutation(_SHARE_LINES) % ranges.shape[1]]
+        low, high = np.clip(self.base.source_elevation_deg[[0, -1]], *_SHARE_ELEVATIONS)
+        paths = SamplePaths(
+            distance * 1e3,
+            altitude * 1e3,
+            np.radians(elevation),
+            np.radians(generator.uniform(low, high, _SHARE_LINES)),
+        )
+        band = self.air.band
+        few = PartedLight.of(band.wavenumber, band.radiance_weight, self.irradiance)
+        return WavelengthShares.fitted(self.wavelength, paths, self.every, (self.air.air, few))
+
     def nodes(self, counts: NodeCounts) -> ChannelNodes:
         """So many nodes between the ends of the job's axes."""
         ground, base = self.air.air.state.surface_altitude / 1e3, self.base
@@ -156,6 +212,7 @@ class ChannelTables:
             fields,
             sources,
             self.surface,
+            self._shares,
             (float(base.range_km[0]), float(base.range_km[-1])),
             ends,
             dark_elevation(ends[1]),

@@ -16,6 +16,7 @@ from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.atmosphere.transfer.thermal_source import tilt_weight
 from skyshine.mat.quantities.formulas import mean_transmittance
 from skyshine.mat.quantities.line_sources import LineSources
+from skyshine.mat.quantities.scattering_points import ScatteringPoints
 from skyshine.schemas.arrays import Booleans, Floats
 
 # Fraction of a line's length before the ground whose source function is continued behind the ground.
@@ -67,34 +68,32 @@ def thermal_light(air: SpectralAir, band: BandPoints, path: LineOfSight) -> Path
         point = _short_path(path)
         extinction = point.column(air.optics.extinction)
         source = point.mean(air.thermal.mean) + tilt_weight(-np.sin(path.elevation)) * point.mean(air.thermal.tilt)
-        return _over_absorptance(extinction * source, extinction, band)
+        return _over_absorptance((extinction * source) @ band.radiance_weight, extinction, band)
 
     return PathLight(along, limit)
 
 
 def scattered_light(
-    air: SpectralAir, band: BandPoints, path: LineOfSight, sources: LineSources, irradiance: Floats
+    air: SpectralAir, band: BandPoints, path: LineOfSight, sources: LineSources, points: ScatteringPoints
 ) -> PathLight:
-    """Light of each source alone; arguments as of `radiance_along`."""
-    count = sources.elevation.size
-    if not (count and air.scatters and np.any(irradiance > 0)):
+    """Light of each source alone, from some points of the band; other arguments as of `radiance_along`."""
+    count, few = sources.elevation.size, points.air
+    if not (count and air.scatters and np.any(points.weight > 0)):
         return PathLight(np.zeros((path.segments.distance.size, count)), lambda: np.zeros(count))
     along = np.zeros((path.segments.distance.size, count))
     if path.segments.index.size:
         to_source, deflection = sources.to_source(path.ends), sources.deflection(path.ends)
-        along = air.scattered_in_band(
-            path.segments, path.segment_depths, to_source, deflection, band.radiance_weight * irradiance
-        )
+        along = few.scattered_in_band(path.segments, points.depths(path), to_source, deflection, points.weight)
 
     def limit() -> Floats:
         point, angle = _short_path(path), sources.local_deflection(path.elevation)
-        extinction = point.column(air.optics.extinction)
-        light = direct_transmittance(air.scaled_source_paths, np.array([path.local_altitude]), sources.elevation)
-        once = scattered_spectral(point, air.optics, light.astype(np.float32), np.stack([angle, angle]))
-        again = air.diffuse_light.at(
+        light = direct_transmittance(few.scaled_source_paths, np.array([path.local_altitude]), sources.elevation)
+        once = scattered_spectral(point, few.optics, light.astype(np.float32), np.stack([angle, angle]))
+        again = few.diffuse_light.at(
             path.local_layer, path.local_share, -np.sin(path.elevation), np.sin(sources.elevation), angle
         )
-        return _over_absorptance((once + extinction * again) * irradiance, extinction, band)
+        scattered = once + point.column(few.optics.extinction) * again
+        return _over_absorptance(scattered @ points.weight, point.column(air.optics.extinction), band)
 
     return PathLight(along, limit)
 
@@ -107,8 +106,8 @@ def _short_path(path: LineOfSight) -> Segments:
 
 
 def _over_absorptance(light: Floats, extinction: Floats, band: BandPoints) -> Floats:
-    """In-band light (S,) of a short path from that at each point (S, P), over the in-band mean of its depths (1, P)."""
-    ratio: Floats = light @ band.radiance_weight / (extinction[0] @ band.weight / band.weight.sum())
+    """In-band light (S,) of a short path over the in-band mean of its depths (1, P)."""
+    ratio: Floats = light / (extinction[0] @ band.weight / band.weight.sum())
     return ratio
 
 
@@ -128,7 +127,8 @@ def radiance_along(
     irradiance : (P,) array
         Of the source outside the atmosphere, W m^-2 (cm^-1)^-1.
     """
-    return scattered_light(air, band, path, sources, irradiance) + thermal_light(air, band, path)
+    points = ScatteringPoints.every(air, band, irradiance)
+    return scattered_light(air, band, path, sources, points) + thermal_light(air, band, path)
 
 
 def _behind_ground(

@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.lobe import specular_lobe
+from skyshine.mat.runtime.by_wavelength import emitted_share, parts_light, reflected
+from skyshine.mat.runtime.by_wavelength import transmittance as transmittance_of
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
@@ -143,34 +145,33 @@ def pixel_radiance(
             slope=faces.slope[:, None],
             time=faces.time[:, None],
         )
-    reflectance, fraction, shininess, normalisation = (
-        band.value(name, material=codes) for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
+    fraction, shininess, normalisation = (
+        band.value(name, material=codes) for name in ("specular_fraction", "shininess", "normalisation")
     )
-    line: dict[str, Any] = {"range": view.centre_range, "altitude": view.altitude, "elevation": view.centre_elevation}
-    source: dict[str, Any] = {"source_elevation": view.source_elevation}
-    beta = air.value("beta_star", **line)
+    beta = air.value("beta_star", **_line(view))
     transmittance = air.transmittance(range=view.range, beta_star=beta)
     normal, to_source, to_observer = (_unit(each) for each in (view.normal, view.to_source, view.to_observer))
     incidence = np.maximum(np.sum(normal * to_source, axis=-1), 0.0)
-    beam = np.where(incidence > 0, air.value("direct_radiance", **line, **source), 0.0)
-    sky = _ambient(surface, band, air, faces, view, line | source)
     blackbody = band.blackbody_radiance(temperature)
+    seen = _by_wavelength if parts_light(air, band) else _by_band
+    emitted, sky, beam = seen(surface, band, air, faces, view, codes, temperature, transmittance)
+    sunlit = np.where(incidence > 0, transmittance, 0.0)
     shape = specular_lobe(shininess, to_source[:, None], to_observer[:, None], normal[:, None])
 
     def over_materials(values: Floats) -> Floats:
         total: Floats = np.sum(faces.shares * values, axis=-1)
         return total
 
-    path = air.value("path_radiance_ratio", **line, **source, source_azimuth=view.source_azimuth)
+    path = air.value("path_radiance_ratio", **_lit_line(view), source_azimuth=view.source_azimuth)
     return PixelRadiance(
         over_materials(temperature),
         over_materials(blackbody),
         transmittance,
-        over_materials(blackbody * (1 - reflectance)) * transmittance,
+        over_materials(blackbody * emitted),
         path * -np.expm1(-BETA_FACTOR * view.range / beta),
-        over_materials(reflectance) * sky * transmittance,
-        over_materials(reflectance * (1 - fraction)) * beam * incidence * transmittance,
-        over_materials(reflectance * shape * fraction * normalisation) * beam * transmittance,
+        over_materials(sky) * transmittance,
+        over_materials(beam * (1 - fraction)) * incidence * sunlit,
+        over_materials(beam * shape * fraction * normalisation) * sunlit,
     )
 
 
@@ -199,20 +200,67 @@ def _unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / length)
 
 
-def _ambient(
+def _by_band(
     surface: TemperatureTable,
     band: BandTable,
     air: AtmosphereTable,
     faces: Faces,
     view: View,
-    place: dict[str, Any],
+    codes: Integers,
+    temperature: Floats,
+    transmittance: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """What the materials emit, over a black body's radiance and through the path, and what they reflect of ambient and
+    direct light at the surface, (n, M) each: by means over the band, equations (6), (19), (34) and (35).
+    """
+    reflectance = band.value("reflectance", material=codes)
+    ambient = _ambient(surface, band, air, faces, view, by_wavelength=False)
+    direct = air.value("direct_radiance", **_lit_line(view))
+    return (
+        (1 - reflectance) * transmittance[:, None],
+        reflectance * ambient[:, None],
+        reflectance * direct[:, None],
+    )
+
+
+def _by_wavelength(
+    surface: TemperatureTable,
+    band: BandTable,
+    air: AtmosphereTable,
+    faces: Faces,
+    view: View,
+    codes: Integers,
+    temperature: Floats,
+    transmittance: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """As `_by_band`, inside the integral over the band: (5), (18), (26) and (33)."""
+    spectra = band.spectra(material=codes, temperature=temperature)
+    depth = air.value_by_wavelength("optical_depth", **_line(view))
+    through = transmittance_of(depth, np.asarray(view.centre_range, float), np.asarray(view.range, float))
+    ambient = _ambient(surface, band, air, faces, view, by_wavelength=True)
+    direct = air.value_by_wavelength("direct_radiance", **_lit_line(view))
+    return emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)
+
+
+def _line(view: View) -> dict[str, Any]:
+    return {"range": view.centre_range, "altitude": view.altitude, "elevation": view.centre_elevation}
+
+
+def _lit_line(view: View) -> dict[str, Any]:
+    return _line(view) | {"source_elevation": view.source_elevation}
+
+
+def _ambient(
+    surface: TemperatureTable, band: BandTable, air: AtmosphereTable, faces: Faces, view: View, *, by_wavelength: bool
 ) -> Floats:
-    """L_ambient of the faces; of level ones where the file or the view says no more."""
+    """L_ambient of the faces (n,) or by wavelength (n, B); of level ones where the file or the view says no more."""
+    place = _lit_line(view)
     if view.source_heading is None or AMBIENT_HARMONICS not in air.quantities:
-        return air.value("ambient_radiance", **place)
+        read = air.value_by_wavelength if by_wavelength else air.value
+        return read("ambient_radiance", **place)
     ground: dict[str, Any] = {}
     if faces.ground_material is not None:
         kelvin = surface.temperature(material=faces.ground_material, altitude=faces.altitude, time=faces.time)
         ground = {"ground_temperature": kelvin, "band": band}
     turn = faces.azimuth - view.source_heading
-    return air.ambient_radiance(slope=faces.slope, azimuth=turn, **ground, **place)
+    return air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=by_wavelength, **ground, **place)

@@ -59,8 +59,11 @@ def averaging_error(job: Job, band: int) -> float:
 
 def weighted_transmittance_bands(job: Job) -> frozenset[int]:
     """Bands, counted from 1, whose states get the transmittance of emitted light: those that the job's `extra_tables`
-    ask for, or without that key those where the band mean errs by more than `WORTH_CORRECTING`.
+    ask for, or without that key those where the band mean errs by more than `WORTH_CORRECTING` and the tables of the
+    air are not in channels, which hold it.
     """
     if job.extra_tables is not None:
         return frozenset(job.needed_bands if WEIGHTED_TRANSMITTANCE in job.extra_tables else ())
+    if job.atmosphere_grid.in_channels:
+        return frozenset()
     return frozenset(band for band in job.needed_bands if averaging_error(job, band) > WORTH_CORRECTING)

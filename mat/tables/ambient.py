@@ -36,8 +36,6 @@ class Readable(Protocol):
 
     def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]: ...
 
-    def value(self, quantity: str, *, out_of_range: Policy = None, **where: Any) -> npt.NDArray[np.float64]: ...
-
 
 @dataclass(frozen=True)
 class StatedGround:
@@ -77,15 +75,21 @@ def stated_ground(path: Path, attributes: Mapping[str, Any]) -> StatedGround:
 
 def ambient_radiance(
     table: Readable,
+    read: Callable[..., npt.NDArray[np.float64]],
     slope: npt.ArrayLike,
     azimuth: npt.ArrayLike,
     ground_temperature: npt.ArrayLike | None,
     blackbody: Callable[[npt.ArrayLike], npt.NDArray[np.float64]] | None,
     out_of_range: Policy,
     where: Mapping[str, Any],
+    *,
+    by_wavelength: bool,
 ) -> npt.NDArray[np.float64]:
-    """As `loader.AtmosphereTable.ambient_radiance`; `blackbody` gives the band radiance (7) of temperatures in K."""
-    level = table.value("ambient_radiance", out_of_range=out_of_range, **where)
+    """As `loader.AtmosphereTable.ambient_radiance`, whose values `read` gives, parted by wavelength along a last axis
+    or not; `blackbody` gives the band radiance (7) of temperatures in K.
+    """
+    level = read("ambient_radiance", out_of_range=out_of_range, **where)
+    parts = level.shape[-1:] if by_wavelength else ()
     if AMBIENT_HARMONICS not in table.quantities:
         if np.any(np.asarray(slope) != 0):
             raise InputError(
@@ -93,25 +97,36 @@ def ambient_radiance(
                 " has tilted faces",
                 file=table.path,
             )
-        shape = np.broadcast_shapes(level.shape, np.shape(slope), np.shape(azimuth))
-        return np.array(np.broadcast_to(level, shape))
+        places = level.shape[:-1] if by_wavelength else level.shape
+        shape = np.broadcast_shapes(places, np.shape(slope), np.shape(azimuth))
+        level = level.reshape((1,) * (len(shape) - len(places)) + level.shape)
+        return np.array(np.broadcast_to(level, shape + parts))
     stated = stated_ground(table.path, table.attributes)
     kelvin, emitted = np.asarray(stated.temperature), np.asarray(stated.radiance)
     if ground_temperature is not None and blackbody is not None:
         kelvin = np.asarray(ground_temperature, float)
         emitted = stated.emissivity * blackbody(kelvin)
-    light = _coefficients(table, AMBIENT_HARMONICS, "harmonic", out_of_range, where)
+    light = _coefficients(table, read, AMBIENT_HARMONICS, "harmonic", out_of_range, where)
     of_ground = {**where, "ground_temperature": kelvin}
-    ground = _coefficients(table, GROUND_HARMONICS, "zonal_harmonic", out_of_range, of_ground)
-    return ambient_of_faces(level, light, ground, emitted, face_normal(slope, azimuth))
+    ground = _coefficients(table, read, GROUND_HARMONICS, "zonal_harmonic", out_of_range, of_ground)
+    normal = face_normal(slope, azimuth)
+    if by_wavelength:
+        light, ground = np.swapaxes(light, -1, -2), np.swapaxes(ground, -1, -2)
+        emitted, normal = emitted[..., None], normal[..., None, :]
+    return ambient_of_faces(level, light, ground, emitted, normal)
 
 
 def _coefficients(
-    table: Readable, quantity: str, harmonic: str, out_of_range: Policy, where: Mapping[str, Any]
+    table: Readable,
+    read: Callable[..., npt.NDArray[np.float64]],
+    quantity: str,
+    harmonic: str,
+    out_of_range: Policy,
+    where: Mapping[str, Any],
 ) -> npt.NDArray[np.float64]:
-    """Values of a quantity at places, for all harmonics along a last axis."""
+    """Values of a quantity at places, for all harmonics along the axis behind that of the places."""
     rules = {rule.name: rule for rule in table.rules(quantity)}
     place = {name: np.asarray(values)[..., None] for name, values in where.items() if name in rules}
     if isinstance(out_of_range, Mapping):
         out_of_range = {name: policy for name, policy in out_of_range.items() if name in rules}
-    return table.value(quantity, out_of_range=out_of_range, **place, **{harmonic: rules[harmonic].nodes})
+    return read(quantity, out_of_range=out_of_range, **place, **{harmonic: rules[harmonic].nodes})

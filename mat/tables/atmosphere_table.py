@@ -95,6 +95,38 @@ class AtmosphereTable(Table):
             return where
         return where | {SOURCE_ELEVATION: night.within(height)}
 
+    @property
+    def has_wavelengths(self) -> bool:
+        """Whether `value_by_wavelength` can be read: tables in channels alone hold what it needs."""
+        return False
+
+    def value_by_wavelength(
+        self, quantity: str, *, out_of_range: Policy = None, **where: Any
+    ) -> npt.NDArray[np.float64]:
+        """A quantity parted by wavelength, along a last axis of B: ``band_wavelength`` of the file.
+
+        Light on surfaces sums to `value` over the wavelengths; the optical depth of emitted light, -ln tau_b, is one
+        number for each (above 0 at a range of 0, as of 1e-12 km of air). With reflectance rho_b and the share s_b of a
+        wavelength in the black body's radiance (`reflectance_spectrum` and `emission_share` of the .band file),
+        surfaces emit sum_b (1 - rho_b) s_b tau_b L_bb and reflect tau sum_b rho_b L_b: the integrals (5), (18) and
+        (26).
+
+        Parameters
+        ----------
+        quantity : str
+            ``optical_depth``, or one of light on surfaces: ``ambient_radiance``, ``direct_radiance`` or harmonics.
+        out_of_range, **where
+            As in `value`.
+
+        Raises
+        ------
+        InputError
+            As `value`; or the file cannot part its light.
+        """
+        raise InputError(
+            "holds no light by wavelength; build it with atmosphere_grid: {layout: channels}", file=self.path
+        )
+
     def ambient_radiance(
         self,
         *,
@@ -102,6 +134,7 @@ class AtmosphereTable(Table):
         azimuth: npt.ArrayLike = 0.0,
         ground_temperature: npt.ArrayLike | None = None,
         band: BandTable | None = None,
+        by_wavelength: bool = False,
         out_of_range: Policy = None,
         **where: Any,
     ) -> npt.NDArray[np.float64]:
@@ -117,6 +150,8 @@ class AtmosphereTable(Table):
             Of the ground around, as from the method `ground_temperature`; by default the one that the file states.
         band : BandTable, optional
             Of the same band; needed with `ground_temperature`.
+        by_wavelength : bool
+            Parted by wavelength along a last axis, as `value_by_wavelength`.
         out_of_range
             As in `value`.
         **where
@@ -130,7 +165,10 @@ class AtmosphereTable(Table):
         if ground_temperature is not None and band is None:
             raise InputError("found ground_temperature without band; give the .band table of the same band too")
         glow = None if band is None else band.blackbody_radiance
-        return ambient_radiance(self, slope, azimuth, ground_temperature, glow, out_of_range, where)
+        read = self.value_by_wavelength if by_wavelength else self.value
+        return ambient_radiance(
+            self, read, slope, azimuth, ground_temperature, glow, out_of_range, where, by_wavelength=by_wavelength
+        )
 
     def ground_temperature(self, surface: TemperatureTable, *, time: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Temperature of the ground around faces, K.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares, reflectance_spectra
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
 from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, normalisation_to_grazing, shininess
 from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance
@@ -24,6 +25,7 @@ PLANCK_TEMPERATURES = np.array([200.0, 250.0, 275.0, 300.0, 325.0, 350.0, 400.0,
 INCIDENCE_ANGLES = np.concatenate([[0.0], np.round(90.0 - np.geomspace(80.0, 0.02, 48), 3), [90.0]])
 TEST_ANGLES = 200  # of each material, off the nodes
 RADIANCE = "W m^-2 sr^-1"
+WAVELENGTH = "band_wavelength"  # axis of spectra that are linear between few wavelengths, here and in channels
 
 
 def band_group(
@@ -47,6 +49,7 @@ def band_group(
         ),
         "planck_temperature": table_axis(PLANCK_TEMPERATURES, "K", "temperature of the Planck weighting"),
         "source_angle": table_axis(np.array(SOURCE_ANGLES), "degree", "angle of incidence"),
+        WAVELENGTH: table_axis(band_wavelengths(response), "um", "wavelength in the band"),
     }
     variables = {
         "response": Variable(("wavelength",), response.response, "1", "sensor response, peak 1"),
@@ -55,7 +58,7 @@ def band_group(
         ),
         "material_name": Variable(("material",), np.array([m.name for m in materials], object), "1", "material name"),
     }
-    variables |= _reflectances(response, materials, irradiance) | _lobes(materials)
+    variables |= _reflectances(response, materials, irradiance) | _spectra(response, materials) | _lobes(materials)
     return Group(axes, with_names(variables))
 
 
@@ -103,6 +106,23 @@ def _reflectances(
             emitted,
             "1",
             "emissivity weighted by Planck radiance; below 1 - reflectance where light passes",
+        ),
+    }
+
+
+def _spectra(response: SpectralResponse, materials: Sequence[Material]) -> dict[str, Variable]:
+    return {
+        "reflectance_spectrum": Variable(
+            ("material", WAVELENGTH),
+            reflectance_spectra(materials, response),
+            "1",
+            "hemispherical reflectance, linear between the wavelengths",
+        ),
+        "emission_share": Variable(
+            ("planck_temperature", WAVELENGTH),
+            emission_shares(response, PLANCK_TEMPERATURES),
+            "1",
+            "share of a wavelength in blackbody_radiance; each row sums to 1",
         ),
     }
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.tables.axes import EXACT, AxisRule
-from skyshine.mat.tables.channels import LAYOUT, NODES
+from skyshine.mat.tables.band import WAVELENGTH
+from skyshine.mat.tables.channels import LAYOUT, NODES, SOURCE_SHARE, THERMAL_SHARE
 from skyshine.mat.tables.limits import ROUNDING, Limits
 from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.schemas.hdf5 import Group
@@ -41,6 +42,8 @@ _HARMONICS: dict[str, tuple[str, ...]] = {
     "scattered_harmonics": ("surface_height", "sky_source_elevation", "harmonic"),
     "ground_harmonics": ("surface_height", "zonal_harmonic"),
 }
+# From format 3.2 on, together or not at all.
+_WAVELENGTHS = dict.fromkeys((THERMAL_SHARE, SOURCE_SHARE), ("channel", WAVELENGTH))
 _LAST_NUMBER = 65535  # of channels and of parts
 _EMISSION = ("ground_temperature", "channel")
 
@@ -69,6 +72,12 @@ def broken_channel_laws(root: Group) -> Iterator[str]:
     weight = root.variables.get("channel_weight")
     if weight is not None and abs(total := float(np.sum(np.asarray(weight.data, float))) - 1) > ROUNDING:
         yield f"channel_weight: the weights sum to {1 + total:g}; allowed: 1"
+    for name, dims in _WAVELENGTHS.items():
+        shares = root.variables.get(name)
+        if shares is not None and tuple(shares.dims) == dims:
+            off = np.abs(np.asarray(shares.data, float).sum(axis=1) - 1).max(initial=0.0)
+            if not off <= ROUNDING:
+                yield f"{name}: the shares of a channel sum to 1 within {off:g} only; allowed: 1"
 
 
 def _wanted(root: Group) -> dict[str, tuple[str, ...]]:
@@ -77,7 +86,8 @@ def _wanted(root: Group) -> dict[str, tuple[str, ...]]:
     light = _LIGHT | (_HARMONICS if harmonics else {})
     parts = {name: (f"{name}_part", *dims) for name, dims in light.items()}
     factors = {f"{name}_factor": ("channel", f"{name}_part") for name in light}
-    return _ARRAYS | parts | factors | ({"ground_emission": _EMISSION} if harmonics else {})
+    shares = _WAVELENGTHS if set(_WAVELENGTHS) & set(root.variables) else {}
+    return _ARRAYS | parts | factors | shares | ({"ground_emission": _EMISSION} if harmonics else {})
 
 
 def _axes(root: Group, wanted: dict[str, tuple[str, ...]]) -> Iterator[str]:

@@ -6,7 +6,9 @@ With D_j the optical depth of channel j along a path, from the absorbers' mean e
     L_path = thermal_ratio sum_j e_j (1 - exp(-D_j)) + (sum_k f_k scattered_ratio_k) sum_j s_j (1 - exp(-D_j))
     L_surface = sum_j exp(-D_j) sum_q g_jq X_q / tau
 
-for light X on surfaces, which (20) and (36) weigh by the path's transmittance.
+for light X on surfaces, which (20) and (36) weigh by the path's transmittance. By wavelength, the light of channel j is
+parted with its shares S_jb; transmittance by wavelength is that of emitted light, sum_j e_j S_jb exp(-D_j) over the sum
+without air.
 """
 
 from __future__ import annotations
@@ -22,14 +24,14 @@ import numpy.typing as npt
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates, RayPlaces
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
-from skyshine.mat.tables.channels import NODES
+from skyshine.mat.tables.channels import NODES, SOURCE_SHARE, THERMAL_SHARE
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.night import Night
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Group
 
 SKY_ELEVATION = "sky_source_elevation"
-_SHORTEST_KM = 1e-12  # of air that stands for a range of 0, where the path radiance ratio has its limit
+SHORTEST_KM = 1e-12  # of air that stands for a range of 0, where the path radiance ratio has its limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +83,7 @@ class ChannelReader:
         mean = np.exp(self._fields("log_mean_extinction", places))
         factor = self._array("absorber_factor")
         extinction = np.maximum(np.moveaxis(mean, 0, -1) @ factor.T, 0.0)
-        return ChannelPaths(places, extinction * np.maximum(places.length, _SHORTEST_KM)[..., None], extinction)
+        return ChannelPaths(places, extinction * np.maximum(places.length, SHORTEST_KM)[..., None], extinction)
 
     def transmittance(self, paths: ChannelPaths) -> Floats:
         """In-band transmittance (...)."""
@@ -115,23 +117,56 @@ class ChannelReader:
         absorptance = self._mean(paths)[1]
         return np.asarray(radiance / np.where(absorptance > 0, absorptance, np.inf))
 
-    def direct_radiance(self, paths: ChannelPaths, source_elevation: npt.ArrayLike) -> Floats:
-        """Direct irradiance over pi, (36)."""
+    @property
+    def by_wavelength(self) -> bool:
+        """Whether the light of the channels can be parted by wavelength; it cannot in files before format 3.2."""
+        return THERMAL_SHARE in self.root.variables and SOURCE_SHARE in self.root.variables
+
+    def depth_by_wavelength(self, paths: ChannelPaths) -> Floats:
+        """-ln of the transmittance of emitted light at the wavelengths of the band, (..., B); above 0 at a range of 0,
+        as of `SHORTEST_KM` of air.
+        """
+        shares = self._array("thermal_reference")[:, None] * self._array(THERMAL_SHARE)
+        emitted = shares.sum(axis=0)
+        share = shares / np.where(emitted > 0, emitted, 1.0)
+        through, absorbed = np.exp(-paths.depth) @ share, -np.expm1(-paths.depth) @ share
+        opaque = np.log(np.maximum(through, np.finfo(float).tiny))
+        depth = -np.where(absorbed < 0.5, np.log1p(-np.minimum(absorbed, 0.5)), opaque)
+        return np.asarray(np.where(emitted > 0, depth, -self._mean(paths)[0][..., None]))
+
+    def direct_radiance(
+        self, paths: ChannelPaths, source_elevation: npt.ArrayLike, *, by_wavelength: bool = False
+    ) -> Floats:
+        """Direct irradiance over pi, (36); its part at each wavelength, (..., B), on request."""
         height = self._surface_height(paths)
         above = np.asarray(source_elevation, float) - self._read("source_rise", "clamp", target_height=height)
-        light = self._light("direct_light", paths, "clamp", target_height=height, elevation_above_rise=above)
-        return np.where(above >= 0, np.maximum(light, 0.0), 0.0)
+        place = {"target_height": height, "elevation_above_rise": above}
+        light = self._light("direct_light", paths, "clamp", shares=self._shares(SOURCE_SHARE, by_wavelength), **place)
+        up = above[..., None] >= 0 if by_wavelength else above >= 0
+        return np.where(up, np.maximum(light, 0.0), 0.0)
 
     def ambient_radiance(
-        self, paths: ChannelPaths, source_elevation: npt.ArrayLike, out_of_range: Policy = None
+        self,
+        paths: ChannelPaths,
+        source_elevation: npt.ArrayLike,
+        out_of_range: Policy = None,
+        *,
+        by_wavelength: bool = False,
     ) -> Floats:
-        """Sky irradiance over pi, (20)."""
-        return np.maximum(self._sky("thermal_sky", "scattered_sky", paths, source_elevation, out_of_range, {}), 0.0)
+        """Sky irradiance over pi, (20); its part at each wavelength, (..., B), on request."""
+        names = "thermal_sky", "scattered_sky"
+        return np.maximum(self._sky(*names, paths, source_elevation, out_of_range, {}, by_wavelength), 0.0)
 
     def harmonics(
-        self, paths: ChannelPaths, source_elevation: npt.ArrayLike, harmonic: npt.ArrayLike, out_of_range: Policy = None
+        self,
+        paths: ChannelPaths,
+        source_elevation: npt.ArrayLike,
+        harmonic: npt.ArrayLike,
+        out_of_range: Policy = None,
+        *,
+        by_wavelength: bool = False,
     ) -> Floats:
-        """Coefficients of the light around the ends of paths."""
+        """Coefficients of the light around the ends of paths; their parts at each wavelength, (..., B), on request."""
         return self._sky(
             "thermal_harmonics",
             "scattered_harmonics",
@@ -139,17 +174,21 @@ class ChannelReader:
             source_elevation,
             out_of_range,
             {"harmonic": np.asarray(harmonic)},
+            by_wavelength,
         )
 
-    def ground_harmonics(self, paths: ChannelPaths, kelvin: npt.ArrayLike, harmonic: npt.ArrayLike) -> Floats:
-        """Coefficients of the ground's emission, per unit of what it emits."""
+    def ground_harmonics(
+        self, paths: ChannelPaths, kelvin: npt.ArrayLike, harmonic: npt.ArrayLike, *, by_wavelength: bool = False
+    ) -> Floats:
+        """Coefficients of the ground's emission, per unit of what it emits; by wavelength, (..., B), on request."""
         height = self._surface_height(paths)
         channels = np.asarray(self.root.axes["channel"].values)
         emission = self._read(
             "ground_emission", None, ground_temperature=np.asarray(kelvin, float)[..., None], channel=channels
         )
         place = {"surface_height": height, "zonal_harmonic": np.asarray(harmonic)}
-        return self._light("ground_harmonics", paths, "clamp", emission, **place)
+        shares = self._shares(THERMAL_SHARE, by_wavelength)
+        return self._light("ground_harmonics", paths, "clamp", emission, shares=shares, **place)
 
     def _sky(
         self,
@@ -159,18 +198,21 @@ class ChannelReader:
         source_elevation: npt.ArrayLike,
         out_of_range: Policy,
         place: dict[str, Any],
+        by_wavelength: bool,
     ) -> Floats:
         height, night = self._surface_height(paths), self._night()
         elevation = np.asarray(source_elevation, float)
-        emitted = self._light(thermal, paths, "clamp", surface_height=height, **place)
+        emitted = self._light(
+            thermal, paths, "clamp", shares=self._shares(THERMAL_SHARE, by_wavelength), surface_height=height, **place
+        )
         policy = {"surface_height": "clamp"}
         if out_of_range is not None:
             chosen = out_of_range if isinstance(out_of_range, str) else out_of_range.get("source_elevation")
             policy |= {SKY_ELEVATION: chosen} if chosen else {}
-        lit = self._light(
-            scattered, paths, policy, **{"surface_height": height, SKY_ELEVATION: night.within(elevation)}, **place
-        )
-        return emitted + lit * night.share(elevation, out_of_range)
+        at = {"surface_height": height, SKY_ELEVATION: night.within(elevation)} | place
+        lit = self._light(scattered, paths, policy, shares=self._shares(SOURCE_SHARE, by_wavelength), **at)
+        share = night.share(elevation, out_of_range)
+        return emitted + lit * (share[..., None] if by_wavelength else share)
 
     def _light(
         self,
@@ -178,17 +220,29 @@ class ChannelReader:
         paths: ChannelPaths,
         out_of_range: Policy,
         spectrum: Floats | None = None,
+        *,
+        shares: Floats | None = None,
         **place: npt.ArrayLike,
     ) -> Floats:
-        """Light at the ends of paths as they weigh it, over their transmittance; `spectrum` (..., P) multiplies it."""
+        """Light at the ends of paths as they weigh it, over their transmittance; `spectrum` (..., P) multiplies it, and
+        `shares` (P, B) part it along a last axis.
+        """
         shape = np.broadcast_shapes(paths.depth.shape[:-1], *(np.shape(values) for values in place.values()))
         part = self._numbers(f"{name}_part", shape)
         value = self._read(name, out_of_range, **{f"{name}_part": part}, **place)
         relative = np.exp(paths.depth.min(axis=-1, keepdims=True) - paths.depth)
         through = relative if spectrum is None else relative * spectrum
-        weighted = through @ self._array(f"{name}_factor")
+        factor = self._array(f"{name}_factor")
         mean = relative @ self._array("channel_weight")
-        return np.asarray(np.sum(np.moveaxis(weighted, -1, 0) * value, axis=0) / mean)
+        if shares is None:
+            return np.asarray(np.sum(np.moveaxis(through @ factor, -1, 0) * value, axis=0) / mean)
+        light = np.zeros((*shape, shares.shape[1]))
+        for column, of_part in zip(factor.T, value, strict=True):  # all parts at once would take their number of times
+            light += of_part[..., None] * (through @ (column[:, None] * shares))
+        return np.asarray(light / mean[..., None])
+
+    def _shares(self, name: str, by_wavelength: bool) -> Floats | None:
+        return self._array(name) if by_wavelength else None
 
     def _surface_height(self, paths: ChannelPaths) -> Floats:
         return paths.places.end_height

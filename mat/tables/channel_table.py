@@ -19,10 +19,11 @@ from skyshine.mat.tables.gridded import ANGLE, AXES
 from skyshine.schemas.errors import InputError, nearest
 
 _PATH = AXES[:3]
-VALID = "valid"
+VALID, DEPTH = "valid", "optical_depth"
 # Axes that each quantity is read by; path radiance takes a scattering angle in place of the azimuth too.
 _READ_BY = {
     VALID: _PATH,
+    DEPTH: _PATH,
     "beta_star": _PATH,
     "path_radiance_ratio": AXES,
     "ambient_radiance": AXES[:4],
@@ -30,6 +31,7 @@ _READ_BY = {
     AMBIENT_HARMONICS: (*AXES[:4], "harmonic"),
     GROUND_HARMONICS: (*_PATH, "ground_temperature", "zonal_harmonic"),
 }
+_OF_THE_BAND = ("beta_star", "path_radiance_ratio")  # not parted by wavelength
 _NEAREST_KM, _SHOWN = 1e-3, 40
 _SHOWN_ELEVATIONS = (-90, -60, -40, -20, -10, -5, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 40, 60, 90)
 _STORED = {AMBIENT_HARMONICS: "scattered_harmonics", GROUND_HARMONICS: "ground_harmonics"}
@@ -45,7 +47,7 @@ class ChannelTable(AtmosphereTable):
     @property
     def quantities(self) -> list[str]:
         """Names of the quantities that can be read."""
-        named = [name for name in _READ_BY if name != VALID]
+        named = [name for name in _READ_BY if name not in (VALID, DEPTH)]
         return [name for name in named if _STORED.get(name, name) in self.root.variables or name not in _STORED]
 
     def units(self, quantity: str) -> str:
@@ -58,7 +60,7 @@ class ChannelTable(AtmosphereTable):
 
     def rules(self, quantity: str, out_of_range: Policy = None) -> list[AxisRule]:
         """Axes by which a quantity is read, with the ends of what the file is for as nodes."""
-        if quantity not in self.quantities and quantity != VALID:
+        if quantity not in (*self.quantities, VALID, DEPTH):
             raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, self.quantities)}", file=self.path)
         return with_policy([self._rule(name) for name in _READ_BY[quantity]], out_of_range, (*AXES, ANGLE))
 
@@ -79,6 +81,13 @@ class ChannelTable(AtmosphereTable):
 
         Below the lowest source elevation the light of the source falls as in `night`, down to what the air emits.
         """
+        if quantity == DEPTH:
+            raise InputError("'optical_depth' is read by wavelength alone; call value_by_wavelength", file=self.path)
+        return self._read(quantity, out_of_range, where, by_wavelength=False)
+
+    def _read(
+        self, quantity: str, out_of_range: Policy, where: dict[str, Any], *, by_wavelength: bool
+    ) -> npt.NDArray[np.float64]:
         where = {**self.fixed_axes, **where}
         rules = {rule.name: rule for rule in self.rules(quantity, out_of_range)}
         angle = where.pop(ANGLE, None) if AXES[-1] in rules else None
@@ -99,18 +108,37 @@ class ChannelTable(AtmosphereTable):
         reader, paths = self._reader, self._reader.paths(*(place[name] for name in _PATH))
         if quantity == "beta_star":
             return reader.beta_star(paths, place["range"])
+        if quantity == DEPTH:
+            return reader.depth_by_wavelength(paths)
+        parted = {"by_wavelength": by_wavelength}
         if quantity == GROUND_HARMONICS:
-            return reader.ground_harmonics(paths, place["ground_temperature"], place["zonal_harmonic"])
+            return reader.ground_harmonics(paths, place["ground_temperature"], place["zonal_harmonic"], **parted)
         source = place["source_elevation"]
         if quantity == "ambient_radiance":
-            return reader.ambient_radiance(paths, source, out_of_range)
+            return reader.ambient_radiance(paths, source, out_of_range, **parted)
         if quantity == "direct_radiance":
             _within(rules["source_elevation"], np.maximum(source, rules["source_elevation"].nodes[0]))
-            return reader.direct_radiance(paths, source)
+            return reader.direct_radiance(paths, source, **parted)
         if quantity == AMBIENT_HARMONICS:
-            return reader.harmonics(paths, source, place["harmonic"], out_of_range)
+            return reader.harmonics(paths, source, place["harmonic"], out_of_range, **parted)
         turned = place[ANGLE] if angle is not None else scattering_angle(place["elevation"], source, place[AXES[-1]])
         return reader.path_radiance_ratio(paths, source, turned, out_of_range)
+
+    @property
+    def has_wavelengths(self) -> bool:
+        """Whether `value_by_wavelength` can be read: from format 3.2 on."""
+        return self._reader.by_wavelength
+
+    def value_by_wavelength(
+        self, quantity: str, *, out_of_range: Policy = None, **where: Any
+    ) -> npt.NDArray[np.float64]:
+        """As `AtmosphereTable.value_by_wavelength`."""
+        if not self.has_wavelengths:
+            raise InputError("does not part its light by wavelength; build it again", file=self.path)
+        parted = [DEPTH, *(name for name in self.quantities if name not in _OF_THE_BAND)]
+        if quantity not in parted:
+            raise InputError(f"found the quantity '{quantity}'; {nearest(quantity, parted)}", file=self.path)
+        return self._read(quantity, out_of_range, where, by_wavelength=True)
 
     def nodes_of(self, axis: str) -> npt.NDArray[np.float64]:
         """Values of an axis of the classic quantities at which the table is well looked at."""

@@ -12,6 +12,7 @@ from skyshine.mat.quantities.ambient_harmonics import GROUND_TEMPERATURES
 from skyshine.mat.radiometry.spherical_harmonics import HARMONICS, zonal
 from skyshine.mat.tables.atmq import RADIANCE
 from skyshine.mat.tables.axes import DARK_BELOW, EXACT, table_axis
+from skyshine.mat.tables.band import WAVELENGTH
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 if TYPE_CHECKING:
@@ -21,10 +22,12 @@ if TYPE_CHECKING:
     from skyshine.mat.quantities.channels.path_fields import BandLight, PathFields
     from skyshine.mat.quantities.channels.source_parts import SourceParts
     from skyshine.mat.quantities.channels.surface_light import LightParts, SurfaceLight
+    from skyshine.mat.quantities.channels.wavelength_shares import WavelengthShares
     from skyshine.schemas.arrays import Floats
 
 LAYOUT = "channels"
 NODES = ("share", "height_root", "direction")
+THERMAL_SHARE, SOURCE_SHARE = "thermal_wavelength_share", "source_wavelength_share"
 _LOG_STEP = 2.0**-11  # of the logarithm of mean extinction: a quarter of a thousandth of optical depth
 _KEPT_BITS = 13
 
@@ -44,6 +47,8 @@ class ChannelContent:
     fields : PathFields
     sources : SourceParts
     surface : SurfaceLight
+    shares : WavelengthShares
+        Of the light of the channels.
     range_km, altitude_km : pairs of float
         Least and most that the file is for.
     dark_below : float
@@ -59,6 +64,7 @@ class ChannelContent:
     fields: PathFields
     sources: SourceParts
     surface: SurfaceLight
+    shares: WavelengthShares
     range_km: tuple[float, float]
     altitude_km: tuple[float, float]
     dark_below: float
@@ -76,7 +82,7 @@ def channel_group(content: ChannelContent, accuracy: Group, attributes: Mapping[
         Band edges, state and source, for the root.
     """
     part = Group({}, {})
-    for added in (_paths(content), _sources(content), _surfaces(content)):
+    for added in (_paths(content), _sources(content), _surfaces(content), _wavelengths(content.shares)):
         part.axes.update(added.axes)
         part.variables.update(added.variables)
     own = {
@@ -125,6 +131,31 @@ def _paths(content: ChannelContent) -> Group:
         ),
         "thermal_ratio": Variable(
             NODES, _rounded(fields.thermal), "1", "thermal path radiance over that of air at 288 K"
+        ),
+    }
+    return Group(axes, variables)
+
+
+def _wavelengths(shares: WavelengthShares) -> Group:
+    """Where in the band the light of the channels lies."""
+    comment = {
+        "comment": "linear between the wavelengths, as reflectance_spectrum of the .band file; each row sums to 1"
+    }
+    axes = {WAVELENGTH: table_axis(shares.wavelength, "um", "wavelength in the band")}
+    variables = {
+        THERMAL_SHARE: Variable(
+            ("channel", WAVELENGTH),
+            shares.thermal,
+            "1",
+            "share of a wavelength in the emitted light of a channel",
+            comment,
+        ),
+        SOURCE_SHARE: Variable(
+            ("channel", WAVELENGTH),
+            shares.source,
+            "1",
+            "share of a wavelength in the source's light in a channel",
+            comment,
         ),
     }
     return Group(axes, variables)

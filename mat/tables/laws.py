@@ -11,6 +11,7 @@ import numpy.typing as npt
 from skyshine.mat.quantities.formulas import BETA_CAP_KM
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS, HARMONICS, zonal
 from skyshine.mat.tables.axes import FOLDED, PERIODIC, AxisRule
+from skyshine.mat.tables.band import WAVELENGTH
 from skyshine.mat.tables.channel_laws import broken_channel_laws
 from skyshine.mat.tables.files import ATMQ_CHANNELS
 from skyshine.mat.tables.limits import LIMITS, ROUNDING
@@ -22,6 +23,8 @@ Array = npt.NDArray[np.float64]
 Law = Callable[[Group], Iterator[str]]
 
 PATH = ("range", "altitude", "elevation")
+# Of a band, from format 1.5 on: together or not at all.
+_SPECTRA = {"reflectance_spectrum": ("material", WAVELENGTH), "emission_share": ("planck_temperature", WAVELENGTH)}
 
 
 def broken_laws(filetype: str, root: Group) -> Iterator[str]:
@@ -202,6 +205,31 @@ def _materials(root: Group) -> Iterator[str]:
             yield "material_name: a name is empty or stands twice"
 
 
+def broken_spectrum_laws(root: Group) -> Iterator[str]:
+    """One line for each fault of the spectra of a band: arrays and axes that do not fit, shares that do not sum to 1.
+
+    Parameters
+    ----------
+    root : Group
+    """
+    if not set(_SPECTRA) & set(root.variables):
+        return
+    for name, dims in _SPECTRA.items():
+        if name not in root.variables:
+            yield f"the array '{name}' is missing; a file with spectra must hold it"
+        elif tuple(root.variables[name].dims) != dims:
+            yield f"'{name}' is on the axes {', '.join(root.variables[name].dims)}; allowed: {', '.join(dims)}"
+    for name in sorted({dim for dims in _SPECTRA.values() for dim in dims}):
+        if name not in root.axes:
+            yield f"the axis '{name}' is missing; a file with spectra must hold it"
+        elif np.any(np.asarray(root.axes[name].attributes.get("period", 0.0)) != 0.0):
+            yield f"{name}: found a period; allowed: none"
+    shares = _values(root, "emission_share")
+    if shares is not None and shares.ndim == 2:
+        sums = shares.sum(axis=1)
+        yield from _where("emission_share", sums, ~(np.abs(sums - 1) <= ROUNDING), "sum to 1 over the wavelengths")
+
+
 def _band(root: Group) -> Iterator[str]:
     response = _values(root, "response")
     if response is not None and response.size and abs(response.max() - 1) > ROUNDING:
@@ -252,6 +280,6 @@ LAWS: dict[str, tuple[Law, ...]] = {
     "atmq": _ATMOSPHERE,
     "lunar_atmq": _ATMOSPHERE,
     "thermal_atmq": (_transmittance("beta_star_thermal"), _mask, _classes, _materials),
-    "band": (_band, _materials),
+    "band": (_band, broken_spectrum_laws, _materials),
     "tmm-model": (_classifier,),
 }

@@ -42,6 +42,7 @@ class Limits:
 
 
 _SHARE = Limits("lie in 0 to 1", 0.0, 1.0)
+_PARTS = Limits("lie in 0 to 1", 0.0, 1.0 + ROUNDING)
 _NOT_NEGATIVE = Limits("lie at 0 or above")
 _POSITIVE = Limits("lie above 0", above=True)
 _BETA = Limits(
@@ -99,7 +100,11 @@ LIMITS: dict[str, Limits] = {
     "effective_radius": _POSITIVE,
     "log_mean_extinction": Limits("lie in -200 to 200", -200.0, 200.0),
     "channel_wavenumber": _POSITIVE,
-    "channel_weight": Limits("lie in 0 to 1", 0.0, 1.0 + ROUNDING),
+    "thermal_wavelength_share": _PARTS,
+    "source_wavelength_share": _PARTS,
+    "emission_share": _PARTS,
+    "reflectance_spectrum": _SHARE,
+    "channel_weight": _PARTS,
     "thermal_reference": _NOT_NEGATIVE,
     "thermal_ratio": _NOT_NEGATIVE,
     "source_reference": _NOT_NEGATIVE,

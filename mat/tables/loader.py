@@ -11,7 +11,7 @@ from skyshine.mat.tables.atmosphere_table import AtmosphereTable, ThermalTable
 from skyshine.mat.tables.channel_laws import broken_channel_laws
 from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.files import ATMQ_CHANNELS, BAND, FORMATS, HTT, THERMAL_ATMQ, majors
-from skyshine.mat.tables.laws import broken_rules_of_axes
+from skyshine.mat.tables.laws import broken_rules_of_axes, broken_spectrum_laws
 from skyshine.mat.tables.limits import refuse_values
 from skyshine.mat.tables.raw import ENDING, read_raw
 from skyshine.mat.tables.stored_layout import refuse_layout
@@ -40,7 +40,7 @@ def open_table(path: StrPath) -> Table:
     if filetype not in FORMATS:
         raise InputError(f"holds '{filetype}'; {nearest(filetype, FORMATS)}; name another file", file=path)
     check_version(path, filetype, version, *majors(filetype))
-    for line in broken_rules_of_axes(root):
+    for line in (*broken_rules_of_axes(root), *(broken_spectrum_laws(root) if filetype == BAND.name else ())):
         raise InputError(f"{line}; build the file again", file=path)
     kinds = {HTT.name: TemperatureTable, BAND.name: BandTable, THERMAL_ATMQ.name: ThermalTable}
     channels = "atmq" in filetype and version.split(".")[0] == str(ATMQ_CHANNELS.major)

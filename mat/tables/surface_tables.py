@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -12,9 +13,11 @@ import numpy.typing as npt
 from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
 from skyshine.mat.tables import response
 from skyshine.mat.tables.axes import Policy
+from skyshine.mat.tables.band import WAVELENGTH
 from skyshine.mat.tables.shade import absorbed_change
 from skyshine.mat.tables.table import Table
 from skyshine.mat.tables.tracks import SourceTrack, source_track
+from skyshine.schemas.errors import InputError
 
 
 class TemperatureTable(Table):
@@ -147,12 +150,56 @@ class TemperatureTable(Table):
         return source_track(self.root, source, time)
 
 
+@dataclass(frozen=True, eq=False)
+class BandSpectra:
+    """Spectra in a band, linear between B wavelengths.
+
+    Attributes
+    ----------
+    wavelength : (B,) array
+        um.
+    reflectance : (..., B) array
+    emission : (..., B) array
+        Share of each wavelength in the radiance of a black body.
+    """
+
+    wavelength: npt.NDArray[np.float64]
+    reflectance: npt.NDArray[np.float64]
+    emission: npt.NDArray[np.float64]
+
+
 class BandTable(Table):
     """A ``.band`` database."""
 
     def blackbody_radiance(self, temperature: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Band radiance of a black body, equation (7), W m^-2 sr^-1, at `temperature` in kelvin."""
         return self.value("blackbody_radiance", temperature=temperature)
+
+    @property
+    def has_spectra(self) -> bool:
+        """Whether `spectra` can be read: from format 1.5 on."""
+        return "reflectance_spectrum" in self.root.variables
+
+    def spectra(self, *, material: Any, temperature: npt.ArrayLike) -> BandSpectra:
+        """Reflectance and emission by wavelength, of materials at temperatures in kelvin.
+
+        Temperatures beyond those of the table have the shares at its ends.
+
+        Raises
+        ------
+        InputError
+            A material that the table lacks, or a file of a format before 1.5.
+        """
+        if not self.has_spectra:
+            raise InputError("holds no reflectance by wavelength; build it again", file=self.path)
+        nodes = np.asarray(self.root.axes[WAVELENGTH].values, float)
+        where: dict[str, Any] = {WAVELENGTH: nodes}
+        codes, kelvin = self.material_codes(material)[..., None], np.asarray(temperature, float)[..., None]
+        return BandSpectra(
+            nodes,
+            self.value("reflectance_spectrum", material=codes, **where),
+            self.value("emission_share", planck_temperature=kelvin, out_of_range="clamp", **where),
+        )
 
     def normalisation(
         self, *, material: Any, angle: npt.ArrayLike, out_of_range: Policy = None

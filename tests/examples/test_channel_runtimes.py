@@ -9,6 +9,10 @@ import numpy as np
 import pytest
 
 import skyshine.mat
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.tables.band import band_group
+from skyshine.materials.library import load_library
+from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Header, read_file, write_file
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
@@ -21,8 +25,34 @@ SUN = {"day": (0.0, 60.0), "rise": (-2.0, 1.0), "twilight": (-19.9, -1.0), "nigh
 LINES = {"ground": (-90.0, -5.0), "limb": (-1.6, 0.0), "upward": (0.0, 90.0), "horizon": (-1.45, -1.25)}
 
 
+SHARES = ("thermal_wavelength_share", "source_wavelength_share")
+SPECTRA = ("reflectance_spectrum", "emission_share")
+
+
 @pytest.fixture(scope="module")
-def lines(scene, channel_atmosphere):
+def band_file(tmp_path_factory):
+    """Path of the file of the atmosphere's band: materials with a lobe, whose reflectance goes up and down in the
+    band.
+    """
+    library = load_library()
+    materials = sorted((library[name] for name in ("asphalt_road", "grass_green")), key=lambda each: each.code)
+    sun = (np.linspace(0.4, 14.0, 60), np.ones(60))
+    root = band_group(SpectralResponse.rectangular(10.0, 10.2), materials, sun)
+    spectrum, fraction = (root.variables[name] for name in ("reflectance_spectrum", "specular_fraction"))
+    phase = np.arange(spectrum.data.size).reshape(spectrum.data.shape)
+    drawn = {
+        "reflectance_spectrum": replace(spectrum, data=(0.5 + 0.45 * np.sin(phase**1.5)).astype(np.float32)),
+        "specular_fraction": replace(fraction, data=np.array([0.3, 0.7], np.float32)),
+    }
+    axis = root.axes["planck_temperature"]  # of which faces are colder and warmer than all nodes
+    axes = root.axes | {"planck_temperature": replace(axis, values=np.linspace(293.0, 305.0, axis.values.size))}
+    path = tmp_path_factory.mktemp("band") / "b01.band.h5"
+    write_file(path, replace(root, axes=axes, variables=root.variables | drawn), Header("band", "1.5.0", "data", "job"))
+    return path
+
+
+@pytest.fixture(scope="module")
+def lines(scene, channel_atmosphere, band_file):
     """Scene of pixels of a kind of line under a kind of source, at ranges from none to the longest."""
 
     def drawn(sun, line):
@@ -40,9 +70,26 @@ def lines(scene, channel_atmosphere):
                 place["centre_elevation"] = LINES[line][number % 32 == 0]
             heading = {"source_heading": float(draw.uniform(-400, 400))}
             pixels.append(pixel | place | heading)
-        return scene | {"atmosphere": str(channel_atmosphere), "pixels": pixels}
+        return scene | {"atmosphere": str(channel_atmosphere), "band": str(band_file), "pixels": pixels}
 
     return drawn
+
+
+@pytest.fixture
+def older(lines, tmp_path):
+    """A scene of lines into the ground under a high Sun whose file of a kind lacks arrays, as older formats do."""
+
+    def written(kind, names, version):
+        scene = lines("day", "ground")
+        root, attributes = read_file(scene[kind])
+        path = tmp_path / f"older.{attributes['filetype']}.h5"
+        kept = {name: variable for name, variable in root.variables.items() if name not in names}
+        axes = {name: axis for name, axis in root.axes.items() if name != "band_wavelength"}
+        header = Header(attributes["filetype"], version, "data", "job")
+        write_file(path, replace(root, axes=axes, variables=kept), header)
+        return scene | {kind: str(path)}
+
+    return written
 
 
 def agrees(runtime, scene):
@@ -59,10 +106,14 @@ def agrees(runtime, scene):
 @pytest.mark.parametrize("line", LINES)
 @pytest.mark.parametrize("sun", SUN)
 def test_every_term_agrees_with_the_library(runtime, lines, sun, line):
-    terms = agrees(runtime, lines(sun, line))
-    lit = np.mean(terms["diffuse"] > 0)
+    scene = lines(sun, line)
+    terms = agrees(runtime, scene)
+    assert np.min(terms["temperature"]) < 293 and np.max(terms["temperature"]) > 305
+    lit = np.mean((terms["diffuse"] > 0) & (terms["specular"] > 0))
     assert lit > 0.3 if sun == "day" else sun != "night" or lit == 0
-    assert np.all(terms["path"] > 0) and np.all((terms["transmittance"] > 0) & (terms["transmittance"] < 1))
+    length = np.array([pixel["range"] for pixel in scene["pixels"]])
+    assert np.all((terms["path"] > 0) == (length > 0)) and np.mean(length > 0) > 0.7
+    assert np.all((terms["transmittance"] > 0) & ((terms["transmittance"] < 1) == (length > 0)))
 
 
 def test_the_lines_are_of_all_kinds(lines, channel_atmosphere):
@@ -84,8 +135,7 @@ def test_the_lines_are_of_all_kinds(lines, channel_atmosphere):
 def test_level_faces_agree_where_a_pixel_has_no_heading(runtime, lines):
     scene = lines("twilight", "ground")
     tilted = by_library(scene)["skyshine"]
-    level = [{name: value for name, value in p.items() if name != "source_heading"} for p in scene["pixels"]]
-    terms = agrees(runtime, scene | {"pixels": level})
+    terms = agrees(runtime, scene | {"pixels": [_level(pixel) for pixel in scene["pixels"]]})
     assert np.mean(np.abs(terms["skyshine"] - tilted) > 1e-3 * tilted) > 0.2
 
 
@@ -131,3 +181,71 @@ def test_a_twilight_that_no_node_holds_is_refused_in_one_line(runtime, lines, tm
     status, shown, complaint = runtime(scene | {"atmosphere": str(day), "pixels": [dusk]})
     assert (status, shown) == (1, "") and complaint.startswith("source_elevation: found -9; allowed: -1 to 60")
     agrees(runtime, scene | {"atmosphere": str(day), "pixels": [dusk | {"source_elevation": -30.0}]})
+
+
+def test_light_below_0_at_a_wavelength_is_none_there(runtime, lines, tmp_path):
+    """Of a file whose factors of light are below 0 in every third channel."""
+    scene = lines("day", "limb")
+    root, attributes = read_file(scene["atmosphere"])
+    changed = {}
+    for light in ("direct_light", "thermal_sky", "scattered_sky", "thermal_harmonics", "scattered_harmonics"):
+        factor = np.array(root.variables[f"{light}_factor"].data)
+        factor[::3] *= -1.0
+        changed[f"{light}_factor"] = replace(root.variables[f"{light}_factor"], data=factor)
+    path = tmp_path / "below.atmq.h5"
+    header = Header(attributes["filetype"], attributes["format_version"], "data", "job")
+    write_file(path, replace(root, variables=root.variables | changed), header)
+    below = scene | {"atmosphere": str(path)}
+    table, first = skyshine.mat.open(path), scene["pixels"][2]
+    place = {name: first[f"centre_{name}"] for name in ("range", "elevation")}
+    place |= {name: first[name] for name in ("altitude", "source_elevation")}
+    tilted = table.ambient_radiance(slope=40.0, by_wavelength=True, **place)
+    for parts in (tilted, *(table.value_by_wavelength(f"{name}_radiance", **place) for name in ("direct", "ambient"))):
+        assert 0 < np.count_nonzero(parts == 0) < parts.size
+    terms = agrees(runtime, below)
+    assert np.mean(terms["diffuse"] > 0) > 0.3
+    agrees(runtime, below | {"pixels": [_level(pixel) for pixel in scene["pixels"]]})
+
+
+def _level(pixel):
+    return {name: value for name, value in pixel.items() if name != "source_heading"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "names", "version"), [("atmosphere", SHARES, "3.1.0"), ("band", SPECTRA, "1.4.0")], ids=["air", "band"]
+)
+def test_where_a_file_of_an_older_format_has_no_wavelengths_means_over_the_band_are_read(
+    runtime, lines, older, kind, names, version
+):
+    means, parted = agrees(runtime, older(kind, names, version)), by_library(lines("day", "ground"))
+    lit = means["diffuse"] > 0
+    np.testing.assert_array_equal(means["path"], parted["path"])
+    for name, places in (("thermal", means["thermal"] > 0), ("skyshine", means["skyshine"] > 0), ("diffuse", lit)):
+        apart = np.abs(means[name] - parted[name])[places]
+        assert np.mean(apart > 1e-3 * parted[name][places]) > 0.8
+
+
+def test_a_band_of_other_wavelengths_is_refused_in_one_line(runtime, lines, scene):
+    """With the library too; and with no pixel."""
+    other = lines("day", "ground") | {"band": scene["band"]}
+    status, shown, complaint = runtime(other | {"pixels": []})
+    assert (status, shown) == (1, "") and len(complaint.strip().splitlines()) == 1
+    assert "b01.band.h5: " in complaint and "8 to 8.4 um; allowed: " in complaint and "10 to 10.2 um" in complaint
+    with pytest.raises(InputError, match="spans 8 to 8.4 um"):
+        by_library(other)
+
+
+def test_a_centre_without_a_range_gives_the_limit_of_short_ones(runtime, lines):
+    """What the air lets through grows less by the same factor with each length, as close as the centre may be."""
+    scene = lines("day", "ground")
+
+    def thermal(centre_range):
+        pixels = [pixel | {"centre_range": centre_range, "range": 2.0} for pixel in scene["pixels"]]
+        status, shown, complaint = runtime(scene | {"pixels": pixels})
+        assert status == 0, complaint
+        return np.array([pixel["thermal"] for pixel in json.loads(shown)["pixels"]])
+
+    at_once, near, far = (thermal(length) for length in (0.0, 1e-6, 2e-6))
+    assert np.all(at_once > 0)
+    np.testing.assert_allclose(at_once, 2 * near - far, rtol=1e-6)
+    assert np.any(np.abs(at_once - thermal(1.0)) > 1e-4 * at_once)

@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 import good_databases
 import hostile_cases
 import hostile_corpus
+import hostile_wavelengths
 import runtime_loaders
 
 from skyshine.mat.tables.verify import problems
@@ -27,7 +28,8 @@ FOUND_FIRST = {  # those that overran memory or were read without a word
     "atmosphere-scales-of-numbers",
     "band-pipe",
 }
-SAMPLE = [case for k, case in enumerate(CORPUS) if k % 12 == 0 or case.name in FOUND_FIRST]
+BY_WAVELENGTH = {case.name for k, case in enumerate(hostile_wavelengths.cases()) if k % 3 == 0}
+SAMPLE = [case for k, case in enumerate(CORPUS) if k % 12 == 0 or case.name in FOUND_FIRST | BY_WAVELENGTH]
 
 
 @pytest.fixture(scope="module")

@@ -12,11 +12,16 @@ from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.channels.path_fields import BandLight, PathFields
 from skyshine.mat.quantities.channels.source_parts import SourceParts
 from skyshine.mat.quantities.channels.surface_light import LightParts, SurfaceLight
+from skyshine.mat.quantities.channels.wavelength_shares import WavelengthShares
+from skyshine.mat.quantities.scattering_points import ScatteringPoints
+from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
+from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.tables.channels import ChannelContent, channel_group
 from skyshine.schemas.hdf5 import Group
 
 POINTS, ABSORBERS, DIRECTIONS = 5, 2, 2
 DARK_BELOW = -26.0
+WAVELENGTH = band_wavelengths(SpectralResponse.rectangular(8.0, 12.0))
 
 
 def waves(shape: Sequence[int], offset: float, height: float) -> np.ndarray:
@@ -36,7 +41,7 @@ def channels(accuracy: Group, attributes: dict) -> Group:
         np.linspace(900.0, 1000.0, POINTS),
         weight,
         Parts(np.arange(ABSORBERS), waves([POINTS, ABSORBERS], 0.6, 0.5)),
-        BandLight(waves([POINTS], 3.0, 0.5), weight / weight.sum(), weight),
+        BandLight(waves([POINTS], 3.0, 0.5), weight / weight.sum(), ScatteringPoints(None, np.arange(POINTS), weight)),
         PathFields(
             np.exp(waves([ABSORBERS, *nodes.shape], -2.5, 0.7)),
             waves(nodes.shape, 0.9, 0.2),
@@ -50,11 +55,18 @@ def channels(accuracy: Group, attributes: dict) -> Group:
             waves([DIRECTIONS, 3, 3], 0.3, 0.6),
         ),
         _surface(),
+        WavelengthShares(WAVELENGTH, _rows(0.5), _rows(1.5)),
         (0.001, 20.0),
         (0.01, 1.0),
         DARK_BELOW,
     )
     return channel_group(content, accuracy, attributes)
+
+
+def _rows(offset: float) -> np.ndarray:
+    """Shares of the wavelengths in each channel."""
+    shares = waves([POINTS, WAVELENGTH.size], offset, 0.5)
+    return shares / shares.sum(axis=1, keepdims=True)
 
 
 def _surface() -> SurfaceLight:

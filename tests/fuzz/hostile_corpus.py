@@ -21,10 +21,14 @@ import hostile_headers
 import hostile_parts
 import hostile_storage
 import hostile_textures
+import hostile_wavelengths
 from good_databases import write_all
 from hostile_cases import REFUSE, Case, edited
 
-SUBJECTS = (hostile_headers, hostile_axes, hostile_storage, hostile_harmless, hostile_textures, hostile_channels)
+SUBJECTS = (
+    *(hostile_headers, hostile_axes, hostile_storage, hostile_harmless),
+    *(hostile_textures, hostile_channels, hostile_wavelengths),
+)
 
 
 def cases() -> list[Case]:

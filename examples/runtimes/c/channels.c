@@ -1,6 +1,7 @@
 /* The formulas are those of ../../../schemas/formats/atmq-3.md; lengths are in km. */
 #include "channels.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -161,9 +162,17 @@ static double path_radiance_ratio(const struct database *database, const struct 
     return absorptance > 0 ? (thermal + scattered) / absorptance : 0.0;
 }
 
-/* Light on the surface at the end of a path as the path weighs it, over its transmittance; `where` has one value for
- * each axis of the light behind its parts, `spectrum` multiplies the channels where it is not NULL. */
-static double light(const struct database *database, const char *name, const struct path *path, const double *where, const double *spectrum)
+/* How light is parted: by shares of so many wavelengths in each channel, or not at all where they are NULL. */
+struct parting {
+    size_t count;
+    const float *thermal, *source;
+};
+
+/* Light on the surface at the end of a path as the path weighs it, over its transmittance, parted by the shares, and
+ * added `by` times; `where` has one value for each axis of the light behind its parts, `spectrum` multiplies the channels
+ * where it is not NULL. */
+static void add_light(const struct database *database, const char *name, const struct path *path, const double *where, const double *spectrum,
+                      size_t count, const float *shares, double by, double *to)
 {
     char factor_name[2 * NAME];
     snprintf(factor_name, sizeof factor_name, "%s_factor", name);
@@ -171,57 +180,112 @@ static double light(const struct database *database, const char *name, const str
     const float *factor = array_of(database, factor_name)->values, *weight = array_of(database, "channel_weight")->values;
     const size_t parts = array->axes[0].count;
     const double least = least_depth(path);
-    double total = 0.0, mean = 0.0, place[AXES] = {0};
+    double mean = 0.0, place[AXES] = {0}, *value = allocate(parts, sizeof *value);
     for (size_t k = 1; k < array->rank; ++k) place[k] = where[k - 1];
-    for (size_t j = 0; j < path->channels; ++j) mean += weight[j] * exp(least - path->depth[j]);
     for (size_t q = 0; q < parts; ++q) {
-        double through = 0.0;
-        for (size_t j = 0; j < path->channels; ++j)
-            through += exp(least - path->depth[j]) * (spectrum ? spectrum[j] : 1.0) * factor[j * parts + q];
         place[0] = array->axes[0].nodes[q];
-        total += through * interpolated(database, name, place);
+        value[q] = interpolated(database, name, place);
     }
-    return total / mean;
+    for (size_t j = 0; j < path->channels; ++j) mean += weight[j] * exp(least - path->depth[j]);
+    for (size_t j = 0; j < path->channels; ++j) {
+        double lit = 0.0;
+        for (size_t q = 0; q < parts; ++q) lit += factor[j * parts + q] * value[q];
+        lit *= by * exp(least - path->depth[j]) * (spectrum ? spectrum[j] : 1.0) / mean;
+        for (size_t b = 0; b < count; ++b) to[b] += lit * (shares ? shares[j * count + b] : 1.0);
+    }
+    free(value);
 }
 
-static double direct(const struct database *database, const struct path *path, double source)
+static void bound_at_zero(size_t count, double *values)
+{
+    for (size_t b = 0; b < count; ++b) values[b] = fmax(values[b], 0.0);
+}
+
+static void add_direct(const struct database *database, const struct path *path, double source, const struct parting *parting, double *to)
 {
     const double height = path->line.end_height;
     lit(database, source);
     const double above = source - interpolated(database, "source_rise", &height);
-    return above >= 0 ? fmax(light(database, "direct_light", path, (double[]){height, above}, NULL), 0.0) : 0.0;
+    if (above >= 0) add_light(database, "direct_light", path, (double[]){height, above}, NULL, parting->count, parting->source, 1.0, to);
+    bound_at_zero(parting->count, to);
 }
 
 /* What the air emits and what it scatters; `harmonic` is its code, of the sky itself of no account. */
-static double sky(const struct database *database, const char *thermal, const char *scattered, const struct path *path, double source, double harmonic)
+static void add_sky(const struct database *database, const char *thermal, const char *scattered, const struct path *path, double source,
+                    double harmonic, const struct parting *parting, double *to)
 {
     const double height = path->line.end_height, share = night(database, source);
-    return light(database, thermal, path, (double[]){height, harmonic}, NULL) +
-           share * light(database, scattered, path, (double[]){height, lit(database, source), harmonic}, NULL);
+    add_light(database, thermal, path, (double[]){height, harmonic}, NULL, parting->count, parting->thermal, 1.0, to);
+    add_light(database, scattered, path, (double[]){height, lit(database, source), harmonic}, NULL, parting->count, parting->source, share, to);
 }
 
-static double ground_light(const struct database *database, const struct path *path, double kelvin, double harmonic)
+static void add_ground(const struct database *database, const struct path *path, double kelvin, double harmonic, const struct parting *parting, double *to)
 {
     const struct axis *channels = &array_of(database, "ground_emission")->axes[1];
     double *emission = allocate(path->channels, sizeof *emission);
     for (size_t j = 0; j < path->channels; ++j)
         emission[j] = interpolated(database, "ground_emission", (double[]){kelvin, channels->nodes[j]});
-    const double total = light(database, "ground_harmonics", path, (double[]){path->line.end_height, harmonic}, emission);
+    add_light(database, "ground_harmonics", path, (double[]){path->line.end_height, harmonic}, emission, parting->count, parting->thermal, 1.0, to);
     free(emission);
-    return total;
+}
+
+static void add_on_surface(const struct database *database, const char *name, const struct path *path, const double *where,
+                           const struct parting *parting, double *to)
+{
+    if (!strcmp(name, "direct_radiance")) add_direct(database, path, where[SOURCE], parting, to);
+    else if (!strcmp(name, "ambient_radiance")) {
+        add_sky(database, "thermal_sky", "scattered_sky", path, where[SOURCE], 0.0, parting, to);
+        bound_at_zero(parting->count, to);
+    } else if (!strcmp(name, LIGHT)) add_sky(database, "thermal_harmonics", "scattered_harmonics", path, where[SOURCE], where[LAST], parting, to);
+    else add_ground(database, path, where[3], where[LAST], parting, to);
+}
+
+static void release(struct path *path)
+{
+    free(path->depth);
+    free(path->extinction);
 }
 
 double value_in_channels(const struct database *database, const char *name, const double *where)
 {
-    const struct path path = path_of(database, where);
+    struct path path = path_of(database, where);
     double value = 0.0;
     if (!strcmp(name, "beta_star")) value = beta_star(database, &path, within(database, RANGE, where[RANGE]));
     else if (!strcmp(name, "path_radiance_ratio")) value = path_radiance_ratio(database, &path, where[SOURCE], where[LAST]);
-    else if (!strcmp(name, "direct_radiance")) value = direct(database, &path, where[SOURCE]);
-    else if (!strcmp(name, "ambient_radiance")) value = fmax(sky(database, "thermal_sky", "scattered_sky", &path, where[SOURCE], 0.0), 0.0);
-    else if (!strcmp(name, LIGHT)) value = sky(database, "thermal_harmonics", "scattered_harmonics", &path, where[SOURCE], where[LAST]);
-    else value = ground_light(database, &path, where[3], where[LAST]);
-    free(path.depth);
-    free(path.extinction);
+    else add_on_surface(database, name, &path, where, &(struct parting){1, NULL, NULL}, &value);
+    release(&path);
     return value;
+}
+
+void light_in_channels(const struct database *database, const char *name, const double *where, double *to)
+{
+    const struct array *thermal = array_of(database, "thermal_wavelength_share"), *source = array_of(database, "source_wavelength_share");
+    const struct parting parting = {thermal->axes[1].count, thermal->values, source->values};
+    struct path path = path_of(database, where);
+    for (size_t b = 0; b < parting.count; ++b) to[b] = 0.0;
+    add_on_surface(database, name, &path, where, &parting, to);
+    release(&path);
+}
+
+void transmittance_in_channels(const struct database *database, const double *where, double reach, double *to)
+{
+    const struct array *shares = array_of(database, "thermal_wavelength_share");
+    const float *emitted = array_of(database, "thermal_reference")->values, *weight = array_of(database, "channel_weight")->values;
+    const size_t count = shares->axes[1].count;
+    const double stretch = reach / fmax(within(database, RANGE, where[RANGE]), SHORTEST);
+    struct path path = path_of(database, where);
+    for (size_t b = 0; b < count; ++b) {
+        double all = 0.0, whole = 0.0, absorbed = 0.0, through = 0.0;
+        for (size_t j = 0; j < path.channels; ++j) all += (double)emitted[j] * shares->values[j * count + b];
+        for (size_t j = 0; j < path.channels; ++j) {
+            const double part = all > 0 ? (double)emitted[j] * shares->values[j * count + b] : weight[j];
+            whole += part;
+            absorbed += part * -expm1(-path.depth[j]);
+            through += part * exp(-path.depth[j]);
+        }
+        absorbed /= all > 0 ? whole : 1.0;
+        through /= all > 0 ? whole : 1.0;
+        to[b] = exp(stretch * (absorbed < 0.5 ? log1p(-absorbed) : log(fmax(through, DBL_MIN))));
+    }
+    release(&path);
 }

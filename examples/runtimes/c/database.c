@@ -42,6 +42,26 @@ int holds(const struct database *database, const char *name)
     return 0;
 }
 
+/* Whether the file has an array of a list. */
+static int has_any(const struct source *from, const struct layout *layout)
+{
+    for (; layout->name; ++layout)
+        if (H5Lexists(from->file, layout->name, H5P_DEFAULT) > 0) return 1;
+    return 0;
+}
+
+/* The rows of an array are shares, which sum to 1. */
+static void check_shares(const struct source *from, const struct database *database, const char *name)
+{
+    const struct array *array = array_of(database, name);
+    const size_t count = array->axes[1].count;
+    for (size_t i = 0; i < array->axes[0].count; ++i) {
+        double sum = 0.0;
+        for (size_t b = 0; b < count; ++b) sum += array->values[i * count + b];
+        if (!(fabs(sum - 1.0) <= 1e-5)) fail("%s: a row of '%s' sums to %g; allowed: 1", from->path, name, sum);
+    }
+}
+
 /* Harmonics of the light around faces, and what the file states of the ground. */
 static void read_tilted(const struct source *from, struct database *database, const struct layout *layout, const struct json *clamped)
 {
@@ -95,9 +115,11 @@ static void read_channels(const struct source *from, struct database *database, 
     if (!(fabs(sum - 1.0) <= 1e-5)) fail("%s: 'channel_weight' sums to %g; allowed: 1", from->path, sum);
     if (isnan(array_of(database, "source_factor")->axes[1].dark_below))
         fail("%s: the source elevations of 'source_factor' do not state dark_below", from->path);
-    for (size_t i = 0; CHANNEL_HARMONICS[i].name; ++i)
-        if (!database->tilted && H5Lexists(from->file, CHANNEL_HARMONICS[i].name, H5P_DEFAULT) > 0)
-            read_tilted(from, database, CHANNEL_HARMONICS, clamped);
+    if (has_any(from, CHANNEL_HARMONICS)) read_tilted(from, database, CHANNEL_HARMONICS, clamped);
+    if (has_any(from, CHANNEL_SHARES)) {
+        read_more(from, database, CHANNEL_SHARES, clamped);
+        for (size_t i = 0; CHANNEL_SHARES[i].name; ++i) check_shares(from, database, CHANNEL_SHARES[i].name);
+    }
 }
 
 /* What a file of format 1 or 2 holds beside the arrays that it must hold. */
@@ -107,6 +129,10 @@ static void read_optional(const struct source *from, struct database *database, 
     if (layout == SURFACE && H5Lexists(from->file, TRACKS[0].name, H5P_DEFAULT) > 0) {
         read_more(from, database, TRACKS, clamped);
         database->tracked = 1;
+    }
+    if (layout == BAND && has_any(from, SPECTRA)) {
+        read_more(from, database, SPECTRA, clamped);
+        check_shares(from, database, "emission_share");
     }
     if (layout == ATMOSPHERE && H5Lexists(from->file, LIGHT, H5P_DEFAULT) > 0) read_tilted(from, database, TILTED, clamped);
     if (layout == ATMOSPHERE && H5Lexists(from->file, NIGHT[0].name, H5P_DEFAULT) > 0) read_night(from, database, clamped);
@@ -260,4 +286,33 @@ double value_at(const struct database *database, const char *name, const double 
     if (!WITHOUT_SOURCE[entry].emitted) return light;
     if (!strcmp(name, LIGHT)) place[3] = where[4]; /* the harmonic follows the line of sight there */
     return light + (1.0 - share) * interpolated(database, WITHOUT_SOURCE[entry].emitted, place);
+}
+
+void part_light(struct database *air, const struct database *band)
+{
+    if (!air->channels.present || !holds(air, "thermal_wavelength_share") || !holds(band, "emission_share")) return;
+    const struct axis *ours = &array_of(air, "thermal_wavelength_share")->axes[1], *theirs = &array_of(band, "emission_share")->axes[1];
+    int same = ours->count == theirs->count;
+    for (size_t b = 0; same && b < ours->count; ++b) same = fabs(ours->nodes[b] - theirs->nodes[b]) <= 1e-6 * fabs(theirs->nodes[b]);
+    if (!same)
+        fail("%s: has %zu wavelengths from %g to %g um; allowed: those of the air, %zu from %g to %g um", band->path, theirs->count,
+             theirs->nodes[0], theirs->nodes[theirs->count - 1], ours->count, ours->nodes[0], ours->nodes[ours->count - 1]);
+    air->parted = ours->count;
+}
+
+size_t parts_of(const struct database *air)
+{
+    return air->parted ? air->parted : 1;
+}
+
+void light_at(const struct database *air, const char *name, const double *where, double *to)
+{
+    if (air->parted) light_in_channels(air, name, where, to);
+    else *to = value_at(air, name, where);
+}
+
+void transmittance_at(const struct database *air, const double *where, double reach, double *to)
+{
+    if (air->parted) transmittance_in_channels(air, where, reach, to);
+    else *to = exp(-5.5 * reach / value_at(air, "beta_star", where));
 }

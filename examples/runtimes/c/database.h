@@ -57,6 +57,7 @@ struct database {
     int tracked;           /* it has the tracks of Sun and Moon */
     int lunar;             /* its source is the Moon */
     struct channels channels;
+    size_t parted;         /* so many wavelengths of the band part its light; 0 where it is not parted */
     char **material_names; /* as many as the axis 'material' has nodes; of a .band only */
 };
 
@@ -89,5 +90,18 @@ double interpolated(const struct database *database, const char *name, const dou
  * has it so; below the lowest elevation of the source, its light fades
  * into what the air emits. */
 double value_at(const struct database *database, const char *name, const double *where);
+
+/* Part the light of an atmosphere by wavelength where it and the file of the band hold what that takes; they are then of
+ * one band. */
+void part_light(struct database *air, const struct database *band);
+
+/* How many values `light_at` and `transmittance_at` give: one for each wavelength, or one for the whole band. */
+size_t parts_of(const struct database *air);
+
+/* Light on surfaces at a place, as `value_at`. */
+void light_at(const struct database *air, const char *name, const double *where, double *to);
+
+/* Transmittance over the range `reach`, from that over the range of the place; (9) where light is not parted. */
+void transmittance_at(const struct database *air, const double *where, double reach, double *to);
 
 #endif

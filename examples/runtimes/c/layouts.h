@@ -49,6 +49,12 @@ static const struct layout BAND[] = {
     {"normalisation", {"material"}, 0.0, HUGE_VALF},
     {NULL, {NULL}, 0, 0},
 };
+/* Of a .band that holds either of them: what light is parted with at the wavelengths of the band. */
+static const struct layout SPECTRA[] = {
+    {"reflectance_spectrum", {"material", "band_wavelength"}, 0.0, 1.0},
+    {"emission_share", {"planck_temperature", "band_wavelength"}, 0.0, 1.00001},
+    {NULL, {NULL}, 0, 0},
+};
 static const struct layout ATMOSPHERE[] = {
     {"beta_star", {"range", "altitude", "elevation"}, 1e-12, HUGE_VALF},
     {"path_radiance_ratio", {"range", "altitude", "elevation", "source_elevation", "source_azimuth"}, 0.0, HUGE_VALF},
@@ -97,6 +103,12 @@ static const struct layout CHANNEL_HARMONICS[] = {
     {"ground_harmonics", {"ground_harmonics_part", "surface_height", "zonal_harmonic"}, -HUGE_VALF, HUGE_VALF},
     {"ground_harmonics_factor", {"channel", "ground_harmonics_part"}, -HUGE_VALF, HUGE_VALF},
     {"ground_emission", {"ground_temperature", "channel"}, 0.0, HUGE_VALF},
+    {NULL, {NULL}, 0, 0},
+};
+/* Of one that holds either of them: shares of the wavelengths in the light of the channels. */
+static const struct layout CHANNEL_SHARES[] = {
+    {"thermal_wavelength_share", {"channel", "band_wavelength"}, 0.0, 1.00001},
+    {"source_wavelength_share", {"channel", "band_wavelength"}, 0.0, 1.00001},
     {NULL, {NULL}, 0, 0},
 };
 

@@ -34,7 +34,7 @@ static const struct {
     {NULL, "linear", "linear", 0},
 };
 /* Read at the nearest node outside, whatever the file says. */
-static const char *const CLAMPED[] = {"share", "height_root", "direction", "surface_height", "target_height", "elevation_above_rise", NULL};
+static const char *const CLAMPED[] = {"share", "height_root", "direction", "surface_height", "target_height", "elevation_above_rise", "planck_temperature", NULL};
 enum { LAST_CODE = 65535 };
 
 void fail(const char *format, ...)

@@ -55,28 +55,31 @@ static void irradiance_harmonics(const double *n, double *to)
     to[10] = -0.026076488977049006 * (even * even - 4 * x * x * y * y);
 }
 
-/* L_ambient of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits. */
-static double ambient(const struct database *air, const double *centre, const double *normal, const double *ground)
+/* L_ambient, as `light_at`, of a face with a normal in the frame of the source's azimuth; temperature of the ground and
+ * what it emits. */
+static void ambient(const struct database *air, const double *centre, const double *normal, const double *ground, double *to)
 {
     const struct axis *codes = codes_of(air, LIGHT), *zones = codes_of(air, GLOW);
     const double up[3] = {0.0, 0.0, 1.0}, square = normal[2] * normal[2];
-    double facing[HARMONICS], upright[HARMONICS], total[HARMONICS];
+    const double share = codes->count == 6 ? ((35 * square - 30) * square + 3) / 8 : (((231 * square - 315) * square + 105) * square - 5) / 16;
+    const size_t parts = parts_of(air);
+    double facing[HARMONICS], upright[HARMONICS], *light = allocate(parts, sizeof *light);
     irradiance_harmonics(normal, facing);
     irradiance_harmonics(up, upright);
-    for (size_t h = 0; h < codes->count; ++h)
-        total[h] = value_at(air, LIGHT, (double[]){centre[0], centre[1], centre[2], centre[3], codes->nodes[h]});
-    for (size_t z = 0; z < zones->count; ++z) {
-        double glow = ground[1] * value_at(air, GLOW, (double[]){centre[0], centre[1], centre[2], ground[0], zones->nodes[z]});
-        for (size_t h = 0; h < codes->count; ++h)
-            if (codes->nodes[h] == zones->nodes[z]) total[h] += glow;
-    }
-    double sum = 0.0, missing = value_at(air, "ambient_radiance", centre);
+    light_at(air, "ambient_radiance", centre, to);
+    for (size_t b = 0; b < parts; ++b) to[b] *= share;
     for (size_t h = 0; h < codes->count; ++h) {
-        sum += total[h] * facing[h];
-        missing -= total[h] * upright[h];
+        const double factor = facing[h] - upright[h] * share;
+        light_at(air, LIGHT, (double[]){centre[0], centre[1], centre[2], centre[3], codes->nodes[h]}, light);
+        for (size_t b = 0; b < parts; ++b) to[b] += factor * light[b];
+        for (size_t z = 0; z < zones->count; ++z)
+            if (codes->nodes[h] == zones->nodes[z]) {
+                light_at(air, GLOW, (double[]){centre[0], centre[1], centre[2], ground[0], zones->nodes[z]}, light);
+                for (size_t b = 0; b < parts; ++b) to[b] += factor * ground[1] * light[b];
+            }
     }
-    const double share = codes->count == 6 ? ((35 * square - 30) * square + 3) / 8 : (((231 * square - 315) * square + 105) * square - 5) / 16;
-    return fmax(sum + missing * share, 0.0);
+    for (size_t b = 0; b < parts; ++b) to[b] = fmax(to[b], 0.0);
+    free(light);
 }
 
 /* Where Sun or Moon stands: elevation, azimuth from the line of sight, azimuth from north eastward (NaN where the pixel
@@ -85,11 +88,14 @@ struct position {
     double elevation, azimuth, heading, direction[3];
 };
 
-/* L_ambient of a pixel's face; of a level one where the file or the pixel says no more. */
-static double ambient_of_pixel(const struct database *surface, const struct database *band, const struct database *air, const double *centre,
-                               const struct json *given, const struct position *source)
+/* L_ambient of a pixel's face, as `light_at`; of a level one where the file or the pixel says no more. */
+static void ambient_of_pixel(const struct database *surface, const struct database *band, const struct database *air, const double *centre,
+                             const struct json *given, const struct position *source, double *to)
 {
-    if (!air->tilted || isnan(source->heading)) return value_at(air, "ambient_radiance", centre);
+    if (!air->tilted || isnan(source->heading)) {
+        light_at(air, "ambient_radiance", centre, to);
+        return;
+    }
     double ground[2] = {air->ground[1], air->ground[2]};
     const struct json *material = json_get(given, "ground_material");
     if (material) {
@@ -100,7 +106,7 @@ static double ambient_of_pixel(const struct database *surface, const struct data
     const double slope = RADIAN * number(given, "surface_slope");
     const double turn = RADIAN * (number(given, "surface_azimuth") - source->heading);
     const double normal[3] = {sin(slope) * cos(turn), sin(slope) * sin(turn), cos(slope)};
-    return ambient(air, centre, normal, ground);
+    ambient(air, centre, normal, ground, to);
 }
 
 static double dot(const double *a, const double *b)
@@ -208,6 +214,22 @@ static double temperature_of(const struct database *surface, const double *face,
     return temperature;
 }
 
+/* Of a material at a temperature: reflectance, and the share in what a black body emits, at each wavelength or in the
+ * whole band. */
+static void spectra_of(const struct database *band, size_t parted, double code, double temperature, double *rho, double *emission)
+{
+    if (!parted) {
+        *rho = value_at(band, "reflectance", &code);
+        *emission = 1.0;
+        return;
+    }
+    const double *nodes = array_of(band, "emission_share")->axes[1].nodes;
+    for (size_t b = 0; b < parted; ++b) {
+        rho[b] = interpolated(band, "reflectance_spectrum", (double[]){code, nodes[b]});
+        emission[b] = interpolated(band, "emission_share", (double[]){temperature, nodes[b]});
+    }
+}
+
 /* Equations (1) to (44) for one pixel. */
 static struct pixel compute(const struct json *scene, const struct database *surface, const struct database *band,
                             const struct database *air, struct texture *texture, const struct json *given)
@@ -223,23 +245,34 @@ static struct pixel compute(const struct json *scene, const struct database *sur
     direction(given, "normal", normal);
     direction(given, "to_observer", to_observer);
     const double incidence = fmax(dot(normal, source.direction), 0.0);
-    const double beam = incidence > 0.0 ? value_at(air, "direct_radiance", centre) : 0.0;
-    const double sky = ambient_of_pixel(surface, band, air, centre, given, &source);
+    const size_t parts = parts_of(air);
+    double *light = allocate(5 * parts, sizeof *light), *beam = light + parts, *through = beam + parts, *rho = through + parts, *emission = rho + parts;
+    if (incidence > 0.0) light_at(air, "direct_radiance", centre, beam);
+    ambient_of_pixel(surface, band, air, centre, given, &source, light);
+    transmittance_at(air, centre, number(given, "range"), through);
     for (size_t k = 0; k < count; ++k) {
         const double code = codes[k], share = shares[k];
         const double face[] = {code, number(given, "surface_altitude"), number(given, "surface_azimuth"), number(given, "surface_slope"), number(given, "time")};
         const double temperature = temperature_of(surface, face, given);
         const double blackbody = value_at(band, "blackbody_radiance", &temperature); /* (7) */
-        const double rho = value_at(band, "reflectance", &code), fraction = value_at(band, "specular_fraction", &code);
-        const double direct = beam * rho * pixel.tau;
+        const double fraction = value_at(band, "specular_fraction", &code);
+        double emitted = 0.0, sky = 0.0, direct = 0.0;
+        spectra_of(band, air->parted, code, temperature, rho, emission);
+        for (size_t b = 0; b < parts; ++b) {
+            emitted += (1.0 - rho[b]) * emission[b] * through[b];
+            sky += rho[b] * light[b];
+            direct += rho[b] * beam[b];
+        }
+        direct = fmax(direct, 0.0) * pixel.tau;
         pixel.temperature += share * temperature;
         pixel.blackbody += share * blackbody;
-        pixel.thermal += share * blackbody * (1.0 - rho) * pixel.tau; /* (6) */
-        pixel.skyshine += share * sky * rho * pixel.tau; /* (19) */
+        pixel.thermal += share * blackbody * emitted; /* (5), or (6) */
+        pixel.skyshine += share * fmax(sky, 0.0) * pixel.tau; /* (18), or (19) */
         pixel.diffuse += share * direct * incidence * (1.0 - fraction); /* (34) */
         const double shape = lobe(normal, source.direction, to_observer, value_at(band, "shininess", &code));
         pixel.specular += share * direct * shape * fraction * value_at(band, "normalisation", &code); /* (35) */
     }
+    free(light);
     if (air->channels.present || !strcmp(array_of(air, "path_radiance_ratio")->axes[4].name, "scattering_angle"))
         centre[4] = scattering_angle(centre[2], centre[3], centre[4]);
     pixel.path = value_at(air, "path_radiance_ratio", centre) * -expm1(-depth); /* (11) */
@@ -296,6 +329,7 @@ int main(int count, char **arguments)
     open_database(&surface, path_of(scene, "surface", arguments[1]), "htt", clamped);
     open_database(&band, path_of(scene, "band", arguments[1]), "band", clamped);
     open_database(&air, path_of(scene, "atmosphere", arguments[1]), "atmq", clamped);
+    part_light(&air, &band);
     static struct texture texture;
     if (json_get(scene, "texture")) open_texture(&texture, path_of(scene, "texture", arguments[1]));
     size_t total = 0, done = 0;

@@ -1,4 +1,5 @@
 // An atmosphere in channels (format 3): its quantities, computed from tables that have no axis of range.
+// Light on surfaces is a list: one number for the whole band, or one for each of its wavelengths.
 // The formulas are those of ../../../schemas/formats/atmq-3.md; lengths are in km.
 import { SceneError } from "./axis.js";
 import { CIVIL_TWILIGHT, GLOW, LIGHT } from "./layouts.js";
@@ -6,9 +7,12 @@ import { CIVIL_TWILIGHT, GLOW, LIGHT } from "./layouts.js";
 // The arrays that have the codes of the harmonics.
 export const STORED = { [LIGHT]: "scattered_harmonics", [GLOW]: "ground_harmonics" };
 const [SHORTEST, FARTHEST_BETA] = [1e-12, 1e12];
+const SMALLEST = 2 ** -1022; // number of full precision
 
 const limited = (value) => Math.min(Math.max(value, 0), 1);
 const sum = (values, of) => values.reduce((total, value, k) => total + value * of(k), 0);
+const added = (one, other, share) => one.map((value, b) => value + share * other[b]);
+const bounded = (values) => values.map((value) => Math.max(value, 0));
 
 export class Channels {
   constructor(database, stated) {
@@ -23,10 +27,43 @@ export class Channels {
     const path = this.path(where);
     if (quantity === "beta_star") return this.betaStar(path, this.within("range", where));
     if (quantity === "path_radiance_ratio") return this.pathRadianceRatio(path, where);
-    if (quantity === "direct_radiance") return this.direct(path, where.source_elevation);
-    if (quantity === "ambient_radiance") return Math.max(this.sky("sky", path, where), 0);
-    if (quantity === LIGHT) return this.sky("harmonics", path, where);
-    return this.light("ground_harmonics", path, where, this.emission(where.ground_temperature));
+    const undivided = { count: 1 };
+    return this.onSurface(quantity, path, where, { thermal: undivided, source: undivided })[0];
+  }
+
+  // A quantity of light on surfaces at each wavelength.
+  parted(quantity, where) {
+    const [thermal, source] = ["thermal_wavelength_share", "source_wavelength_share"].map((name) => this.shares(name));
+    return this.onSurface(quantity, this.path(where), where, { thermal, source });
+  }
+
+  // Shares of so many wavelengths in each channel.
+  shares(name) {
+    const { axes, values } = this.database.arrays[name];
+    return { count: axes[1].nodes.length, values };
+  }
+
+  // Transmittance of emitted light at each wavelength over another range than that of the place, as (8) and (9) have it from beta*.
+  transmittance(where, reach) {
+    const { depth } = this.path(where);
+    const { thermal_reference: emitted, channel_weight: weight } = this.database.arrays;
+    const { count, values } = this.shares("thermal_wavelength_share");
+    const stretch = reach / Math.max(this.within("range", where), SHORTEST);
+    return Array.from({ length: count }, (_, b) => {
+      const parts = depth.map((_, j) => emitted.values[j] * values[j * count + b]);
+      const whole = parts.reduce((total, part) => total + part, 0);
+      const mean = (of) => (whole > 0 ? sum(parts, of) / whole : sum(weight.values, of));
+      const absorbed = mean((j) => -Math.expm1(-depth[j]));
+      const thick = () => Math.log(Math.max(mean((j) => Math.exp(-depth[j])), SMALLEST));
+      return Math.exp(stretch * (absorbed < 0.5 ? Math.log1p(-absorbed) : thick()));
+    });
+  }
+
+  onSurface(quantity, path, where, shares) {
+    if (quantity === "direct_radiance") return bounded(this.direct(path, where.source_elevation, shares.source));
+    if (quantity === "ambient_radiance") return bounded(this.sky("sky", path, where, shares));
+    if (quantity === LIGHT) return this.sky("harmonics", path, where, shares);
+    return this.light("ground_harmonics", path, where, shares.thermal, this.emission(where.ground_temperature));
   }
 
   // Range, altitude or elevation, which must be one that the file is for.
@@ -112,27 +149,27 @@ export class Channels {
     return absorptance > 0 ? (thermal + scattered) / absorptance : 0;
   }
 
-  direct(path, height) {
+  direct(path, height, shares) {
     this.lit(height);
     const above = height - this.database.interpolated("source_rise", { target_height: path.line.end });
-    if (!(above >= 0)) return 0;
-    return Math.max(this.light("direct_light", path, { target_height: path.line.end, elevation_above_rise: above }), 0);
+    if (!(above >= 0)) return new Array(shares.count).fill(0);
+    return this.light("direct_light", path, { target_height: path.line.end, elevation_above_rise: above }, shares);
   }
 
   // What the air emits, and what it scatters.
-  sky(kind, path, where) {
+  sky(kind, path, where, shares) {
     const lit = { ...where, sky_source_elevation: this.lit(where.source_elevation) };
-    const share = this.night(where.source_elevation);
-    return this.light(`thermal_${kind}`, path, where) + share * this.light(`scattered_${kind}`, path, lit);
+    const emitted = this.light(`thermal_${kind}`, path, where, shares.thermal);
+    return added(emitted, this.light(`scattered_${kind}`, path, lit, shares.source), this.night(where.source_elevation));
   }
 
-  // Light on the surface at the end of a path as the path weighs it, over its transmittance.
-  light(name, path, where, spectrum = null) {
+  // Light on the surface at the end of a path as the path weighs it, over its transmittance, parted by the shares.
+  light(name, path, where, { count, values: shares }, spectrum = null) {
     const value = this.parts(name, { ...where, surface_height: path.line.end });
     const factor = this.database.arrays[`${name}_factor`].values;
-    const lit = spectrum ? path.through.map((through, j) => through * spectrum[j]) : path.through;
-    const total = lit.reduce((all, through, j) => all + through * sum(value, (q) => factor[j * value.length + q]), 0);
-    return total / this.over("channel_weight", (j) => path.through[j]);
+    const lit = path.through.map((through, j) => through * (spectrum ? spectrum[j] : 1) * sum(value, (q) => factor[j * value.length + q]));
+    const mean = this.over("channel_weight", (j) => path.through[j]);
+    return Array.from({ length: count }, (_, b) => sum(lit, (j) => (shares ? shares[j * count + b] : 1)) / mean);
   }
 
   // What the ground emits in the channels.

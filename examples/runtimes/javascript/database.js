@@ -4,8 +4,8 @@ import h5wasm, { FS } from "h5wasm";
 import { attribute, Axis, SceneError } from "./axis.js";
 import { Channels, STORED } from "./channels.js";
 import {
-  ARRAYS, CHANNEL_HARMONICS, CHANNELS, CIVIL_TWILIGHT, FORMATS, GLOW, GROUND, HARMONICS, LIGHT, NIGHT, NIGHT_HARMONICS, RULES, SHADE, STATED, TRACKS,
-  WEIGHT_ROUNDING, WITHOUT_SOURCE,
+  ARRAYS, CHANNEL_HARMONICS, CHANNEL_SHARES, CHANNELS, CIVIL_TWILIGHT, FORMATS, GLOW, GROUND, HARMONICS, LIGHT, NIGHT, NIGHT_HARMONICS, RULES, SHADE,
+  SHARES, SPECTRA, STATED, TRACKS, WAVELENGTH_ROUNDING, WEIGHT_ROUNDING, WITHOUT_SOURCE,
 } from "./layouts.js";
 
 // Deflate packs at most 1032 bytes into one: a file that claims more does not hold it.
@@ -23,7 +23,7 @@ function numbers(item, name, count) {
 
 export class Database {
   constructor(path, filetypes, clamped) {
-    Object.assign(this, { clamped, arrays: {}, codes: new Map(), ground: null, channels: null });
+    Object.assign(this, { path, clamped, arrays: {}, codes: new Map(), ground: null, channels: null, parted: false });
     let content;
     try {
       if (!statSync(path).isFile()) throw new Error();
@@ -59,6 +59,7 @@ export class Database {
     const stated = inChannels ? this.stated() : null;
     const layouts = inChannels ? this.channelLayouts() : this.layouts(filetypes[0]);
     for (const [name, [axes, least, most]] of Object.entries(layouts)) this.arrays[name] = this.array(name, axes, least, most);
+    this.checkShares();
     if (inChannels) {
       this.checkChannels();
       this.channels = new Channels(this, stated);
@@ -75,16 +76,48 @@ export class Database {
   layouts(kind) {
     const has = (part) => this.stored.has(Object.keys(part)[0]);
     if (kind === "htt") return { ...ARRAYS.htt, ...(has(SHADE) ? SHADE : {}), ...(has(TRACKS) ? TRACKS : {}) };
-    if (kind !== "atmq") return ARRAYS[kind];
+    if (kind === "band") return { ...ARRAYS.band, ...this.whole(SPECTRA) };
     const lit = this.stored.has(LIGHT);
     const night = has(NIGHT) ? { ...NIGHT, ...(lit ? NIGHT_HARMONICS : {}) } : {};
     return { ...ARRAYS.atmq, ...(lit ? HARMONICS : {}), ...night };
   }
 
-  // What a file in channels must hold: the harmonics together or none of them.
+  // Layouts that stand together or not at all.
+  whole(part) {
+    return Object.keys(part).some((name) => this.stored.has(name)) ? part : {};
+  }
+
+  // What a file in channels must hold.
   channelLayouts() {
-    const lit = Object.keys(CHANNEL_HARMONICS).some((name) => this.stored.has(name));
-    return { ...CHANNELS, ...(lit ? CHANNEL_HARMONICS : {}) };
+    return { ...CHANNELS, ...this.whole(CHANNEL_HARMONICS), ...this.whole(CHANNEL_SHARES) };
+  }
+
+  // The shares of the wavelengths sum to 1.
+  checkShares() {
+    for (const name of SHARES.filter((each) => each in this.arrays)) {
+      const { axes, values } = this.arrays[name];
+      const count = axes[1].nodes.length;
+      axes[0].nodes.forEach((_, i) => {
+        const total = values.subarray(i * count, (i + 1) * count).reduce((all, share) => all + share, 0);
+        if (!(Math.abs(total - 1) <= WEIGHT_ROUNDING)) throw new SceneError(`a row of '${name}' sums to ${total}; allowed: 1`);
+      });
+    }
+  }
+
+  // Wavelengths of the band at which the file parts light; none where it does not.
+  get wavelengths() {
+    const name = SHARES.find((each) => each in this.arrays);
+    return name ? this.arrays[name].axes[1].nodes : [];
+  }
+
+  // Read the light of this atmosphere at each wavelength, where it and the file of the band hold what that takes; they are then of one band.
+  partLight(band) {
+    const [ours, theirs] = [this.wavelengths, band.wavelengths];
+    this.parted = ours.length > 0 && theirs.length > 0;
+    const same = ours.length === theirs.length && ours.every((node, b) => Math.abs(node - theirs[b]) <= WAVELENGTH_ROUNDING * Math.abs(theirs[b]));
+    if (!this.parted || same) return;
+    const [found, allowed] = [theirs, ours].map((nodes) => `${nodes.length} from ${nodes[0]} to ${nodes.at(-1)} um`);
+    throw new SceneError(`${band.path}: has the wavelengths ${found}; allowed: those of the air, ${allowed}`);
   }
 
   // What a file in channels says of the air and of the paths that it is for.
@@ -186,6 +219,21 @@ export class Database {
       }
     }
     return this.interpolated(quantity, where);
+  }
+
+  // Light on surfaces at each wavelength; one number for the whole band where light is not parted.
+  light(quantity, where) {
+    return this.parted ? this.channels.parted(quantity, where) : [this.value(quantity, where)];
+  }
+
+  // Transmittance over a range, from that over the range of the place; (9) where light is not parted.
+  transmittance(where, reach) {
+    return this.parted ? this.channels.transmittance(where, reach) : [Math.exp((-5.5 * reach) / this.value("beta_star", where))];
+  }
+
+  // A quantity of this file of a band at each of its wavelengths.
+  spectrum(quantity, where) {
+    return this.wavelengths.map((node) => this.interpolated(quantity, { ...where, band_wavelength: node }));
   }
 
   // Linear interpolation in every axis: the weighted sum over the corners of one cell.

@@ -102,6 +102,17 @@ export const CHANNEL_HARMONICS = {
   ground_harmonics_factor: [["channel", "ground_harmonics_part"], -Infinity, Infinity],
   ground_emission: [["ground_temperature", "channel"], 0, Infinity],
 };
+// Of one that holds either of them, and of a .band that does: what light is parted with at the wavelengths of the band.
+export const CHANNEL_SHARES = {
+  thermal_wavelength_share: [["channel", "band_wavelength"], 0, 1.00001],
+  source_wavelength_share: [["channel", "band_wavelength"], 0, 1.00001],
+};
+export const SPECTRA = {
+  reflectance_spectrum: [["material", "band_wavelength"], 0, 1],
+  emission_share: [["planck_temperature", "band_wavelength"], 0, 1.00001],
+};
+export const SHARES = [...Object.keys(CHANNEL_SHARES), "emission_share"]; // their rows sum to 1
+export const WAVELENGTH_ROUNDING = 1e-6; // relative: the files of one band have the same wavelengths
 // What it must state: how many numbers, the least and the largest.
 export const STATED = {
   ground_altitude_km: [1, -1, 10],
@@ -109,9 +120,9 @@ export const STATED = {
   range_km: [2, 0, 1e9],
   altitude_km: [2, -1, 1e9],
 };
-export const WEIGHT_ROUNDING = 1e-5; // of the sum of the channels' weights, which is 1
+export const WEIGHT_ROUNDING = 1e-5; // of the sum of the channels' weights, and of a row of shares, which is 1
 // Read at the nearest node outside, whatever the file says.
-export const CLAMPED = [...NODES, "surface_height", "target_height", "elevation_above_rise"];
+export const CLAMPED = [...NODES, "surface_height", "target_height", "elevation_above_rise", "planck_temperature"];
 // Axes of codes and of numbers of parts.
 const PARTS = Object.values({ ...CHANNELS, ...CHANNEL_HARMONICS }).map(([axes]) => axes[0]).filter((name) => name.endsWith("_part"));
 const EXACT = new Set(["material", "channel", "absorber", ...PARTS]);

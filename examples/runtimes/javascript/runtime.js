@@ -65,24 +65,25 @@ function irradianceHarmonics([x, y, z]) {
   ];
 }
 
-// L_ambient of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits.
+// L_ambient, as `light`, of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits.
 function ambient(air, where, normal, [temperature, emitted]) {
   const [codes, zones] = [LIGHT, GLOW].map((name) => air.codesOf(name));
-  const total = codes.map((harmonic) => air.value(LIGHT, { ...where, harmonic }));
+  const total = codes.map((harmonic) => air.light(LIGHT, { ...where, harmonic }));
   for (const code of zones) {
     const place = { ...where, ground_temperature: temperature, zonal_harmonic: code };
-    total[CODES.harmonic.indexOf(code)] += emitted * air.value(GLOW, place);
+    const [part, glow] = [total[CODES.harmonic.indexOf(code)], air.light(GLOW, place)];
+    glow.forEach((value, b) => (part[b] += emitted * value));
   }
   const [facing, upright] = [normal, [0, 0, 1]].map(irradianceHarmonics);
-  const sum = (basis) => total.reduce((all, part, k) => all + part * basis[k], 0);
+  const sum = (basis, b) => total.reduce((all, part, k) => all + part[b] * basis[k], 0);
   const square = normal[2] ** 2;
   const share = codes.length === 6 ? ((35 * square - 30) * square + 3) / 8 : (((231 * square - 315) * square + 105) * square - 5) / 16;
-  return Math.max(sum(facing) + (air.value("ambient_radiance", where) - sum(upright)) * share, 0);
+  return air.light("ambient_radiance", where).map((level, b) => Math.max(sum(facing, b) + (level - sum(upright, b)) * share, 0));
 }
 
-// L_ambient of a pixel's face; of a level one where the file or the pixel says no more.
+// L_ambient of a pixel's face, as `light`; of a level one where the file or the pixel says no more.
 function ambientOfPixel(surface, band, air, centre, given) {
-  if (!air.ground || given.source_heading === undefined) return air.value("ambient_radiance", centre);
+  if (!air.ground || given.source_heading === undefined) return air.light("ambient_radiance", centre);
   let [emissivity, temperature, emitted] = air.ground;
   if (given.ground_material !== undefined) {
     const material = band.material(given.ground_material);
@@ -119,6 +120,12 @@ function materialsOf(band, texture, { material, texel, level = 0 }) {
   return texture.mixture(...texel, level);
 }
 
+// Reflectance of a material, and the share in what a black body emits, at each wavelength or in the whole band.
+function reflectanceAndEmission(band, parted, material, temperature) {
+  if (!parted) return [[band.value("reflectance", { material })], [1]];
+  return [band.spectrum("reflectance_spectrum", { material }), band.spectrum("emission_share", { planck_temperature: temperature })];
+}
+
 // Equations (1) to (44) for one pixel.
 function pixel(scene, surface, band, air, texture, asked) {
   const given = withSource(surface, air, asked);
@@ -130,7 +137,8 @@ function pixel(scene, surface, band, air, texture, asked) {
   const sky = ambientOfPixel(surface, band, air, centre, given);
   const [normal, toSource, toObserver] = [given.normal, given.to_source, given.to_observer].map(unit);
   const incidence = Math.max(dot(normal, toSource), 0);
-  const beam = incidence > 0 ? air.value("direct_radiance", centre) : 0;
+  const beam = incidence > 0 ? air.light("direct_radiance", centre) : sky.map(() => 0);
+  const through = air.transmittance(centre, given.range);
   const sums = { temperature: 0, blackbody_radiance: 0, thermal: 0, skyshine: 0, diffuse: 0, specular: 0 };
   const materials = materialsOf(band, texture, given);
   for (const [code, share] of materials) {
@@ -144,12 +152,15 @@ function pixel(scene, surface, band, air, texture, asked) {
     const temperature = temperatureOf(surface, face, given);
     const blackbody = band.value("blackbody_radiance", { temperature }); // (7)
     const property = (name) => band.value(name, { material: code });
-    const [rho, fraction] = [property("reflectance"), property("specular_fraction")];
-    const direct = beam * rho * tau;
+    const fraction = property("specular_fraction");
+    const [rho, emission] = reflectanceAndEmission(band, air.parted, code, temperature);
+    const emitted = rho.reduce((all, reflected, b) => all + (1 - reflected) * emission[b] * through[b], 0);
+    const reflect = (light) => Math.max(rho.reduce((all, reflected, b) => all + reflected * light[b], 0), 0);
+    const direct = reflect(beam) * tau;
     sums.temperature += share * temperature;
     sums.blackbody_radiance += share * blackbody;
-    sums.thermal += share * blackbody * (1 - rho) * tau; // (6)
-    sums.skyshine += share * sky * rho * tau; // (19)
+    sums.thermal += share * blackbody * emitted; // (5), or (6)
+    sums.skyshine += share * reflect(sky) * tau; // (18), or (19)
     sums.diffuse += share * direct * incidence * (1 - fraction); // (34)
     const shape = lobe(normal, toSource, toObserver, property("shininess"));
     sums.specular += share * direct * shape * fraction * property("normalisation"); // (35)
@@ -172,6 +183,7 @@ async function main(path) {
   const surface = open(scene.surface, ["htt"]);
   const band = open(scene.band, ["band"]);
   const air = open(scene.atmosphere, ["atmq", "lunar_atmq"]);
+  air.partLight(band);
   const texture = scene.texture === undefined ? null : new Texture(place(scene.texture));
   console.log(JSON.stringify({ pixels: scene.pixels.map((given) => pixel(scene, surface, band, air, texture, given)) }));
 }

@@ -7,8 +7,8 @@ which follows the lines of the band.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -21,6 +21,7 @@ from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.formulas import mean_transmittance
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.quantities.path_radiance import PathLight, scattered_light, thermal_light
+from skyshine.mat.quantities.scattering_points import ScatteringPoints
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.threads import parallel_map
@@ -41,22 +42,42 @@ class BandLight:
         Of a black body at `REFERENCE`, by the points' radiance weights, W m^-2 sr^-1.
     source : (P,) array
         Of the source outside the atmosphere, likewise; its sum is 1, or all are 0.
-    irradiance : (P,) array
-        W m^-2 (cm^-1)^-1.
+    scattering : ScatteringPoints
+        Where scattered light of the source is computed.
     """
 
     thermal: Floats
     source: Floats
-    irradiance: Floats
+    scattering: ScatteringPoints
 
     @classmethod
     def of(cls, atmosphere: BandAtmosphere, irradiance: Floats) -> BandLight:
-        """For a prepared band and the irradiance (P,) of a source."""
+        """For a prepared band and the irradiance (P,) of a source [W m^-2 (cm^-1)^-1]."""
         weight = atmosphere.band.radiance_weight
         source = weight * irradiance
         total = source.sum()
         thermal = weight * planck_wavenumber(atmosphere.band.wavenumber, REFERENCE)
-        return cls(thermal, source / total if total > 0 else source, irradiance)
+        points = ScatteringPoints.every(atmosphere.air, atmosphere.band, irradiance)
+        return cls(thermal, source / total if total > 0 else source, points)
+
+    def at_few_points(
+        self, atmosphere: BandAtmosphere, lines: Iterable[tuple[LineOfSight, LineSources]], allowed: float
+    ) -> BandLight:
+        """With scattered light at the fewest points that give it on sample lines under sources, within an error
+        [W m^-2 sr^-1], root mean square.
+        """
+        air = atmosphere.air
+        if not (air.scatters and self.source.any()):
+            return self
+        light = [
+            air.scattered_radiance(
+                path.segments, path.segment_depths, sources.to_source(path.ends), sources.deflection(path.ends)
+            )
+            for path, sources in lines
+            if path.segments.index.size
+        ]
+        rows = np.concatenate(light).astype(float) if light else np.zeros((0, self.source.size))
+        return replace(self, scattering=self.scattering.fewest(rows, allowed))
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +128,7 @@ def light_over(atmosphere: BandAtmosphere, path: LineOfSight, light: PathLight, 
 
 def scattered_over(atmosphere: BandAtmosphere, path: LineOfSight, sources: LineSources, light: BandLight) -> Floats:
     """Path radiance (R, S) of a source's light alone over the reference's."""
-    scattered = scattered_light(atmosphere.air, atmosphere.band, path, sources, light.irradiance)
+    scattered = scattered_light(atmosphere.air, atmosphere.band, path, sources, light.scattering)
     return np.maximum(light_over(atmosphere, path, scattered, light.source), 0.0)
 
 

@@ -16,8 +16,10 @@ from skyshine.mat.products.channel_tables import ChannelTables
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.nodes import NodeCounts
 from skyshine.mat.quantities.channels.path_fields import BandLight
+from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
 from skyshine.mat.quantities.grid import PathGrid
-from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
+from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
 from skyshine.schemas.errors import CheckFailed, InputError
 
 RESPONSE = SpectralResponse.rectangular(3.995, 4.005)
@@ -44,9 +46,15 @@ def sun(air):
     return solar_irradiance(air.band.wavenumber)
 
 
+def tables_of(air, light, *, harmonics=0):
+    """Tables in channels of all points of a band, which stand for themselves."""
+    every = air.air, PartedLight.of(air.band.wavenumber, air.band.radiance_weight, light)
+    return ChannelTables(air, BASE, light, SCALE, 0.5, harmonics, 1, every, band_wavelengths(RESPONSE))
+
+
 @pytest.fixture(scope="module")
 def channels(air, sun):
-    return ChannelTables(air, BASE, sun, SCALE, tolerance=0.5, harmonics=6, seed=1)
+    return tables_of(air, sun, harmonics=6)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +115,7 @@ def test_isothermal_air_without_particles_shows_its_black_body(air, sun):
     clear = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("none"))
     even = replace(clear, temperature=np.full_like(clear.temperature, 288.0), surface_temperature=288.0)
     warm = BandAtmosphere.of(even, air.band)
-    night = ChannelTables(warm, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1)
+    night = tables_of(warm, np.zeros_like(sun))
     dark = night.table(night.nodes(NodeCounts(6, 4, 4, 4, 4)))
     assert np.asarray(dark.root.variables["thermal_ratio"].data) == pytest.approx(
         1.0, abs=2e-3
@@ -189,7 +197,7 @@ def test_a_tolerance_that_takes_too_many_nodes_says_so(channels):
 
 
 def test_no_source_gives_no_scattered_light(air, sun):
-    night = ChannelTables(air, BASE, np.zeros_like(sun), SCALE, 0.5, 0, 1)
+    night = tables_of(air, np.zeros_like(sun))
     dark = night.table(night.nodes(NodeCounts(5, 4, 4, 4, 4)))
     read = dark.value("path_radiance_ratio", **WHERE, source_elevation=[-8.0, 60.0], source_azimuth=0.0)
     assert read[0] == read[1] > 0
@@ -225,3 +233,64 @@ def test_spectra_of_reference_are_those_of_source_and_black_body(air, sun):
     # Planck's law in wavenumber with CODATA constants, W m^-2 sr^-1 (cm^-1)^-1.
     planck = 1.191042972e-8 * air.band.wavenumber**3 / np.expm1(1.438776877 * air.band.wavenumber / 288.0)
     assert light.thermal == pytest.approx(weight * planck, rel=1e-6)
+
+
+def test_light_by_wavelength_is_reflected_as_the_integral_over_the_band(table, points, air, sun):
+    """A reflectance that falls across the band, against the sum over all spectral points."""
+    place, exact = points
+    lines = air.spectral_at_points(*place.values(), sun)
+    wavelength = np.asarray(table.root.axes["band_wavelength"].values)
+    slope = (wavelength - wavelength[0]) / (wavelength[-1] - wavelength[0])
+    spectral = np.interp(1e4 / air.band.wavenumber, wavelength, slope)
+    weight = lines.transmittance * air.band.radiance_weight / np.pi
+    lit = {axis: place[axis] for axis in ("range", "altitude", "elevation", "source_elevation")}
+    for name, light in (("ambient_radiance", lines.sky_irradiance), ("direct_radiance", lines.direct_irradiance)):
+        read = table.value_by_wavelength(name, **lit) @ slope * exact.transmittance
+        truth = (weight * light) @ spectral
+        error = (read - truth)[exact.valid] * SCALE.factor
+        assert np.sqrt(np.mean(error**2)) < 0.03 * np.abs(truth[exact.valid]).max() * SCALE.factor, name
+        assert np.abs(truth[exact.valid]).max() * SCALE.factor > 1, name
+
+
+@pytest.mark.parametrize("tilt", [{}, {"slope": 70.0, "azimuth": 40.0}])
+def test_the_parts_of_wavelengths_sum_to_the_light_of_the_band(table, points, tilt):
+    place, _ = points
+    ground = {"ground_emissivity": 0.9, "ground_temperature": 300.0, "ground_radiance": 0.1}
+    table = replace(table, attributes=dict(table.attributes) | ground)
+    lit = {axis: place[axis] for axis in ("range", "altitude", "elevation", "source_elevation")}
+    high = place["source_elevation"] > 1  # nothing is bounded at 0 there
+    names = ["ambient_radiance", "direct_radiance"] if not tilt else ["ambient_radiance"]
+    for name in names:
+        whole = table.ambient_radiance(**tilt, **lit) if tilt else table.value(name, **lit)
+        parts = (
+            table.ambient_radiance(**tilt, by_wavelength=True, **lit)
+            if tilt
+            else table.value_by_wavelength(name, **lit)
+        )
+        assert parts.shape[-1] == table.root.axes["band_wavelength"].values.size
+        assert parts.sum(axis=-1)[high] == pytest.approx(whole[high], rel=1e-4)
+
+
+def test_emitted_light_by_wavelength_is_let_through_as_the_path_lets_it(table, points, air):
+    """Sum over the wavelengths with a black body's shares, against Planck's law at all points."""
+    place, exact = points
+    path = {axis: place[axis] for axis in ("range", "altitude", "elevation")}
+    through = np.exp(-table.value_by_wavelength("optical_depth", **path))
+    share = emission_shares(RESPONSE, np.array([320.0]))[0]
+    emitted = air.band.radiance_weight * planck_wavenumber(air.band.wavenumber, 320.0)
+    lines = air.spectral_at_points(*place.values(), np.zeros(air.band.weight.size))
+    error = through @ share - lines.transmittance @ emitted / emitted.sum()
+    assert np.abs(error[exact.valid]).max() < 0.02
+    assert np.sqrt(np.mean(error[exact.valid] ** 2)) < 5e-3
+
+
+def test_a_file_without_shares_says_that_it_cannot_part_its_light(table):
+    variables = {name: held for name, held in table.root.variables.items() if not name.endswith("wavelength_share")}
+    older = replace(table, root=replace(table.root, variables=variables))
+    assert not older.has_wavelengths
+    with pytest.raises(InputError, match="build it again"):
+        older.value_by_wavelength("optical_depth", **WHERE)
+    with pytest.raises(InputError, match="call value_by_wavelength"):
+        table.value("optical_depth", **WHERE)
+    with pytest.raises(InputError, match="found the quantity 'beta_star'"):
+        table.value_by_wavelength("beta_star", **WHERE)

@@ -52,3 +52,9 @@ def test_by_default_the_bands_where_the_mean_errs_are_corrected(tmp_path, tiny_j
 @pytest.mark.parametrize(("extra", "bands"), [("[]", set()), ("[weighted_transmittance]", {1, 2, 3})])
 def test_a_job_that_says_which_tables_it_wants_gets_them(tmp_path, tiny_job, extra, bands):
     assert weighted_transmittance_bands(job(tmp_path, tiny_job, f"extra_tables: {extra}").trimmed) == bands
+
+
+def test_tables_in_channels_hold_it_themselves(tmp_path, tiny_job):
+    loaded = job(tmp_path, tiny_job, "accuracy: 1 K")
+    assert loaded.trimmed.atmosphere_grid.in_channels and averaging_error(loaded.trimmed, 1) > 0.6
+    assert weighted_transmittance_bands(loaded.trimmed) == set()

@@ -103,6 +103,20 @@ def test_weights_that_do_not_sum_to_1_are_refused_and_reported(refused, good, tm
     assert any("sum to 1.01" in line for line in problems(tmp_path / "changed.atmq.h5"))
 
 
+@pytest.mark.parametrize("name", ["thermal_wavelength_share", "source_wavelength_share"])
+def test_shares_of_wavelengths_stand_together_and_sum_to_1(refused, good, tmp_path, name):
+    def scaled(factor):
+        return lambda file: file[name].write_direct((file[name][()] * factor).astype(np.float32))
+
+    assert f"'{name}' is missing" in refused(lambda file: file.pop(name))
+    assert f"{name}: the shares" in refused(scaled(1 + 3e-5)) and f"{name}: the shares" in refused(scaled(1 - 3e-5))
+    rounded = tmp_path / "rounded.atmq.h5"
+    rounded.write_bytes(good.read_bytes())
+    with h5py.File(rounded, "r+") as file:
+        scaled(1 + 3e-6)(file)
+    assert skyshine.mat.open(rounded).has_wavelengths
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [

@@ -82,6 +82,8 @@ def band() -> Group:
             "material": CODES,
             "wavelength": Axis([8.0, 9.0, 10.0], "um", "wavelength"),
             "temperature": table_axis([200.0, 300.0], "K", "temperature"),
+            "planck_temperature": table_axis([250.0, 300.0], "K", "temperature"),
+            "band_wavelength": table_axis([8.0, 9.0, 10.0], "um", "wavelength"),
         },
         {
             "response": variable(("wavelength",), [0.0, 1.0, 0.5]),
@@ -91,6 +93,8 @@ def band() -> Group:
             **{name: variable(("material",), [0.75, 0.5]) for name in ("emissivity", "emissivity_planck")},
             **{name: variable(("material",), [9.0, 9.0]) for name in ("shininess", "lobe_fwhm", "normalisation")},
             "normalisation_by_angle": variable(("material",), [1.0, 2.0]),
+            "reflectance_spectrum": variable(("material", "band_wavelength"), [[0.0, 0.5, 1.0], [0.5, 0.5, 0.5]]),
+            "emission_share": variable(("planck_temperature", "band_wavelength"), [[0.25, 0.5, 0.25], [0.3, 0.5, 0.2]]),
         },
     )
 
@@ -143,6 +147,13 @@ def axis(name, values, **rule):
     return change
 
 
+def without(part, name):
+    def change(root: Group) -> None:
+        getattr(root, part).pop(name)
+
+    return change
+
+
 TAU, FALLS = "give a transmittance above 0 and up to 1", "give a transmittance that falls with range"
 VIOLATIONS: list[tuple[str, Callable, str]] = [
     ("atmq", put("beta_star", -1.0, at=(1, 0, 1)), f"beta_star: 1 of 24 values do not {TAU}"),
@@ -186,6 +197,14 @@ VIOLATIONS: list[tuple[str, Callable, str]] = [
     ("band", put("blackbody_radiance", 60.0), "blackbody_radiance: 1 of 1 values do not rise with temperature"),
     ("band", put("shininess", 0.0), "shininess"),
     ("band", put("normalisation_by_angle", -1.0), "normalisation_by_angle"),
+    ("band", put("reflectance_spectrum", -0.1, at=(1, 1)), "reflectance_spectrum: 1 of 6 values do not lie in 0 to 1"),
+    ("band", put("emission_share", -0.1, at=(1, 1)), "emission_share: 1 of 6 values do not lie in 0 to 1"),
+    ("band", put("emission_share", 0.5 + 3e-5, at=(1, 1)), "emission_share: 1 of 2 values do not sum to 1"),
+    ("band", put("emission_share", np.nan, at=(1, 1)), "emission_share: 1 of 2 values do not sum to 1"),
+    ("band", without("variables", "emission_share"), "the array 'emission_share' is missing"),
+    ("band", without("variables", "reflectance_spectrum"), "the array 'reflectance_spectrum' is missing"),
+    ("band", without("axes", "planck_temperature"), "the axis 'planck_temperature' is missing"),
+    ("band", axis("band_wavelength", [8.0, 9.0, 10.0], period=360.0), "band_wavelength: found a period; allowed: none"),
     ("thermal_atmq", put("class_of_material", 3), "class_of_material: 1 of 2 values do not name nodes"),
     ("thermal_atmq", put("class_difference", -1.0), "class_difference"),
     ("tmm-model", put("colour/covariance", np.diag([1.0, -1.0])), "form a positive definite matrix"),
@@ -212,6 +231,16 @@ def test_a_planted_violation_has_a_line(filetype, change, line):
 def test_radiance_of_a_black_body_may_stay_within_rounding():
     root = FILES["band"]()
     put("blackbody_radiance", 5.0, at=(1,))(root)
+    assert list(broken_laws("band", root)) == []
+
+
+def test_shares_of_wavelengths_may_sum_to_1_within_rounding_and_spectra_may_be_absent():
+    """As in a file of format 1.4."""
+    root = FILES["band"]()
+    put("emission_share", 0.5 + 5e-6, at=(1, 1))(root)
+    assert list(broken_laws("band", root)) == []
+    for name in ("reflectance_spectrum", "emission_share"):
+        root.variables.pop(name)
     assert list(broken_laws("band", root)) == []
 
 

@@ -24,6 +24,7 @@ def compute(path: Path) -> str:
     surface = Database(folder / scene["surface"], ["htt"], clamped)
     band = Database(folder / scene["band"], ["band"], clamped)
     air = Database(folder / scene["atmosphere"], ["atmq", "lunar_atmq"], clamped)
+    air.part_light(band)
     texture = Texture(folder / scene["texture"]) if "texture" in scene else None
     return json.dumps({"pixels": [pixel(scene, surface, band, air, texture, given) for given in scene["pixels"]]})
 

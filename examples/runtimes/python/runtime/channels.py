@@ -1,5 +1,6 @@
 """An atmosphere in channels (format 3): its quantities, computed from tables that have no axis of range.
 
+Light on surfaces is one number for the whole band, or one for each of its wavelengths.
 The formulas are those of ../../../../schemas/formats/atmq-3.md.
 """
 
@@ -14,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .axis import Axis, SceneError
-from .layouts import CIVIL_TWILIGHT, GLOW, LIGHT
+from .layouts import CHANNEL_SHARES, CIVIL_TWILIGHT, GLOW, LIGHT
 
 Floats = NDArray[np.float64]
 Place = Mapping[str, float]
 STORED = {LIGHT: "scattered_harmonics", GLOW: "ground_harmonics"}  # have the codes of the harmonics
 SHORTEST_KM, FARTHEST_BETA_KM = 1e-12, 1e12
+THERMAL, SOURCE = CHANNEL_SHARES  # parts what the air and the ground emit, and the light of the source
 
 
 class Reader(Protocol):
@@ -56,9 +58,10 @@ class Channels:
         self.read, self.clamped = read, clamped
         self.temperatures = arrays["ground_emission"][0][0] if "ground_emission" in arrays else None
         self.source_elevation = arrays["source_factor"][0][1]
-        spectra = ("channel_weight", "thermal_reference", "source_reference", "ground_emission")
+        spectra = ("channel_weight", "thermal_reference", "source_reference", "ground_emission", *CHANNEL_SHARES)
         names = [name for name in arrays if name.endswith("_factor") or name in spectra]
         self.spectra = {name: arrays[name][1].astype(float) for name in names}
+        self.undivided = np.ones((self.spectra["channel_weight"].size, 1))
         self.ground_km, self.scale_km = stated["ground_altitude_km"][0], stated["scale_height_km"][0]
         self.ends = {"range": stated["range_km"], "altitude": stated["altitude_km"], "elevation": (-90.0, 90.0)}
 
@@ -73,14 +76,37 @@ class Channels:
             return self._beta_star(path, where["range"])
         if quantity == "path_radiance_ratio":
             return self._path_radiance_ratio(path, where)
+        return float(self._on_surface(quantity, path, where, parted=False)[0])
+
+    def light(self, quantity: str, where: Place) -> Floats:
+        """A quantity of light on surfaces at each wavelength."""
+        return self._on_surface(quantity, self._path(where), where, parted=True)
+
+    def transmittance(self, where: Place, reach: float) -> Floats:
+        """Transmittance of emitted light at each wavelength over another range than that of the place, as (8) and (9)
+        have it from beta*.
+        """
+        path, weight = self._path(where), self.spectra["channel_weight"]
+        shares = self.spectra["thermal_reference"][:, None] * self.spectra[THERMAL]
+        emitted = shares.sum(axis=0)
+        shares = np.where(emitted > 0, shares / np.where(emitted > 0, emitted, 1.0), weight[:, None])
+        absorbed, through = -np.expm1(-path.depth) @ shares, np.exp(-path.depth) @ shares
+        thin = absorbed < 0.5
+        least = np.finfo(float).tiny
+        logarithm = np.where(thin, np.log1p(-np.minimum(absorbed, 0.5)), np.log(np.maximum(through, least)))
+        parts: Floats = np.exp(logarithm * (reach / max(self._within("range", where["range"]), SHORTEST_KM)))
+        return parts
+
+    def _on_surface(self, quantity: str, path: Path, where: Place, *, parted: bool) -> Floats:
+        thermal, source = (self.spectra[name] if parted else self.undivided for name in (THERMAL, SOURCE))
         if quantity == "direct_radiance":
-            return self._direct(path, where["source_elevation"])
+            return self._direct(path, where["source_elevation"], source)
         if quantity == "ambient_radiance":
-            return max(self._sky("sky", path, where, {}), 0.0)
+            return np.maximum(self._sky("sky", path, where, {}, (thermal, source)), 0.0)
         if quantity == LIGHT:
-            return self._sky("harmonics", path, where, {"harmonic": where["harmonic"]})
+            return self._sky("harmonics", path, where, {"harmonic": where["harmonic"]}, (thermal, source))
         place = {"zonal_harmonic": where["zonal_harmonic"]}
-        return self._light("ground_harmonics", path, place, self._emission(where["ground_temperature"]))
+        return self._light("ground_harmonics", path, place, thermal, self._emission(where["ground_temperature"]))
 
     def _within(self, name: str, value: float) -> float:
         first, last = self.ends[name]
@@ -139,27 +165,31 @@ class Channels:
         absorptance = float(absorbed @ self.spectra["channel_weight"])
         return (thermal + scattered) / absorptance if absorptance > 0 else 0.0
 
-    def _direct(self, path: Path, height: float) -> float:
+    def _direct(self, path: Path, height: float, shares: Floats) -> Floats:
         self._lit(height)
         above = height - float(self.read("source_rise", {"target_height": path.end_height}, 0))
         if above < 0:
-            return 0.0
+            return np.zeros(shares.shape[1])
         place = {"target_height": path.end_height, "elevation_above_rise": above}
-        return max(self._light("direct_light", path, place), 0.0)
+        return np.maximum(self._light("direct_light", path, place, shares), 0.0)
 
-    def _sky(self, kind: str, path: Path, where: Place, harmonic: Place) -> float:
+    def _sky(self, kind: str, path: Path, where: Place, harmonic: Place, shares: tuple[Floats, Floats]) -> Floats:
         """What the air emits, and what it scatters."""
         height = where["source_elevation"]
         lit = {"sky_source_elevation": self._lit(height), **harmonic}
-        share = self._night(height)
-        return self._light(f"thermal_{kind}", path, harmonic) + share * self._light(f"scattered_{kind}", path, lit)
+        emitted = self._light(f"thermal_{kind}", path, harmonic, shares[0])
+        return emitted + self._night(height) * self._light(f"scattered_{kind}", path, lit, shares[1])
 
-    def _light(self, name: str, path: Path, where: Place, spectrum: Floats | None = None) -> float:
-        """Light on the surface at the end of a path as the path weighs it, over its transmittance."""
+    def _light(self, name: str, path: Path, where: Place, shares: Floats, spectrum: Floats | None = None) -> Floats:
+        """Light on the surface at the end of a path as the path weighs it, over its transmittance, parted by shares of
+        each channel.
+        """
         value = self.read(name, {"surface_height": path.end_height, **where})
         through = np.exp(path.depth.min() - path.depth)
         lit = through if spectrum is None else through * spectrum
-        return float((lit @ self.spectra[f"{name}_factor"] @ value) / (through @ self.spectra["channel_weight"]))
+        light = lit * (self.spectra[f"{name}_factor"] @ value)
+        parts: Floats = (light @ shares) / (through @ self.spectra["channel_weight"])
+        return parts
 
     def _emission(self, kelvin: float) -> Floats:
         """What the ground emits in the channels."""

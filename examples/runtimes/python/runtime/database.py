@@ -17,6 +17,7 @@ from .channels import Channels
 from .layouts import (
     ARRAYS,
     CHANNEL_HARMONICS,
+    CHANNEL_SHARES,
     CHANNELS,
     CIVIL_TWILIGHT,
     CLAMPED,
@@ -29,8 +30,12 @@ from .layouts import (
     NIGHT_HARMONICS,
     RULES,
     SHADE,
+    SHARES,
+    SPECTRA,
     STATED,
     TRACKS,
+    WAVELENGTH,
+    WAVELENGTH_ROUNDING,
     WEIGHT_ROUNDING,
     WITHOUT_SOURCE,
     Layouts,
@@ -50,6 +55,7 @@ class Database:
         self.ground: dict[str, float] = {}
         self.filetype = ""
         self.channels: Channels | None = None
+        self.parted = False  # light is read at each wavelength of the band
         try:
             if not path.is_file():
                 raise OSError
@@ -78,6 +84,7 @@ class Database:
             channel_layouts(file) if in_channels else self._layouts(file, filetype)
         ).items():
             self.arrays[name] = self._array(file, name, axes, least, most)
+        self._check_shares()
         if in_channels:
             self._check_channels()
             self.channels = Channels(self.arrays, self._parts, stated, self.clamped)
@@ -91,7 +98,7 @@ class Database:
     def _layouts(self, file: h5py.File, filetype: str) -> Layouts:
         """What the file must hold, by the first array of each part that may be absent."""
         if filetype == "band":
-            return ARRAYS["band"]
+            return ARRAYS["band"] | (SPECTRA if SPECTRA.keys() & file.keys() else {})
         if filetype == "htt":
             parts = (SHADE, TRACKS)
             return ARRAYS["htt"] | {k: v for part in parts if next(iter(part)) in file for k, v in part.items()}
@@ -125,6 +132,32 @@ class Database:
             raise SceneError(f"{self.path}: 'channel_weight' does not sum to 1")
         if math.isnan(self.arrays["source_factor"][0][1].dark_below):
             raise SceneError(f"{self.path}: the source elevations of 'source_factor' do not state dark_below")
+
+    def _check_shares(self) -> None:
+        """The shares of the wavelengths sum to 1."""
+        for name in SHARES:
+            if name in self.arrays:
+                sums = self.arrays[name][1].sum(axis=1, dtype=float)
+                if not np.all(np.abs(sums - 1) <= WEIGHT_ROUNDING):
+                    raise SceneError(f"{self.path}: the shares of a row of '{name}' do not sum to 1")
+
+    @property
+    def wavelengths(self) -> Floats:
+        """Wavelengths of the band [um] at which the file parts light; none where it does not."""
+        held = [self.arrays[name][0][-1].nodes for name in SHARES if name in self.arrays]
+        return held[0] if held else np.empty(0)
+
+    def part_light(self, band: Database) -> None:
+        """Read the light of this atmosphere at each wavelength, where it and the file of the band hold what that takes;
+        they are then of one band.
+        """
+        ours, theirs = self.wavelengths, band.wavelengths
+        self.parted = ours.size > 0 and theirs.size > 0
+        if self.parted and (
+            ours.size != theirs.size or np.any(np.abs(ours - theirs) > WAVELENGTH_ROUNDING * np.abs(theirs))
+        ):
+            spans = [f"{nodes.size} from {nodes[0]:g} to {nodes[-1]:g} um" for nodes in (theirs, ours)]
+            raise SceneError(f"{band.path}: has the wavelengths {spans[0]}; allowed: those of the air, {spans[1]}")
 
     def codes_of(self, harmonics: str) -> Floats:
         """Codes of the coefficients of `LIGHT` or `GLOW`; none where the file has no harmonics."""
@@ -216,6 +249,22 @@ class Database:
                 return total + (1.0 - share) * self._interpolated(emitted, where) if emitted else total
         return self._interpolated(quantity, where)
 
+    def light(self, quantity: str, where: Mapping[str, float]) -> Floats:
+        """Light on surfaces at each wavelength; one number for the whole band where light is not parted."""
+        if self.channels is not None and self.parted:
+            return self.channels.light(quantity, where)
+        return np.array([self.value(quantity, where)])
+
+    def transmittance(self, where: Mapping[str, float], reach: float) -> Floats:
+        """Transmittance over a range, from that over the range of the place; (9) where light is not parted."""
+        if self.channels is not None and self.parted:
+            return self.channels.transmittance(where, reach)
+        return np.array([math.exp(-5.5 * reach / self.value("beta_star", where))])
+
+    def spectrum(self, quantity: str, where: Mapping[str, float]) -> Floats:
+        """A quantity of this file of a band at each of its wavelengths."""
+        return np.array([self._interpolated(quantity, {**where, WAVELENGTH: node}) for node in self.wavelengths])
+
     def _interpolated(self, quantity: str, where: Mapping[str, float]) -> float:
         """Linear interpolation in every axis."""
         return float(self._parts(quantity, where, 0))
@@ -247,8 +296,9 @@ class Database:
 
 
 def channel_layouts(file: h5py.File) -> Layouts:
-    """What a file in channels must hold: the harmonics together or none of them."""
-    return CHANNELS | (CHANNEL_HARMONICS if CHANNEL_HARMONICS.keys() & file.keys() else {})
+    """What a file in channels must hold: the harmonics together or none of them, the shares of wavelengths likewise."""
+    parts = (CHANNEL_HARMONICS, CHANNEL_SHARES)
+    return CHANNELS | {name: layout for part in parts if part.keys() & file.keys() for name, layout in part.items()}
 
 
 def text(item: h5py.HLObject, name: str) -> str:

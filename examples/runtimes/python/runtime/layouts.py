@@ -104,6 +104,19 @@ CHANNEL_HARMONICS: Layouts = {
     "ground_harmonics_factor": (("channel", "ground_harmonics_part"), -math.inf, math.inf),
     "ground_emission": (("ground_temperature", "channel"), 0.0, math.inf),
 }
+# Of one that holds either of them, and of a .band that does: what light is parted with at the wavelengths of the band.
+WAVELENGTH = "band_wavelength"
+CHANNEL_SHARES: Layouts = {
+    "thermal_wavelength_share": (("channel", WAVELENGTH), 0.0, 1.00001),
+    "source_wavelength_share": (("channel", WAVELENGTH), 0.0, 1.00001),
+}
+SPECTRA: Layouts = {
+    "reflectance_spectrum": ((*MATERIAL, WAVELENGTH), 0.0, 1.0),
+    "emission_share": (("planck_temperature", WAVELENGTH), 0.0, 1.00001),
+}
+# Arrays whose rows sum to 1.
+SHARES = (*CHANNEL_SHARES, "emission_share")
+WAVELENGTH_ROUNDING = 1e-6  # relative: the files of one band have the same wavelengths
 # What it must state: how many numbers, the least and the largest.
 STATED = {
     "ground_altitude_km": (1, -1.0, 10.0),
@@ -111,9 +124,9 @@ STATED = {
     "range_km": (2, 0.0, 1e9),
     "altitude_km": (2, -1.0, 1e9),
 }
-WEIGHT_ROUNDING = 1e-5  # of the sum of the channels' weights, which is 1
+WEIGHT_ROUNDING = 1e-5  # of the sum of the channels' weights, and of a row of shares, which is 1
 # Read at the nearest node outside, whatever the file says.
-CLAMPED = (*NODES, "surface_height", "target_height", "elevation_above_rise")
+CLAMPED = (*NODES, "surface_height", "target_height", "elevation_above_rise", "planck_temperature")
 WITHOUT_SOURCE = {
     "path_radiance_ratio": "thermal_path_radiance_ratio",
     "ambient_radiance": "thermal_ambient_radiance",

@@ -70,33 +70,35 @@ def irradiance_harmonics(x: float, y: float, z: float) -> tuple[float, ...]:
     )
 
 
-def ambient(air: Database, where: Mapping[str, float], face: Mapping[str, float], ground: tuple[float, float]) -> float:
-    """L_ambient of a face: slope, and azimuth from that of the source, in degree; temperature of the ground and the
-    radiance that it emits.
+def ambient(
+    air: Database, where: Mapping[str, float], face: Mapping[str, float], ground: tuple[float, float]
+) -> Floats:
+    """L_ambient of a face, as `Database.light`: slope, and azimuth from that of the source, in degree; temperature of
+    the ground and the radiance that it emits.
     """
-    level = air.value("ambient_radiance", where)
+    level = air.light("ambient_radiance", where)
     slope, turn = math.radians(face["slope"]), math.radians(face["azimuth"])
     normal = math.sin(slope) * math.cos(turn), math.sin(slope) * math.sin(turn), math.cos(slope)
     facing, upright, square = irradiance_harmonics(*normal), irradiance_harmonics(0.0, 0.0, 1.0), normal[2] ** 2
     codes = air.codes_of(LIGHT)
-    total = [air.value(LIGHT, {**where, "harmonic": code}) for code in codes]
+    total = [air.light(LIGHT, {**where, "harmonic": code}) for code in codes]
     for code in air.codes_of(GLOW):
         place = {**where, "ground_temperature": ground[0], "zonal_harmonic": code}
-        total[CODES["harmonic"].index(int(code))] += ground[1] * air.value(GLOW, place)
+        total[CODES["harmonic"].index(int(code))] += ground[1] * air.light(GLOW, place)
     missing = level - sum(part * up for part, up in zip(total, upright, strict=False))
     if codes.size == 6:
         share = (35 * square**2 - 30 * square + 3) / 8
     else:
         share = (231 * square**3 - 315 * square**2 + 105 * square - 5) / 16
-    return max(sum(part * at for part, at in zip(total, facing, strict=False)) + missing * share, 0.0)
+    return np.maximum(sum(part * at for part, at in zip(total, facing, strict=False)) + missing * share, 0.0)
 
 
 def ambient_of_pixel(
     surface: Database, band: Database, air: Database, centre: Mapping[str, float], given: dict[str, Any]
-) -> float:
-    """L_ambient of a pixel's face; of a level one where the file or the pixel says no more."""
+) -> Floats:
+    """L_ambient of a pixel's face, as `Database.light`; of a level one where the file or the pixel says no more."""
     if not air.ground or "source_heading" not in given:
-        return air.value("ambient_radiance", centre)
+        return air.light("ambient_radiance", centre)
     emissivity, temperature, radiance = (air.ground[name] for name in GROUND)
     if "ground_material" in given:
         place = {"material": band.material(given["ground_material"]), "azimuth": 0.0, "slope": 0.0}
@@ -106,6 +108,14 @@ def ambient_of_pixel(
         radiance = emissivity * band.value("blackbody_radiance", {"temperature": temperature})
     face = {"slope": given["surface_slope"], "azimuth": given["surface_azimuth"] - given["source_heading"]}
     return ambient(air, centre, face, (temperature, radiance))
+
+
+def reflectance_and_emission(band: Database, code: float, temperature: float, *, parted: bool) -> tuple[Floats, Floats]:
+    """Reflectance of a material, and the share in what a black body emits, at each wavelength or in the whole band."""
+    if not parted:
+        return np.array([band.value("reflectance", {"material": code})]), np.ones(1)
+    emission = band.spectrum("emission_share", {"planck_temperature": temperature})
+    return band.spectrum("reflectance_spectrum", {"material": code}), emission
 
 
 def with_source(surface: Database, air: Database, given: dict[str, Any]) -> dict[str, Any]:
@@ -160,22 +170,23 @@ def pixel(
     sky = ambient_of_pixel(surface, band, air, centre, given)
     normal, to_source, to_observer = (unit(given[name]) for name in ("normal", "to_source", "to_observer"))
     incidence = max(float(normal @ to_source), 0.0)
-    beam = air.value("direct_radiance", centre) if incidence > 0 else 0.0
+    beam = air.light("direct_radiance", centre) if incidence > 0 else np.zeros(sky.size)
+    through = air.transmittance(centre, given["range"])
     sums = dict.fromkeys(("temperature", "blackbody_radiance", "thermal", "skyshine", "diffuse", "specular"), 0.0)
     materials = materials_of(band, texture, given)
     for code, share in materials:
         face = {name: given[f"surface_{name}"] for name in FACE[1:-1]} | {"material": code, "time": given["time"]}
         temperature = temperature_of(surface, face, given)
         blackbody = band.value("blackbody_radiance", {"temperature": temperature})  # (7)
-        rho, fraction, shininess, normalisation = (
-            band.value(name, {"material": code})
-            for name in ("reflectance", "specular_fraction", "shininess", "normalisation")
+        fraction, shininess, normalisation = (
+            band.value(name, {"material": code}) for name in ("specular_fraction", "shininess", "normalisation")
         )
-        direct = beam * rho * tau
+        rho, emission = reflectance_and_emission(band, code, temperature, parted=air.parted)
+        direct = max(float(rho @ beam), 0.0) * tau
         sums["temperature"] += share * temperature
         sums["blackbody_radiance"] += share * blackbody
-        sums["thermal"] += share * blackbody * (1.0 - rho) * tau  # (6)
-        sums["skyshine"] += share * sky * rho * tau  # (19)
+        sums["thermal"] += share * blackbody * float(((1.0 - rho) * emission) @ through)  # (5), or (6)
+        sums["skyshine"] += share * max(float(rho @ sky), 0.0) * tau  # (18), or (19)
         sums["diffuse"] += share * direct * incidence * (1.0 - fraction)  # (34)
         shape = lobe(normal, to_source, to_observer, shininess)
         sums["specular"] += share * direct * shape * fraction * normalisation  # (35)

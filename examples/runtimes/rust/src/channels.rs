@@ -1,10 +1,11 @@
 //! An atmosphere in channels (format 3): its quantities, computed from tables that have no axis of range.
 //!
+//! Light on surfaces is a list: one number for the whole band, or one for each of its wavelengths.
 //! The formulas are those of ../../../../schemas/formats/atmq-3.md; lengths are in km.
 
 use crate::axis::Result;
 use crate::database::Database;
-use crate::layouts::{CIVIL_TWILIGHT, GLOW, LIGHT};
+use crate::layouts::{CHANNEL_SHARES, CIVIL_TWILIGHT, GLOW, LIGHT};
 use std::collections::HashMap;
 
 const SHORTEST: f64 = 1e-12;
@@ -62,6 +63,35 @@ impl Line {
     }
 }
 
+/// Shares of so many wavelengths in each channel; no shares where light is not parted.
+#[derive(Clone, Copy)]
+struct Shares<'a> {
+    count: usize,
+    values: Option<&'a [f32]>,
+}
+
+impl<'a> Shares<'a> {
+    const UNDIVIDED: Self = Shares { count: 1, values: None };
+
+    fn of(air: &'a Database, which: usize) -> Self {
+        let array = air.array(CHANNEL_SHARES[which].0);
+        Shares { count: array.axes[1].nodes.len(), values: Some(&array.values) }
+    }
+
+    /// Sum over the channels at each wavelength.
+    fn parted(&self, channels: &[f64]) -> Vec<f64> {
+        let share = |j: usize, b: usize| self.values.map_or(1.0, |values| f64::from(values[j * self.count + b]));
+        (0..self.count).map(|b| channels.iter().enumerate().map(|(j, light)| light * share(j, b)).sum()).collect()
+    }
+}
+
+/// What parts the light of the air and the ground, and that of the source.
+type Parting<'a> = [Shares<'a>; 2];
+
+fn bounded(values: Vec<f64>) -> Vec<f64> {
+    values.into_iter().map(|value| value.max(0.0)).collect()
+}
+
 /// The optical depth and mean extinction of the channels along a path, and exp(least depth - depth).
 struct Path {
     line: Line,
@@ -90,16 +120,32 @@ impl Path {
         if over > 0.0 { (5.5 / over).min(FARTHEST_BETA) } else { FARTHEST_BETA }
     }
 
-    /// Light on the surface at the end of the path as the path weighs it, over its transmittance.
-    fn light(&self, air: &Database, name: &str, place: &Place, spectrum: Option<&[f64]>) -> Result<f64> {
+    /// Light on the surface at the end of the path as the path weighs it, over its transmittance, parted by shares.
+    fn light(&self, air: &Database, name: &str, place: &Place, spectrum: Option<&[f64]>, shares: Shares) -> Result<Vec<f64>> {
         let value = air.parts(name, &[place, &[("surface_height", self.line.end)]].concat())?;
         let factor = &air.array(&format!("{name}_factor")).values;
-        let mut total = 0.0;
-        for (j, (through, row)) in self.through.iter().zip(factor.chunks_exact(value.len())).enumerate() {
+        let mean = self.mean(air, &self.through);
+        let in_channel = |(j, (through, row)): (usize, (&f64, &[f32]))| {
             let light: f64 = row.iter().zip(&value).map(|(factor, value)| f64::from(*factor) * value).sum();
-            total += through * spectrum.map_or(1.0, |spectrum| spectrum[j]) * light;
-        }
-        Ok(total / self.mean(air, &self.through))
+            through * spectrum.map_or(1.0, |spectrum| spectrum[j]) * light / mean
+        };
+        let lit: Vec<f64> = self.through.iter().zip(factor.chunks_exact(value.len())).enumerate().map(in_channel).collect();
+        Ok(shares.parted(&lit))
+    }
+
+    /// Transmittance of emitted light at a wavelength whose share in each channel is given, `stretch` times as far.
+    fn transmittance(&self, air: &Database, share: impl Fn(usize) -> f64, stretch: f64) -> f64 {
+        let emitted = air.array("thermal_reference").values.iter().enumerate();
+        let parts: Vec<f64> = emitted.map(|(j, light)| f64::from(*light) * share(j)).collect();
+        let whole: f64 = parts.iter().sum();
+        let mean = |values: &[f64]| match whole > 0.0 {
+            true => parts.iter().zip(values).map(|(part, value)| part * value).sum::<f64>() / whole,
+            false => self.mean(air, values),
+        };
+        let absorbed = mean(&self.depth.iter().map(|depth| -(-depth).exp_m1()).collect::<Vec<f64>>());
+        let through = mean(&self.depth.iter().map(|depth| (-depth).exp()).collect::<Vec<f64>>());
+        let logarithm = if absorbed < 0.5 { (-absorbed).ln_1p() } else { through.max(f64::MIN_POSITIVE).ln() };
+        (stretch * logarithm).exp()
     }
 }
 
@@ -135,10 +181,33 @@ impl Channels {
         match quantity {
             "beta_star" => Ok(path.beta_star(air, self.within(0, place)?)),
             "path_radiance_ratio" => self.path_radiance_ratio(air, &path, place),
-            "direct_radiance" => self.direct(air, &path, given(place, "source_elevation")?),
-            "ambient_radiance" => Ok(self.sky(air, "sky", &path, place)?.max(0.0)),
-            LIGHT => self.sky(air, "harmonics", &path, place),
-            GLOW => path.light(air, "ground_harmonics", place, Some(&emission(air, given(place, "ground_temperature")?)?)),
+            _ => Ok(self.on_surface(air, quantity, &path, place, [Shares::UNDIVIDED; 2])?[0]),
+        }
+    }
+
+    /// A quantity of light on surfaces at each wavelength.
+    pub fn light(&self, air: &Database, quantity: &str, place: &Place) -> Result<Vec<f64>> {
+        self.on_surface(air, quantity, &self.path(air, place)?, place, [Shares::of(air, 0), Shares::of(air, 1)])
+    }
+
+    /// Transmittance of emitted light at each wavelength over another range than that of the place, as (8) and (9) have
+    /// it from beta*.
+    pub fn transmittance(&self, air: &Database, place: &Place, reach: f64) -> Result<Vec<f64>> {
+        let path = self.path(air, place)?;
+        let array = air.array(CHANNEL_SHARES[0].0);
+        let (count, stretch) = (array.axes[1].nodes.len(), reach / self.within(0, place)?.max(SHORTEST));
+        Ok((0..count).map(|b| path.transmittance(air, |j| f64::from(array.values[j * count + b]), stretch)).collect())
+    }
+
+    fn on_surface(&self, air: &Database, quantity: &str, path: &Path, place: &Place, parting: Parting) -> Result<Vec<f64>> {
+        match quantity {
+            "direct_radiance" => Ok(bounded(self.direct(air, path, given(place, "source_elevation")?, parting[1])?)),
+            "ambient_radiance" => Ok(bounded(self.sky(air, "sky", path, place, parting)?)),
+            LIGHT => self.sky(air, "harmonics", path, place, parting),
+            GLOW => {
+                let spectrum = emission(air, given(place, "ground_temperature")?)?;
+                path.light(air, "ground_harmonics", place, Some(&spectrum), parting[0])
+            }
             _ => Err(format!("the atmosphere file holds no '{quantity}'").into()),
         }
     }
@@ -192,22 +261,24 @@ impl Channels {
         Ok(if absorptance > 0.0 { (thermal + scattered) / absorptance } else { 0.0 })
     }
 
-    fn direct(&self, air: &Database, path: &Path, height: f64) -> Result<f64> {
+    fn direct(&self, air: &Database, path: &Path, height: f64, shares: Shares) -> Result<Vec<f64>> {
         lit(air, height)?;
         let target = ("target_height", path.line.end);
         let above = height - air.interpolated("source_rise", &[target])?;
         if above < 0.0 {
-            return Ok(0.0);
+            return Ok(vec![0.0; shares.count]);
         }
-        Ok(path.light(air, "direct_light", &[target, ("elevation_above_rise", above)], None)?.max(0.0))
+        path.light(air, "direct_light", &[target, ("elevation_above_rise", above)], None, shares)
     }
 
     /// What the air emits, and what it scatters.
-    fn sky(&self, air: &Database, kind: &str, path: &Path, place: &Place) -> Result<f64> {
+    fn sky(&self, air: &Database, kind: &str, path: &Path, place: &Place, parting: Parting) -> Result<Vec<f64>> {
         let height = given(place, "source_elevation")?;
         let by_source = [place, &[("sky_source_elevation", lit(air, height)?)]].concat();
-        let scattered = path.light(air, &format!("scattered_{kind}"), &by_source, None)?;
-        Ok(path.light(air, &format!("thermal_{kind}"), place, None)? + self.night(air, height)? * scattered)
+        let scattered = path.light(air, &format!("scattered_{kind}"), &by_source, None, parting[1])?;
+        let emitted = path.light(air, &format!("thermal_{kind}"), place, None, parting[0])?;
+        let share = self.night(air, height)?;
+        Ok(emitted.iter().zip(&scattered).map(|(emitted, scattered)| emitted + share * scattered).collect())
     }
 
     /// Share of the light of the first node that the source gives below it; 1 above.

@@ -15,7 +15,27 @@ pub struct Database {
     pub ground: Option<[f64; 3]>,
     /// Whether its source is the Moon.
     pub lunar: bool,
+    /// Whether light is read at each wavelength of the band.
+    pub parted: bool,
     channels: Option<Channels>,
+}
+
+/// A list of arrays that stand together, where the file has any of them.
+fn whole(source: &Source, part: &'static [Layout]) -> &'static [Layout] {
+    if part.iter().any(|(name, ..)| source.links.contains_key(*name)) { part } else { &[] }
+}
+
+/// The shares of the wavelengths sum to 1.
+fn check_shares(arrays: &HashMap<&str, Array>) -> Result<()> {
+    for (name, array) in SHARES.iter().filter_map(|name| arrays.get(name).map(|array| (name, array))) {
+        for row in array.values.chunks_exact(array.axes[1].nodes.len()) {
+            let sum: f64 = row.iter().map(|share| f64::from(*share)).sum();
+            if (sum - 1.0).abs() > WEIGHT_ROUNDING {
+                return Err(format!("a row of '{name}' sums to {sum}; allowed: 1").into());
+            }
+        }
+    }
+    Ok(())
 }
 
 /// What a file with harmonics of the light and of the ground states of the ground: emissivity, temperature, radiance.
@@ -72,9 +92,11 @@ impl Database {
         let night = if air { has(NIGHT) } else { &[] };
         let night = if tilted.is_empty() && !night.is_empty() { night.split_at(2).0 } else { night };
         let (shade, tracks) = if surface { (has(SHADE), has(TRACKS)) } else { (&[] as &[Layout], &[] as &[Layout]) };
-        for layout in [layouts, shade, tracks, tilted, night].into_iter().flatten() {
+        let spectra = if filetype == "band" { whole(&source, SPECTRA) } else { &[] };
+        for layout in [layouts, shade, tracks, tilted, night, spectra].into_iter().flatten() {
             arrays.insert(layout.0, source.array(layout)?);
         }
+        check_shares(&arrays)?;
         if !night.is_empty() {
             let lit = WITHOUT_SOURCE.iter().filter_map(|(name, _)| arrays.get(name).map(|array: &Array| (name, array)));
             for (name, _) in lit.filter(|(_, array)| array.axes[3].dark_below.is_none()) {
@@ -86,7 +108,7 @@ impl Database {
             Some(array) => source.names(&array.axes[0].nodes)?,
             None => HashMap::new(),
         };
-        Ok(Database { arrays, codes, ground, lunar: filetype == "lunar_atmq", channels: None })
+        Ok(Database { arrays, codes, ground, lunar: filetype == "lunar_atmq", parted: false, channels: None })
     }
 
     /// An atmosphere of format 3.
@@ -103,20 +125,66 @@ impl Database {
             }
             stated.insert(*name, values);
         }
-        let lit = CHANNEL_HARMONICS.iter().any(|(name, ..)| source.links.contains_key(*name));
+        let harmonics = whole(source, CHANNEL_HARMONICS);
         let mut arrays = HashMap::new();
-        for layout in CHANNELS.iter().chain(if lit { CHANNEL_HARMONICS } else { &[] }) {
+        for layout in [CHANNELS, harmonics, whole(source, CHANNEL_SHARES)].into_iter().flatten() {
             arrays.insert(layout.0, source.array(layout)?);
         }
+        check_shares(&arrays)?;
         let sum: f64 = arrays["channel_weight"].values.iter().map(|weight| f64::from(*weight)).sum();
         if (sum - 1.0).abs() > WEIGHT_ROUNDING {
             return Err(format!("'channel_weight' sums to {sum}; allowed: 1").into());
         }
         let dark_below = arrays["source_factor"].axes[1].dark_below;
         let dark_below = dark_below.ok_or("the source elevations of 'source_factor' do not state dark_below")?;
-        let ground = if lit { Some(stated_ground(source, &arrays["scattered_harmonics"], &arrays["ground_harmonics"])?) } else { None };
+        let stated_by = |_: &Layout| stated_ground(source, &arrays["scattered_harmonics"], &arrays["ground_harmonics"]);
+        let ground = harmonics.first().map(stated_by).transpose()?;
         let channels = Some(Channels::new(&stated, dark_below, source.clamped));
-        Ok(Database { arrays, codes: HashMap::new(), ground, lunar, channels })
+        Ok(Database { arrays, codes: HashMap::new(), ground, lunar, parted: false, channels })
+    }
+
+    /// Wavelengths of the band at which the file parts light; none where it does not.
+    fn wavelengths(&self) -> &[f64] {
+        let array = SHARES.iter().find_map(|name| self.arrays.get(name));
+        array.map_or(&[], |array| &array.axes[1].nodes)
+    }
+
+    /// Read the light of this atmosphere at each wavelength, where it and the file of the band hold what that takes; they
+    /// are then of one band, whose file stands at `path`.
+    pub fn part_light(&mut self, band: &Database, path: &Path) -> Result<()> {
+        let (ours, theirs) = (self.wavelengths(), band.wavelengths());
+        if ours.is_empty() || theirs.is_empty() {
+            return Ok(());
+        }
+        let near = |(ours, theirs): (&f64, &f64)| (ours - theirs).abs() <= WAVELENGTH_ROUNDING * theirs.abs();
+        if ours.len() != theirs.len() || !ours.iter().zip(theirs).all(near) {
+            let span = |nodes: &[f64]| format!("{} from {} to {} um", nodes.len(), nodes[0], nodes[nodes.len() - 1]);
+            let words = format!("has the wavelengths {}; allowed: those of the air, {}", span(theirs), span(ours));
+            return Err(format!("{}: {words}", path.display()).into());
+        }
+        self.parted = true;
+        Ok(())
+    }
+
+    /// Light on surfaces at each wavelength; one number for the whole band where light is not parted.
+    pub fn light(&self, quantity: &str, place: &[(&str, f64)]) -> Result<Vec<f64>> {
+        match &self.channels {
+            Some(channels) if self.parted => channels.light(self, quantity, place),
+            _ => Ok(vec![self.value(quantity, place)?]),
+        }
+    }
+
+    /// Transmittance over a range, from that over the range of the place; (9) where light is not parted.
+    pub fn transmittance(&self, place: &[(&str, f64)], reach: f64) -> Result<Vec<f64>> {
+        match &self.channels {
+            Some(channels) if self.parted => channels.transmittance(self, place, reach),
+            _ => Ok(vec![(-5.5 * reach / self.value("beta_star", place)?).exp()]),
+        }
+    }
+
+    /// A quantity of this file of a band at each of its wavelengths.
+    pub fn spectrum(&self, quantity: &str, place: (&str, f64)) -> Result<Vec<f64>> {
+        self.wavelengths().iter().map(|node| self.interpolated(quantity, &[place, ("band_wavelength", *node)])).collect()
     }
 
     /// Nodes of the last axis of a quantity: the codes of harmonics.

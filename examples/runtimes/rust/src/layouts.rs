@@ -105,6 +105,19 @@ pub const CHANNEL_HARMONICS: &[Layout] = &[
     ("ground_harmonics_factor", &["channel", "ground_harmonics_part"], -f32::MAX, f32::MAX),
     ("ground_emission", &["ground_temperature", "channel"], 0.0, f32::MAX),
 ];
+/// Of one that holds either of them, and of a .band that does: what light is parted with at the wavelengths of the band.
+pub const CHANNEL_SHARES: &[Layout] = &[
+    ("thermal_wavelength_share", &["channel", "band_wavelength"], 0.0, 1.00001),
+    ("source_wavelength_share", &["channel", "band_wavelength"], 0.0, 1.00001),
+];
+pub const SPECTRA: &[Layout] = &[
+    ("reflectance_spectrum", &["material", "band_wavelength"], 0.0, 1.0),
+    ("emission_share", &["planck_temperature", "band_wavelength"], 0.0, 1.00001),
+];
+/// Arrays whose rows sum to 1.
+pub const SHARES: [&str; 3] = [CHANNEL_SHARES[0].0, CHANNEL_SHARES[1].0, SPECTRA[1].0];
+/// Relative: the files of one band have the same wavelengths.
+pub const WAVELENGTH_ROUNDING: f64 = 1e-6;
 /// What it must state: how many numbers, the least and the largest.
 pub const STATED: &[(&str, usize, f64, f64)] = &[
     ("ground_altitude_km", 1, -1.0, 10.0),
@@ -112,10 +125,11 @@ pub const STATED: &[(&str, usize, f64, f64)] = &[
     ("range_km", 2, 0.0, 1e9),
     ("altitude_km", 2, -1.0, 1e9),
 ];
-/// Of the sum of the channels' weights, which is 1.
+/// Of the sum of the channels' weights, and of a row of shares, which is 1.
 pub const WEIGHT_ROUNDING: f64 = 1e-5;
 /// Read at the nearest node outside, whatever the file says.
-pub const CLAMPED: &[&str] = &["share", "height_root", "direction", "surface_height", "target_height", "elevation_above_rise"];
+pub const CLAMPED: &[&str] =
+    &["share", "height_root", "direction", "surface_height", "target_height", "elevation_above_rise", "planck_temperature"];
 pub const LAST_CODE: f64 = 65535.0;
 
 /// How the format reads an axis: rules and period.

@@ -157,27 +157,31 @@ fn irradiance_harmonics([x, y, z]: [f64; 3]) -> [f64; 11] {
 
 type Place<'a> = [(&'a str, f64)];
 
-/// L_ambient of a face with a normal in the frame of the source's azimuth; temperature of the ground and what it emits.
-fn ambient(air: &Database, centre: &Place, normal: [f64; 3], temperature: f64, emitted: f64) -> Result<f64> {
+/// L_ambient, as `Database::light`, of a face with a normal in the frame of the source's azimuth; temperature of the ground
+/// and what it emits.
+fn ambient(air: &Database, centre: &Place, normal: [f64; 3], temperature: f64, emitted: f64) -> Result<Vec<f64>> {
     let codes = air.last_nodes(LIGHT);
     let mut total = Vec::new();
     for code in codes {
-        total.push(air.value(LIGHT, &[centre, &[("harmonic", *code)]].concat())?);
+        total.push(air.light(LIGHT, &[centre, &[("harmonic", *code)]].concat())?);
     }
     for code in air.last_nodes(GLOW) {
         let place = [centre, &[("ground_temperature", temperature), ("zonal_harmonic", *code)]].concat();
         let index = HARMONICS.iter().position(|each| each == code).unwrap_or(0);
-        total[index] += emitted * air.value(GLOW, &place)?;
+        for (part, glow) in total[index].iter_mut().zip(air.light(GLOW, &place)?) {
+            *part += emitted * glow;
+        }
     }
-    let sum = |basis: [f64; 11]| total.iter().zip(basis).map(|(part, each)| part * each).sum::<f64>();
+    let sum = |basis: [f64; 11], b: usize| total.iter().zip(basis).map(|(part, each)| part[b] * each).sum::<f64>();
     let square = normal[2] * normal[2];
     let share = if codes.len() == 6 {
         ((35.0 * square - 30.0) * square + 3.0) / 8.0
     } else {
         (((231.0 * square - 315.0) * square + 105.0) * square - 5.0) / 16.0
     };
-    let missing = air.value("ambient_radiance", centre)? - sum(irradiance_harmonics([0.0, 0.0, 1.0]));
-    Ok((sum(irradiance_harmonics(normal)) + missing * share).max(0.0))
+    let (facing, upright) = (irradiance_harmonics(normal), irradiance_harmonics([0.0, 0.0, 1.0]));
+    let one = |(b, level): (usize, f64)| (sum(facing, b) + (level - sum(upright, b)) * share).max(0.0);
+    Ok(air.light("ambient_radiance", centre)?.into_iter().enumerate().map(one).collect())
 }
 
 /// Where Sun or Moon stands: its azimuth from the line of sight, and from north eastward; and the direction to it.
@@ -225,10 +229,19 @@ fn materials_of(band: &Database, texture: &mut Option<Texture>, given: &Given) -
     }
 }
 
-/// L_ambient of a pixel's face; of a level one where the file or the pixel says no more.
-fn ambient_of_pixel(surface: &Database, band: &Database, air: &Database, centre: &Place, given: &Given, heading: Option<f64>) -> Result<f64> {
+/// Reflectance of a material, and the share in what a black body emits, at each wavelength or in the whole band.
+fn reflectance_and_emission(band: &Database, parted: bool, code: f64, temperature: f64) -> Result<(Vec<f64>, Vec<f64>)> {
+    if !parted {
+        return Ok((vec![band.value("reflectance", &[("material", code)])?], vec![1.0]));
+    }
+    let emission = band.spectrum("emission_share", ("planck_temperature", temperature))?;
+    Ok((band.spectrum("reflectance_spectrum", ("material", code))?, emission))
+}
+
+/// L_ambient of a pixel's face, as `Database::light`; of a level one where the file or the pixel says no more.
+fn ambient_of_pixel(surface: &Database, band: &Database, air: &Database, centre: &Place, given: &Given, heading: Option<f64>) -> Result<Vec<f64>> {
     let (Some([emissivity, mut temperature, mut emitted]), Some(heading)) = (air.ground, heading) else {
-        return air.value("ambient_radiance", centre);
+        return air.light("ambient_radiance", centre);
     };
     if let Some(material) = &given.ground_material {
         let level = [
@@ -269,8 +282,9 @@ fn pixel(
     let transmittance = (-depth).exp(); // (9)
     let (normal, to_observer) = (unit(&given.normal)?, unit(&given.to_observer)?);
     let incidence = dot(&normal, &source.direction).max(0.0);
-    let beam = if incidence > 0.0 { air.value("direct_radiance", &centre)? } else { 0.0 };
     let sky = ambient_of_pixel(surface, band, air, &centre, given, source.heading)?;
+    let beam = if incidence > 0.0 { air.light("direct_radiance", &centre)? } else { vec![0.0; sky.len()] };
+    let through = air.transmittance(&centre, given.range)?;
     let materials = materials_of(band, texture, given)?;
     let mut sums = Pixel { material: materials[0].0, beta_star, transmittance, ..Pixel::default() };
     for (code, share) in materials {
@@ -284,12 +298,15 @@ fn pixel(
         let temperature = temperature_of(surface, &face, given)?;
         let blackbody = band.value("blackbody_radiance", &[("temperature", temperature)])?; // (7)
         let property = |name: &str| band.value(name, &[("material", code)]);
-        let (rho, fraction) = (property("reflectance")?, property("specular_fraction")?);
-        let direct = beam * rho * transmittance;
+        let fraction = property("specular_fraction")?;
+        let (rho, emission) = reflectance_and_emission(band, air.parted, code, temperature)?;
+        let emitted: f64 = rho.iter().zip(&emission).zip(&through).map(|((rho, share), through)| (1.0 - rho) * share * through).sum();
+        let reflected = |light: &[f64]| rho.iter().zip(light).map(|(rho, light)| rho * light).sum::<f64>().max(0.0);
+        let direct = reflected(&beam) * transmittance;
         sums.temperature += share * temperature;
         sums.blackbody_radiance += share * blackbody;
-        sums.thermal += share * blackbody * (1.0 - rho) * transmittance; // (6)
-        sums.skyshine += share * sky * rho * transmittance; // (19)
+        sums.thermal += share * blackbody * emitted; // (5), or (6)
+        sums.skyshine += share * reflected(&sky) * transmittance; // (18), or (19)
         sums.diffuse += share * direct * incidence * (1.0 - fraction); // (34)
         let shape = lobe(&normal, &source.direction, &to_observer, property("shininess")?);
         sums.specular += share * direct * shape * fraction * property("normalisation")?; // (35)
@@ -304,8 +321,10 @@ fn run(path: &Path) -> Result<String> {
     let scene: Scene = serde_json::from_str(&std::fs::read_to_string(path)?)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let surface = Database::open(&folder.join(&scene.surface), &["htt"], &scene.clamp)?;
-    let band = Database::open(&folder.join(&scene.band), &["band"], &scene.clamp)?;
-    let air = Database::open(&folder.join(&scene.atmosphere), &["atmq", "lunar_atmq"], &scene.clamp)?;
+    let band_path = folder.join(&scene.band);
+    let band = Database::open(&band_path, &["band"], &scene.clamp)?;
+    let mut air = Database::open(&folder.join(&scene.atmosphere), &["atmq", "lunar_atmq"], &scene.clamp)?;
+    air.part_light(&band, &band_path)?;
     let mut texture = scene.texture.as_ref().map(|name| Texture::open(&folder.join(name))).transpose()?;
     let one = |given: &Given| pixel(&scene, &surface, &band, &air, &mut texture, given);
     let pixels: Result<Vec<Pixel>> = scene.pixels.iter().map(one).collect();

@@ -1,0 +1,133 @@
+"""Where in the band the light of each channel lies: shares of a few wavelengths.
+
+A channel stands for absorption, not for a wavelength: light that surfaces emit or reflect in it comes from all
+wavelengths whose points it replaced. Shares are fitted so that sample paths let through of each wavelength what they do
+at all points of the band, starting from the wavelength of the channel's own point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.line_of_sight import lines_of_sight
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
+from skyshine.mat.quantities.channels.path_fields import REFERENCE
+from skyshine.mat.radiometry.band_wavelengths import parted
+from skyshine.mat.radiometry.blackbody import planck_wavenumber
+from skyshine.schemas.arrays import Floats
+
+_HOLD = 1e-3  # weight of the channel's own wavelength beside the sample paths, of which light counts as 1
+_LEAST_LIGHT = 1e-30
+
+
+@dataclass(frozen=True, eq=False)
+class SamplePaths:
+    """n lines of sight, and the elevation of the source at their ends: (n,) arrays, m and rad."""
+
+    length: Floats
+    altitude: Floats
+    elevation: Floats
+    source_elevation: Floats
+
+    def transmittances(self, air: SpectralAir) -> tuple[Floats, Floats]:
+        """Of the paths that end in the air, and from the source to their ends, (k, P) each."""
+        through, from_source = [], []
+        lines = lines_of_sight(air, self.length[:, None], self.altitude, self.elevation)
+        for line, height in zip(lines, self.source_elevation, strict=True):
+            if not line.valid[0]:
+                continue
+            end = min(float(line.surface_altitude[0]), air.shells.top)
+            through.append(np.exp(-line.depth[0].astype(float)))
+            from_source.append(direct_transmittance(air.source_paths, np.array([end]), np.array([height]))[0, 0])
+        points = air.optics.wavenumber.size
+        return np.array(through).reshape(-1, points), np.array(from_source).reshape(-1, points)
+
+
+@dataclass(frozen=True, eq=False)
+class PartedLight:
+    """Light of a band's points by the wavelengths they lie at.
+
+    Attributes
+    ----------
+    wavenumber : (P,) array
+        cm^-1.
+    thermal, source : (P,) arrays
+        Of a black body and of the source in the band, by the points' radiance weights; any unit.
+    """
+
+    wavenumber: Floats
+    thermal: Floats
+    source: Floats
+
+    @classmethod
+    def of(cls, wavenumber: Floats, radiance_weight: Floats, irradiance: Floats) -> PartedLight:
+        """Of points with weights (P,) [cm^-1], under a source's irradiance (P,)."""
+        return cls(wavenumber, radiance_weight * planck_wavenumber(wavenumber, REFERENCE), radiance_weight * irradiance)
+
+
+@dataclass(frozen=True, eq=False)
+class WavelengthShares:
+    """Shares of wavelengths in the light of P channels.
+
+    Attributes
+    ----------
+    wavelength : (B,) array
+        um; `band_wavelengths.parted` between them.
+    thermal, source : (P, B) arrays
+        Of emitted light, and of the source's; each row sums to 1.
+    """
+
+    wavelength: Floats
+    thermal: Floats
+    source: Floats
+
+    @classmethod
+    def fitted(
+        cls,
+        wavelength: Floats,
+        paths: SamplePaths,
+        every: tuple[SpectralAir, PartedLight],
+        few: tuple[SpectralAir, PartedLight],
+    ) -> WavelengthShares:
+        """Fit the shares of the few points' channels.
+
+        Parameters
+        ----------
+        wavelength : (B,) array
+            um.
+        paths : SamplePaths
+        every, few : pairs of SpectralAir and PartedLight
+            All points of the band, and those of the channels.
+        """
+        (through, lit), (through_few, lit_few) = (paths.transmittances(air) for air, _ in (every, few))
+        at, at_few = (parted(1e4 / light.wavenumber, wavelength) for _, light in (every, few))
+        thermal = _shares(_samples(through, every[1].thermal) @ at, _samples(through_few, few[1].thermal), at_few)
+        source = at_few
+        if every[1].source.any():
+            own = _samples(through * lit, every[1].source) @ at
+            source = _shares(own, _samples(through_few * lit_few, few[1].source), at_few)
+        return cls(wavelength, thermal, source)
+
+
+def _samples(transmittance: Floats, light: Floats) -> Floats:
+    """Light (n + 1, P) behind paths of transmittances (n, P), and behind none."""
+    return np.vstack([transmittance, np.ones(light.size)]) * light
+
+
+def _shares(of_wavelengths: Floats, of_channels: Floats, own: Floats) -> Floats:
+    """Shares (P, B) that make of the channels' light (n, P) that of the wavelengths (n, B); `own` (P, B) are those at
+    the channels' points.
+    """
+    size = max(float(np.sqrt(np.mean(of_channels.sum(axis=1) ** 2) * len(of_channels))), _LEAST_LIGHT)
+    equations = np.vstack([of_channels / size, _HOLD * np.eye(own.shape[0])])
+    columns = [
+        nnls(equations, np.concatenate([wanted / size, _HOLD * held]))[0]
+        for wanted, held in zip(of_wavelengths.T, own.T, strict=True)
+    ]
+    shares = np.stack(columns, axis=1)
+    total = shares.sum(axis=1, keepdims=True)
+    return np.where(total > 0, shares / np.where(total > 0, total, 1.0), own)

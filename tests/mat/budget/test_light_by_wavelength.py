@@ -1,0 +1,88 @@
+"""A pixel read by wavelength, against the whole truth, beside the same files read by means over the band."""
+
+import shutil
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+from skyshine.mat.budget.budget import PIXEL_SOURCES, error_budget
+from skyshine.mat.budget.built_tables import Tables
+from skyshine.mat.budget.pixel import Scenes, pixel_radiance
+from skyshine.mat.budget.truth import Prepared
+from skyshine.mat.job.load import load_job
+from skyshine.mat.scene.grids import path_grid
+from skyshine.materials.library import load_library
+
+
+@pytest.fixture(scope="module")
+def job(build_inline, tiny_job, tmp_path_factory):
+    """The edge of the CO2 band, where reflectance meets light in a part of the band alone."""
+    text = tiny_job()
+    for before, after in (
+        ("[10.0, 10.2]", "[4.08, 4.22]"),
+        ("[asphalt_road]", "[grass_dry, paint_olive_on_aluminium]"),
+        ("atmosphere_grid:", "atmosphere_grid:\n  tolerance: 2 K\n  layout: channels"),
+        ("slope_deg: [0, 45], time: [00:00, 12:00]", "slope_deg: [0, 90], time: [00:00, 06:00, 12:00, 18:00]"),
+    ):
+        assert before in text, before
+        text = text.replace(before, after)
+    file = tmp_path_factory.mktemp("wavelengths") / "job.yaml"
+    file.write_text(text, encoding="utf-8")
+    build_inline(load_job(file), jobs=1)
+    return file
+
+
+@pytest.fixture(scope="module")
+def prepared(job):
+    return Prepared.of(load_job(job), 1, 1)
+
+
+def rms(error):
+    return float(np.sqrt(np.mean(np.square(error))))
+
+
+def test_a_pixel_errs_less_than_by_means_over_the_band(job, prepared):
+    tables = Tables.open(job.parent / "built", 1, 1, "sun", prepared.loaded.trimmed)
+    assert tables.by_wavelength and tables.thermal is None
+    variables = {
+        name: held for name, held in tables.air.root.variables.items() if not name.endswith("wavelength_share")
+    }
+    means = replace(tables, air=replace(tables.air, root=replace(tables.air.root, variables=variables)))
+    assert not means.by_wavelength
+    scenes = Scenes.drawn(
+        prepared,
+        load_library(),
+        tables.materials,
+        path_grid(prepared.loaded.trimmed),
+        tables.surface_axes,
+        shades=tables.shades,
+        source="sun",
+        scenes=6,
+        seed=3,
+    )
+    truth = scenes.truth.of(scenes.views, scenes.around, tables.finish)
+
+    def error(read):
+        """At the true temperatures, which coarse axes would hide."""
+        return pixel_radiance(read, scenes.truth, scenes.views, scenes.around, truth.kelvin) - truth.radiance
+
+    assert rms(error(tables)) < 0.5 * rms(error(means))
+    assert rms(error(tables)) < 0.01 * rms(truth.radiance)
+
+
+def test_wavelengths_at_the_wrong_place_show_under_their_own_name(job, prepared, tmp_path):
+    def budget(folder):
+        return error_budget(prepared, folder, load_library(), source="sun", scenes=4, seed=2)
+
+    honest = budget(job.parent / "built")
+    copy = shutil.copytree(job.parent / "built", tmp_path / "built")
+    with h5py.File(copy / "s01b01.atmq.h5", "r+") as opened:
+        shares = opened["source_wavelength_share"]
+        shares[...] = np.roll(shares[...], 5, axis=1)
+    wrong = budget(copy)
+    changed = {name for name in honest.errors if not np.array_equal(wrong.errors[name], honest.errors[name])}
+    assert changed & set(PIXEL_SOURCES) == {"reflected_wavelengths"} and "pixel" in changed
+    assert rms(wrong.errors["reflected_wavelengths"]) > 2 * rms(honest.errors["reflected_wavelengths"])
+    assert "reflectance" not in honest.errors

@@ -33,8 +33,8 @@ from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import CheckFailed
 
 DAY = 86400.0  # s, the mean solar day
-# Steps of a day. On all library materials 192 err by .009 K rms against 576, and by .023 K with 96 for those that settle
-# slowly and 288 for thin ones, at 1.1 times the cost; 288 for thin ones beside 192 cost half as much again for .002 K.
+# Steps of a day. On all library materials 192 err by .009 K rms against 576; 96 with 288 for thin surfaces err by .023
+# K at .9 times the cost, and 192 with 288 for thin surfaces gain .002 K at 1.5 times the cost.
 STEPS = 192
 FINE_STEPS = 288  # of responses, which a shadow of minutes begins and ends
 # Excess over the maximum principle [K] at which a column goes to backward Euler, which cannot exceed it.

@@ -88,5 +88,5 @@ def test_a_draft_has_fewer_nodes_between_the_same_ends_with_the_horizon():
         ours, theirs = (getattr(path_grid(job), axis) for job in (draft, loaded.trimmed))
         assert set(ours) < set(theirs) and (ours[0], ours[-1]) == (theirs[0], theirs[-1]), axis
     assert 0 in path_grid(draft).elevation_deg
-    assert len(draft.surface_grid.time) == len(loaded.trimmed.surface_grid.time) / 2
+    assert len(draft.surface_grid.time) == len(loaded.trimmed.surface_grid.times) / 2
     assert draft.accuracy.solver_steps == 96 and draft.atmosphere_grid.tolerances == {}

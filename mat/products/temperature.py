@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -85,16 +85,12 @@ class TemperatureProduct:
             {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()},
         )
         codes, steps, seed = [material.code for material in materials], job.accuracy.solver_steps, job.accuracy.seed
-        requested = _axes(job)
+        requested, tables = _axes(job), _LastTable(solver, steps)
         axes, placed = dict(requested), {}
-
-        def on_axes(at: Axes) -> Floats:
-            return solver.table(at, steps).temperature.astype(float)
-
         if job.surface_grid.tolerance is not None:
             with report.stage("grid"):
                 refined = refined_axes(
-                    on_axes,
+                    tables.temperature,
                     requested,
                     len(materials),
                     tolerance_parts(job.surface_grid.tolerance)[0],
@@ -113,11 +109,11 @@ class TemperatureProduct:
         axes["time_h"] = np.array(times)
         if job.surface_grid.time is None and job.surface_grid.tolerance is None:
             with report.stage("grid"):
-                axes["time_h"] = placed_times(on_axes, axes, whole_day=whole_day, seed=seed)
+                axes["time_h"] = placed_times(tables.temperature, axes, whole_day=whole_day, seed=seed)
         if hours is not None and not whole_day:
             requested["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
         with report.stage("tables"):
-            table = solver.table(axes, steps)
+            table = tables.on(axes)
         shaded = job.query_limits is None or job.query_limits.shade
         response = None
         if shaded:
@@ -129,7 +125,8 @@ class TemperatureProduct:
         notes = {
             "seed": seed,
             "method": (
-                "linear interpolation against direct computation at random altitudes, azimuths, slopes and times;"
+                "linear interpolation against direct computation at random altitudes, azimuths, slopes and times, by none of"
+                " which nodes were placed;"
                 f" twilight: Sun 0 to {-NIGHT_DEG:g} degree down; level: slopes to {LEVEL_DEG:g} degree, steep:"
                 f" {STEEP_DEG:g} to 90, overhanging: beyond"
             ),
@@ -226,6 +223,24 @@ class _Solver:
             steps=steps,
             given=self.given,
         )
+
+
+@dataclass
+class _LastTable:
+    """The temperatures of a solver; a tolerance is verified on the table that is written, which is solved once."""
+
+    solver: _Solver
+    steps: int
+    axes: Axes = field(default_factory=dict)
+    table: SurfaceTemperatures | None = None
+
+    def on(self, axes: Axes) -> SurfaceTemperatures:
+        if self.table is None or not all(np.array_equal(self.axes[name], axes[name]) for name in axes):
+            self.axes, self.table = dict(axes), self.solver.table(axes, self.steps)
+        return self.table
+
+    def temperature(self, axes: Axes) -> Floats:
+        return self.on(axes).temperature.astype(float)
 
 
 def _rules(codes: Sequence[int], axes: Axes, whole_day: bool) -> list[AxisRule]:

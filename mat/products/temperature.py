@@ -125,8 +125,8 @@ class TemperatureProduct:
         notes = {
             "seed": seed,
             "method": (
-                "linear interpolation against direct computation at random altitudes, azimuths, slopes and times, by none of"
-                " which nodes were placed;"
+                "linear interpolation against direct computation at random altitudes, azimuths, slopes and times, which"
+                " placed no node;"
                 f" twilight: Sun 0 to {-NIGHT_DEG:g} degree down; level: slopes to {LEVEL_DEG:g} degree, steep:"
                 f" {STEEP_DEG:g} to 90, overhanging: beyond"
             ),

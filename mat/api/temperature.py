@@ -131,7 +131,7 @@ def temperature(
     >>> import skyshine.mat
     >>> day = skyshine.mat.temperature("concrete", job=skyshine.mat.example("starter"), slope=30)
     >>> day.temperature.size
-    96
+    192
     >>> bool(day.temperature.max() - day.temperature.min() > 10)
     True
     >>> shaded = skyshine.mat.temperature(

@@ -129,7 +129,7 @@ class Truths:
 
 def _surface_axes(job: Job) -> dict[str, Floats]:
     limits, grid = job.query_limits, job.surface_grid
-    times = grid.time
+    times = grid.times
     if limits is not None and limits.hours is not None:
         first, last = limits.hours
         times = [first, last + (24.0 if last < first else 0.0)] if len(times) > 1 else times

@@ -100,7 +100,7 @@ def as_draft(content: Mapping[str, Any], job: Job) -> dict[str, Any]:
     ):
         changed[key] = {name: _every_other(values) for name, values in nodes.items()}
     changed["surface_grid"]["azimuth_deg"] = surface.azimuth_deg[::2]
-    changed["surface_grid"]["time"] = [clock_text(time) for time in surface.time[::2]]
+    changed["surface_grid"]["time"] = [clock_text(time) for time in surface.times[::2]]
     return changed
 
 
@@ -122,8 +122,8 @@ def on_default_axes(content: Mapping[str, Any], job: Job) -> dict[str, Any]:
     changed["surface_grid"] = _default_surface(job)
     if len(surface.azimuth_deg) == 1:
         changed["surface_grid"]["azimuth_deg"] = surface.azimuth_deg
-    if len(surface.time) == 1:
-        changed["surface_grid"]["time"] = [clock_text(surface.time[0])]
+    if len(surface.times) == 1:
+        changed["surface_grid"]["time"] = [clock_text(surface.times[0])]
     return changed
 
 
@@ -138,7 +138,7 @@ def _on_default_axes(job: Job) -> bool:
         and _default_air(job) == {name: getattr(path_grid(job), name).tolist() for name in GRID_AXES}
         and _default_surface(job) == {"altitude_km": job.surface_altitudes_km, "slope_deg": surface.slope_deg}
         and (len(surface.azimuth_deg) == 1 or surface.azimuth_deg == plain.azimuth_deg)
-        and (len(surface.time) == 1 or surface.time == plain.time)
+        and (len(surface.times) == 1 or surface.time is None)
     )
 
 

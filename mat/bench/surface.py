@@ -19,6 +19,7 @@ from typing import TypeAlias
 import numpy as np
 
 from skyshine.mat.bench.marching import DAY, Grid, march
+from skyshine.mat.surface import solver
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -45,6 +46,11 @@ QUICK_MATERIALS = ("concrete", "grass_green")
 # Dry, wet, vegetated: each has other fluxes to compute.
 SPEED_MATERIALS = {"dry": "concrete", "wet": "soil_loam_wet", "vegetated": "grass_green"}
 STEPS = (24, 48, 72, 96, 144, 192, 288, 576)
+# Name, family, steps of surfaces that settle slowly, least steps of those that follow the weather within a step.
+CHOSEN = (
+    ("periodic, 96, thin 288", "thin finer", 96, 288),
+    ("periodic, default", "default", solver.STEPS, solver.STEPS),
+)
 # Name, steps a day, days from the start, cells a layer, theta.
 MARCHES = (
     ("implicit Euler, 1 h", 24, 5, 10, 1.0),
@@ -76,7 +82,7 @@ class SurfaceRung:
 
 @dataclass(frozen=True)
 class Speed:
-    """Processor seconds a column of a material, with 96 steps and with the steps that the solver chooses."""
+    """Processor seconds a column of a material, with 96 steps and with the solver's own."""
 
     kind: str
     material: str
@@ -150,7 +156,8 @@ def run(
         measured(f"periodic, N = {steps}", "periodic", partial(_solved, steps=steps, fine_steps=None), cases, advance)
         for steps in STEPS
     ]
-    rungs.append(measured("periodic, default", "default", partial(_solved, steps=96, fine_steps=288), cases, advance))
+    for name, family, steps, fine in CHOSEN:
+        rungs.append(measured(name, family, partial(_solved, steps=steps, fine_steps=fine), cases, advance))
     names = [case.material.name for case in cases]
     for name, steps, days, cells, theta in MARCHES:
         rungs.append(
@@ -207,12 +214,11 @@ def speeds(materials: dict[str, SurfaceMaterial], inputs: Inputs) -> list[Speed]
     forcing = forcing_of(inputs, batch_planes())
     speeds_by_kind = []
     for kind, material in materials.items():
-        steps = _solved(material, forcing, steps=96, fine_steps=288).shape[1]  # computes the forcing
         with_96, by_default = (
-            _median_seconds(partial(_solved, material, forcing, steps=96, fine_steps=fine)) / len(batch_planes())
-            for fine in (None, 288)
+            _median_seconds(partial(_solved, material, forcing, steps=count, fine_steps=None)) / len(batch_planes())
+            for count in (96, solver.STEPS)
         )
-        speeds_by_kind.append(Speed(kind, material.name, with_96, by_default, steps))
+        speeds_by_kind.append(Speed(kind, material.name, with_96, by_default, solver.STEPS))
     return speeds_by_kind
 
 
@@ -247,7 +253,7 @@ def plot(rungs: Sequence[SurfaceRung], path: Path) -> None:
     figure = Figure(figsize=(8, 5), layout="constrained")
     axes = figure.add_subplot(xscale="log", yscale="log", xlabel="processor time per column and day [us]")
     axes.set(ylabel="rms error of surface temperature [K]", title="Surface temperature against casadi's oracle")
-    for family, marker in (("periodic", "o-"), ("default", "*"), ("marching", "s")):
+    for family, marker in (("periodic", "o-"), ("thin finer", "^"), ("default", "*"), ("marching", "s")):
         chosen = [rung for rung in rungs if rung.family == family]
         points = [(1e6 * rung.seconds, rung.rms) for rung in chosen if rung.rms is not None]
         axes.plot([x for x, _ in points], [y for _, y in points], marker, label=family)

@@ -44,7 +44,7 @@ def surface(job: str | None, out: str | None, quick: bool, as_json: bool) -> Non
     _, inputs = surface_inputs(job or next(file for file in starter_files() if file.name == "job.yaml"))
     library = load_library()
     names = bench.QUICK_MATERIALS if quick else bench.MATERIALS
-    methods = len(bench.STEPS) + len(bench.MARCHES) + 3
+    methods = len(bench.STEPS) + len(bench.CHOSEN) + len(bench.MARCHES) + 2
     with progress(len(names) * methods, "surface temperatures") as advance:
         cases = []
         for material in surface_materials([library[name] for name in names]):

@@ -21,12 +21,12 @@ class Stream(StrEnum):
     TILTED_FACES = "faces on which harmonics of ambient light are measured"
     CIRCUMSTANCES = "shadows and walls around the faces of the error budget"
     CHANNELS = "lines of sight of tables in channels: of absorbers, of source directions, of their error"
+    BAND_ERROR = "temperatures and angles at which the table of a band is measured"
     EMISSION_ERROR = "lines of sight on which weighted transmittance is measured"
 
 
 # Joined to the seed, each once. None is 0: numpy gives [seed, 0] the numbers of the seed alone, which belongs to layers
-# below: the choice of spectral points (`skyshine.mat.atmosphere.band`), the test angles of a band
-# (`skyshine.mat.tables.band`).
+# below: the choice of spectral points (`skyshine.mat.atmosphere.band`).
 NUMBERS: dict[Stream, int] = {
     Stream.ATMOSPHERE_ERROR: 6,
     Stream.TEMPERATURE_ERROR: 7,
@@ -40,6 +40,7 @@ NUMBERS: dict[Stream, int] = {
     Stream.TILTED_FACES: 10,
     Stream.CIRCUMSTANCES: 11,
     Stream.CHANNELS: 12,
+    Stream.BAND_ERROR: 13,
 }
 
 

@@ -1,7 +1,8 @@
-"""Grids of the temperature table by tolerance, as `atmosphere_nodes` places those of the atmospheric tables."""
+"""Nodes of the temperature table where the error is: of all axes by tolerance, or a given number of times of day."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.measure.random_streams import Stream, random_stream
-from skyshine.mat.measure.refinement import fewest_nodes, subdivided
+from skyshine.mat.measure.refinement import fewest_nodes
 from skyshine.mat.measure.sampling import random_places
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
@@ -17,10 +18,13 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
 
 PERIODS = {"azimuth_deg": 360.0, "time_h": 24.0}
-PARTS = {"altitude_km": 4, "azimuth_deg": 6, "slope_deg": 6, "time_h": 6}
+# Greatest distance between the places that may become nodes.
+_SPACING = {"altitude_km": 0.25, "azimuth_deg": 2.4, "slope_deg": 2.25, "time_h": 0.075}
 _OTHERS = {"altitude_km": 3, "azimuth_deg": 6, "slope_deg": 5, "time_h": 24}
 _FIRST_SHARE, _PASSES, _MARGIN = 0.6, 5, 0.9
+_WORST = 3  # times the tolerance, of any read
 _TESTS = {"altitude_km": 4, "azimuth_deg": 8, "slope_deg": 8, "time_h": 24}
+_LEAST_K, _MOST_K, _HALVINGS = 0.003, 50.0, 10  # between which errors of so many times are sought, in logarithm
 _DECIMALS = 9  # of a node, so that clock times and angles stay plain numbers
 
 
@@ -56,7 +60,7 @@ def refined_axes(
     materials : int
         M.
     tolerance : float
-        K.
+        Of 99 % of all reads, the worst within three times [K].
     seed, max_nodes : int
         Of the random points; nodes that the table may have.
 
@@ -78,16 +82,60 @@ def refined_axes(
             break
         error = np.abs(read_temperature(temperature(axes), axes, places) - truth)
         p99, maximum = float(np.percentile(error, 99)), float(error.max())
-        if p99 <= _MARGIN * tolerance and maximum <= 2 * _MARGIN * tolerance:
+        if p99 <= _MARGIN * tolerance and maximum <= _WORST * _MARGIN * tolerance:
             return RefinedAxes(axes, p99, maximum)
         reached = f"; an error of {p99:.2g} K (99 %), {maximum:.2g} K (worst) is left with {size:,}"
-        share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, 2 / maximum), 0.25, 0.8))
+        share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, _WORST / maximum), 0.25, 0.8))
     widest = max(axes, key=lambda name: axes[name].size)
     raise CheckFailed(
         f"surface_grid.tolerance {tolerance:g} K cannot be held with {max_nodes:,} nodes: it takes {size:,}{reached},"
         f" most for the {widest.rsplit('_', 1)[0]}, {axes[widest].size}; raise it, shorten that axis, allow more with"
         " surface_grid.most_nodes, or name closer axes to start from"
     )
+
+
+def placed_times(
+    temperature: TemperatureOn, axes: Mapping[str, npt.ArrayLike], *, whole_day: bool, seed: int
+) -> Floats:
+    """Times of the day where temperatures bend, as many as an axis has and between its ends.
+
+    Parameters
+    ----------
+    temperature : callable
+        As `refined_axes` takes it.
+    axes : mapping of str to (n,) array
+        Of the table. Times that are a part of the day may go on beyond 24 h.
+    whole_day : bool
+        The last time is followed by the first.
+    seed : int
+        Of the altitudes, azimuths and slopes at which the day is looked at.
+
+    Returns
+    -------
+    (n,) array
+        Clock hours, increasing. Of all axes with so few nodes about that with the least error.
+    """
+    generator, count = random_stream(seed, Stream.TEMPERATURE_NODES), np.size(axes["time_h"])
+    if count <= 2 - whole_day:
+        return np.asarray(axes["time_h"], float)
+    closed = {name: _closed(name, nodes) for name, nodes in axes.items()}
+    if not whole_day:
+        closed["time_h"] = np.asarray(axes["time_h"], float)
+    places, values = _profile("time_h", temperature, closed, generator)
+    error, cells = _cell_error(places, values), count - (not whole_day)
+    chosen, low, high = np.array([0, places.size - 1]), np.log(_LEAST_K), np.log(_MOST_K)
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        fewest = fewest_nodes(places, error, float(np.exp(middle)))
+        if fewest.size - 1 <= cells:
+            chosen, high = fewest, middle
+        else:
+            low = middle
+    while chosen.size - 1 < cells:
+        widest = int(np.argmax(np.diff(chosen)))
+        chosen = np.insert(chosen, widest + 1, (chosen[widest] + chosen[widest + 1]) // 2)
+    times: Floats = places[chosen[:-1] if whole_day else chosen]
+    return times
 
 
 def within_period(axis: str, values: Floats) -> Floats:
@@ -114,30 +162,41 @@ def _profile(
     axis: str, temperature: TemperatureOn, closed: dict[str, Floats], generator: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Places (n,) along an axis and temperatures (K, n) there, at random places of the others."""
-    places = np.round(subdivided(closed[axis], PARTS[axis]), _DECIMALS)
+    places = _candidates(axis, closed[axis])
+    distinct, number = np.unique(np.round(within_period(axis, places), _DECIMALS), return_inverse=True)
     others = {
-        name: places if name == axis else np.unique(random_places(nodes, _OTHERS[name], generator))
+        name: distinct
+        if name == axis
+        else np.unique(within_period(name, random_places(nodes, _OTHERS[name], generator)))
         for name, nodes in closed.items()
     }
-    wrapped = {
-        name: np.unique(within_period(name, values)) if name in PERIODS else values for name, values in others.items()
-    }
-    table = np.moveaxis(temperature(wrapped), 1 + list(closed).index(axis), -1)
-    values = table.reshape(-1, table.shape[-1]).astype(float)
-    if axis in PERIODS and places.size > 1:
-        turn = np.argsort(np.argsort(np.mod(places[:-1], PERIODS[axis])))
-        values = values[:, np.append(turn, turn[0])]
-    return places, values
+    table = np.moveaxis(temperature(others), 1 + list(closed).index(axis), -1)
+    return places, table.reshape(-1, table.shape[-1]).astype(float)[:, number]
+
+
+def _candidates(axis: str, nodes: Floats) -> Floats:
+    """The places of an axis that may become nodes: equal parts of each cell."""
+    pieces = [nodes[:1]]
+    for low, high in itertools.pairwise(nodes):
+        parts = int(np.ceil((high - low) / _SPACING[axis] - 1e-6))
+        pieces.append(np.linspace(low, high, max(parts, 1) + 1)[1:])
+    return np.concatenate(pieces).round(_DECIMALS)
 
 
 def _nodes(name: str, places: Floats, values: Floats, allowed: float, base: npt.ArrayLike) -> Floats:
     if places.size == 1:
         return np.asarray(base, float)
 
+    nodes = places[fewest_nodes(places, _cell_error(places, values), allowed)]
+    return np.sort(np.mod(nodes[:-1], PERIODS[name])) if name in PERIODS else nodes
+
+
+def _cell_error(places: Floats, values: Floats) -> Callable[[int, int], Floats]:
+    """Errors (K, m) of linear interpolation inside a cell between two of the places."""
+
     def error(start: int, end: int) -> Floats:
         share = (places[start + 1 : end] - places[start]) / (places[end] - places[start])
         read: Floats = values[:, start, None] * (1 - share) + values[:, end, None] * share
         return read - values[:, start + 1 : end]
 
-    nodes = places[fewest_nodes(places, error, allowed)]
-    return np.sort(np.mod(nodes[:-1], PERIODS[name])) if name in PERIODS else nodes
+    return error

@@ -30,8 +30,9 @@ MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABL
 # s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines
 # beside the table's.
 EMISSION_END, EMISSION_WEIGHT, EMISSION_LINES = 3e-8, 1.5e-10, 600
-# s for the sky of a state, for each material under it, and for each distinct surface column, its forcing included.
-SKY, MATERIAL, COLUMN = 0.2, 0.02, 2.0e-5
+# s for the sky of a state, for each material under it, for placing its times of day, and for each distinct surface
+# column, its forcing included.
+SKY, MATERIAL, TIMES, COLUMN = 0.2, 0.02, 0.025, 2.3e-5
 # s for each material and plane of the response to shade, and for the whole solutions of a material that measure it.
 RESPONSE_PLANE, SHADE_ERROR = 3.5e-3, 0.075
 # s for solving the ground around the surfaces of a state, and its walls, at each altitude.
@@ -63,6 +64,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
     planes = level + (len(surface.slope_deg) - level) * len(surface.azimuth_deg)
     columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
+    material = MATERIAL + (TIMES if surface.time is None else 0.0)
     shaded = response_planes(job)
     shade = RESPONSE_PLANE * shaded + (SHADE_ERROR if shaded else 0.0)
     weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
@@ -77,7 +79,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
         "weighted transmittance": sets
         * emission
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
-        "temperature": sets * (SKY + MATERIAL * len(plan.materials) + COLUMN * columns) + _surroundings(job),
+        "temperature": sets * (SKY + material * len(plan.materials) + COLUMN * columns) + _surroundings(job),
         "shade": sets * len(plan.materials) * shade,
         "textures": TEXTURE * len(job.textures),
         "pictures": PICTURE * files if job.output.pictures else 0.0,

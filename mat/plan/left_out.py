@@ -15,6 +15,8 @@ from skyshine.materials.library import MaterialLibrary
 # the ground.
 STEP_BOUND = "0.1 % of a value; of path radiance some percent in cells that reach behind the ground"
 
+PLACED_BOUND = "within that of the table: as many times are placed between the hours as would be equally spaced"
+
 
 @dataclass(frozen=True)
 class LeftOut:
@@ -36,7 +38,7 @@ class LeftOut:
 
 
 def temperature_times(job: Job) -> list[float]:
-    return hours_around(job.surface_grid.time, None if job.query_limits is None else job.query_limits.hours)
+    return hours_around(job.surface_grid.times, None if job.query_limits is None else job.query_limits.hours)
 
 
 def tables_left_out(loaded: LoadedJob, library: MaterialLibrary, materials: tuple[str, ...]) -> list[LeftOut]:
@@ -77,6 +79,7 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
     if needs is None:
         return []
     wide = "a wider needs.{0}, or none"
+    times_bound = "none" if whole.surface_grid.time else PLACED_BOUND
     axes = (
         ("ranges", "range_km", whole.atmosphere_grid.range_km, job.atmosphere_grid.range_km, STEP_BOUND),
         ("observer altitudes", "observer_altitude_km", whole.observer_altitudes_km, job.observer_altitudes_km, "none"),
@@ -90,7 +93,7 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
         ),
         ("surface altitudes", "surface_altitude_km", whole.surface_altitudes_km, job.surface_altitudes_km, "none"),
         ("slopes", "slope_deg", whole.surface_grid.slope_deg, job.surface_grid.slope_deg, "none"),
-        ("times of day", "hours", whole.surface_grid.time, temperature_times(job), "none"),
+        ("times of day", "hours", whole.surface_grid.times, temperature_times(job), times_bound),
     )
     found = [
         LeftOut(

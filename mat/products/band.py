@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from skyshine.mat.job.extra_tables import NORMALISATION_BY_ANGLE
+from skyshine.mat.measure.band_errors import band_accuracy
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.scene.atmosphere import materials_digest
 from skyshine.mat.scene.bands import response_of
@@ -28,19 +29,23 @@ class BandProduct:
             },
             "materials": list(materials),
             "materials_sha256": materials_digest(library, materials),
+            "seed": job.accuracy.seed,
         }
         if NORMALISATION_BY_ANGLE in (job.extra_tables or ()):
-            resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE], "seed": job.accuracy.seed}
+            resolved |= {"extra_tables": [NORMALISATION_BY_ANGLE]}
         return (TableIdentity(context.task.files[0], BAND, f"materials {library.version}", resolved),)
 
     def compute(self, context: Context, report: TaskReport) -> Iterator[Group]:
-        """The tables of the band."""
+        """The tables of the band, and their errors."""
         job = context.loaded.trimmed
         with report.stage("tables"):
             materials = [context.library[name] for name in context.materials]
-            root = band_group(response_of(job.bands[context.task.band - 1]), materials, solar_spectrum(LONGEST_WAVE))
+            response = response_of(job.bands[context.task.band - 1])
+            root = band_group(response, materials, solar_spectrum(LONGEST_WAVE))
         root.attributes["band"] = job.band_name(context.task.band)
         if NORMALISATION_BY_ANGLE in (job.extra_tables or ()):
             with report.stage(NORMALISATION_BY_ANGLE):
-                root = with_fine_normalisation(root, materials, job.accuracy.seed)
+                root = with_fine_normalisation(root, materials)
+        with report.stage("accuracy"):
+            root.groups["accuracy"] = band_accuracy(root, response, materials, job.accuracy.seed)
         yield root

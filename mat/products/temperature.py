@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from skyshine.mat.job.trim import hours_around
 from skyshine.mat.measure.probes import NIGHT_DEG
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
-from skyshine.mat.measure.surface_nodes import PERIODS, refined_axes, within_period
+from skyshine.mat.measure.surface_nodes import PERIODS, placed_times, refined_axes, within_period
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
 from skyshine.mat.products.shade_error import SHADE_METHOD, shade_error
 from skyshine.mat.scene.atmosphere import materials_digest, without_air_time
@@ -28,7 +28,8 @@ from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
-from skyshine.mat.surface.sun_path import SunPath, sun_hours
+from skyshine.mat.surface.solver import FINE_STEPS, STEPS
+from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule
@@ -43,7 +44,9 @@ from skyshine.schemas.hdf5 import Group
 # Random values of each axis at which the interpolation error is measured; all their combinations are.
 PROBES = {"altitude_km": 3, "azimuth_deg": 5, "slope_deg": 5, "time_h": 24}
 LEVEL_DEG, STEEP_DEG = 10.0, 60.0  # slopes of which errors are stated apart
-FINE_STEPS = 288  # of the finer solution that the solver's error is measured against
+_SOLVER_METHOD = (
+    "{} against {} steps a day at the random places of one altitude, difference times {:.3g} (second order)"
+)
 
 Axes = dict[str, npt.NDArray[np.float64]]
 
@@ -82,12 +85,12 @@ class TemperatureProduct:
             {name: at_kelvin(celsius) for name, celsius in job.temperatures_c.items()},
         )
         codes, steps, seed = [material.code for material in materials], job.accuracy.solver_steps, job.accuracy.seed
-        requested = _axes(job)
+        requested, tables = _axes(job), _LastTable(solver, steps)
         axes, placed = dict(requested), {}
         if job.surface_grid.tolerance is not None:
             with report.stage("grid"):
                 refined = refined_axes(
-                    lambda at: solver.table(at, steps).temperature.astype(float),
+                    tables.temperature,
                     requested,
                     len(materials),
                     tolerance_parts(job.surface_grid.tolerance)[0],
@@ -98,15 +101,19 @@ class TemperatureProduct:
             report.notes.append(
                 f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}"
             )
-        # The whole day is solved, and its nodes are placed for all of it; the file holds the hours that are asked for.
+        # The whole day is solved, and the nodes of a tolerance are placed for all of it; the file holds the hours that
+        # are asked for.
         hours = None if job.query_limits is None else job.query_limits.hours
         times = hours_around(list(axes["time_h"]), hours)
         whole_day = len(times) == len(axes["time_h"])
         axes["time_h"] = np.array(times)
+        if job.surface_grid.time is None and job.surface_grid.tolerance is None:
+            with report.stage("grid"):
+                axes["time_h"] = placed_times(tables.temperature, axes, whole_day=whole_day, seed=seed)
         if hours is not None and not whole_day:
             requested["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
         with report.stage("tables"):
-            table = solver.table(axes, steps)
+            table = tables.on(axes)
         shaded = job.query_limits is None or job.query_limits.shade
         response = None
         if shaded:
@@ -118,13 +125,14 @@ class TemperatureProduct:
         notes = {
             "seed": seed,
             "method": (
-                "linear interpolation against direct computation at random altitudes, azimuths, slopes and times;"
+                "linear interpolation against direct computation at random altitudes, azimuths, slopes and times, which"
+                " placed no node;"
                 f" twilight: Sun 0 to {-NIGHT_DEG:g} degree down; level: slopes to {LEVEL_DEG:g} degree, steep:"
                 f" {STEEP_DEG:g} to 90, overhanging: beyond"
             ),
             "solver_error_kelvin": solver_error.maximum,
             "solver_error_rms_kelvin": solver_error.rms,
-            "solver_error_method": f"{steps} against {FINE_STEPS} steps a day at the same random places",
+            "solver_error_method": _SOLVER_METHOD.format(steps, *_compared(steps)),
             **placed,
         }
         errors, by_material, by_material_axes = [error], {}, {}
@@ -182,7 +190,7 @@ def _axes(job: Job) -> Axes:
         "altitude_km": job.surface_altitudes_km,
         "azimuth_deg": job.surface_grid.azimuth_deg,
         "slope_deg": job.surface_grid.slope_deg,
-        "time_h": job.surface_grid.time,
+        "time_h": job.surface_grid.times,
     }
     return {name: np.asarray(nodes, float) for name, nodes in axes.items()}
 
@@ -217,6 +225,24 @@ class _Solver:
         )
 
 
+@dataclass
+class _LastTable:
+    """The temperatures of a solver; a tolerance is verified on the table that is written, which is solved once."""
+
+    solver: _Solver
+    steps: int
+    axes: Axes = field(default_factory=dict)
+    table: SurfaceTemperatures | None = None
+
+    def on(self, axes: Axes) -> SurfaceTemperatures:
+        if self.table is None or not all(np.array_equal(self.axes[name], axes[name]) for name in axes):
+            self.axes, self.table = dict(axes), self.solver.table(axes, self.steps)
+        return self.table
+
+    def temperature(self, axes: Axes) -> Floats:
+        return self.on(axes).temperature.astype(float)
+
+
 def _rules(codes: Sequence[int], axes: Axes, whole_day: bool) -> list[AxisRule]:
     """How a reader interpolates in the table."""
     return [
@@ -240,18 +266,29 @@ def _places(requested: Axes, whole_day: bool, generator: np.random.Generator) ->
     return places
 
 
+def _compared(steps: int) -> tuple[int, float]:
+    """Other steps of the day, and the error of a solution over its difference from theirs, by Richardson.
+
+    Thin surfaces are solved in `STEPS` at least, from which others err less than this says.
+    """
+    other = FINE_STEPS if steps < FINE_STEPS else SUN_STEPS
+    return other, 1 / (1 - (max(steps, STEPS) / other) ** 2)
+
+
 def _errors(
     solver: _Solver, table: SurfaceTemperatures, rules: Sequence[AxisRule], places: Axes, steps: int
 ) -> tuple[ErrorMeasure, ErrorMeasure]:
     """Errors of interpolation and of the solver's step, at all combinations of the places."""
-    exact, fine = (solver.table(places, count).temperature.astype(float) for count in (steps, FINE_STEPS))
+    exact = solver.table(places, steps).temperature.astype(float)
+    other_steps, factor = _compared(steps)
+    other = solver.table(places | {"altitude_km": places["altitude_km"][:1]}, other_steps).temperature.astype(float)
     mesh = np.meshgrid(rules[0].nodes, *places.values(), indexing="ij", sparse=True)
     read = interpolate(
         table.temperature.astype(float), rules, dict(zip((rule.name for rule in rules), mesh, strict=True))
     )
-    error = read - exact
+    error, difference = read - exact, factor * (exact[:, :1] - other)
     regions = {name: np.broadcast_to(inside, error.shape) for name, inside in _regions(solver.inputs[0], mesh).items()}
-    return measure("temperature", error, error, regions=regions), measure("solver", exact - fine, exact - fine)
+    return measure("temperature", error, error, regions=regions), measure("solver", difference, difference)
 
 
 def _regions(sun: SunPath, places: Sequence[Floats]) -> dict[str, Booleans]:

@@ -15,17 +15,15 @@ from skyshine.mat.surface.conduction import depth_response, frequencies
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky, plane_irradiance
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.record import Record, record_forcing
-from skyshine.mat.surface.solver import DAY, Method, Solution, solve_columns
+from skyshine.mat.surface.solver import DAY, STEPS, Method, Solution, solve_columns
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
 
-STEPS = 96
-
 # Solar elevation and azimuth [degree] at UTC times.
 SunAt: TypeAlias = Callable[[npt.NDArray[np.datetime64]], tuple[Floats, Floats]]
-LONGEST_STEP = DAY / STEPS  # s: coarser records are solved at a fraction of their step
+LONGEST_STEP = 900.0  # s: coarser records are solved at a fraction of their step
 
 
 @dataclass(frozen=True, eq=False)

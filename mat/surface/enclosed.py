@@ -12,7 +12,7 @@ from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.horizon import LEVEL, Horizon
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import solve_columns
+from skyshine.mat.surface.solver import STEPS, solve_columns
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
@@ -56,7 +56,7 @@ def solved_enclosure(
     walls: GivenEmitter = AIR,
     horizon: Horizon = LEVEL,
     sky_view: float = 1.0,
-    steps: int = 96,
+    steps: int = STEPS,
 ) -> Enclosure:
     """The enclosure of a scene with the temperatures of its ground and walls.
 

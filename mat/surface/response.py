@@ -19,7 +19,7 @@ from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.relaxation import melting_cap
-from skyshine.mat.surface.solver import DAY, FINE_STEPS, Method, Solution, solve_columns
+from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS, Method, Solution, solve_columns
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
@@ -91,7 +91,7 @@ def response_planes(sun: SunPath, slopes: Floats) -> tuple[Floats, Floats]:
 
 
 def surface_response(
-    material: SurfaceMaterial, forcing_at: Callable[[int], Forcing], *, steps: int = 96
+    material: SurfaceMaterial, forcing_at: Callable[[int], Forcing], *, steps: int = STEPS
 ) -> SurfaceResponse:
     """Response of all columns of a material.
 
@@ -101,7 +101,7 @@ def surface_response(
     forcing_at : callable
         As `skyshine.mat.surface.solver.solve_columns` takes it.
     steps : int
-        Solver times of a day, a divisor of `FINE_STEPS`.
+        Solver times of a day.
 
     Notes
     -----
@@ -187,7 +187,7 @@ def response_table(
     materials: Sequence[SurfaceMaterial],
     scene: Scene,
     *,
-    steps: int = 96,
+    steps: int = STEPS,
     given: Collection[str] = (),
 ) -> ResponseTable:
     """Responses of all materials at the lowest and the highest altitude of a scene, for faces of its slopes.

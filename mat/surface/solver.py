@@ -33,7 +33,10 @@ from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import CheckFailed
 
 DAY = 86400.0  # s, the mean solar day
-FINE_STEPS = 288
+# Steps of a day. On all library materials 192 err by .009 K rms against 576; 96 with 288 for thin surfaces err by .023
+# K at .9 times the cost, and 192 with 288 for thin surfaces gain .002 K at 1.5 times the cost.
+STEPS = 192
+FINE_STEPS = 288  # of responses, which a shadow of minutes begins and ends
 # Excess over the maximum principle [K] at which a column goes to backward Euler, which cannot exceed it.
 BOUND_TOLERANCE = 0.1
 # Temperatures iterated together: some 300 kB an array, so that a handful stays in a core's second-level cache.
@@ -95,8 +98,8 @@ def solve_columns(
     material: SurfaceMaterial,
     forcing_at: Callable[[int], Forcing],
     *,
-    steps: int = 96,
-    fine_steps: int | None = FINE_STEPS,
+    steps: int = STEPS,
+    fine_steps: int | None = STEPS,
     period: float = DAY,
     scheme: str = "bdf2",
     start_hour: float = 0.0,
@@ -111,7 +114,8 @@ def solve_columns(
     steps : int
         N to begin with.
     fine_steps : int or None
-        N for surfaces that follow their forcing within a step, and for backward Euler; None: `steps`.
+        N for surfaces that follow their forcing within a step, and for backward Euler, where it is more than `steps`;
+        None: `steps`.
     period : float
         [s]
     scheme : str

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from skyshine.mat.surface.back_boundary import at_hours
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import Method, Solution, solve_columns
+from skyshine.mat.surface.solver import STEPS, Method, Solution, solve_columns
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats, Integers, Singles
@@ -63,7 +63,7 @@ def temperature_table(
     slopes_deg: Sequence[float],
     times_h: Sequence[float],
     *,
-    steps: int = 96,
+    steps: int = STEPS,
     given: Mapping[str, float | tuple[float, ...]] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> SurfaceTemperatures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,6 @@ from skyshine.mat.radiometry.lobe import SOURCE_ANGLES, normalisation, normalisa
 from skyshine.mat.radiometry.reflectance import band_emissivity, band_reflectance
 from skyshine.mat.tables.axes import EXACT, table_axis
 from skyshine.mat.tables.named_materials import with_names
-from skyshine.mat.tables.stated_error import accuracy_group, measure
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ TEMPERATURES = np.arange(150.0, 1500.25, 0.5)  # K; linear interpolation is then
 PLANCK_TEMPERATURES = np.array([200.0, 250.0, 275.0, 300.0, 325.0, 350.0, 400.0, 500.0, 700.0, 1000.0])  # K
 # degree; closer by a constant factor towards grazing light, where N_s falls to 0 the faster the narrower the lobe.
 INCIDENCE_ANGLES = np.concatenate([[0.0], np.round(90.0 - np.geomspace(80.0, 0.02, 48), 3), [90.0]])
-TEST_ANGLES = 200  # of each material, off the nodes
 RADIANCE = "W m^-2 sr^-1"
 WAVELENGTH = "band_wavelength"  # axis of spectra that are linear between few wavelengths, here and in channels
 
@@ -62,29 +61,18 @@ def band_group(
     return Group(axes, with_names(variables))
 
 
-def with_fine_normalisation(root: Group, materials: Sequence[Material], seed: int) -> Group:
-    """The group of a band with N_s from 0 to 90 degree of incidence beside it, and its error at random angles drawn
-    with a seed.
-    """
+def with_fine_normalisation(root: Group, materials: Sequence[Material]) -> Group:
+    """The group of a band with N_s from 0 to 90 degree of incidence beside it."""
     widths, which = np.unique([m.lobe_fwhm for m in materials], return_inverse=True)
     values = np.array([normalisation_to_grazing(width, INCIDENCE_ANGLES) for width in widths])
-    angle = np.sort(np.random.default_rng(seed).uniform(INCIDENCE_ANGLES[0], INCIDENCE_ANGLES[-1], TEST_ANGLES))
-    exact = np.array([normalisation_to_grazing(width, angle) for width in widths])
-    error = (np.array([np.interp(angle, INCIDENCE_ANGLES, row) for row in values]) - exact)[which]
     axis = table_axis(INCIDENCE_ANGLES, "degree", "angle of incidence, to grazing light")
     fine = Variable(
         ("material", "incidence_angle"), values[which], "1", "N_s by angle of incidence, (43), 0 to 90 degree"
     )
-    method = (
-        f"linear interpolation against (43) at {TEST_ANGLES} random angles for each material; kelvin has no meaning"
-        " here"
-    )
-    notes = {"seed": seed, "method": method}
-    measured = accuracy_group([measure("normalisation_fine", error, np.full(error.shape, np.nan))], {}, {}, notes)
-    return Group(
-        root.axes | {"incidence_angle": axis},
-        root.variables | with_names({"normalisation_fine": fine}),
-        {"accuracy": measured},
+    return replace(
+        root,
+        axes=root.axes | {"incidence_angle": axis},
+        variables=root.variables | with_names({"normalisation_fine": fine}),
     )
 
 

@@ -88,7 +88,7 @@ def test_fluxes_of_a_day_close(built):
     day = skyshine.mat.temperature("concrete", job=JOB, slope=0)
     data = day.to_xarray()
     assert data.temperature.attrs["units"] == "K" and data.time.attrs["units"] == "h"
-    assert abs(day.energy_closure) < 0.1 and "SurfaceTemperature 96 times" in repr(day)
+    assert abs(day.energy_closure) < 0.1 and "SurfaceTemperature 192 times" in repr(day)
     emitted = data.longwave_emitted / (Stefan_Boltzmann * data.temperature**4)  # the emissivity, all day the same
     assert float(emitted.max() - emitted.min()) < 1e-6 and 0.8 < float(emitted.mean()) < 1
     table = built.open("s01.htt").temperature(material="concrete", slope=0, time=data.time.values[::4])

@@ -67,8 +67,8 @@ def test_a_setting_keeps_seed_layout_and_what_may_be_left_out(content):
     fine, default = load_job(at_kelvin(content, 5.0)), load_job(on_default_axes(content, load_job(content).trimmed))
     for loaded in (fine, default):
         assert (loaded.trimmed.accuracy.seed, loaded.trimmed.accuracy.negligible_k) == (7, 0.5)
-    assert not fine.trimmed.atmosphere_grid.in_channels and fine.trimmed.accuracy.solver_steps == 48
-    assert default.trimmed.accuracy.solver_steps == 96
+    assert not fine.trimmed.atmosphere_grid.in_channels and fine.trimmed.accuracy.solver_steps == 96
+    assert default.trimmed.accuracy.solver_steps == 192
     assert yaml.safe_dump(content) == before
 
 
@@ -88,5 +88,5 @@ def test_a_draft_has_fewer_nodes_between_the_same_ends_with_the_horizon():
         ours, theirs = (getattr(path_grid(job), axis) for job in (draft, loaded.trimmed))
         assert set(ours) < set(theirs) and (ours[0], ours[-1]) == (theirs[0], theirs[-1]), axis
     assert 0 in path_grid(draft).elevation_deg
-    assert len(draft.surface_grid.time) == len(loaded.trimmed.surface_grid.time) / 2
-    assert draft.accuracy.solver_steps == 48 and draft.atmosphere_grid.tolerances == {}
+    assert len(draft.surface_grid.time) == len(loaded.trimmed.surface_grid.times) / 2
+    assert draft.accuracy.solver_steps == 96 and draft.atmosphere_grid.tolerances == {}

@@ -48,7 +48,7 @@ def test_in_the_dark_under_a_black_sky_of_the_same_temperature_nothing_warms_or_
 
 def test_nodes_of_a_table_are_its_values():
     altitude, azimuth, slope, time = [0.0, 1000.0], [90.0, 180.0], [0.0, 45.0], [6.0, 12.0, 18.25]
-    table = temperature_table([DARK, BRIGHT], *DAY, altitude, azimuth, slope, time).temperature
+    table = temperature_table([DARK, BRIGHT], *DAY, altitude, azimuth, slope, time, steps=96).temperature
     z, a, s, t = (axis.ravel() for axis in np.meshgrid([0, 1], [0, 1], [0, 1], [0, 1, 2], indexing="ij"))
     found = at(
         count=z.size,

@@ -51,14 +51,14 @@ def test_axes_shrink_and_the_plan_says_so(tmp_path):
     job = loaded(tmp_path, "needs: {range_km: [0.3, 6], observer_altitude_km: [0.1, 2.5], slope_deg: [0, 25]}\n")
     assert job.trimmed.atmosphere_grid.range_km == [0.2, 0.35, 0.5, 0.75, 1, 1.5, 2, 3, 4, 5, 7]
     assert job.trimmed.observer_altitudes_km == [0.05, 0.2, 0.5, 1, 2, 3]
-    assert job.trimmed.surface_grid.slope_deg == [0, 10, 20, 30]
+    assert job.trimmed.surface_grid.slope_deg == [0, 9, 18, 27]
     assert job.requested.atmosphere_grid.range_km[-1] == 1000
     plan = make_plan(job, load_library())
     said = {item.what: item.restore for item in plan.left_out}
     assert (
         said["18 of 29 ranges"] == "a wider needs.range_km, or none"
         and "6 of 12 observer altitudes" in said
-        and "6 of 10 slopes" in said
+        and "17 of 21 slopes" in said
     )
     assert plan.bytes < 0.3 * make_plan(loaded(tmp_path, ""), load_library()).bytes
 

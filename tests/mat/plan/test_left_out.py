@@ -14,6 +14,7 @@ import skyshine.mat
 from skyshine import materials
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.job.load import load_job
+from skyshine.mat.plan.left_out import temperature_times
 from skyshine.mat.plan.twins import twins_left_out
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.scene.atmosphere import atmospheric_state
@@ -121,8 +122,18 @@ def test_zero_restores_the_whole_computation_to_the_last_bit(restored):
         assert np.array_equal(variables[name].data, values.astype(np.float32))
 
 
-def test_part_of_a_day_reads_like_the_whole(kept, restored):
-    night, day = (opened(built, "s01.htt.h5") for built in (kept, restored))
+NIGHT = 'needs: {bands: [used], hours: ["22:10", "04:10"]}\n'
+
+
+def test_part_of_a_day_reads_like_the_whole(build_surface, tmp_path):
+    half_hours = [f"{number // 2:02d}:{number % 2 * 30:02d}" for number in range(48)]
+    written = JOB.replace("slope_deg: [0, 45]}", f"slope_deg: [0, 45], time: {half_hours}}}")
+    files = []
+    for name, more in (("night", NIGHT), ("day", "")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "job.yaml").write_text(written + more, encoding="utf-8")
+        files.append(build_surface(load_job(tmp_path / name / "job.yaml"), tmp_path / name))
+    night, day = map(skyshine.mat.open, files)
     assert night.root.axes["time"].values[[0, -1]].tolist() == [22.0, 28.5] and day.root.axes["time"].values.size == 48
     times = np.concatenate([np.linspace(22, 24, 40), np.linspace(0, 4.5, 40)])
     place = {"material": "grass_green", "altitude": 0.3, "azimuth": 300.0, "slope": 20.0}
@@ -133,6 +144,17 @@ def test_part_of_a_day_reads_like_the_whole(kept, restored):
     with pytest.raises(InputError, match="time: found 12; allowed: 22 to 28.5"):
         night.temperature(**place, time=12.0)
     assert night.error("temperature")["maximum"] < 5.0  # azimuths stand half a turn apart
+
+
+def test_times_that_are_not_written_are_placed_between_the_hours_needed(kept, restored):
+    night, day = (opened(built, "s01.htt.h5") for built in (kept, restored))
+    times = night.root.axes["time"].values
+    assert times.size == len(temperature_times(kept[0].trimmed)) < 14 and day.root.axes["time"].values.size == 40
+    assert times[0] <= 22 + 1 / 6 and times[-1] >= 28 + 1 / 6 and np.all(np.diff(times) > 0)
+    asked = np.concatenate([np.linspace(22.2, 24, 40), np.linspace(0, 4.1, 40)])
+    place = {"material": "grass_green", "altitude": 0.3, "azimuth": 180.0, "slope": 45.0}
+    read = [table.temperature(**place, time=asked) for table in (night, day)]
+    assert np.abs(read[0] - read[1]).max() < 0.3  # where the day has fewer nodes
 
 
 def test_the_same_job_gives_the_same_bytes(build_inline, kept, tmp_path):

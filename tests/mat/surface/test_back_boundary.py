@@ -97,7 +97,7 @@ def test_a_period_may_begin_at_any_hour():
     interior = tuple(float(value) for value in 320 + 40 * np.sin(2 * np.pi * np.arange(24.0) / 24))
     usual = solve(material(Back("fixed", interior)), fine_steps=None).temperature
     later = solve(material(Back("fixed", interior)), fine_steps=None, start_hour=6.0).temperature
-    assert np.allclose(np.roll(usual, -24, axis=1), later, atol=2e-4)
+    assert np.allclose(np.roll(usual, -usual.shape[1] // 4, axis=1), later, atol=2e-4)
 
 
 def test_given_temperatures_stand_in_the_table(sun_path, weather, sky):

@@ -69,7 +69,7 @@ def test_twins_are_solved_once(sun_path, weather, sky, monkeypatch):
 
 
 def test_time_is_periodic_and_linear_between_solver_times(sun_path, weather, sky):
-    hours = [0.0, 24.0, 12.0, 12.125, 12.25]
+    hours = [0.0, 24.0, 12.0, 12.0625, 12.125]
     temperatures = temperature_table([soil()], sun_path, weather, sky, [0.0], [0.0], [0.0], hours).temperature[
         0, 0, 0, 0
     ]

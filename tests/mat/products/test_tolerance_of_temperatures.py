@@ -1,0 +1,25 @@
+"""The table on which a tolerance of temperatures is verified is the one that is written."""
+
+import numpy as np
+
+import skyshine.mat
+from skyshine.mat.job.load import load_job
+from skyshine.mat.products import temperature
+
+
+def test_the_verified_table_is_solved_once(build_surface, small_job, tmp_path, monkeypatch):
+    text = small_job.read_text(encoding="utf-8").replace("slope_deg: [0, 45]", "slope_deg: [0, 45]\n  tolerance: 2 K")
+    (tmp_path / "job.yaml").write_text(text, encoding="utf-8")
+    solved, original = [], temperature.temperature_table
+
+    def recorded(*arguments, **options):
+        solved.append([np.asarray(axis, float).tobytes() for axis in arguments[4:8]] + [options["steps"]])
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(temperature, "temperature_table", recorded)
+    file = build_surface(load_job(tmp_path / "job.yaml"), tmp_path)
+    assert len({tuple(axes) for axes in solved}) == len(solved) > 5
+    axes = skyshine.mat.open(file).root.axes
+    written = [1e3 * axes["altitude"].values, *(axes[name].values for name in ("azimuth", "slope", "time"))]
+    *_, table, _, _ = solved  # then come the errors: of interpolation, and of the solver's steps
+    assert [values.astype(float).tobytes() for values in written] == table[:4]

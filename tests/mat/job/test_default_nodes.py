@@ -41,6 +41,7 @@ def test_each_quantity_has_its_nodes_between_the_ends_of_the_axes(load):
             assert (nodes[0], nodes[-1]) == (ends[0], ends[-1]), (name, field)
     direct, path = (path_grid(job, name) for name in ("direct_radiance", "path_radiance_ratio"))
     assert direct.source_elevation_deg.size > path.source_elevation_deg.size > shared.source_elevation_deg.size
+    assert path.by_scattering_angle and not direct.by_scattering_angle
     assert path.range_km.size < shared.range_km.size == direct.range_km.size
     assert 30.3 in direct.altitude_km and 30.3 not in path.altitude_km  # 30 km above the ground
     assert set(shared.altitude_km) <= set(direct.altitude_km)
@@ -51,6 +52,7 @@ def test_an_axis_that_a_job_writes_is_that_of_all_quantities(field, load):
     nodes = getattr(path_grid(load().trimmed), field).tolist()
     job = load(f"atmosphere_grid: {{{field}: {nodes}}}\n").trimmed
     assert all(getattr(path_grid(job, name), field).tolist() == nodes for name in QUANTITIES)
+    assert path_grid(job, "path_radiance_ratio").by_scattering_angle == (field != "source_azimuth_deg")
     others = [other for other in FIELDS if other != field]
     plain = load().trimmed
     for name in QUANTITIES:

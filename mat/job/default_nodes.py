@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from skyshine.mat.job.fields import around
-
 # fmt: off
 RANGES_KM = (
     0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1, 1.5, 2, 3, 4, 5, 7, 10, 14, 20, 28, 40, 60, 90,
@@ -70,13 +68,11 @@ def own_nodes(
     Returns
     -------
     list of float
-        All nodes of the quantity that a read between the ends of the job's axis touches.
+        Those of the quantity between the ends of the job's axis, and these, so that all quantities have the same ends.
     """
-    own = _OWN.get(quantity, {}).get(axis)
+    own, low, high = _OWN.get(quantity, {}).get(axis), nodes[0], nodes[-1]
     if own is None:
         return list(nodes)
     plain = {round(lift + height, 9) for height in OBSERVER_HEIGHTS_KM} if axis == "altitude_km" else set(default)
-    low, high = default[0], default[-1]
-    whole = {low, high} | {node for node in default if node not in plain}
-    whole |= {node for node in (round(lift + node, 9) for node in own) if low < node < high}
-    return around(sorted(whole), nodes[0], nodes[-1])
+    inside = [node for node in default if node not in plain] + [round(lift + node, 9) for node in own]
+    return sorted({low, high, *(node for node in inside if low < node < high)})

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -49,13 +48,6 @@ def ascending(values: list[float]) -> list[float]:
         if not after > before:
             raise ValueError(f"found {after:g} after {before:g}; allowed: strictly ascending values; sort them")
     return values
-
-
-def around(nodes: list[float], low: float, high: float) -> list[float]:
-    """The nodes between two values, with the next beyond each; what lies beyond the ends has the end."""
-    first = max(0, min(bisect_right(nodes, low) - 1, len(nodes) - 1))
-    last = max(0, min(bisect_left(nodes, high), len(nodes) - 1))
-    return nodes[first : last + 1]
 
 
 @dataclass(frozen=True)

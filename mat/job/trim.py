@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from skyshine.mat.job.fields import Span, around
+from skyshine.mat.job.fields import Span
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.site import local_times_utc
 
@@ -48,6 +48,13 @@ def trimmed(job: Job) -> Job:
         update[name] = grid.model_copy(update=changes)
         update[name].model_fields_set.intersection_update(grid.model_fields_set)  # what is trimmed is not written
     return job.model_copy(update=update)
+
+
+def around(nodes: list[float], low: float, high: float) -> list[float]:
+    """The nodes between two values, with the next beyond each; what lies beyond the ends has the end."""
+    first = max(0, min(bisect_right(nodes, low) - 1, len(nodes) - 1))
+    last = max(0, min(bisect_left(nodes, high), len(nodes) - 1))
+    return nodes[first : last + 1]
 
 
 def hours_around(times: list[float], hours: Span | None) -> list[float]:

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skyshine.mat.job.fields import around
 from skyshine.mat.job.load import load_job
-from skyshine.mat.job.trim import hours_around
+from skyshine.mat.job.trim import around, hours_around
 from skyshine.mat.plan.plan import make_plan
 from skyshine.mat.tables.axes import LINEAR, AxisRule
 from skyshine.materials.library import load_library

@@ -1,5 +1,5 @@
-"""Errors of the tables on default nodes, in the air for which the nodes were chosen and in other air: 99 % of reads are
-within 1 K, or 3 % of the light below 2.5 um.
+"""Errors of the tables on default nodes, in the air for which they were chosen and in sub-arctic air: 99 % of reads are
+within 1 K, below 2.5 um within 6 % of the light.
 """
 
 import numpy as np
@@ -51,9 +51,9 @@ AIRS = {
         },
     ),
 }
-# In sunlight some reads of path radiance around the source are worse than 3 % of the light.
+# Below 2.5 um 3 % of the light count as 1 K; path radiance around the source is worse in a fiftieth of all reads.
 CASES = [(air, band, 1.0) for air in AIRS for band in ((3, 5), (8, 12))]
-CASES += [(air, band, 1.8) for air in AIRS for band in ((0.9, 1.7), (0.4, 0.7))]
+CASES += [(air, band, 2.0) for air in AIRS for band in ((0.9, 1.7), (0.4, 0.7))]
 
 
 @pytest.mark.parametrize("air, band, allowed", CASES)

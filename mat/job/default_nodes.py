@@ -32,6 +32,7 @@ _OWN: dict[str, dict[str, tuple[float, ...]]] = {
             30, 40, 60,
         ),
     },
+    "beta_star_thermal": {"altitude_km": (0.05, 0.2, 0.5, 1, 2, 3, 5, 8, 12, 20, 30)},
     "direct_radiance": {
         "altitude_km": (0.05, 0.2, 0.5, 1, 2, 3, 5, 8, 10, 12, 14, 17, 20, 25, 30, 35),
         "source_elevation_deg": (

@@ -69,7 +69,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     shaded = response_planes(job)
     shade = RESPONSE_PLANE * shaded + (SHADE_ERROR if shaded else 0.0)
     weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
-    emitted = job.atmosphere_axes("beta_star")
+    emitted = job.atmosphere_axes("beta_star_thermal")
     ends = (len(emitted["altitude_km"]) * len(emitted["elevation_deg"]) + EMISSION_LINES) * len(emitted["range_km"])
     emission = (EMISSION_END + weights) * ends
     weighted = {task.band for task in plan.tasks if task.kind is Kind.THERMAL}

@@ -149,7 +149,7 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
             tasks.append(Task(Kind.ATMOSPHERE, state, band, files, len(files) * _atmosphere_values(job)))
             if band in weighted:
                 # One class for each material is the most there can be.
-                size = len(materials) * PLANCK_TEMPERATURES.size * _values(job, "beta_star")
+                size = len(materials) * PLANCK_TEMPERATURES.size * _values(job, "beta_star_thermal")
                 tasks.append(Task(Kind.THERMAL, state, band, (thermal_file(state, band, states),), size))
         size = len(materials) * (_surface_values(job) + response_planes(job) * _VALUES_OF_RESPONSE)
         tasks.append(Task(Kind.TEMPERATURE, state, 0, (state_file(state, states),), size))
@@ -167,9 +167,9 @@ def _atmosphere_values(job: Job) -> int:
 
 
 def _values(job: Job, quantity: str) -> int:
-    """Nodes of a quantity of the atmospheric tables."""
-    axes = list(job.atmosphere_axes(quantity).values())[: QUANTITIES[quantity][1]]
-    return prod(map(len, axes))
+    """Nodes of a quantity of the atmospheric tables, or of the paths of weighted transmittance."""
+    _, count = QUANTITIES.get(quantity, QUANTITIES["beta_star"])
+    return prod(map(len, list(job.atmosphere_axes(quantity).values())[:count]))
 
 
 def _surface_values(job: Job) -> int:

@@ -25,7 +25,8 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.mat.bench import lowtran
-from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid
+from skyshine.mat.job.atmosphere import AtmosphereGrid
+from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.results import AtmosphericQuantities

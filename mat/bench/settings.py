@@ -8,7 +8,8 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from skyshine.mat.job.accuracy import LARGEST_PIXEL_K, Accuracy, by_number, with_shares
-from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid
+from skyshine.mat.job.atmosphere import AtmosphereGrid
+from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.surface import SURFACE_HEIGHTS_KM, SurfaceGrid
@@ -118,7 +119,9 @@ def on_default_axes(content: Mapping[str, Any], job: Job) -> dict[str, Any]:
     if accuracy:
         changed["accuracy"] = accuracy
     surface = job.surface_grid
-    changed["atmosphere_grid"] = _default_air(job)
+    # Where a job writes an axis, no quantity has nodes of its own on it.
+    plain = _whole_default_air(job)
+    changed["atmosphere_grid"] = {name: nodes for name, nodes in _default_air(job).items() if nodes != plain[name]}
     changed["surface_grid"] = _default_surface(job)
     if len(surface.azimuth_deg) == 1:
         changed["surface_grid"]["azimuth_deg"] = surface.azimuth_deg
@@ -144,10 +147,13 @@ def _on_default_axes(job: Job) -> bool:
 
 def _default_air(job: Job) -> dict[str, list[float]]:
     """Default nodes of the atmospheric tables between the ends of a job's axes."""
-    heights = [job.site.altitude_km + height for height in OBSERVER_HEIGHTS_KM]
-    plain = AtmosphereGrid().model_dump() | {"altitude_km": heights}
-    grid = path_grid(job)
+    plain, grid = _whole_default_air(job), path_grid(job)
     return {name: _between(plain[name], getattr(grid, name).tolist()) for name in GRID_AXES}
+
+
+def _whole_default_air(job: Job) -> dict[str, list[float]]:
+    heights = [round(job.site.altitude_km + height, 9) for height in OBSERVER_HEIGHTS_KM]
+    return AtmosphereGrid().model_dump() | {"altitude_km": heights}
 
 
 def _default_surface(job: Job) -> dict[str, list[float]]:

@@ -12,6 +12,7 @@ from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, SE
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
 from skyshine.mat.job.clouds import Cloud, Rain
+from skyshine.mat.job.default_nodes import ELEVATIONS_DEG, RANGES_KM, SOURCE_AZIMUTHS_DEG, SOURCE_ELEVATIONS_DEG
 from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, axis, one_of, tolerance
 from skyshine.mat.job.files import JobFile
 from skyshine.mat.job.presets import presets, with_preset
@@ -254,9 +255,6 @@ class Band(StrictModel):
         return self
 
 
-OBSERVER_HEIGHTS_KM = (0.002, 0.05, 0.2, 0.5, 1, 2, 3, 5, 8, 12, 20, 40)
-
-
 class Tolerances(StrictModel):
     """By quantity of the atmospheric tables."""
 
@@ -276,69 +274,13 @@ def _of_all(value: Any) -> Any:
 
 
 class AtmosphereGrid(StrictModel):
-    """Nodes of the atmospheric tables."""
+    """Nodes of the atmospheric tables; on an axis that is not written, each quantity has its own."""
 
-    range_km: Annotated[list[float], axis(0, 100_000)] = [
-        0.001,
-        0.002,
-        0.005,
-        0.01,
-        0.02,
-        0.05,
-        0.1,
-        0.2,
-        0.35,
-        0.5,
-        0.75,
-        1,
-        1.5,
-        2,
-        3,
-        4,
-        5,
-        7,
-        10,
-        14,
-        20,
-        28,
-        40,
-        60,
-        90,
-        130,
-        200,
-        300,
-        1000,
-    ]
+    range_km: Annotated[list[float], axis(0, 100_000)] = [*RANGES_KM]
     altitude_km: Annotated[list[float], axis(-0.5, 100_000)] | None = Field(
         None, description="Of the observer above sea level; by default from 2 m to 40 km above the site's ground."
     )
-    elevation_deg: Annotated[list[float], axis(-90, 90)] = [
-        -90,
-        -60,
-        -40,
-        -30,
-        -20,
-        -15,
-        -10,
-        -7,
-        -5,
-        -3,
-        -2,
-        -1,
-        0,
-        1,
-        2,
-        3,
-        5,
-        7,
-        10,
-        15,
-        20,
-        30,
-        40,
-        60,
-        90,
-    ]
+    elevation_deg: Annotated[list[float], axis(-90, 90)] = [*ELEVATIONS_DEG]
     tolerance: Annotated[
         Tolerances | None, pydantic.BeforeValidator(_of_all, json_schema_input_type=Tolerance | Tolerances | None)
     ] = Field(
@@ -361,8 +303,13 @@ class AtmosphereGrid(StrictModel):
     )
     most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
 
-    source_elevation_deg: Annotated[list[float], axis(-90, 90)] = [-10, -5, -2, 0, 2, 5, 10, 20, 30, 45, 60, 75, 90]
-    source_azimuth_deg: Annotated[list[float], axis(0, 180)] = [0, 5, 10, 20, 30, 45, 60, 75, 90, 110, 130, 155, 180]
+    source_elevation_deg: Annotated[list[float], axis(-90, 90)] = [*SOURCE_ELEVATIONS_DEG]
+    source_azimuth_deg: Annotated[list[float], axis(0, 180)] = [*SOURCE_AZIMUTHS_DEG]
+
+    @property
+    def written(self) -> frozenset[str]:
+        """Names of the fields that the job writes, without those that only its query limits changed."""
+        return frozenset(name for name in self.model_fields_set if getattr(self, name) is not None)
 
     @property
     def in_channels(self) -> bool:

@@ -13,7 +13,8 @@ from pydantic import Field
 
 from skyshine.mat.atmosphere.gases.absorption import check_water_continuum, packaged_water_continuum
 from skyshine.mat.job.accuracy import Accuracy, by_number, with_shares
-from skyshine.mat.job.atmosphere import OBSERVER_HEIGHTS_KM, AtmosphereGrid, Band, State
+from skyshine.mat.job.atmosphere import AtmosphereGrid, Band, State
+from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM, own_nodes
 from skyshine.mat.job.extra_tables import ExtraTables
 from skyshine.mat.job.fields import Tolerance, by_hour
 from skyshine.mat.job.query_limits import QueryLimits
@@ -69,6 +70,9 @@ class Output(StrictModel):
         le=64,
         description="Of one table, before compression; its computation takes some times as much memory.",
     )
+
+
+_AXES = ("range_km", "altitude_km", "elevation_deg", "source_elevation_deg", "source_azimuth_deg")
 
 
 class Job(StrictModel):
@@ -127,12 +131,31 @@ class Job(StrictModel):
         """Altitudes of the atmospheric tables; by default with the base and the top of every cloud, where the view
         changes.
         """
-        if self.atmosphere_grid.altitude_km:
-            return self.atmosphere_grid.altitude_km
+        return self.atmosphere_grid.altitude_km or self._default_observer_altitudes
+
+    @property
+    def _default_observer_altitudes(self) -> list[float]:
         layers = [cloud.layer() for state in self.states for cloud in state.clouds]
         edges = {z / 1e3 for layer in layers for z in (layer.base, layer.top)} - {0.0}
         heights = sorted(set(OBSERVER_HEIGHTS_KM) | edges)
         return [round(self.site.altitude_km + height, 9) for height in heights]
+
+    def atmosphere_axes(self, quantity: str | None = None) -> dict[str, list[float]]:
+        """Nodes of the atmospheric tables by axis: those of the job, or of one quantity by its name in the files, where
+        no tolerance places them.
+        """
+        axes = {name: getattr(self.atmosphere_grid, name) for name in _AXES}
+        axes["altitude_km"] = self.observer_altitudes_km
+        if quantity is None:
+            return axes
+        defaults = AtmosphereGrid().model_dump() | {"altitude_km": self._default_observer_altitudes}
+        lifts = {"altitude_km": self.site.altitude_km}
+        own = {
+            name: own_nodes(quantity, name, axes[name], defaults[name], lifts.get(name, 0.0))
+            for name in _AXES
+            if name not in self.atmosphere_grid.written
+        }
+        return axes | own
 
     @property
     def ambient_harmonics(self) -> int:

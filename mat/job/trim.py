@@ -44,7 +44,9 @@ def trimmed(job: Job) -> Job:
         )
     update: dict[str, Any] = {"sources": sources}
     for name, changes in (("atmosphere_grid", air), ("surface_grid", surface)):
-        update[name] = getattr(job, name).model_copy(update=changes)
+        grid = getattr(job, name)
+        update[name] = grid.model_copy(update=changes)
+        update[name].model_fields_set.intersection_update(grid.model_fields_set)  # what is trimmed is not written
     return job.model_copy(update=update)
 
 

@@ -7,6 +7,8 @@ own multiple.
 
 from __future__ import annotations
 
+from math import prod
+
 import numpy as np
 
 from skyshine.mat.job.load import LoadedJob
@@ -51,10 +53,11 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     sets, sources = len(job.states), len(job.sources)
     wanted = [job.bands[number - 1] for number in job.needed_bands]
     points = [absorption_table().points(*band.wavenumber_range).wavenumber.size for band in map(response_of, wanted)]
-    lines = len(job.observer_altitudes_km) * len(grid.elevation_deg)
-    heights = len(grid.source_elevation_deg)
-    nodes = lines * len(grid.range_km) * heights * len(grid.source_azimuth_deg)
-    one = share * (TABLE_LINE * lines + TABLE_NODE * nodes + TABLE_SOURCE * heights)
+    path, light = (job.atmosphere_axes(name) for name in ("path_radiance_ratio", "ambient_radiance"))
+    lines = len(light["altitude_km"]) * len(light["elevation_deg"])
+    heights = len(light["source_elevation_deg"])
+    path_lines, nodes = len(path["altitude_km"]) * len(path["elevation_deg"]), prod(map(len, path.values()))
+    one = share * (TABLE_LINE * path_lines + TABLE_NODE * nodes + TABLE_SOURCE * heights)
     tilted = share if job.ambient_harmonics else 0.0
     measured = MEASURED * share
     if grid.in_channels:
@@ -68,7 +71,9 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     shaded = response_planes(job)
     shade = RESPONSE_PLANE * shaded + (SHADE_ERROR if shaded else 0.0)
     weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
-    emission = (EMISSION_END + weights) * (lines + EMISSION_LINES) * len(grid.range_km)
+    emitted = job.atmosphere_axes("beta_star_thermal")
+    ends = (len(emitted["altitude_km"]) * len(emitted["elevation_deg"]) + EMISSION_LINES) * len(emitted["range_km"])
+    emission = (EMISSION_END + weights) * ends
     weighted = {task.band for task in plan.tasks if task.kind is Kind.THERMAL}
     files = sum(len(task.files) for task in plan.tasks)
     return {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from math import prod
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, RESPONSE_HOURS, response_slopes
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
+from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.database.usage import read_usage
@@ -147,7 +149,7 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
             tasks.append(Task(Kind.ATMOSPHERE, state, band, files, len(files) * _atmosphere_values(job)))
             if band in weighted:
                 # One class for each material is the most there can be.
-                size = len(materials) * PLANCK_TEMPERATURES.size * _paths(job)
+                size = len(materials) * PLANCK_TEMPERATURES.size * _values(job, "beta_star_thermal")
                 tasks.append(Task(Kind.THERMAL, state, band, (thermal_file(state, band, states),), size))
         size = len(materials) * (_surface_values(job) + response_planes(job) * _VALUES_OF_RESPONSE)
         tasks.append(Task(Kind.TEMPERATURE, state, 0, (state_file(state, states),), size))
@@ -156,16 +158,18 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
 
 
 def _atmosphere_values(job: Job) -> int:
-    grid = job.atmosphere_grid
-    if grid.in_channels:
+    if job.atmosphere_grid.in_channels:
         return _VALUES_IN_CHANNELS
-    count = job.ambient_harmonics
-    ground = len(GROUND_TEMPERATURES) * len(zonal(count))
-    return _paths(job) * (1 + ground + len(grid.source_elevation_deg) * (2 + count + len(grid.source_azimuth_deg)))
+    count, ambient = job.ambient_harmonics, _values(job, "ambient_radiance")
+    ends = ambient // len(job.atmosphere_axes("ambient_radiance")["source_elevation_deg"])
+    ground = len(GROUND_TEMPERATURES) * len(zonal(count)) * ends
+    return sum(_values(job, name) for name in QUANTITIES) + count * ambient + ground
 
 
-def _paths(job: Job) -> int:
-    return len(job.atmosphere_grid.range_km) * len(job.observer_altitudes_km) * len(job.atmosphere_grid.elevation_deg)
+def _values(job: Job, quantity: str) -> int:
+    """Nodes of a quantity of the atmospheric tables, or of the paths of weighted transmittance."""
+    _, count = QUANTITIES.get(quantity, QUANTITIES["beta_star"])
+    return prod(map(len, list(job.atmosphere_axes(quantity).values())[:count]))
 
 
 def _surface_values(job: Job) -> int:

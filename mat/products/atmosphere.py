@@ -77,6 +77,7 @@ class AtmosphereProduct:
                         **job.atmosphere_grid.model_dump(mode="json"),
                         "altitude_km": job.observer_altitudes_km,
                     },
+                    **_own_axes(job),
                     "accuracy": job.accuracy.model_dump(
                         mode="json", include={"spectral_tolerance", "negligible_k", "seed"}
                     ),
@@ -137,6 +138,16 @@ def _scope(requested: Job) -> dict[str, Any]:
     }
 
 
+def _own_axes(job: Job) -> dict[str, Any]:
+    """Nodes of single quantities, by axis, where they differ from those of the job's axes."""
+    shared, own = job.atmosphere_axes(), {}
+    for name in () if job.atmosphere_grid.in_channels else QUANTITIES:
+        axes = job.atmosphere_axes(name)
+        if axes != shared:
+            own[name] = {axis: nodes for axis, nodes in axes.items() if nodes != shared[axis]}
+    return {"own_axes": own} if own else {}
+
+
 def _gases_left_out(compiled: CompiledBand) -> str:
     """Gases left out of a compiled band, with the largest change each makes in a transmittance."""
     return ", ".join(f"{gas} ({change:.1e})" for gas, change in compiled.dropped.items()) or "none"
@@ -169,9 +180,7 @@ class _SourceTables:
             placed = self._placed(base, irradiance)
         with report.stage("tables"):
             tables = {name: placement.table for name, placement in placed.items()}
-            unplaced = tuple(key for name, (key, _) in QUANTITIES.items() if name not in tables)
-            if unplaced:
-                tables |= Gridded.all_of(self.air.table(base, irradiance, wanted=unplaced), base)
+            tables |= self._unplaced([name for name in QUANTITIES if name not in tables], irradiance)
         harmonics = None
         if job.ambient_harmonics:
             with report.stage("harmonics"):
@@ -299,6 +308,19 @@ class _SourceTables:
             seed=self.loaded.trimmed.accuracy.seed,
             max_nodes=axes.most_nodes,
         )
+
+    def _unplaced(self, names: list[str], irradiance: npt.NDArray[np.float64]) -> dict[str, Gridded]:
+        """The quantities of these names on the axes that the job has for them, those that share all axes together."""
+        groups: dict[tuple[tuple[float, ...], ...], list[str]] = {}
+        for name in names:
+            axes = self.loaded.trimmed.atmosphere_axes(name)
+            groups.setdefault(tuple(map(tuple, axes.values())), []).append(name)
+        tables: dict[str, Gridded] = {}
+        for together in groups.values():
+            grid = path_grid(self.loaded.trimmed, together[0])
+            wanted = tuple(QUANTITIES[name][0] for name in together)
+            tables |= Gridded.all_of(self.air.table(grid, irradiance, wanted=wanted), grid)
+        return tables
 
     def _interpolation_errors(
         self, tables: dict[str, Gridded], base: PathGrid, irradiance: npt.NDArray[np.float64]

@@ -52,7 +52,7 @@ class EmissionProduct:
             "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
             "band": {**job.bands[task.band - 1].model_dump(mode="json"), "name": job.band_name(task.band)},
             "water_continuum": job.water_continuum,
-            "atmosphere_grid": _lists(path_grid(job)),
+            "atmosphere_grid": _lists(path_grid(job, QUANTITY)),
             "grouped_on": _lists(path_grid(context.loaded.requested)),
             "accuracy": job.accuracy.model_dump(mode="json", include={"class_tolerance", "seed"}),
             "materials": list(context.materials),
@@ -65,7 +65,7 @@ class EmissionProduct:
         """The classes of materials, and the table of each class."""
         task, job = context.task, context.loaded.trimmed
         state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
-        materials, grid = [context.library[name] for name in context.materials], path_grid(job)
+        materials, grid = [context.library[name] for name in context.materials], path_grid(job, QUANTITY)
         seed, tolerance = job.accuracy.seed, job.accuracy.class_tolerance
         with report.stage("classes"):
             # All spectral points: those of a compiled band stand for absorption, not for the wavelengths at which

@@ -58,14 +58,14 @@ def test_a_table_beyond_memory_is_one_clear_line(huge, command):
 
 def test_many_small_tables_are_limited_together(tmp_path):
     states = [JOB["states"][0] | {"series": {"first": "2001-01-01", "last": "2003-09-26"}}]  # 999 days
-    grid = {"range_km": [0.1 * number for number in range(290)]}
+    grid = {"range_km": [0.1 * number for number in range(160)]}
     loaded = load_job(written(tmp_path, states=states, atmosphere_grid=grid))
     plan = make_plan(loaded, load_library())
-    # 290 ranges, 12 altitudes, 25 elevations, 13 heights of the source, 13 azimuths, of two sources; a surface and its
-    # response to shade at 24 hours.
-    lines = 290 * 12 * 25
-    assert plan.bytes == 999 * 4 * (2 * lines * (1 + 13 * 2 + 13 * 13) + 1 + 24 * (14 + 29 + 3))
-    with pytest.raises(InputError, match=r"found 136 GB of tables in 2,998 files.*output.max_gigabytes"):
+    # 160 ranges; altitudes, elevations, heights of the source and azimuths of each quantity, of two sources; a surface
+    # and its response to shade at 24 hours.
+    air = 160 * (24 * 30 + 18 * 25 * 30 + 12 * 25 * 13 + 14 * 21 * 17 * 15)
+    assert plan.bytes == 999 * 4 * (2 * air + 1 + 24 * (14 + 29 + 3))
+    with pytest.raises(InputError, match=r"found 119 GB of tables in 2,998 files.*output.max_gigabytes"):
         check_size(loaded, plan)
     loaded = load_job(written(tmp_path, states=states, atmosphere_grid=grid, output={"max_gigabytes": 200}))
     check_size(loaded, make_plan(loaded, load_library()))

@@ -36,9 +36,11 @@ _MAX_CANDIDATES = 1600
 _SHORT_LIST = 6
 # Lines of sight for the fit and for the test.
 _TRAINING_RAYS, _TEST_RAYS = 160, 40
+# The same for each of many states that share points: they err alike.
+_SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 16, 2
 _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
 # Elevations of the source at which the field of light scattered more than once is solved, degree.
-_TWO_STREAM_ELEVATIONS = (-20.0, -10.0, -5.0, -2.0, 0.0, 2.0, 5.5, 12.0, 23.0, 38.0, 57.0, 90.0)
+_TWO_STREAM_ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
 # Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40
 # Errors count relative to the quantity, or to this fraction of its largest value where it is below.
@@ -242,10 +244,10 @@ def choose_points(
     return _chosen(targets, candidates, band, gases, dropped, tolerance, max_points, seed)
 
 
-def tested(
+def points_in_air(
     chosen: ChosenPoints, state: AtmosphericState, band: BandPoints, grid: PathAxes, sources: int, seed: int
 ) -> FittedBand:
-    """Chosen points with their responses in some air, on the paths on which `fit_band` tests there.
+    """Chosen points with their responses in some air, on fewer paths than those on which `fit_band` tests.
 
     Parameters
     ----------
@@ -260,7 +262,7 @@ def tested(
     FittedBand
     """
     air = _air(state, band)
-    test = _test(air, grid, seed)
+    test = _test(air, grid, seed, _SHARED_TEST_RAYS, skies=_SHARED_TEST_SKIES)
     exact = tested_responses(air, band.weight, test, sources)
     return FittedBand(chosen, exact, _approximate(chosen, state, air, test, sources))
 
@@ -279,8 +281,8 @@ def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.
     return Sample.of(air.shells, grid, -(-_TRAINING_RAYS // airs), generator)
 
 
-def _test(air: SpectralAir, grid: PathAxes, seed: int) -> Sample:
-    return Sample.of(air.shells, grid, _TEST_RAYS, np.random.default_rng([seed, _TEST_STREAM]))
+def _test(air: SpectralAir, grid: PathAxes, seed: int, rays: int = _TEST_RAYS, **settings: int) -> Sample:
+    return Sample.of(air.shells, grid, rays, np.random.default_rng([seed, _TEST_STREAM]), **settings)
 
 
 def _approximate(
@@ -332,13 +334,14 @@ def _light(source_irradiance: Floats) -> tuple[Floats, Floats]:
 
 
 def negligible_gases(
-    air: SpectralAir, band: BandPoints, grid: PathAxes, *, tolerance: float = 1e-3, seed: int = 0
+    airs: Sequence[SpectralAir], band: BandPoints, grid: PathAxes, *, tolerance: float = 1e-3, seed: int = 0
 ) -> dict[str, float]:
-    """Gases that `compile_band` omits, with the largest change each makes in an in-band transmittance.
+    """Gases that `compile_band` omits in an air, or `choose_points` in several, with the largest change each makes in
+    an in-band transmittance.
 
     Parameters
     ----------
-    air : SpectralAir
+    airs : sequence of SpectralAir
         At all points of the band.
     band, grid, tolerance, seed
         As `compile_band`.
@@ -347,8 +350,9 @@ def negligible_gases(
     -------
     dict of str to float
     """
-    training = _training(air, grid, 1, np.random.default_rng(seed))
-    return _drop_gases([air], band, [training], tolerance * _GAS_SHARE)[1]
+    generator = np.random.default_rng(seed)
+    training = [_training(air, grid, len(airs), generator) for air in airs]
+    return _drop_gases(airs, band, training, tolerance * _GAS_SHARE)[1]
 
 
 def _size(kind: str, values: Floats) -> Floats:

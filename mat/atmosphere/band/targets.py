@@ -24,7 +24,7 @@ KINDS = ("transmittance", "path_thermal", "path_radiance", "sky_irradiance", "di
 DIRECT = KINDS[-1]
 # Directions of the sky. The cells of their quadrature take the mean of the phase function; all else depends on azimuth
 # only through the curvature of the Earth.
-_ZENITHS, _AZIMUTHS = 4, 1
+_ZENITHS, _AZIMUTHS = 3, 1
 # K; of the ground whose radiance is the unit of `Responses.ground`.
 GROUND = 300.0
 # Points whose targets are computed together: the arrays of a path then fit into a processor's cache.

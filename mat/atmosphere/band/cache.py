@@ -56,6 +56,9 @@ FORMAT = 2  # raised when the layout of the kept files changes
 HEAD = b"skyshine compiled band 2\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
 FILE_LIMIT = 1 << 24  # bytes; a band of a thousand points takes 30 kB
 STATISTICS = ("max", "p95", "rms")
+# Tolerances that shared points may err where the largest number of points, not the tolerance, ended their choice: those
+# fitted to the air of the state alone then miss the tolerance by as much.
+_LIMITED = 1.5
 _MAX_FITS = 8  # of some 10 MB each
 _fits: OrderedDict[str, FittedBand] = OrderedDict()  # the latest last
 _choices: dict[str, ChosenPoints] = {}  # of some 10 kB each
@@ -104,7 +107,7 @@ def cached_compile_band(
     """A compiled band, its points chosen under usual sources, its errors measured in the state.
 
     The points are those chosen for similar airs, if there are any and each quantity holds the tolerance (rms) in the
-    state, else points fitted to the state's air.
+    state, or 1.5 times it where `max_points` ended the choice, else points fitted to the state's air.
 
     Parameters
     ----------
@@ -143,8 +146,10 @@ def cached_compile_band(
             lambda: points_in_air(chosen, over_air(state), band, grid, len(np.atleast_2d(usual)), seed),
         )
         compiled = fit.measured(state.surface_temperature, irradiance)
-        origin = Origin.SHARED_SIMILAR if known else Origin.SIMILAR
-    if compiled is None or any(error["rms"] > tolerance for error in compiled.errors.values()):
+        errors, origin = compiled.errors.values(), Origin.SHARED_SIMILAR if known else Origin.SIMILAR
+        if any(error["rms"] > tolerance * (_LIMITED if chosen.is_limited(tolerance) else 1.0) for error in errors):
+            compiled = None
+    if compiled is None:
         fit, known = _cached_fit(
             content_key(*common, over_air(state)), lambda: fit_band(over_air(state), band, grid, usual, **settings)
         )

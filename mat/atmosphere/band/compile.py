@@ -96,6 +96,10 @@ class ChosenPoints:
     dropped: dict[str, float]
     ladder: Floats
 
+    def is_limited(self, tolerance: float) -> bool:
+        """Whether the largest number of points, not the tolerance, ended the choice."""
+        return bool(self.ladder[-1] > tolerance * _FIT_SHARE)
+
 
 @dataclass(frozen=True, eq=False)
 class FittedBand:

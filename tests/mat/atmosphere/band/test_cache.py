@@ -123,6 +123,26 @@ def test_similar_airs_share_points_where_these_hold(folder, state, band, monkeyp
     assert compiled(third, band, similar=airs)[1] is Origin.FITTED
 
 
+@pytest.mark.parametrize(("fit_error", "origin"), [(1e-4, Origin.FITTED), (4e-4, Origin.SIMILAR)])
+def test_shared_points_may_miss_the_tolerance_where_their_number_is_limited(
+    folder, state, band, monkeypatch, result, fit_error, origin
+):
+    """By 1.3 times it, which points of the state's own air would miss too; otherwise these are fitted."""
+    brighter = {kind: 1.0013 * values for kind, values in result.exact.unlit.items()}
+    approximate = replace(result.exact, unlit=brighter, first=np.arange(result.exact.first.size))
+    chosen = replace(result.chosen, index=result.exact.first, ladder=np.array([fit_error]))
+    for name in ("_fits", "_choices"):
+        monkeypatch.setattr(band_cache, name, OrderedDict())
+    monkeypatch.setattr(band_cache, "choose_points", lambda *args, **settings: chosen)
+    monkeypatch.setattr(
+        band_cache, "points_in_air", lambda *args: replace(result, chosen=chosen, approximate=approximate)
+    )
+    shared, found = compiled(state, band, similar=[state])
+    assert found is origin
+    if found is Origin.SIMILAR:
+        assert 1e-3 < shared.errors["transmittance"]["rms"] < 1.5e-3
+
+
 def test_another_state_tolerance_or_seed_is_compiled_anew(folder, state, band):
     compiled(state, band)
     warmer = replace(state, temperature=state.temperature + 1e-9)

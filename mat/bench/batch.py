@@ -17,7 +17,9 @@ import numpy as np
 from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.cost import distinct_airs
+from skyshine.mat.plan.cost import choices
+
+_NEW = {Origin.FITTED.value, Origin.SIMILAR.value}  # notes of a task that chose points
 
 
 @dataclass(frozen=True)
@@ -63,14 +65,14 @@ class BatchTiming:
 
 @dataclass(frozen=True)
 class Size:
-    """How many states a job has, and how many airs these are of."""
+    """How many states a job has, and for how many airs, or cells of similar airs, points are chosen."""
 
     states: int
     airs: int
 
     @classmethod
     def of(cls, loaded: LoadedJob) -> Size:
-        return cls(len(loaded.trimmed.states), distinct_airs(loaded))
+        return cls(len(loaded.trimmed.states), choices(loaded))
 
 
 def sampled(loaded: LoadedJob, count: int) -> LoadedJob:
@@ -123,9 +125,7 @@ def _timing(place: str, workers: int, seconds: float, report: dict[str, Any], sa
     for entry in tasks.values():
         for stage, spent in entry["stages"].items():
             stages[stage] = stages.get(stage, 0.0) + spent
-    chosen = {
-        name: entry["stages"]["compile"] for name, entry in of_states.items() if Origin.FITTED.value in entry["notes"]
-    }
+    chosen = {name: entry["stages"]["compile"] for name, entry in of_states.items() if _NEW & set(entry["notes"])}
     further = (sum(entry["seconds"] for entry in of_states.values()) - sum(chosen.values())) / len(states)
     bands = {name.split("b")[1] for name in chosen}
     choice = sum(

@@ -208,6 +208,27 @@ def grid_ladder(band_um: tuple[float, float], tolerances: Sequence[float], strid
     return [Ladder(f"grid of the tables, {low:g}-{high:g} um", "a table", "K, 95 % of reads", tuple(rungs), why)]
 
 
+def compile_ladders(bands: Sequence[tuple[float, float]], tolerances: Sequence[float]) -> list[Ladder]:
+    """Choice of the points of thermal bands, by the root mean square and by 99 % of what a pixel errs."""
+    from skyshine.mat.bench.compile_ladder import compile_rungs
+
+    why = "below it tables err more than points do; a day that shares its points takes the time of their test alone"
+    ladders = []
+    for low, high in bands:
+        rungs = compile_rungs((low, high), tolerances)
+        for measure, errors in (
+            ("rms", [rung.rms for rung in rungs]),
+            ("99 %", [rung.percentile for rung in rungs]),
+        ):
+            settings = tuple(
+                Rung(f"{rung.name}, {rung.points} points", rung.seconds, error, rung.default)
+                for rung, error in zip(rungs, errors, strict=True)
+            )
+            name = f"choice of points, {low:g}-{high:g} um, {measure}"
+            ladders.append(Ladder(name, "a state and band", f"K of a pixel, {measure}", settings, why))
+    return ladders
+
+
 def run_command(program: str, *arguments: str) -> dict[str, Any]:
     """The JSON of a command of this package, run in a process of its own so that its clock counts it alone.
 
@@ -237,6 +258,10 @@ def parts(quick: bool, textures: tuple[str, str] | None) -> dict[str, Callable[[
     short = ("--quick",) if quick else ()
     parts_by_name = {
         "spectral points": lambda: from_absorption(run_command("mat", "bench", "absorption", *short)),
+        "choice of points": lambda: compile_ladders(
+            [(10.5, 11.0)] if quick else [(3.0, 5.0), (8.0, 12.0)],
+            (1e-2, 1e-3) if quick else (3e-2, 1e-2, 3e-3, 1e-3, 3e-4),
+        ),
         "directions and layers": lambda: from_atmosphere(run_command("mat", "bench", "atmosphere", *short)),
         "surface solver": lambda: from_surface(run_command("mat", "bench", "surface", *short)),
         "grids": lambda: grid_ladder(

@@ -74,9 +74,10 @@ class Prepared:
         """Prepare a state and band, counted from 1."""
         loaded = loaded.on_date_of_state(state)
         job, response = loaded.trimmed, response_of(loaded.trimmed.bands[band - 1])
-        air = over_ground(atmospheric_state(job.site, job.states[state - 1]), job.states[state - 1], response)
+        written = job.states[state - 1]
+        air = over_ground(atmospheric_state(job.site, written), written, response)
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-        compiled, _ = compiled_band(loaded, air, everything)
+        compiled, _ = compiled_band(loaded, written, response, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
         requested, weight = loaded.requested, compiled.band.radiance_weight
         light = irradiance_of_sources(requested, compiled.band)

@@ -8,17 +8,22 @@ own multiple.
 from __future__ import annotations
 
 from math import prod
+from typing import Any
 
 import numpy as np
 
+from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.plan import Kind, Plan, response_planes
+from skyshine.mat.scene.air_cells import shared_cells
 from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
-COMPILE_BAND, COMPILE_POINT = 0.5, 8.0e-4  # s for each band, and for each of its spectral points
+# s for each band, and for each of its spectral points: for the choice of points, and for their errors in an air.
+CHOICE_BAND, CHOICE_POINT = 0.1, 8.0e-4
+TEST_BAND, TEST_POINT = 0.1, 2.4e-4
 # s for each line of sight, each node of the path radiance and each source elevation (sky light), of a table of 44
 # points.
 TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 6.3e-7, 0.028, 44
@@ -77,7 +82,8 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     weighted = {task.band for task in plan.tasks if task.kind is Kind.THERMAL}
     files = sum(len(task.files) for task in plan.tasks)
     return {
-        "compile": distinct_airs(loaded) * (COMPILE_BAND * len(points) + COMPILE_POINT * sum(points)),
+        "compile": choices(loaded) * (CHOICE_BAND * len(points) + CHOICE_POINT * sum(points))
+        + distinct_airs(job) * (TEST_BAND * len(points) + TEST_POINT * sum(points)),
         "atmosphere": sets * len(points) * sources * one,
         "harmonics": sets * len(points) * sources * harmonics,
         "accuracy": sets * len(points) * sources * (measured + HARMONIC_FACES * tilted),
@@ -98,16 +104,18 @@ def _surroundings(job: Job) -> float:
     return GROUND * grounds + WALLS * walls * len(job.surface_altitudes_km)
 
 
-def distinct_airs(loaded: LoadedJob) -> int:
-    """For how many airs the points of the bands are chosen; moonlight is another each day."""
-    job = loaded.trimmed
+def distinct_airs(job: Job) -> int:
+    """In how many airs the points of the bands are tested."""
+    return len({_air(state) for state in job.states})
+
+
+def choices(loaded: LoadedJob) -> int:
+    """How often the points of the bands are chosen, where those that states share hold the tolerance."""
+    job = loaded.requested
     return len(
-        {
-            (
-                air_key(state),
-                state.ground_material,
-                (state.date or job.site.date) if "moon" in loaded.requested.sources else None,
-            )
-            for state in job.states
-        }
+        {_air(state) if cell is None else cell for state, cell in zip(job.states, shared_cells(job), strict=True)}
     )
+
+
+def _air(state: State) -> tuple[Any, ...]:
+    return air_key(state), state.ground_material

@@ -7,12 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 from skyshine.mat.atmosphere.band.compile import negligible_gases
-from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Bounds, Scattering
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.plan.left_out import LeftOut
+from skyshine.mat.scene.air_cells import AirCell, shared_cell, states_of_cell
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import MAX_POINTS
@@ -34,6 +36,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     bands, left_out = {}, []
     faint: dict[str, list[tuple[float, float, str]]] = {}
     known: dict[tuple[Any, ...], tuple[Bounds, Scattering]] = {}
+    omitted: dict[tuple[int, AirCell | None], dict[str, float]] = {}
     looked_at = _spread(len(job.states))
     for number in job.needed_bands:
         response = response_of(job.bands[number - 1])
@@ -50,11 +53,18 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         air = over_ground(atmospheric_state(job.site, state), state, response)
         irradiance = irradiance_of_sources(requested.on_date_of_state(number), everything)
         if key not in known:
-            all_air = SpectralAir.of(air, everything.points, everything.gases, everything.weight)
-            gases = negligible_gases(
-                all_air, everything, grid, tolerance=job.accuracy.spectral_tolerance, seed=job.accuracy.seed
-            )
-            if gases:
+            all_air = _at_all_points(air, everything)
+            cell = shared_cell(requested, state)
+            if (band, cell) not in omitted or cell is None:
+                similar = () if cell is None else states_of_cell(job.site, state, cell, response)
+                omitted[band, cell] = negligible_gases(
+                    [_at_all_points(one, everything) for one in similar] or [all_air],
+                    everything,
+                    grid,
+                    tolerance=job.accuracy.spectral_tolerance,
+                    seed=job.accuracy.seed,
+                )
+            if gases := omitted[band, cell]:
                 left_out.append(_gases(gases, place))
             known[key] = Bounds.of(all_air, grid, irradiance, everything.radiance_weight), Scattering.of(all_air)
         bounds, scattering = known[key]
@@ -71,6 +81,10 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
             faint.setdefault(what, []).append((change, change * omission.radiance, place))
     part = f" ({len(looked_at)} of {len(job.states):,} states looked at)" if len(looked_at) < len(job.states) else ""
     return left_out + [_faint(what, cases, part) for what, cases in faint.items()]
+
+
+def _at_all_points(air: AtmosphericState, everything: BandPoints) -> SpectralAir:
+    return SpectralAir.of(air, everything.points, everything.gases, everything.weight)
 
 
 STATES = 12  # assessed of a job with more states

@@ -31,6 +31,7 @@ from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.scene.air_cells import shared_cell
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
@@ -62,6 +63,8 @@ class AtmosphereProduct:
         state, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
         if state.ground_material is not None:
             scope["ground_reflectance"] = band_albedo(state, response)
+        if cell := shared_cell(loaded.requested, state):
+            scope["points_chosen_for"] = cell.stated
         return tuple(
             TableIdentity(
                 file,
@@ -95,7 +98,7 @@ class AtmosphereProduct:
         state = over_ground(atmospheric_state(job.site, written), written, response)
         with report.stage("compile"):
             all_points = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
-            compiled, origin = compiled_band(loaded, state, all_points)
+            compiled, origin = compiled_band(loaded, written, response, state, all_points)
         report.notes.append(f"{compiled.index.size} of {compiled.total_points} spectral points")
         report.notes.append(origin.value)
         if missed := _missed(compiled, job.accuracy.spectral_tolerance):

@@ -10,6 +10,7 @@ from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, Ae
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.state.climate import blended_profile
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
+from skyshine.mat.atmosphere.state.ground_air import GroundAir
 from skyshine.mat.atmosphere.state.profiles import Profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -24,16 +25,17 @@ from skyshine.materials.library import MaterialLibrary
 _AMOUNTS = ("scale", "ppm", "column_mm", "column_du")
 
 
-def atmospheric_state(site: Site, state: State) -> AtmosphericState:
+def atmospheric_state(site: Site, state: State, weather_air: GroundAir | None = None) -> AtmosphericState:
     """The atmospheric state of a job's state over the ground of its site.
 
     The ground below the paths has the temperature of the weather: the day's mean, or that of the time of the air.
+    `weather_air` replaces the air that the state's weather gives.
     """
     follows = state.air == "weather"
     return AtmosphericState.from_profile(
         profile_of(state),
         surface_altitude=site.altitude_km * 1e3,
-        ground_air=ground_air(site, state) if follows else None,
+        ground_air=(weather_air or ground_air(site, state)) if follows else None,
         gas_amounts=_gas_amounts(state),
         aerosol=_aerosol(state),
         clouds=[cloud.layer() for cloud in state.clouds],
@@ -78,15 +80,20 @@ def _gas_amounts(state: State) -> GasAmounts:
 
 
 def _aerosol(state: State) -> Aerosol:
-    winter = sum(weight for name, weight in state.profile_weights.items() if name.endswith("winter")) > 0.5
     return Aerosol(
         state.aerosol,
         visibility_km=state.visibility_km,
         wind_speed=_mean_wind(state.weather),
         air_mass=state.air_mass,
         stratosphere=state.stratosphere,
-        season=state.season or ("fall_winter" if winter else "spring_summer"),
+        season=aerosol_season(state),
     )
+
+
+def aerosol_season(state: State) -> str:
+    """Season of the aerosol: as written, or that of most of the profile's blend."""
+    winter = sum(weight for name, weight in state.profile_weights.items() if name.endswith("winter")) > 0.5
+    return state.season or ("fall_winter" if winter else "spring_summer")
 
 
 def air_key(state: State) -> tuple[str, float | None, str]:

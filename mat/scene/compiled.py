@@ -1,4 +1,4 @@
-"""The compiled band of a state: from the cache, or chosen now."""
+"""The compiled band of a state: from the cache, or chosen now, for similar states of the job together."""
 
 from __future__ import annotations
 
@@ -8,7 +8,11 @@ from skyshine.mat.atmosphere.band.cache import Origin, cached_compile_band
 from skyshine.mat.atmosphere.band.compile import CompiledBand
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.load import LoadedJob
+from skyshine.mat.job.model import Job
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.scene.air_cells import shared_cell, states_of_cell
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.mat.scene.grids import path_grid
 from skyshine.mat.scene.sources import source_irradiance, usual_irradiance
@@ -16,21 +20,48 @@ from skyshine.mat.scene.sources import source_irradiance, usual_irradiance
 MAX_POINTS = 64
 
 
-def compiled_band(loaded: LoadedJob, state: AtmosphericState, everything: BandPoints) -> tuple[CompiledBand, Origin]:
-    """All points of a band reduced for a state on its day, as the job asks, and whether they come from the cache."""
+def compiled_band(
+    loaded: LoadedJob, written: State, response: SpectralResponse, state: AtmosphericState, everything: BandPoints
+) -> tuple[CompiledBand, Origin]:
+    """All points of a band reduced for a state on its day, as the job asks, and where they come from.
+
+    Parameters
+    ----------
+    loaded : LoadedJob
+        On the date of the state.
+    written : State
+    response : SpectralResponse
+    state : AtmosphericState
+        Of the state, over its ground.
+    everything : BandPoints
+        All points of the response.
+
+    Returns
+    -------
+    compiled : CompiledBand
+    origin : Origin
+    """
     job, whole = loaded.trimmed, loaded.requested
-    on_the_day, at_one_au = (
-        np.stack([light(whole, source, everything.wavenumber, everything.width) for source in whole.sources])
-        for light in (source_irradiance, usual_irradiance)
-    )
+    place = everything.wavenumber, everything.width
+    on_the_day = np.stack([source_irradiance(whole, source, *place) for source in whole.sources])
+    usual = np.stack([usual_irradiance(source, *place) for source in whole.sources])
     return cached_compile_band(
         absorption_table(job.water_continuum),
         state,
         everything,
         path_grid(whole),
         on_the_day,
-        at_one_au,
+        usual,
         tolerance=job.accuracy.spectral_tolerance,
         max_points=MAX_POINTS,
         seed=job.accuracy.seed,
+        similar=similar_airs(whole, written, response),
     )
+
+
+def similar_airs(requested: Job, written: State, response: SpectralResponse) -> tuple[AtmosphericState, ...]:
+    """The airs for which the points of a state are chosen together with those of other states; none where it has its
+    own.
+    """
+    cell = shared_cell(requested, written)
+    return () if cell is None else states_of_cell(requested.site, written, cell, response)

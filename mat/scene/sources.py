@@ -16,6 +16,8 @@ from skyshine.schemas.arrays import Floats
 
 SUNLIGHT_UM, SUNLIGHT_NODES = (0.25, 25.0), 3000
 TRACK_NODE_H = 0.5
+USUAL_PHASE = 60.0  # degree; the shape of moonlight changes little from full Moon to beyond the quarters
+MEAN_MOON_DISTANCE = 384_400e3  # m, semi-major axis
 LONGEST_WAVE = 1000.0  # um, the end of the solar table and of the band model
 
 
@@ -38,11 +40,13 @@ def source_irradiance(job: Job, source: str, wavenumber: Floats, width: Floats |
     return moon.total
 
 
-def usual_irradiance(job: Job, source: str, wavenumber: Floats, width: Floats | None = None) -> Floats:
-    """As `source_irradiance`, the same for all days on which its spectrum has the same shape: the Sun at 1 au."""
+def usual_irradiance(source: str, wavenumber: Floats, width: Floats | None = None) -> Floats:
+    """Irradiance (P,) outside the atmosphere that is the same on all days, W m^-2 (cm^-1)^-1: of the Sun at 1 au, or of
+    the Moon at its mean distance and `USUAL_PHASE`. Points of a band are chosen under it.
+    """
     if source == "sun":
         return solar_irradiance(wavenumber, width)
-    return source_irradiance(job, source, wavenumber, width)
+    return lunar_irradiance(wavenumber, USUAL_PHASE, MEAN_MOON_DISTANCE, 1.0, width=width).total
 
 
 def solar_spectrum(longest: float = SUNLIGHT_UM[1]) -> tuple[Floats, Floats]:

@@ -66,7 +66,7 @@ def ground_air(site: Site, state: State) -> GroundAir:
 
     The mean does not depend on the Sun, so that days of the same weather share their air.
     """
-    mean, mean_vapour, pressure = _means(state.weather)
+    mean, mean_vapour, pressure = daily_means(state.weather)
     table = state.weather.hourly
     altitude = 1e3 * (site.altitude_km if table is None or table.altitude_km is None else table.altitude_km)
     kelvin, vapour = mean, mean_vapour
@@ -82,7 +82,7 @@ def ground_air(site: Site, state: State) -> GroundAir:
     return GroundAir(altitude, kelvin, mean, vapour, mean_vapour, pressure)
 
 
-def _means(weather: Weather) -> tuple[float, float, float | None]:
+def daily_means(weather: Weather) -> tuple[float, float, float | None]:
     """Means of the day: air temperature [K], vapour pressure [Pa], pressure [Pa] where it is measured."""
     mean = weather.mean_air_temperature_c + ZERO_CELSIUS
     table = weather.hourly

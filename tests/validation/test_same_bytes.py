@@ -1,7 +1,8 @@
 """A build gives the same bytes in one process and in two, whatever the threads, hash seed, locale and time zone.
 
-Two states, two bands, the Moon, extra tables and a texture are built anew in each environment, without the cache of
-compiled bands. A locale that writes decimals with a comma is compiled where the machine has its sources.
+Three states, two of which share the points of their bands, two bands, the Moon, extra tables and a texture are built
+anew in each environment, without the cache of compiled bands. A locale that writes decimals with a comma is compiled
+where the machine has its sources.
 """
 
 import os
@@ -23,6 +24,7 @@ JOB_CHANGES = {
     "  - profile: midlatitude_summer\n    weather: {air_temperature_c: [22, 33]}\n": (
         "  - profile: midlatitude_summer\n    weather: {air_temperature_c: [22, 33]}\n"
         "  - profile: tropical\n    visibility_km: 5\n    weather: {air_temperature_c: [25, 31]}\n"
+        "  - profile: midlatitude_summer\n    weather: {air_temperature_c: [20, 31]}\n"
     ),
     "[10.0, 10.2]\n": "[10.0, 10.2]\n  - wavelength_um: [3.9, 4.0]\n",
     "sources: [sun]": "sources: [sun, moon]\nextra_tables: [weighted_transmittance, normalisation_by_angle]",
@@ -102,6 +104,6 @@ def test_nor_on_a_locale_with_decimal_commas(built, expected, comma):
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_the_bytes_of_a_build_do_not_depend_on_its_environment(name, built, expected):
     found = built(*ENVIRONMENTS[name])
-    assert len(expected) == 2 + 2 + 8 + 4 + 1  # temperatures, bands, two sources, weighted transmittance, the texture
+    assert len(expected) == 3 + 2 + 12 + 6 + 1  # temperatures, bands, two sources, weighted transmittance, the texture
     assert found.keys() == expected.keys()
     assert [file for file in expected if found[file] != expected[file]] == []

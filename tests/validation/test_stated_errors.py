@@ -58,7 +58,7 @@ def rebuilt(loaded, band):
     job, base = loaded.trimmed, path_grid(loaded.trimmed)
     state, response = atmospheric_state(job.site, job.states[0]), response_of(job.bands[band - 1])
     points = band_points(absorption_table().points(*response.wavenumber_range), response)
-    compiled, _ = compiled_band(loaded, state, points)
+    compiled, _ = compiled_band(loaded, job.states[0], response, state, points)
     sun = source_irradiance(job, "sun", compiled.band.wavenumber, compiled.band.width)
     return BandAtmosphere.of(state, compiled.band), sun, base, Scale.kelvin(response)
 

@@ -58,7 +58,7 @@ def test_harmonics_hold_their_kelvin(loaded, state, band, monkeypatch):
     job = loaded.trimmed
     air, response = atmospheric_state(job.site, job.states[state - 1]), response_of(job.bands[band - 1])
     everything = band_points(absorption_table().points(*response.wavenumber_range), response)
-    atmosphere = BandAtmosphere.of(air, compiled_band(loaded, air, everything)[0].band)
+    atmosphere = BandAtmosphere.of(air, compiled_band(loaded, job.states[state - 1], response, air, everything)[0].band)
     points = atmosphere.band
     sunlight = source_irradiance(job, "sun", points.wavenumber, points.width)
     grid = PathGrid([0.0], [0.0], [0.0], SUNS, [0.0])

@@ -1,8 +1,9 @@
 """Cache of compiled bands by content: the same band of the same state is compiled once on a machine.
 
-Within a process the choice of points is cached too, for states of the same air: the ground and the source of another
-day change the errors, which are measured for each state, but not the points. The choice does not depend on what a
-process has built before.
+Within a process fits are cached too, for states of the same air: the ground and the source of another day change the
+errors, which are measured for each state, but not the points. States of similar air share points that are chosen for
+all of them, where these hold the tolerance in the state. What a state gets does not depend on what a process has built
+before, nor on what is cached.
 
 The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the
 absorption table and the source code that compiles. What is kept is what compiling gave, to the last bit. A file is
@@ -22,18 +23,26 @@ import stat
 import tempfile
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat import atmosphere, radiometry
-from skyshine.mat.atmosphere.band.compile import CompiledBand, FittedBand, fit_band, over_air
+from skyshine.mat.atmosphere.band.compile import (
+    ChosenPoints,
+    CompiledBand,
+    FittedBand,
+    choose_points,
+    fit_band,
+    over_air,
+    points_in_air,
+)
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -47,9 +56,19 @@ FORMAT = 2  # raised when the layout of the kept files changes
 HEAD = b"skyshine compiled band 2\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
 FILE_LIMIT = 1 << 24  # bytes; a band of a thousand points takes 30 kB
 STATISTICS = ("max", "p95", "rms")
+# Tolerances that shared points may err where the largest number of points, not the tolerance, ended their choice: those
+# fitted to the air of the state alone then miss the tolerance by as much.
+_LIMITED = 1.5
 _MAX_FITS = 8  # of some 10 MB each
 _fits: OrderedDict[str, FittedBand] = OrderedDict()  # the latest last
+_choices: dict[str, ChosenPoints] = {}  # of some 10 kB each
 _lock = threading.Lock()
+
+
+class _Settings(TypedDict):
+    tolerance: float
+    max_points: int
+    seed: int
 
 
 class Origin(Enum):
@@ -57,6 +76,8 @@ class Origin(Enum):
 
     FITTED = "points chosen for this air"
     SHARED = "points of another state of this air"
+    SIMILAR = "points chosen for similar airs"
+    SHARED_SIMILAR = "points chosen before for similar airs"
     CACHE = "compiled band from the cache"
 
 
@@ -81,8 +102,12 @@ def cached_compile_band(
     tolerance: float,
     max_points: int,
     seed: int,
+    similar: Sequence[AtmosphericState] = (),
 ) -> tuple[CompiledBand, Origin]:
-    """A compiled band, its points fitted to the state's air under usual sources, its errors measured in the state.
+    """A compiled band, its points chosen under usual sources, its errors measured in the state.
+
+    The points are those chosen for similar airs, if there are any and each quantity holds the tolerance (rms) in the
+    state, or 1.5 times it where `max_points` ended the choice, else points fitted to the state's air.
 
     Parameters
     ----------
@@ -92,6 +117,8 @@ def cached_compile_band(
         As `compile.compile_band`.
     usual_irradiance : (P,) or (B, P) array
         Typical irradiance of the same sources, equal for all states that are to share the points.
+    similar : sequence of AtmosphericState
+        Airs for which points are chosen that the state may share.
 
     Returns
     -------
@@ -100,34 +127,67 @@ def cached_compile_band(
     """
     folder = cache_folder()
     tolerance, max_points, seed = float(tolerance), int(max_points), int(seed)
-    settings = {"tolerance": tolerance, "max_points": max_points, "seed": seed}
+    settings = _Settings(tolerance=tolerance, max_points=max_points, seed=seed)
     usual, irradiance = np.asarray(usual_irradiance), np.asarray(source_irradiance)
-    air = (table.content, over_air(state), band.weight, band.points.wavenumber, band.gases, grid, usual, settings)
-    key = content_key(*air, state.surface_temperature, irradiance)
+    airs = [over_air(one) for one in similar]
+    common = (table.content, band.weight, band.points.wavenumber, band.gases, grid, usual, settings)
+    key = content_key(*common, over_air(state), airs, state.surface_temperature, irradiance)
     path = None if folder is None else folder / f"{key}.npz"
     compiled = None if path is None else _read(path, key, band)
     if compiled is not None:
         return compiled, Origin.CACHE
-    air_key = content_key(*air)
-    origin = Origin.SHARED if air_key in _fits else Origin.FITTED
-    fit = _cached_fit(
-        air_key,
-        lambda: fit_band(over_air(state), band, grid, usual, tolerance=tolerance, max_points=max_points, seed=seed),
-    )
-    compiled = fit.measured(state.surface_temperature, irradiance)
+
+    if airs:
+        chosen, known = _cached_choice(
+            folder, content_key(*common, airs), band, lambda: choose_points(airs, band, grid, usual, **settings)
+        )
+        fit, _ = _cached_fit(
+            content_key(*common, over_air(state), airs),
+            lambda: points_in_air(chosen, over_air(state), band, grid, len(np.atleast_2d(usual)), seed),
+        )
+        compiled = fit.measured(state.surface_temperature, irradiance)
+        errors, origin = compiled.errors.values(), Origin.SHARED_SIMILAR if known else Origin.SIMILAR
+        if any(error["rms"] > tolerance * (_LIMITED if chosen.is_limited(tolerance) else 1.0) for error in errors):
+            compiled = None
+    if compiled is None:
+        fit, known = _cached_fit(
+            content_key(*common, over_air(state)), lambda: fit_band(over_air(state), band, grid, usual, **settings)
+        )
+        compiled = fit.measured(state.surface_temperature, irradiance)
+        origin = Origin.SHARED if known else Origin.FITTED
     if path is not None:
         _write(path, key, compiled)
     return compiled, origin
 
 
-def _cached_fit(key: str, fit: Callable[[], FittedBand]) -> FittedBand:
-    """A fit of this process, or a new one."""
-    fitted = _fits.pop(key, None) or fit()
+def _cached_choice(
+    folder: Path | None, key: str, band: BandPoints, choice: Callable[[], ChosenPoints]
+) -> tuple[ChosenPoints, bool]:
+    """A choice for similar airs of this process, of the folder, or a new one; whether it was known."""
+    if key in _choices:
+        return _choices[key], True
+    path = None if folder is None else folder / f"{key}.npz"
+    kept = None if path is None else _read(path, key, band)
+    if kept is None:
+        chosen = choice()
+        if path is not None:
+            few = CompiledBand(chosen.band, chosen.index, chosen.total_points, {}, chosen.dropped, chosen.ladder)
+            _write(path, key, few)
+    else:
+        chosen = ChosenPoints(kept.band, kept.index, kept.total_points, kept.dropped, kept.ladder)
+    _choices[key] = chosen
+    return chosen, kept is not None
+
+
+def _cached_fit(key: str, fit: Callable[[], FittedBand]) -> tuple[FittedBand, bool]:
+    """A fit of this process, or a new one; whether it was known."""
+    known = _fits.pop(key, None)
+    fitted = known or fit()
     with _lock:
         _fits[key] = fitted
         while len(_fits) > _MAX_FITS:
             _fits.popitem(last=False)
-    return fitted
+    return fitted, known is not None
 
 
 def content_key(*parts: Any) -> str:

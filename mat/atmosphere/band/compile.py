@@ -8,6 +8,7 @@ same job, over the ground and in the light of the state itself; states that diff
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,14 @@ import numpy as np
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.sample import Sample
 from skyshine.mat.atmosphere.band.selection import select_points
-from skyshine.mat.atmosphere.band.targets import Responses, fitted_and_tested, responses
+from skyshine.mat.atmosphere.band.targets import (
+    Responses,
+    Targets,
+    fitted_and_tested,
+    fitted_targets,
+    responses,
+    tested_responses,
+)
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import spectral_optics
@@ -24,8 +32,15 @@ from skyshine.schemas.arrays import Floats, Integers
 
 # A larger number of candidates is thinned, evenly in mean logarithm of optical depth.
 _MAX_CANDIDATES = 1600
+# Candidates tried at each step of the choice; with twice as many the fit is no better.
+_SHORT_LIST = 6
 # Lines of sight for the fit and for the test.
 _TRAINING_RAYS, _TEST_RAYS = 160, 40
+# The same for each of many states that share points: they err alike.
+_SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 16, 2
+_TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
+# Elevations of the source at which the field of light scattered more than once is solved, degree.
+_TWO_STREAM_ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
 # Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40
 # Errors count relative to the quantity, or to this fraction of its largest value where it is below.
@@ -66,16 +81,13 @@ class CompiledBand:
 
 
 @dataclass(frozen=True, eq=False)
-class FittedBand:
-    """A band reduced to few points for some air, whatever the temperature of its ground and the distance of its
-    sources.
+class ChosenPoints:
+    """The points of a band, chosen for one air or for several.
 
     Attributes
     ----------
     band, index, total_points, dropped, ladder
-        As `CompiledBand`.
-    exact, approximate : targets.Responses
-        Of all points and of the chosen ones, on the paths that the points were not fitted to.
+        As `CompiledBand`; the changes by omitted gases are the largest in all airs.
     """
 
     band: BandPoints
@@ -83,6 +95,25 @@ class FittedBand:
     total_points: int
     dropped: dict[str, float]
     ladder: Floats
+
+    def is_limited(self, tolerance: float) -> bool:
+        """Whether the largest number of points, not the tolerance, ended the choice."""
+        return bool(self.ladder[-1] > tolerance * _FIT_SHARE)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedBand:
+    """A band reduced to few points, tested in some air, whatever the temperature of its ground and the distance of its
+    sources.
+
+    Attributes
+    ----------
+    chosen : ChosenPoints
+    exact, approximate : targets.Responses
+        Of all points and of the chosen ones, on paths that the points were not fitted to.
+    """
+
+    chosen: ChosenPoints
     exact: Responses
     approximate: Responses
 
@@ -100,11 +131,11 @@ class FittedBand:
         -------
         CompiledBand
         """
-        irradiance, brightness = _light(source_irradiance)
+        chosen, (irradiance, brightness) = self.chosen, _light(source_irradiance)
         exact = self.exact.mean(surface_temperature, irradiance, brightness)
-        approximate = self.approximate.mean(surface_temperature, irradiance[:, self.index], brightness)
+        approximate = self.approximate.mean(surface_temperature, irradiance[:, chosen.index], brightness)
         errors = _errors(exact, approximate)
-        return CompiledBand(self.band, self.index, self.total_points, errors, self.dropped, self.ladder)
+        return CompiledBand(chosen.band, chosen.index, chosen.total_points, errors, chosen.dropped, chosen.ladder)
 
 
 def compile_band(
@@ -173,31 +204,129 @@ def fit_band(
     FittedBand
     """
     irradiance, brightness = _light(source_irradiance)
-    air = SpectralAir.of(state, band.points, band.gases, band.weight)
-    rng = np.random.default_rng(seed)
-    training, test = (Sample.of(air.shells, grid, rays, rng) for rays in (_TRAINING_RAYS, _TEST_RAYS))
-    gases, dropped = _drop_gases(air, band, training, tolerance * _GAS_SHARE)
-    candidates = _candidates(air, training)
-    fitted, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
-    # Each quantity has the same weight, whatever its number of rows.
-    scale = {kind: 1 / (_size(kind, values) * np.sqrt(values.size)) for kind, values in fitted.mean.items()}
-    chosen, weight, ladder = select_points(
-        fitted.at_points.T,
-        np.concatenate(list(fitted.mean.values())),
+    air = _air(state, band)
+    training, test = _training(air, grid, 1, np.random.default_rng(seed)), _test(air, grid, seed)
+    gases, dropped = _drop_gases([air], band, [training], tolerance * _GAS_SHARE)
+    candidates = _candidates([air], [training])
+    targets, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
+    chosen = _chosen([targets], candidates, band, gases, dropped, tolerance, max_points, seed)
+    return FittedBand(chosen, exact, _approximate(chosen, state, air, test, len(irradiance)))
+
+
+def choose_points(
+    states: Sequence[AtmosphericState],
+    band: BandPoints,
+    grid: PathAxes,
+    source_irradiance: Floats,
+    *,
+    tolerance: float,
+    max_points: int,
+    seed: int,
+) -> ChosenPoints:
+    """Points of a band that are to hold in several airs, and between them.
+
+    Parameters
+    ----------
+    states : sequence of AtmosphericState
+        Their sample of paths is about as large together as that of one state in `compile_band`.
+    band, grid, source_irradiance, tolerance, max_points, seed
+        As `compile_band`.
+
+    Returns
+    -------
+    ChosenPoints
+    """
+    irradiance, brightness = _light(source_irradiance)
+    airs, generator = [_air(state, band) for state in states], np.random.default_rng(seed)
+    training = [_training(air, grid, len(airs), generator) for air in airs]
+    gases, dropped = _drop_gases(airs, band, training, tolerance * _GAS_SHARE)
+    candidates = _candidates(airs, training)
+    targets = [
+        fitted_targets(air, band.weight, irradiance, brightness, sample, candidates)
+        for air, sample in zip(airs, training, strict=True)
+    ]
+    return _chosen(targets, candidates, band, gases, dropped, tolerance, max_points, seed)
+
+
+def points_in_air(
+    chosen: ChosenPoints, state: AtmosphericState, band: BandPoints, grid: PathAxes, sources: int, seed: int
+) -> FittedBand:
+    """Chosen points with their responses in some air, on fewer paths than those on which `fit_band` tests.
+
+    Parameters
+    ----------
+    chosen : ChosenPoints
+    state, band, grid, seed
+        As `compile_band`.
+    sources : int
+        Number of sources.
+
+    Returns
+    -------
+    FittedBand
+    """
+    air = _air(state, band)
+    test = _test(air, grid, seed, _SHARED_TEST_RAYS, skies=_SHARED_TEST_SKIES)
+    exact = tested_responses(air, band.weight, test, sources)
+    return FittedBand(chosen, exact, _approximate(chosen, state, air, test, sources))
+
+
+def _air(state: AtmosphericState, band: BandPoints) -> SpectralAir:
+    """Air at all points of a band, in which the field of the source's light is solved at few elevations: all points and
+    the chosen ones are compared in the same field.
+    """
+    return replace(
+        SpectralAir.of(state, band.points, band.gases, band.weight), two_stream_elevations=_TWO_STREAM_ELEVATIONS
+    )
+
+
+def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.Generator) -> Sample:
+    """The share of one of some airs in the paths to which points are fitted."""
+    return Sample.of(air.shells, grid, -(-_TRAINING_RAYS // airs), generator)
+
+
+def _test(air: SpectralAir, grid: PathAxes, seed: int, rays: int = _TEST_RAYS, **settings: int) -> Sample:
+    return Sample.of(air.shells, grid, rays, np.random.default_rng([seed, _TEST_STREAM]), **settings)
+
+
+def _approximate(
+    chosen: ChosenPoints, state: AtmosphericState, air: SpectralAir, test: Sample, sources: int
+) -> Responses:
+    """Responses of the chosen points on the test paths through the air at all points."""
+    few = chosen.band
+    few_air = replace(air, optics=spectral_optics(state, few.points, few.gases))
+    return responses(few_air, few.weight / few.weight.sum(), test, sources)
+
+
+def _chosen(
+    targets: Sequence[Targets],
+    candidates: Integers,
+    band: BandPoints,
+    gases: tuple[str, ...],
+    dropped: dict[str, float],
+    tolerance: float,
+    max_points: int,
+    seed: int,
+) -> ChosenPoints:
+    """Points among the candidates that meet the targets of one air or of each of several."""
+    # Each quantity in each air has the same weight, whatever its number of rows.
+    means = [(kind, values) for air in targets for kind, values in air.mean.items()]
+    scale = np.concatenate([1 / (_size(kind, values) * np.sqrt(values.size)) for kind, values in means])
+    index, weight, ladder = select_points(
+        np.concatenate([air.at_points for air in targets]).T,
+        np.concatenate([values for _, values in means]),
         tolerance=tolerance * _FIT_SHARE,
         max_points=max_points,
         total_weight=band.weight.sum(),
         exchanges=1,
         more_exchanges=2,
-        row_scale=np.concatenate(list(scale.values())) * np.sqrt(len(fitted.at_points) / len(scale)),
+        short_list=_SHORT_LIST,
+        row_scale=scale * np.sqrt(scale.size / len(means)),
         seed=seed,
     )
-    order = np.argsort(candidates[chosen])
-    index, weight = candidates[chosen][order], weight[order]
-    few = BandPoints(band.points.subset(index), weight, gases)
-    few_air = replace(air, optics=spectral_optics(state, few.points, gases))
-    approximate = responses(few_air, weight / weight.sum(), test, len(irradiance))
-    return FittedBand(few, index, band.weight.size, dropped, ladder, exact, approximate)
+    order = np.argsort(candidates[index])
+    index, weight = candidates[index][order], weight[order]
+    return ChosenPoints(BandPoints(band.points.subset(index), weight, gases), index, band.weight.size, dropped, ladder)
 
 
 def _light(source_irradiance: Floats) -> tuple[Floats, Floats]:
@@ -209,13 +338,14 @@ def _light(source_irradiance: Floats) -> tuple[Floats, Floats]:
 
 
 def negligible_gases(
-    air: SpectralAir, band: BandPoints, grid: PathAxes, *, tolerance: float = 1e-3, seed: int = 0
+    airs: Sequence[SpectralAir], band: BandPoints, grid: PathAxes, *, tolerance: float = 1e-3, seed: int = 0
 ) -> dict[str, float]:
-    """Gases that `compile_band` omits, with the largest change each makes in an in-band transmittance.
+    """Gases that `compile_band` omits in an air, or `choose_points` in several, with the largest change each makes in
+    an in-band transmittance.
 
     Parameters
     ----------
-    air : SpectralAir
+    airs : sequence of SpectralAir
         At all points of the band.
     band, grid, tolerance, seed
         As `compile_band`.
@@ -224,8 +354,9 @@ def negligible_gases(
     -------
     dict of str to float
     """
-    training = Sample.of(air.shells, grid, _TRAINING_RAYS, np.random.default_rng(seed))
-    return _drop_gases(air, band, training, tolerance * _GAS_SHARE)[1]
+    generator = np.random.default_rng(seed)
+    training = [_training(air, grid, len(airs), generator) for air in airs]
+    return _drop_gases(airs, band, training, tolerance * _GAS_SHARE)[1]
 
 
 def _size(kind: str, values: Floats) -> Floats:
@@ -234,30 +365,35 @@ def _size(kind: str, values: Floats) -> Floats:
     return size
 
 
-def _candidates(air: SpectralAir, sample: Sample) -> Integers:
+def _candidates(airs: Sequence[SpectralAir], samples: Sequence[Sample]) -> Integers:
     """Indices of candidate points, spread evenly over the mean logarithm of optical depth."""
-    count = air.optics.wavenumber.size
+    count = airs[0].optics.wavenumber.size
     if count <= _MAX_CANDIDATES:
         return np.arange(count)
-    depth = sample.optical_depth(air.optics.extinction)
-    order = np.argsort(np.mean(np.log(np.maximum(depth, 1e-30)), axis=0), kind="stable")
+    mean = np.zeros(count)
+    for air, sample in zip(airs, samples, strict=True):
+        depth = sample.optical_depth(air.optics.extinction)
+        mean += np.mean(np.log(np.maximum(depth, 1e-30)), axis=0)
+    order = np.argsort(mean, kind="stable")
     return np.sort(order[np.linspace(0, count - 1, _MAX_CANDIDATES).astype(int)])
 
 
 def _drop_gases(
-    air: SpectralAir, band: BandPoints, sample: Sample, allowed: float
+    airs: Sequence[SpectralAir], band: BandPoints, samples: Sequence[Sample], allowed: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
     """Gases that remain, and those omitted with the largest change each makes in an in-band transmittance; the changes
     sum to at most `allowed`.
     """
-    gas_sample = replace(sample, lines=sample.lines[:_GAS_RAYS])
-    mean = band.weight / band.weight.sum()
-    depth = gas_sample.optical_depth(air.optics.extinction)
-    transmittance = np.exp(-depth) @ mean
     effect: dict[str, float] = {}
-    for gas, section in air.optics.absorption.items():
-        without = np.maximum(depth - gas_sample.optical_depth(section), 0.0)
-        effect[gas] = float(np.max(np.exp(-without) @ mean - transmittance, initial=0.0))
+    mean = band.weight / band.weight.sum()
+    for air, sample in zip(airs, samples, strict=True):
+        gas_sample = replace(sample, lines=sample.lines[: -(-_GAS_RAYS // len(airs))])
+        depth = gas_sample.optical_depth(air.optics.extinction)
+        transmittance = np.exp(-depth) @ mean
+        for gas, section in air.optics.absorption.items():
+            without = np.maximum(depth - gas_sample.optical_depth(section), 0.0)
+            change = float(np.max(np.exp(-without) @ mean - transmittance, initial=0.0))
+            effect[gas] = max(effect.get(gas, 0.0), change)
     dropped, total = {}, 0.0
     for gas in sorted(effect, key=effect.__getitem__):
         total += effect[gas]

@@ -57,7 +57,9 @@ class Sample:
     direct_elevation: Floats
 
     @classmethod
-    def of(cls, shells: Shells, grid: PathAxes, count: int, rng: np.random.Generator) -> Sample:
+    def of(
+        cls, shells: Shells, grid: PathAxes, count: int, rng: np.random.Generator, *, skies: int = _SURFACES
+    ) -> Sample:
         """A Latin hypercube over the axes, uniform in the index of their nodes.
 
         Parameters
@@ -67,6 +69,8 @@ class Sample:
         count : int
             Lines of sight; those that meet no air are omitted. Where none meets air, they start near the ground.
         rng : numpy.random.Generator
+        skies : int
+            Surfaces under the sky, one of them on the ground.
         """
 
         def draw(axis: Floats, count: int) -> Floats:
@@ -90,7 +94,7 @@ class Sample:
             )
         return cls(
             lines,
-            ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _SURFACES - 1)),
+            ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), skies - 1)),
             ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _DIRECT_SURFACES - 1)),
             np.radians(draw(source, _SKY_SOURCES)),
             np.radians(draw(source, _DIRECT_SOURCES)),

@@ -7,7 +7,7 @@ from scipy.linalg import solve_triangular
 
 from skyshine.schemas.arrays import Floats, Integers
 
-SHORT_LIST = 12  # candidates whose non-negative fit is tried in full at each step
+SHORT_LIST = 12  # candidates whose non-negative fit is tried in full at each step, unless a caller wants fewer
 
 
 def select_points(
@@ -21,6 +21,7 @@ def select_points(
     sum_weight: float = 30.0,
     exchanges: int = 0,
     more_exchanges: int = 0,
+    short_list: int = SHORT_LIST,
     seed: int = 0,
 ) -> tuple[Integers, Floats, Floats]:
     """Greedy forward selection with non-negative least squares.
@@ -50,6 +51,8 @@ def select_points(
         are then no longer nested; the last entry of the ladder is the error after the exchanges.
     more_exchanges : int
         Further such passes, as long as the error is above the tolerance.
+    short_list : int
+        Best ranked candidates whose non-negative fit is tried at each step.
     seed : int
         Seed of the few candidates that are tried beside the best ranked.
 
@@ -82,7 +85,7 @@ def select_points(
     weight: Floats = np.zeros(0)
     ladder: list[float] = []
     for _ in range(min(max_points, len(candidates))):
-        chosen, weight, error = _with_one_more(products, gram, moment, chosen, rng)
+        chosen, weight, error = _with_one_more(products, gram, moment, chosen, short_list, rng)
         ladder.append(float(np.sqrt(error)))
         if ladder[-1] <= tolerance:
             break
@@ -92,7 +95,7 @@ def select_points(
         before = ladder[-1]
         for old in list(chosen):
             others = [j for j in chosen if j != old]
-            trial, fit, error = _with_one_more(products, gram, moment, others, rng)
+            trial, fit, error = _with_one_more(products, gram, moment, others, short_list, rng)
             if np.sqrt(error) < ladder[-1]:
                 chosen, weight, ladder[-1] = trial, fit, float(np.sqrt(error))
         if ladder[-1] > 0.99 * before:
@@ -103,7 +106,7 @@ def select_points(
 
 
 def _with_one_more(
-    products: Floats, gram: Floats, moment: Floats, chosen: list[int], rng: np.random.Generator
+    products: Floats, gram: Floats, moment: Floats, chosen: list[int], short_list: int, rng: np.random.Generator
 ) -> tuple[list[int], Floats, float]:
     """The chosen candidates with the best further one, the weights of all, the squared scaled rms error.
 
@@ -114,6 +117,7 @@ def _with_one_more(
     moment : (P,) array
         Scalar products of the rows of the fit with the reference.
     chosen : list of int
+    short_list : int
     rng : numpy.random.Generator
     """
     # Cholesky factor of the chosen, and the rows below it that each further candidate and the reference would have.
@@ -127,7 +131,7 @@ def _with_one_more(
     missing = moment - goal @ rows
     gain = missing**2 / pivot
     gain[chosen] = -1.0
-    trials = _short_list(gain, rng)
+    trials = _short_list(gain, short_list, rng)
     root = np.sqrt(pivot[trials])
     fits = _fits(factor, rows[:, trials], root, goal, missing[trials] / root)
     errors = [_square_error(products, [*chosen, int(j)], w) for j, w in zip(trials, fits, strict=True)]
@@ -135,11 +139,11 @@ def _with_one_more(
     return [*chosen, int(trials[best])], fits[best], errors[best]
 
 
-def _short_list(gain: Floats, rng: np.random.Generator) -> Integers:
-    """The candidates with the largest gains (P,), and a few at random; none with a negative gain."""
+def _short_list(gain: Floats, count: int, rng: np.random.Generator) -> Integers:
+    """The candidates with the `count` largest gains (P,), and a few at random; none with a negative gain."""
     ranked = np.argsort(-gain, kind="stable")
     free = ranked[gain[ranked] >= 0]
-    best, others = free[:SHORT_LIST], free[SHORT_LIST:]
+    best, others = free[:count], free[count:]
     return np.concatenate([best, rng.choice(others, min(4, others.size), replace=False)])
 
 

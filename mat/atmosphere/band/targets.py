@@ -6,11 +6,12 @@ sources, so that both parts are stored by interval, in which both are constant.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from skyshine.mat.atmosphere.band.line_scattering import LineScattering
 from skyshine.mat.atmosphere.band.sample import Sample
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.segments import Depths
@@ -23,11 +24,14 @@ KINDS = ("transmittance", "path_thermal", "path_radiance", "sky_irradiance", "di
 DIRECT = KINDS[-1]
 # Directions of the sky. The cells of their quadrature take the mean of the phase function; all else depends on azimuth
 # only through the curvature of the Earth.
-_ZENITHS, _AZIMUTHS = 4, 1
+_ZENITHS, _AZIMUTHS = 3, 1
 # K; of the ground whose radiance is the unit of `Responses.ground`.
 GROUND = 300.0
 # Points whose targets are computed together: the arrays of a path then fit into a processor's cache.
 _CHUNK = 1024
+# Light of the source along one in so many lines of sight: it takes most of the time. Such light, and products with the
+# light on surfaces, up to so many of their ranges, which cost little more than one.
+_SCATTERING, _LIT_RANGES = 3, 4
 
 
 Parts = dict[str, list[Floats]]  # arrays by quantity, to be concatenated
@@ -161,20 +165,60 @@ def fitted_and_tested(
     Targets, Responses
     """
     share = weight / weight.sum()
+    columns = _columns(candidates)
 
     def part(start: int, end: int) -> tuple[tuple[Parts, Parts], Responses]:
         part_air = air.part(slice(start, end))
-        columns = candidates[(candidates >= start) & (candidates < end)] - start
+        light = irradiance[:, start:end]
         return (
-            _fitted(part_air, share[start:end], irradiance[:, start:end], brightness, fit, columns),
+            _fitted(part_air, share[start:end], light, brightness, fit, columns(start, end)),
             responses(part_air, share[start:end], test, len(irradiance)),
         )
 
     edges = _edges(air.optics.wavenumber)
     fitted, tested = zip(*parallel_map(part, edges[:-1], edges[1:]), strict=True)
+    return _targets(fitted), _joined(tested, edges)
+
+
+def fitted_targets(
+    air: SpectralAir, weight: Floats, irradiance: Floats, brightness: Floats, fit: Sample, candidates: Integers
+) -> Targets:
+    """Targets of a sample; arguments as `fitted_and_tested`."""
+    share = weight / weight.sum()
+    columns = _columns(candidates)
+
+    def part(start: int, end: int) -> tuple[Parts, Parts]:
+        light = irradiance[:, start:end]
+        return _fitted(air.part(slice(start, end)), share[start:end], light, brightness, fit, columns(start, end))
+
+    edges = _edges(air.optics.wavenumber)
+    return _targets(parallel_map(part, edges[:-1], edges[1:]))
+
+
+def tested_responses(air: SpectralAir, weight: Floats, test: Sample, sources: int) -> Responses:
+    """Responses of a sample at all points of a band of `weight` (P,)."""
+    share = weight / weight.sum()
+
+    def part(start: int, end: int) -> Responses:
+        return responses(air.part(slice(start, end)), share[start:end], test, sources)
+
+    edges = _edges(air.optics.wavenumber)
+    return _joined(parallel_map(part, edges[:-1], edges[1:]), edges)
+
+
+def _columns(candidates: Integers) -> Callable[[int, int], Integers]:
+    """The candidates between two points, counted from the first of them."""
+    return lambda start, end: candidates[(candidates >= start) & (candidates < end)] - start
+
+
+def _targets(fitted: Sequence[tuple[Parts, Parts]]) -> Targets:
+    """Targets from the means and the values at points of all groups of points."""
     mean = _without_dark({kind: _sum(np.concatenate(means[kind]) for means, _ in fitted) for kind in KINDS})
-    at_points = [np.concatenate([rows for kind in mean for rows in values[kind]]) for _, values in fitted]
-    return Targets(mean, np.concatenate(at_points, axis=1)), _joined(tested, edges)
+    columns = [values[KINDS[0]][0].shape[1] for _, values in fitted]
+    at_points = np.empty((sum(rows.size for rows in mean.values()), sum(columns)))
+    for end, count, (_, values) in zip(np.cumsum(columns), columns, fitted, strict=True):
+        np.concatenate([rows for kind in mean for rows in values[kind]], out=at_points[:, end - count : end])
+    return Targets(mean, at_points)
 
 
 def responses(air: SpectralAir, share: Floats, sample: Sample, sources: int) -> Responses:
@@ -282,24 +326,26 @@ def _rows(air: SpectralAir, sample: Sample, sources: int, with_ground: bool = Fa
     sky, beam = _from_above(air, dark, sample, sources, per_micron)
     yield sky
     yield beam
+    scattering = LineScattering.of(air)
     for number, line in enumerate(sample.lines):
         segments, node = line.segments, line.node
-        depths = Depths(segments.column(optics.extinction).astype(np.float32))
+        depths = Depths(segments.column(scattering.optics.extinction))
         transmittance = np.exp(-depths.cumulative[node].astype(float))
         within = (np.arange(segments.index.size) < node[:, None]).astype(np.float32)
         thermal = (within @ air.thermal_radiance(segments, depths)) * per_micron
         ground = None if dark is None else (within @ dark.thermal_radiance(segments, depths)) * per_micron
-        light = air.scattered_radiance(segments, depths, line.to_source, line.deflection) * per_micron
         yield _Rows("transmittance", transmittance)
         yield _Rows("path_thermal", thermal, ground)
-        # Of the whole path, once for each source.
-        of_ground = None if ground is None else np.tile(ground[-1], (sources, 1))
-        longest = np.tile(thermal[-1], (sources, 1)), of_ground, np.tile(light[-1], (sources, 1))
-        yield _Rows("path_radiance", *longest, np.arange(sources))
+        some = np.unique(np.linspace(node.size - 1, 0, _LIT_RANGES, endpoint=False).round().astype(int))
+        if number % _SCATTERING == 0:
+            light = (within[some] @ scattering.radiance(line, depths)) * per_micron
+            of_ground = None if ground is None else np.tile(ground[some], (sources, 1))
+            lit = np.tile(thermal[some], (sources, 1)), of_ground, np.tile(light, (sources, 1))
+            yield _Rows("path_radiance", *lit, np.repeat(np.arange(sources), some.size))
         # The products of (20) and (36): sky and direct light on the ground through the path.
-        place = number + np.arange(node.size)
-        yield sky.through(transmittance, place)
-        yield beam.through(transmittance, place)
+        place = number + some
+        yield sky.through(transmittance[some], place)
+        yield beam.through(transmittance[some], place)
 
 
 def _from_above(

@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_opt
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight, delta_fraction
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
 from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, scattered_spectral, segment_attenuation
+from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
 from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource, thermal_source
 from skyshine.mat.atmosphere.transfer.two_stream_light import TwoStreamLight
@@ -38,6 +39,8 @@ class SpectralAir:
     scatters : bool
         Light of the source is scattered; with False, path and sky radiance are thermal only and surfaces receive direct
         light.
+    two_stream_elevations : tuple of float
+        Elevations of the source at which `TwoStreamLight` is solved, degree, increasing.
     """
 
     state: AtmosphericState
@@ -46,6 +49,7 @@ class SpectralAir:
     source_rays: SourceRays
     streams: bool = False
     scatters: bool = True
+    two_stream_elevations: tuple[float, ...] = ELEVATIONS
 
     @classmethod
     def of(
@@ -137,7 +141,9 @@ class SpectralAir:
         paths = self.scaled_source_paths
         if self.streams:
             return OrdinateLight.of(self.state, self.shells, self.optics, self.delta_fraction, paths)
-        return TwoStreamLight.of(self.state, self.shells, self.optics, self.scaled_extinction, paths)
+        return TwoStreamLight.of(
+            self.state, self.shells, self.optics, self.scaled_extinction, paths, self.two_stream_elevations
+        )
 
     def scattered_radiance(
         self,

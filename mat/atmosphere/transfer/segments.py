@@ -89,8 +89,9 @@ class Segments:
         return self.first(min(int(np.searchsorted(self.distance, distance)), self.index.size))
 
     def column(self, per_molecule: Floats) -> Floats:
-        """Integral of a property (N, P) [m^2 per molecule] along each segment, (K, P)."""
-        return self.lower[:, None] * per_molecule[self.layer] + self.upper[:, None] * per_molecule[self.layer + 1]
+        """Integral of a property (N, P) [m^2 per molecule] along each segment, (K, P), in the property's precision."""
+        lower, upper = (air.astype(per_molecule.dtype, copy=False)[:, None] for air in (self.lower, self.upper))
+        return lower * per_molecule[self.layer] + upper * per_molecule[self.layer + 1]
 
     @property
     def upper_share(self) -> Floats:

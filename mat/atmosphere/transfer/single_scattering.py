@@ -85,15 +85,25 @@ def scattered_spectral(
     (S, P) array
         sr^-1.
     """
-    middle = 0.5 * (cosine[:-1] + cosine[1:])
-    molecules = segments.column(optics.rayleigh).astype(np.float32)[:, None]
-    light = rayleigh_phase(middle, optics.rayleigh_anisotropy.mean()).astype(np.float32)[..., None] * molecules
-    if np.any(optics.aerosol_scattering):
-        particles = segments.column(optics.aerosol_scattering).astype(np.float32)[:, None]
-        shape = aerosol_phase(segments, optics, cosine) if phase is None else segments.mean(phase)
-        light += (shape @ optics.phase_share).astype(np.float32) * particles
+    light = scattering_of_segments(segments, optics, cosine, phase)
     radiance: Floats = np.einsum("ksp,ksp->sp", attenuation, light) / (4 * np.pi)
     return radiance
+
+
+def scattering_of_segments(
+    segments: Segments, optics: SpectralOptics, cosine: Floats, phase: Floats | None = None
+) -> Singles:
+    """Optical depth of scattering in each segment times the phase function, (K, S, P); arguments as
+    `scattered_spectral`.
+    """
+    middle = 0.5 * (cosine[:-1] + cosine[1:])
+    molecules = segments.column(optics.rayleigh).astype(np.float32, copy=False)[:, None]
+    light: Singles = rayleigh_phase(middle, optics.rayleigh_anisotropy.mean()).astype(np.float32)[..., None] * molecules
+    if np.any(optics.aerosol_scattering):
+        particles = segments.column(optics.aerosol_scattering).astype(np.float32, copy=False)[:, None]
+        shape = aerosol_phase(segments, optics, cosine) if phase is None else segments.mean(phase)
+        light += (shape @ optics.phase_share).astype(np.float32) * particles
+    return light
 
 
 def scattered_band(

@@ -22,7 +22,7 @@ Dahlback and Stamnes 1991, Planet. Space Sci. 39, 671 (beam through spherical la
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,7 +56,7 @@ class TwoStreamLight:
     sine : (U,) array
         Of the source's geometric elevation at the place of scattering, increasing.
     extinction : (N, P) array
-        m^2 per molecule.
+        m^2 per molecule; single or double precision.
     mean, tilt : (N, U, P) arrays
         As those of `thermal_source.ThermalSource`; single precision.
     """
@@ -75,6 +75,7 @@ class TwoStreamLight:
         optics: SpectralOptics,
         scaled: Floats,
         source_paths: SourcePaths,
+        elevations: Sequence[float] = ELEVATIONS,
     ) -> TwoStreamLight:
         """Solve the field of a state.
 
@@ -88,8 +89,10 @@ class TwoStreamLight:
             scaling leaves in the beam.
         source_paths : source_paths.SourcePaths
             Through that extinction.
+        elevations : sequence of float
+            Of the source, at which the field is solved, degree, increasing.
         """
-        sine = np.sin(np.radians(ELEVATIONS))
+        sine = np.sin(np.radians(elevations))
         shape = (state.altitude.size, sine.size, optics.wavenumber.size)
         mean, tilt = np.empty(shape, np.float32), np.empty(shape, np.float32)
         scattering = optics.rayleigh + optics.aerosol_scattering
@@ -119,12 +122,23 @@ class TwoStreamLight:
             sr^-1.
         """
         nodes, share = source_nodes(self.sine, cosine)
-        below, above = layer_weights(segments, self.levels, self.extinction, depths)
-        light = below[:, None] * self._toward_observer(segments, segments.layer, nodes)
-        light += above[:, None] * self._toward_observer(segments, segments.layer + 1, nodes)  # (K, V, P)
+        light = self._at_nodes(segments, depths, nodes)
         count = cosine.shape[1]
         radiance: Singles = share.transpose(1, 0, 2).reshape(count, -1) @ light.reshape(share.shape[0] * nodes.size, -1)
         return radiance
+
+    def by_segment(self, segments: Segments, depths: Depths, cosine: Floats) -> Singles:
+        """Radiance of each segment of a ray at the observer, (K, S, P) sr^-1; arguments as `spectral`."""
+        nodes, share = source_nodes(self.sine, cosine)
+        radiance: Singles = share @ self._at_nodes(segments, depths, nodes)
+        return radiance
+
+    def _at_nodes(self, segments: Segments, depths: Depths, nodes: Integers) -> Singles:
+        """Radiance of each segment at the observer, (K, V, P), at elevations (V,) of the source."""
+        below, above = layer_weights(segments, self.levels, self.extinction, depths)
+        light: Singles = below[:, None] * self._toward_observer(segments, segments.layer, nodes)
+        light += above[:, None] * self._toward_observer(segments, segments.layer + 1, nodes)
+        return light
 
     def band(self, segments: Segments, depths: Depths, cosine: Floats, _deflection: Floats, weight: Floats) -> Floats:
         """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in

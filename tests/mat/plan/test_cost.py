@@ -3,7 +3,7 @@
 import pytest
 
 from skyshine.mat.job.load import load_job
-from skyshine.mat.plan.cost import distinct_airs, estimate
+from skyshine.mat.plan.cost import choices, distinct_airs, estimate
 from skyshine.mat.plan.plan import make_plan
 from skyshine.materials.library import load_library
 
@@ -77,9 +77,17 @@ def test_what_is_not_built_costs_nothing(cost):
     assert extra["weighted transmittance"] > 0
 
 
-def test_states_of_one_air_choose_their_points_once_by_sunlight_and_each_day_by_moonlight(load):
+def test_points_are_chosen_once_for_states_of_one_air_or_cell_whatever_the_night(load):
     more = ("bands:", STATE.lstrip("\n") + "\n" + STATE.lstrip("\n").replace("06-28", "07-05") + "\nbands:")
+    warmer = (more[0], more[1].replace("[22, 33]", "[24, 33]", 1))
     moon = ("sources: [sun]", "sources: [sun, moon]")
-    assert distinct_airs(load(more)) == 1
-    assert distinct_airs(load(more, moon)) == 2
-    assert distinct_airs(load(("bands:", "  - {profile: tropical, weather: {air_temperature_c: 30}}\nbands:"))) == 2
+    other = ("bands:", "  - {profile: tropical, weather: {air_temperature_c: 30}}\nbands:")
+    for changes, chosen, tested in (((more,), 1, 1), ((more, moon), 1, 1), ((other,), 2, 2), ((warmer,), 1, 2)):
+        loaded = load(*changes)
+        assert (choices(loaded), distinct_airs(loaded.trimmed)) == (chosen, tested), changes
+
+
+def test_a_further_day_of_a_cell_costs_a_test_of_its_points_alone(cost):
+    days = [f"  - {{profile: midlatitude_summer, weather: {{air_temperature_c: [{23 + k}, 33]}}}}\n" for k in (0, 1)]
+    one, two, three = (cost(("bands:", f"{''.join(days[:count])}bands:"))["compile"] for count in (0, 1, 2))
+    assert three - two == pytest.approx(two - one) and 0 < two - one < 0.6 * one

@@ -112,7 +112,7 @@ def test_zero_restores_the_whole_computation_to_the_last_bit(restored):
     job = restored[0].trimmed.on_date_of_state(1)
     state, response, table = atmospheric_state(job.site, job.states[0]), response_of(job.bands[1]), absorption_table()
     everything = band_points(table.points(*response.wavenumber_range), response)
-    compiled, _ = compiled_band(restored[0].on_date_of_state(1), state, everything)
+    compiled, _ = compiled_band(restored[0].on_date_of_state(1), job.states[0], response, state, everything)
     own = source_irradiance(job, "moon", compiled.band.wavenumber, compiled.band.width)
     whole = BandAtmosphere.of(state, compiled.band).table(path_grid(job), own)
     variables = opened(restored).root.variables

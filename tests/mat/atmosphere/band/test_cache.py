@@ -97,6 +97,52 @@ def test_states_of_one_air_share_the_points_and_have_errors_of_their_own(folder,
     assert compiled(other, band)[1] is Origin.FITTED and len(fits) == 2
 
 
+def test_similar_airs_share_points_where_these_hold(folder, state, band, monkeypatch, result):
+    chosen, tests = [], []
+    good = replace(result)
+    halves = {kind: 0.5 * values for kind, values in result.approximate.unlit.items()}
+    poor = replace(result, approximate=replace(result.approximate, unlit=halves))
+    for name in ("_fits", "_choices"):
+        monkeypatch.setattr(band_cache, name, OrderedDict())
+    monkeypatch.setattr(band_cache, "choose_points", lambda *args, **settings: chosen.append(args) or result.chosen)
+    monkeypatch.setattr(band_cache, "points_in_air", lambda *args: tests.append(args) or good)
+    airs = [replace(state, temperature=state.temperature + shift) for shift in (-5.0, 5.0)]
+    days = [replace(state, temperature=state.temperature + shift) for shift in (-1.0, 1.0)]
+    first, origin = compiled(days[0], band, similar=airs, tolerance=1.0)
+    assert origin is Origin.SIMILAR and len(list(folder.iterdir())) == 2  # the choice, and the band of the state
+    assert compiled(days[1], band, similar=airs, tolerance=1.0)[1] is Origin.SHARED_SIMILAR
+    assert len(chosen) == 1 and len(tests) == 2
+    assert tests[0][1].temperature[0] == days[0].temperature[0]  # tested in the air of the state itself
+    # Another process finds the choice in the folder.
+    monkeypatch.setattr(band_cache, "_choices", {})
+    again, origin = compiled(replace(days[0], surface_temperature=299.0), band, similar=airs, tolerance=1.0)
+    assert origin is Origin.SHARED_SIMILAR and len(chosen) == 1
+    assert np.array_equal(first.index, again.index) and np.array_equal(first.band.weight, again.band.weight)
+    monkeypatch.setattr(band_cache, "points_in_air", lambda *args: poor)
+    third = replace(state, temperature=state.temperature + 2.0)
+    assert compiled(third, band, similar=airs)[1] is Origin.FITTED
+
+
+@pytest.mark.parametrize(("fit_error", "origin"), [(1e-4, Origin.FITTED), (4e-4, Origin.SIMILAR)])
+def test_shared_points_may_miss_the_tolerance_where_their_number_is_limited(
+    folder, state, band, monkeypatch, result, fit_error, origin
+):
+    """By 1.3 times it, which points of the state's own air would miss too; otherwise these are fitted."""
+    brighter = {kind: 1.0013 * values for kind, values in result.exact.unlit.items()}
+    approximate = replace(result.exact, unlit=brighter, first=np.arange(result.exact.first.size))
+    chosen = replace(result.chosen, index=result.exact.first, ladder=np.array([fit_error]))
+    for name in ("_fits", "_choices"):
+        monkeypatch.setattr(band_cache, name, OrderedDict())
+    monkeypatch.setattr(band_cache, "choose_points", lambda *args, **settings: chosen)
+    monkeypatch.setattr(
+        band_cache, "points_in_air", lambda *args: replace(result, chosen=chosen, approximate=approximate)
+    )
+    shared, found = compiled(state, band, similar=[state])
+    assert found is origin
+    if found is Origin.SIMILAR:
+        assert 1e-3 < shared.errors["transmittance"]["rms"] < 1.5e-3
+
+
 def test_another_state_tolerance_or_seed_is_compiled_anew(folder, state, band):
     compiled(state, band)
     warmer = replace(state, temperature=state.temperature + 1e-9)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.band.compile import compile_band, fit_band, over_air
+from skyshine.mat.atmosphere.band.compile import choose_points, compile_band, fit_band, over_air, points_in_air
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -133,6 +133,35 @@ def test_the_ground_shows_in_hazy_air_alone(state, band, fitted):
     assert np.all(cold["path_thermal"] <= warm["path_thermal"]) and np.any(cold["path_thermal"] < warm["path_thermal"])
     clear = fit_band(replace(over_air(state), aerosols=()), band, GRID, sun, **SETTINGS)
     assert not np.any(clear.exact.ground["path_thermal"])
+
+
+def test_points_chosen_at_the_ends_of_a_span_of_airs_hold_between_them(band):
+    """Better than points chosen at one end, on paths that neither was fitted to."""
+    sun = solar_irradiance(band.wavenumber)
+    cold, mild, warm = (
+        over_air(AtmosphericState.from_profile("midlatitude_summer", gas_amounts=GasAmounts(scale={"H2O": scale})))
+        for scale in (0.5, 0.9, 1.5)
+    )
+    shared = choose_points([cold, warm], band, GRID, sun, **SETTINGS)
+    of_one_end = fit_band(warm, band, GRID, sun, **SETTINGS).chosen
+    errors, at_end = (
+        points_in_air(chosen, mild, band, GRID, 1, 0).measured(mild.surface_temperature, sun).errors
+        for chosen in (shared, of_one_end)
+    )
+    for kind in KINDS:
+        assert errors[kind]["rms"] < 2e-3, kind
+    assert errors["transmittance"]["rms"] < 0.5 * at_end["transmittance"]["rms"]
+
+
+def test_the_shared_choice_keeps_a_gas_that_any_of_its_airs_needs(band):
+    sun = solar_irradiance(band.wavenumber)
+    thin, thick = (
+        AtmosphericState.from_profile("us_standard", gas_amounts=GasAmounts(scale={"O3": scale}))
+        for scale in (0.0, 1.0)
+    )
+    assert "O3" in choose_points([thin], band, GRID, sun, **SETTINGS).dropped
+    for order in ([thin, thick], [thick, thin]):
+        assert "O3" in choose_points(order, band, GRID, sun, **SETTINGS).band.gases
 
 
 def test_irradiance_that_varies_within_an_interval_is_refused(state, band, fitted):

@@ -17,9 +17,9 @@ from pydantic import Field
 from skyshine.mat.job.fields import Tolerance, tolerance, tolerance_parts
 from skyshine.schemas.documents import StrictModel
 
-# Of the pixel's kelvin: relative error of a compiled band (its 99 % are three times as much, and 27 K in 3-5 um, where
-# points are dear), difference of transmittance between materials, ambient light on tilted faces, and what is left out.
-_SPECTRAL, _CLASSES, _FACES, _NEGLIGIBLE = 3e-3, 6e-3, 0.5, 1 / 15
+# Of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave .016 K and 1e-2 .1 K of 99 % of pixels:
+# `mat bench parts`, choice of points), difference of transmittance between materials, ambient light on tilted faces, and what is left out.
+_SPECTRAL, _CLASSES, _FACES, _NEGLIGIBLE = 6e-3, 6e-3, 0.5, 1 / 15
 _PATHS, _TEMPERATURES = 1.0, 0.7  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
 # Steps of the heat balance a day, from the pixel's kelvin on. On all library materials 99 % of the temperatures are
 # within .32 K with 48, .1 K with 96, .04 K with 192, .012 K with 288; 48 cost as much as 96, 192 a fifth more, 288

@@ -1,9 +1,9 @@
 """How closely the tables of a job are computed: one number for the pixel, or each part by itself.
 
-The error of a pixel is shared out by judgement: nodes of the tables, which cost most, may take nearly all of it, for
-their errors seldom add up; spectral points, steps of the heat balance and harmonics are cheap and take a third
-at most. `mat report` measures the sum, with what the equations of the runtime average over the band, which no table
-changes.
+The error of a pixel is shared out by judgement: nodes of the tables, which cost most, may take all of it, for their
+errors seldom add up, and it is their worst reads that ask for most nodes; spectral points, steps of the heat balance
+and harmonics are cheap and take a third at most. `mat report` measures the sum, and in classic tables what the
+equations of the runtime average over the band, which no table changes.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from skyshine.mat.job.fields import Tolerance, tolerance, tolerance_parts
 from skyshine.schemas.documents import StrictModel
 
 # Of the pixel's kelvin: relative error of a compiled band (in 3-5 um 3e-3 leave .016 K and 1e-2 .1 K of 99 % of pixels:
-# `mat bench parts`, choice of points), difference of transmittance between materials, ambient light on tilted faces, and what is left out.
+# `mat bench parts`, choice of points), difference of transmittance between materials, ambient light on tilted faces,
+# and what is left out.
 _SPECTRAL, _CLASSES, _FACES, _NEGLIGIBLE = 6e-3, 6e-3, 0.5, 1 / 15
-_PATHS, _TEMPERATURES = 1.0, 0.7  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
+_PATHS, _TEMPERATURES = 1.0, 1.0  # of the pixel's kelvin, which the nodes of atmospheric tables and of T may miss
 # Steps of the heat balance a day, from the pixel's kelvin on. On all library materials 99 % of the temperatures are
 # within .32 K with 48, .1 K with 96, .04 K with 192, .012 K with 288; 48 cost as much as 96, 192 a fifth more, 288
 # twice as much as 192.

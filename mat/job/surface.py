@@ -224,7 +224,7 @@ class SurfaceGrid(StrictModel):
         None,
         description=(
             "In K: places the nodes, between the ends of the axes, where the error is; 99 % of all reads are within it,"
-            " the worst within three times."
+            " all but two in ten thousand within three times."
         ),
     )
     most_nodes: int = Field(20_000_000, ge=16, le=200_000_000, description="Of a table whose nodes a tolerance places.")

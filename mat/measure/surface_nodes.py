@@ -22,7 +22,7 @@ PERIODS = {"azimuth_deg": 360.0, "time_h": 24.0}
 _SPACING = {"altitude_km": 0.25, "azimuth_deg": 2.4, "slope_deg": 2.25, "time_h": 0.075}
 _OTHERS = {"altitude_km": 3, "azimuth_deg": 6, "slope_deg": 5, "time_h": 24}
 _FIRST_SHARE, _PASSES, _MARGIN = 0.6, 5, 0.9
-_WORST = 3  # times the tolerance, of any read
+_WORST, _NEARLY_ALL = 3, 99.98  # times the tolerance, which so many % of the reads hold
 _TESTS = {"altitude_km": 4, "azimuth_deg": 8, "slope_deg": 8, "time_h": 24}
 _LEAST_K, _MOST_K, _HALVINGS = 0.003, 50.0, 10  # between which errors of so many times are sought, in logarithm
 _DECIMALS = 9  # of a node, so that clock times and angles stay plain numbers
@@ -33,11 +33,11 @@ TemperatureOn = Callable[[dict[str, Floats]], Floats]
 
 @dataclass(frozen=True, eq=False)
 class RefinedAxes:
-    """Axes that hold a tolerance, with the error at random points, K."""
+    """Axes that hold a tolerance, with 99 and 99.98 % of the errors at random points, K."""
 
     axes: dict[str, Floats]
     p99: float
-    maximum: float
+    worst: float
 
 
 def refined_axes(
@@ -60,7 +60,7 @@ def refined_axes(
     materials : int
         M.
     tolerance : float
-        Of 99 % of all reads, the worst within three times [K].
+        Of 99 % of all reads; all but two in ten thousand are within three times [K].
     seed, max_nodes : int
         Of the random points; nodes that the table may have.
 
@@ -81,11 +81,11 @@ def refined_axes(
         if size > max_nodes:
             break
         error = np.abs(read_temperature(temperature(axes), axes, places) - truth)
-        p99, maximum = float(np.percentile(error, 99)), float(error.max())
-        if p99 <= _MARGIN * tolerance and maximum <= _WORST * _MARGIN * tolerance:
-            return RefinedAxes(axes, p99, maximum)
-        reached = f"; an error of {p99:.2g} K (99 %), {maximum:.2g} K (worst) is left with {size:,}"
-        share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, _WORST / maximum), 0.25, 0.8))
+        p99, worst = (float(np.percentile(error, part)) for part in (99.0, _NEARLY_ALL))
+        if p99 <= _MARGIN * tolerance and worst <= _WORST * _MARGIN * tolerance:
+            return RefinedAxes(axes, p99, worst)
+        reached = f"; an error of {p99:.2g} K (99 %), {worst:.2g} K (worst) is left with {size:,}"
+        share *= float(np.clip(0.9 * _MARGIN * tolerance * min(1 / p99, _WORST / worst), 0.25, 0.8))
     widest = max(axes, key=lambda name: axes[name].size)
     raise CheckFailed(
         f"surface_grid.tolerance {tolerance:g} K cannot be held with {max_nodes:,} nodes: it takes {size:,}{reached},"

@@ -36,7 +36,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.hdf5 import Group
 
 _SAMPLE_LINES = 150  # on which absorbers are fitted
-_SOURCE_LINES, _SOURCE_RANGES = 60, 7  # on which directions of the source are chosen; ranges of each
+_SOURCE_LINES, _SOURCE_RANGES = 160, 7  # on which directions of the source are chosen; ranges of each
 _SKY_LINES = 12  # of the lines on which nodes are placed, with sky light, which hardly depends on them
 _THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the

@@ -21,7 +21,7 @@ from skyshine.schemas.arrays import Floats, Integers
 
 # For diffuse light on surfaces, which changes more slowly.
 SKY_ELEVATIONS = (-18, -12, -8, -5, -2, 0, 3, 7, 14, 25, 40, 60, 90)
-MOST_PARTS = 24
+MOST_PARTS = 40
 
 
 @dataclass(frozen=True, eq=False)

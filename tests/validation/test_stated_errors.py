@@ -283,7 +283,7 @@ def along_the_horizon(base, generator):
     return [places[name] for name in AXES]
 
 
-TARGETS = pytest.mark.xfail(reason="refused: direct light on targets in space errs by .57 K in two reads of ten thousand")
+TARGETS = pytest.mark.xfail(reason="refused: direct light on targets in space, .57 K in two reads of ten thousand")
 HORIZON = pytest.mark.xfail(reason="1.4 MB hold it but for a low Sun along the horizon, .104 K")
 NOT_YET = [pytest.param((3, 5), 0.1, 12.0, marks=TARGETS), pytest.param((8, 12), 0.1, 2.0, marks=HORIZON)]
 

@@ -153,8 +153,19 @@ def pixel_radiance(
     normal, to_source, to_observer = (_unit(each) for each in (view.normal, view.to_source, view.to_observer))
     incidence = np.maximum(np.sum(normal * to_source, axis=-1), 0.0)
     blackbody = band.blackbody_radiance(temperature)
-    seen = _by_wavelength if parts_light(air, band) else _by_band
-    emitted, sky, beam = seen(surface, band, air, faces, view, codes, temperature, transmittance)
+    parted = parts_light(air, band)
+    ambient = _ambient(surface, band, air, faces, view, by_wavelength=parted)
+    if parted:  # inside the integral over the band: (5), (18), (26) and (33)
+        spectra = band.spectra(material=codes, temperature=temperature)
+        direct = air.value_by_wavelength("direct_radiance", **_lit_line(view))
+        depth = air.value_by_wavelength("optical_depth", **_line(view))
+        through = transmittance_of(depth, np.asarray(view.centre_range, float), np.asarray(view.range, float))
+        emitted, sky, beam = emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)
+    else:  # by means over the band
+        reflectance = band.value("reflectance", material=codes)
+        direct = air.value("direct_radiance", **_lit_line(view))
+        emitted = (1 - reflectance) * transmittance[:, None]
+        sky, beam = reflectance * ambient[:, None], reflectance * direct[:, None]
     sunlit = np.where(incidence > 0, transmittance, 0.0)
     shape = specular_lobe(shininess, to_source[:, None], to_observer[:, None], normal[:, None])
 
@@ -198,48 +209,6 @@ def _unit(vectors: Floats) -> Floats:
     if not np.all(np.isfinite(length) & (length > 0)):
         raise InputError("found a direction without length; allowed: three finite numbers that are not all 0")
     return np.asarray(vectors / length)
-
-
-def _by_band(
-    surface: TemperatureTable,
-    band: BandTable,
-    air: AtmosphereTable,
-    faces: Faces,
-    view: View,
-    codes: Integers,
-    temperature: Floats,
-    transmittance: Floats,
-) -> tuple[Floats, Floats, Floats]:
-    """What the materials emit, over a black body's radiance and through the path, and what they reflect of ambient and
-    direct light at the surface, (n, M) each: by means over the band, equations (6), (19), (34) and (35).
-    """
-    reflectance = band.value("reflectance", material=codes)
-    ambient = _ambient(surface, band, air, faces, view, by_wavelength=False)
-    direct = air.value("direct_radiance", **_lit_line(view))
-    return (
-        (1 - reflectance) * transmittance[:, None],
-        reflectance * ambient[:, None],
-        reflectance * direct[:, None],
-    )
-
-
-def _by_wavelength(
-    surface: TemperatureTable,
-    band: BandTable,
-    air: AtmosphereTable,
-    faces: Faces,
-    view: View,
-    codes: Integers,
-    temperature: Floats,
-    transmittance: Floats,
-) -> tuple[Floats, Floats, Floats]:
-    """As `_by_band`, inside the integral over the band: (5), (18), (26) and (33)."""
-    spectra = band.spectra(material=codes, temperature=temperature)
-    depth = air.value_by_wavelength("optical_depth", **_line(view))
-    through = transmittance_of(depth, np.asarray(view.centre_range, float), np.asarray(view.range, float))
-    ambient = _ambient(surface, band, air, faces, view, by_wavelength=True)
-    direct = air.value_by_wavelength("direct_radiance", **_lit_line(view))
-    return emitted_share(spectra, through), reflected(spectra, ambient), reflected(spectra, direct)
 
 
 def _line(view: View) -> dict[str, Any]:

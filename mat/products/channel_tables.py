@@ -19,6 +19,7 @@ from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.absorbers import absorbers
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
+from skyshine.mat.quantities.channels.end_heights import largest_change_of_beam
 from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts, elevation_nodes
 from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
@@ -51,6 +52,7 @@ _POINT_SHARE = 0.03  # of the tolerance, which these points may miss, root mean 
 _SHARE_LINES = 120  # on which light is parted by wavelength
 _SHARE_ELEVATIONS = (2.0, 90.0)  # of the source there, degree: lower down its light is faint in the blue alone
 _LIGHT_SHARE = 0.1  # of the tolerance, which light on surfaces may miss at most
+_END_LINES = 100  # on which the heights of the ends of paths are compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +167,19 @@ class ChannelTables:
         return surface_light(self.air, self.irradiance, elevation, through, self.harmonics, allowed)
 
     @cached_property
+    def _bends_paths(self) -> bool:
+        """Whether the ends of some paths are bent so far that their beam changes by more than it may miss."""
+        generator = random_stream(self.seed, Stream.CHANNELS, 5)
+        change = largest_change_of_beam(
+            self.air,
+            RayCoordinates.of(self.air.air.shells, self.nodes(NodeCounts()).height_root),
+            self.irradiance,
+            (float(self.base.source_elevation_deg[0]), float(self.base.source_elevation_deg[-1])),
+            lines_in_cells(self.base, _END_LINES, generator),
+        )
+        return change * self.scale.factor * self.scale.reflectance > _LIGHT_SHARE * self.tolerance
+
+    @cached_property
     def _shares(self) -> WavelengthShares:
         """Where in the band the light of the channels lies."""
         generator = random_stream(self.seed, Stream.CHANNELS, 3)
@@ -213,6 +228,7 @@ class ChannelTables:
             sources,
             self.surface,
             self._shares,
+            self._bends_paths,
             (float(base.range_km[0]), float(base.range_km[-1])),
             ends,
             dark_elevation(ends[1]),
@@ -234,7 +250,7 @@ class ChannelTables:
 
     def _fields(self, source_parts: int) -> int:
         """Number of arrays on the nodes of paths."""
-        return self.absorbers.count + 1 + max(source_parts, 1)
+        return self.absorbers.count + 1 + max(source_parts, 1) + self._bends_paths
 
     def notes(self, placed: PlacedChannels) -> dict[str, Any]:
         """What the file says of its channels."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.band import WAVELENGTH
-from skyshine.mat.tables.channels import LAYOUT, NODES, SOURCE_SHARE, THERMAL_SHARE
+from skyshine.mat.tables.channels import END_RISE, LAYOUT, NODES, SOURCE_SHARE, THERMAL_SHARE
 from skyshine.mat.tables.limits import ROUNDING, Limits
 from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.schemas.hdf5 import Group
@@ -87,7 +87,8 @@ def _wanted(root: Group) -> dict[str, tuple[str, ...]]:
     parts = {name: (f"{name}_part", *dims) for name, dims in light.items()}
     factors = {f"{name}_factor": ("channel", f"{name}_part") for name in light}
     shares = _WAVELENGTHS if set(_WAVELENGTHS) & set(root.variables) else {}
-    return _ARRAYS | parts | factors | shares | ({"ground_emission": _EMISSION} if harmonics else {})
+    bent = {END_RISE: NODES} if END_RISE in root.variables else {}
+    return _ARRAYS | parts | factors | bent | shares | ({"ground_emission": _EMISSION} if harmonics else {})
 
 
 def _axes(root: Group, wanted: dict[str, tuple[str, ...]]) -> Iterator[str]:

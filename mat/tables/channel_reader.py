@@ -14,7 +14,7 @@ without air.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -24,7 +24,7 @@ import numpy.typing as npt
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates, RayPlaces
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.tables.axes import AxisRule, Policy, with_policy
-from skyshine.mat.tables.channels import NODES, SOURCE_SHARE, THERMAL_SHARE
+from skyshine.mat.tables.channels import END_RISE, NODES, SOURCE_SHARE, THERMAL_SHARE
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.night import Night
 from skyshine.schemas.arrays import Floats
@@ -80,6 +80,12 @@ class ChannelReader:
     def paths(self, range_km: npt.ArrayLike, altitude_km: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> ChannelPaths:
         """Optical depths of paths; arguments are broadcast against each other."""
         places = self.rays.locate(range_km, altitude_km, elevation_deg)
+        if END_RISE in self.root.variables:
+            reach = np.minimum(np.asarray(range_km, float), places.ground_distance)
+            straight = self.rays.straight_height(reach, places.height_root, elevation_deg)
+            end = straight + reach * self._fields(END_RISE, places)
+            grounded = places.to_ground & (places.share >= 1)
+            places = replace(places, end_height=np.where(grounded, 0.0, np.maximum(end, 0.0)))
         mean = np.exp(self._fields("log_mean_extinction", places))
         factor = self._array("absorber_factor")
         extinction = np.maximum(np.moveaxis(mean, 0, -1) @ factor.T, 0.0)

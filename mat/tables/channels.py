@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 LAYOUT = "channels"
 NODES = ("share", "height_root", "direction")
+END_RISE = "end_rise"
 THERMAL_SHARE, SOURCE_SHARE = "thermal_wavelength_share", "source_wavelength_share"
 _LOG_STEP = 2.0**-11  # of the logarithm of mean extinction: a quarter of a thousandth of optical depth
 _KEPT_BITS = 13
@@ -49,6 +50,8 @@ class ChannelContent:
     surface : SurfaceLight
     shares : WavelengthShares
         Of the light of the channels.
+    bends_paths : bool
+        Whether the file says how refraction lowers the ends of paths.
     range_km, altitude_km : pairs of float
         Least and most that the file is for.
     dark_below : float
@@ -65,6 +68,7 @@ class ChannelContent:
     sources: SourceParts
     surface: SurfaceLight
     shares: WavelengthShares
+    bends_paths: bool
     range_km: tuple[float, float]
     altitude_km: tuple[float, float]
     dark_below: float
@@ -133,6 +137,13 @@ def _paths(content: ChannelContent) -> Group:
             NODES, _rounded(fields.thermal), "1", "thermal path radiance over that of air at 288 K"
         ),
     }
+    if content.bends_paths:
+        variables[END_RISE] = Variable(
+            NODES,
+            _rounded(fields.end_rise),
+            "1",
+            "height of the end of the path above that of a straight line, over the range",
+        )
     return Group(axes, variables)
 
 

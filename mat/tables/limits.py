@@ -100,6 +100,7 @@ LIMITS: dict[str, Limits] = {
     "effective_radius": _POSITIVE,
     "log_mean_extinction": Limits("lie in -200 to 200", -200.0, 200.0),
     "channel_wavenumber": _POSITIVE,
+    "end_rise": Limits("lie in -1 to 1", -1.0, 1.0),
     "thermal_wavelength_share": _PARTS,
     "source_wavelength_share": _PARTS,
     "emission_share": _PARTS,

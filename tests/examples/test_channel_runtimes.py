@@ -211,6 +211,21 @@ def _level(pixel):
     return {name: value for name, value in pixel.items() if name != "source_heading"}
 
 
+def test_ends_of_bent_paths_agree(runtime, lines, tmp_path):
+    """Of a file that says how refraction lowers them, by far more than any air does."""
+    scene = lines("rise", "limb")
+    root, attributes = read_file(scene["atmosphere"])
+    ratio = root.variables["thermal_ratio"]
+    rise = (-0.02 - 0.015 * np.sin(np.arange(ratio.data.size))).reshape(ratio.data.shape)
+    path = tmp_path / "bent.atmq.h5"
+    variables = {name: variable for name, variable in root.variables.items() if name != "end_rise"}
+    header = Header(attributes["filetype"], attributes["format_version"], "data", "job")
+    write_file(path, replace(root, variables=variables | {"end_rise": replace(ratio, data=rise.astype("f4"))}), header)
+    terms, straight = agrees(runtime, scene | {"atmosphere": str(path)}), by_library(scene)
+    assert np.mean(np.abs(terms["skyshine"] - straight["skyshine"]) > 1e-5 * straight["skyshine"]) > 0.3
+    np.testing.assert_array_equal(terms["path"], straight["path"])
+
+
 @pytest.mark.parametrize(
     ("kind", "names", "version"), [("atmosphere", SHARES, "3.1.0"), ("band", SPECTRA, "1.4.0")], ids=["air", "band"]
 )

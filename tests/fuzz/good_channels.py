@@ -46,6 +46,7 @@ def channels(accuracy: Group, attributes: dict) -> Group:
             np.exp(waves([ABSORBERS, *nodes.shape], -2.5, 0.7)),
             waves(nodes.shape, 0.9, 0.2),
             waves([DIRECTIONS, *nodes.shape], 0.4, 0.2),
+            waves(nodes.shape, -5e-3, 4e-3),
         ),
         SourceParts(
             np.array([-20.0, 20.0, 60.0]),
@@ -56,6 +57,7 @@ def channels(accuracy: Group, attributes: dict) -> Group:
         ),
         _surface(),
         WavelengthShares(WAVELENGTH, _rows(0.5), _rows(1.5)),
+        True,
         (0.001, 20.0),
         (0.01, 1.0),
         DARK_BELOW,

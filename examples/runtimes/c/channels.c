@@ -7,12 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double SHORTEST = 1e-12, FARTHEST_BETA = 1e12, RADIAN = 0.017453292519943295;
+static const double SHORTEST = 1e-12, FARTHEST_BETA = 1e12, EARTH_RADIUS = 6371.0088, RADIAN = 0.017453292519943295;
 enum { RANGE, ALTITUDE, ELEVATION, SOURCE, LAST };
 
 /* A path: its place in the tables, the length that mean extinction is multiplied by, and the height of its end. */
 struct line {
     double share, height_root, direction, length, end_height;
+    int grounded;
 };
 
 /* The optical depth and mean extinction of the channels along a path. */
@@ -44,7 +45,7 @@ static void into_ground(struct line *line, double reach, double height, double r
     line->share = distance > 0 ? fmin(reach / distance, 1.0) : 1.0;
     line->direction = across > 0 ? limited((distance * distance - height * height) / across) : 0.0;
     line->length = reach;
-    if (reach >= distance) line->end_height = 0.0;
+    line->grounded = reach >= distance;
 }
 
 static void into_space(struct line *line, double reach, double height, double radius, double angle, double scale)
@@ -56,6 +57,22 @@ static void into_space(struct line *line, double reach, double height, double ra
     line->length = way * line->share;
 }
 
+/* Height of the end of a straight line over an Earth of a radius. */
+static double height_at(double reach, double earth, double height, double angle)
+{
+    const double radius = earth + height, step = reach * reach + 2 * radius * sin(angle) * reach;
+    return (step + height * (2 * earth + height)) / (earth + sqrt(fmax(radius * radius + step, 0.0)));
+}
+
+/* Height of the end of a line that has its place in the tables. */
+static double end_height(const struct database *database, const struct line *line, double reach, double rho, double height, double angle)
+{
+    if (line->grounded) return 0.0;
+    if (!holds(database, "end_rise")) return fmax(height_at(reach, rho, height, angle), 0.0);
+    const double straight = height_at(reach, EARTH_RADIUS + database->channels.ground_km, height, angle);
+    return fmax(straight + reach * interpolated(database, "end_rise", (double[]){line->share, line->height_root, line->direction}), 0.0);
+}
+
 static struct line line_of(const struct database *database, const double *where)
 {
     const double reach = within(database, RANGE, where[RANGE]), altitude = within(database, ALTITUDE, where[ALTITUDE]);
@@ -64,10 +81,9 @@ static struct line line_of(const struct database *database, const double *where)
     struct line line = {.height_root = cbrt(height)};
     const double rho = interpolated(database, "effective_radius", &line.height_root);
     const double radius = rho + height, rise = radius * sin(angle), fall = height * (2 * rho + height);
-    const double step = reach * reach + 2 * rise * reach;
-    line.end_height = fmax((step + fall) / (rho + sqrt(fmax(radius * radius + step, 0.0))), 0.0);
     if (angle < 0 && rise * rise >= fall) into_ground(&line, reach, height, rho, rise, fall);
     else into_space(&line, reach, height, radius, angle, database->channels.scale_km);
+    line.end_height = end_height(database, &line, reach, rho, height, angle);
     return line;
 }
 

@@ -116,6 +116,7 @@ static void read_channels(const struct source *from, struct database *database, 
     if (isnan(array_of(database, "source_factor")->axes[1].dark_below))
         fail("%s: the source elevations of 'source_factor' do not state dark_below", from->path);
     if (has_any(from, CHANNEL_HARMONICS)) read_tilted(from, database, CHANNEL_HARMONICS, clamped);
+    if (has_any(from, CHANNEL_BENDING)) read_more(from, database, CHANNEL_BENDING, clamped);
     if (has_any(from, CHANNEL_SHARES)) {
         read_more(from, database, CHANNEL_SHARES, clamped);
         for (size_t i = 0; CHANNEL_SHARES[i].name; ++i) check_shares(from, database, CHANNEL_SHARES[i].name);

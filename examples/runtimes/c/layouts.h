@@ -105,6 +105,11 @@ static const struct layout CHANNEL_HARMONICS[] = {
     {"ground_emission", {"ground_temperature", "channel"}, 0.0, HUGE_VALF},
     {NULL, {NULL}, 0, 0},
 };
+/* Of one whose paths refraction bends far: height of their ends above those of straight lines, over the range. */
+static const struct layout CHANNEL_BENDING[] = {
+    {"end_rise", {"share", "height_root", "direction"}, -1.0, 1.0},
+    {NULL, {NULL}, 0, 0},
+};
 /* Of one that holds either of them: shares of the wavelengths in the light of the channels. */
 static const struct layout CHANNEL_SHARES[] = {
     {"thermal_wavelength_share", {"channel", "band_wavelength"}, 0.0, 1.00001},

@@ -6,13 +6,20 @@ import { CIVIL_TWILIGHT, GLOW, LIGHT } from "./layouts.js";
 
 // The arrays that have the codes of the harmonics.
 export const STORED = { [LIGHT]: "scattered_harmonics", [GLOW]: "ground_harmonics" };
-const [SHORTEST, FARTHEST_BETA] = [1e-12, 1e12];
+const [SHORTEST, FARTHEST_BETA, EARTH_RADIUS] = [1e-12, 1e12, 6371.0088];
 const SMALLEST = 2 ** -1022; // number of full precision
 
 const limited = (value) => Math.min(Math.max(value, 0), 1);
 const sum = (values, of) => values.reduce((total, value, k) => total + value * of(k), 0);
 const added = (one, other, share) => one.map((value, b) => value + share * other[b]);
 const bounded = (values) => values.map((value) => Math.max(value, 0));
+
+// Height of the end of a straight line over an Earth of a radius.
+const heightAt = (reach, earth, height, angle) => {
+  const radius = earth + height;
+  const step = reach * reach + 2 * radius * Math.sin(angle) * reach;
+  return (step + height * (2 * earth + height)) / (earth + Math.sqrt(Math.max(radius * radius + step, 0)));
+};
 
 export class Channels {
   constructor(database, stated) {
@@ -88,11 +95,18 @@ export class Channels {
     const rho = this.database.interpolated("effective_radius", { height_root: root });
     const [radius, fall] = [rho + height, height * (2 * rho + height)];
     const rise = radius * Math.sin(angle);
-    const step = reach * reach + 2 * rise * reach;
-    const end = Math.max((step + fall) / (rho + Math.sqrt(Math.max(radius * radius + step, 0))), 0);
     const down = angle < 0 && rise * rise >= fall;
     const found = down ? this.intoGround(reach, height, rho, rise, fall) : this.intoSpace(reach, height, radius, angle, rise);
-    return { height_root: root, end, ...found };
+    const place = { height_root: root, ...found };
+    return { ...place, end: this.end(place, reach, rho, height, angle) };
+  }
+
+  // Height of the end of a line that has its place in the tables.
+  end(place, reach, rho, height, angle) {
+    if (place.grounded) return 0;
+    if (!("end_rise" in this.database.arrays)) return Math.max(heightAt(reach, rho, height, angle), 0);
+    const straight = heightAt(reach, EARTH_RADIUS + this.ground, height, angle);
+    return Math.max(straight + reach * this.database.interpolated("end_rise", place), 0);
   }
 
   intoGround(reach, height, rho, rise, fall) {
@@ -100,7 +114,7 @@ export class Channels {
     const across = 2 * rho * height;
     const direction = across > 0 ? limited((distance * distance - height * height) / across) : 0;
     const share = distance > 0 ? Math.min(reach / distance, 1) : 1;
-    return { share, direction, length: reach, ...(reach >= distance ? { end: 0 } : {}) };
+    return { share, direction, length: reach, grounded: reach >= distance };
   }
 
   intoSpace(reach, height, radius, angle, rise) {

@@ -4,7 +4,7 @@ import h5wasm, { FS } from "h5wasm";
 import { attribute, Axis, SceneError } from "./axis.js";
 import { Channels, STORED } from "./channels.js";
 import {
-  ARRAYS, CHANNEL_HARMONICS, CHANNEL_SHARES, CHANNELS, CIVIL_TWILIGHT, FORMATS, GLOW, GROUND, HARMONICS, LIGHT, NIGHT, NIGHT_HARMONICS, RULES, SHADE,
+  ARRAYS, CHANNEL_BENDING, CHANNEL_HARMONICS, CHANNEL_SHARES, CHANNELS, CIVIL_TWILIGHT, FORMATS, GLOW, GROUND, HARMONICS, LIGHT, NIGHT, NIGHT_HARMONICS, RULES, SHADE,
   SHARES, SPECTRA, STATED, TRACKS, WAVELENGTH_ROUNDING, WEIGHT_ROUNDING, WITHOUT_SOURCE,
 } from "./layouts.js";
 
@@ -89,7 +89,7 @@ export class Database {
 
   // What a file in channels must hold.
   channelLayouts() {
-    return { ...CHANNELS, ...this.whole(CHANNEL_HARMONICS), ...this.whole(CHANNEL_SHARES) };
+    return { ...CHANNELS, ...this.whole(CHANNEL_HARMONICS), ...this.whole(CHANNEL_BENDING), ...this.whole(CHANNEL_SHARES) };
   }
 
   // The shares of the wavelengths sum to 1.

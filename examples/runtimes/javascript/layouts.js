@@ -102,6 +102,8 @@ export const CHANNEL_HARMONICS = {
   ground_harmonics_factor: [["channel", "ground_harmonics_part"], -Infinity, Infinity],
   ground_emission: [["ground_temperature", "channel"], 0, Infinity],
 };
+// Of one whose paths refraction bends far: height of their ends above those of straight lines, over the range.
+export const CHANNEL_BENDING = { end_rise: [["share", "height_root", "direction"], -1, 1] };
 // Of one that holds either of them, and of a .band that does: what light is parted with at the wavelengths of the band.
 export const CHANNEL_SHARES = {
   thermal_wavelength_share: [["channel", "band_wavelength"], 0, 1.00001],

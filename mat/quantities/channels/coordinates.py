@@ -44,7 +44,8 @@ class RayPlaces:
     ground_distance : array
         km; infinite for lines to space.
     end_height : array
-        Of the end of the path above the ground [km], 0 at and behind the ground.
+        Of the end of the path above the ground [km] on an Earth of the radius rho, 0 at and behind the ground; on long
+        paths through the air kilometres too low (`end_heights`).
     """
 
     share: Floats
@@ -140,6 +141,16 @@ class RayCoordinates:
             np.where(to_ground, distance, np.inf),
             np.where(to_ground & (reach >= distance), 0.0, np.maximum(end, 0.0)),
         )
+
+    def straight_height(self, range_km: Floats, height_root: npt.ArrayLike, elevation_deg: npt.ArrayLike) -> Floats:
+        """Height of the end of a straight line above the ground [km], below 0 inside the Earth; arguments are broadcast
+        against each other.
+        """
+        height, ground = np.asarray(height_root, float) ** 3, EARTH_RADIUS / 1e3 + self.ground_km
+        rise = (ground + height) * np.sin(np.radians(np.asarray(elevation_deg, float)))
+        step = range_km**2 + 2 * rise * range_km
+        end: Floats = (step + height * (2 * ground + height)) / (ground + np.sqrt((ground + height) ** 2 + step))
+        return end
 
     def line(self, height_root: float, direction: float, share: Floats) -> tuple[float, Floats, Floats]:
         """The line of sight at nodes: elevation [degree], ranges [km] and lengths [km] of shares (X,)."""

@@ -16,6 +16,7 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight, lines_of_sight
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.coordinates import RayCoordinates
+from skyshine.mat.quantities.channels.end_heights import end_rise
 from skyshine.mat.quantities.channels.nodes import ChannelNodes
 from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.formulas import mean_transmittance
@@ -92,11 +93,14 @@ class PathFields:
         Thermal path radiance over the reference's.
     scattered : (K, X, Z, U) array
         Scattered path radiance over the reference's, for K directions of the source, W m^-2 sr^-1.
+    end_rise : (X, Z, U) array
+        Height of the end of the path above that of a straight line, over the range.
     """
 
     extinction: Floats
     thermal: Floats
     scattered: Floats
+    end_rise: Floats
 
 
 def depth_of(atmosphere: BandAtmosphere, path: LineOfSight) -> Floats:
@@ -160,6 +164,7 @@ def path_fields(
     atmosphere.air.prepare()
     extinction = np.empty((absorbers.count, *nodes.shape))
     thermal, scattered = np.empty(nodes.shape), np.empty((source_elevation.size, *nodes.shape))
+    rise = np.empty(nodes.shape)
     line = partial(_line_fields, atmosphere, absorbers, light, source_elevation, scattering_angle)
     for place, root in enumerate(nodes.height_root):
         lines = [rays.line(float(root), float(direction), nodes.share) for direction in nodes.direction]
@@ -167,9 +172,10 @@ def path_fields(
         for row, of_line in enumerate(parallel_map(line, paths, [length for _, _, length in lines])):
             at = slice(None), slice(None), place, row
             extinction[at], thermal[at[1:]], scattered[at] = of_line
+            rise[at[1:]] = end_rise(rays, float(root), lines[row][0], paths[row])
         if progress is not None:
             progress(len(paths))
-    return PathFields(extinction, thermal, scattered)
+    return PathFields(extinction, thermal, scattered, rise)
 
 
 def _line_fields(

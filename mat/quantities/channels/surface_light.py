@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.ambient_harmonics import HarmonicSky, ground_emission
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -18,7 +19,8 @@ from skyshine.mat.quantities.sky_table import SKY_HEIGHTS, SkyTable
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.arrays import Floats
 
-# Heights above the ground of targets of the beam [m], in space too.
+# Heights above the ground of targets of the beam [m], in space too, and elevations of the source above that at which it
+# rises there [degree]; transmittance changes most near the rise. Others are placed between them by tolerance.
 TARGET_HEIGHTS = np.concatenate(
     [
         SKY_HEIGHTS[:9],
@@ -27,11 +29,12 @@ TARGET_HEIGHTS = np.concatenate(
         np.geomspace(1.05e5, 1.3e6, 36),  # the horizon falls with the root of the height
     ]
 )
-# Elevations of the source above that at which it rises [degree]; transmittance changes most there.
 _NEAR_RISE = (0, 0.03, 0.06, 0.1, 0.14, 0.18, 0.23, 0.28, 0.34, 0.4, 0.48, 0.57, 0.67, 0.78, 0.9, 1.05, 1.2, 1.4)
 _LOW = (1.55, 1.7, 1.85, 2, 2.2, 2.4, 2.6, 2.8, 3, 3.3, 3.6, 4, 4.5, 5, 5.6, 6.3, 7.1, 8, 9.2, 10.5, 12, 14)
 ABOVE_RISE = (*_NEAR_RISE, *_LOW, 17, 22, 30, 40, 55, 75, 100)
 GROUND_TEMPERATURE = 300.0  # K, at which the ground's light is as right as the sky's
+_NODES_SHARE = 5.0  # of what light may miss otherwise, which the beam may miss half way between two nodes
+_HALVINGS = 4  # of an interval at most
 _ROUNDING = 1e-12  # of the largest singular value: smaller ones are rounding
 
 
@@ -116,6 +119,38 @@ class SurfaceLight:
     ground_emission: Floats
 
 
+def _beam(air: SpectralAir, heights: Floats, above_rise: Floats) -> Floats:
+    """Transmittance (B, D, P) from a source so far above its rise [degree] to targets so high above the ground [m]."""
+    targets, above = air.state.surface_altitude + heights, np.radians(above_rise)
+    rows = [
+        direct_transmittance(air.source_paths, target[None], np.minimum(up + above, np.pi / 2))
+        for target, up in zip(targets, air.source_rays.rise_at(targets), strict=True)
+    ]
+    return np.concatenate(rows)
+
+
+def _beam_nodes(air: SpectralAir, light: Floats, allowed: float) -> tuple[Floats, Floats]:
+    """Heights (B,) [m] and elevations above the rise (D,) [degree] between which the beam of a source is linear within
+    what is allowed; its light at the band's points is (P,) [W m^-2 sr^-1].
+    """
+    nodes = [TARGET_HEIGHTS, np.array(ABOVE_RISE, float)]
+    at_nodes = _beam(air, *nodes) @ light
+    for axis in (1, 0):
+        for _ in range(_HALVINGS):
+            middle = (nodes[axis][1:] + nodes[axis][:-1]) / 2
+            between = list(nodes)
+            between[axis] = middle
+            exact, of_axis = _beam(air, between[0], between[1]) @ light, np.moveaxis(at_nodes, axis, 0)
+            missed = np.moveaxis(exact, axis, 0) - (of_axis[1:] + of_axis[:-1]) / 2
+            wide = np.abs(missed).max(axis=1) > allowed
+            if not wide.any():
+                break
+            place = np.searchsorted(nodes[axis], middle[wide])
+            nodes[axis] = np.insert(nodes[axis], place, middle[wide])
+            at_nodes = np.insert(at_nodes, place, np.compress(wide, exact, axis=axis), axis=axis)
+    return nodes[0], nodes[1]
+
+
 def _few_points(rows: Floats, through: Floats, allowed: float) -> Parts:
     """The points whose scattered light on level surfaces, rows (n, P) [W m^-2 sr^-1], gives that of all as paths of
     transmittances (m, P) let it through; that from other sides has the same spectra.
@@ -156,16 +191,9 @@ def surface_light(
     air.prepare()
     heights = np.array(SKY_HEIGHTS, float)
     altitude = air.state.surface_altitude + heights
-    targets = air.state.surface_altitude + TARGET_HEIGHTS
     elevation, dark = np.radians(source_elevation), np.zeros_like(irradiance)
-    rise = air.source_rays.rise_at(targets)
-    above = np.radians(np.array(ABOVE_RISE, float))
-    beam = np.concatenate(
-        [
-            direct_transmittance(air.source_paths, targets[row : row + 1], np.minimum(up + above, np.pi / 2))
-            for row, up in enumerate(rise)
-        ]
-    )
+    targets, above = _beam_nodes(air, weight * irradiance, _NODES_SHARE * allowed)
+    beam, rise = _beam(air, targets, above), air.source_rays.rise_at(air.state.surface_altitude + targets)
     emitted = SkyTable.of(air, altitude, elevation[:1], dark).at(altitude)[:, 0]
     lit = np.any(irradiance > 0) and air.scatters
     both = SkyTable.of(air, altitude, elevation, irradiance).at(altitude) if lit else emitted[:, None]
@@ -189,9 +217,9 @@ def surface_light(
     return SurfaceLight(
         heights / 1e3,
         source_elevation,
-        TARGET_HEIGHTS / 1e3,
+        targets / 1e3,
         np.degrees(rise),
-        np.degrees(above),
+        above,
         LightParts.of(beam * irradiance, weight, through, allowed),
         LightParts.of(emitted, weight, through, allowed),
         LightParts.of(scattered, weight, through, allowed),

@@ -17,9 +17,11 @@ from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.nodes import NodeCounts
 from skyshine.mat.quantities.channels.path_fields import BandLight
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
+from skyshine.mat.quantities.emission import lines_of_sight
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, emission_shares
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber
+from skyshine.mat.tables.channel_reader import ChannelReader
 from skyshine.schemas.errors import CheckFailed, InputError
 
 RESPONSE = SpectralResponse.rectangular(3.995, 4.005)
@@ -189,6 +191,26 @@ def test_a_missing_axis_and_an_unknown_quantity_are_named(table):
         table.value("path_radiance_ratio", **WHERE, source_elevation=30.0)
     with pytest.raises(InputError, match="beta_sta"):
         table.value("beta_sta", **WHERE)
+
+
+def test_ends_of_long_paths_stand_where_traced_rays_end(air, channels):
+    """On the sphere that has the real horizon they stand kilometres too low, which a low Sun shows."""
+    ranges, altitude, elevation = (
+        np.array([[20.0, 150.0, 600.0]] * 3),
+        np.array([0.5, 4.0, 5.0]),
+        np.array([3, 6, -1.5]),
+    )
+    long = replace(channels, base=replace(BASE, range_km=np.append(BASE.range_km, 700.0)))
+    place = {"range": ranges, "altitude": altitude[:, None], "elevation": elevation[:, None]}
+    traced = [path.surface_altitude / 1e3 for path in lines_of_sight(air.air, ranges, altitude, elevation)]
+
+    def end_height(tables):
+        table = tables.table(tables.nodes(NodeCounts(16, 10, 4, 8, 10)))
+        reader = ChannelReader.of(table.root, table.attributes)
+        return reader.paths(*place.values()).places.end_height
+
+    assert np.abs(end_height(long) - traced).max() < 0.25
+    assert np.abs(end_height(replace(long, tolerance=1e3)) - traced).max() > 2
 
 
 def test_a_tolerance_that_takes_too_many_nodes_says_so(channels):

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .axis import Axis, SceneError
-from .layouts import CHANNEL_SHARES, CIVIL_TWILIGHT, GLOW, LIGHT
+from .layouts import CHANNEL_BENDING, CHANNEL_SHARES, CIVIL_TWILIGHT, GLOW, LIGHT
 
 Floats = NDArray[np.float64]
 Place = Mapping[str, float]
 STORED = {LIGHT: "scattered_harmonics", GLOW: "ground_harmonics"}  # have the codes of the harmonics
 SHORTEST_KM, FARTHEST_BETA_KM = 1e-12, 1e12
+EARTH_RADIUS_KM = 6371.0088
 THERMAL, SOURCE = CHANNEL_SHARES  # parts what the air and the ground emit, and the light of the source
 
 
@@ -45,6 +46,13 @@ def limited(value: float) -> float:
     return min(max(value, 0.0), 1.0)
 
 
+def height_at(reach: float, earth: float, height: float, angle: float) -> float:
+    """Height of the end of a straight line over an Earth of a radius, km."""
+    radius = earth + height
+    step = reach * reach + 2 * radius * math.sin(angle) * reach
+    return (step + height * (2 * earth + height)) / (earth + math.sqrt(max(radius * radius + step, 0.0)))
+
+
 class Channels:
     """The arrays of a file in channels, and what it states."""
 
@@ -58,6 +66,7 @@ class Channels:
         self.read, self.clamped = read, clamped
         self.temperatures = arrays["ground_emission"][0][0] if "ground_emission" in arrays else None
         self.source_elevation = arrays["source_factor"][0][1]
+        self.bends = CHANNEL_BENDING.keys() <= arrays.keys()
         spectra = ("channel_weight", "thermal_reference", "source_reference", "ground_emission", *CHANNEL_SHARES)
         names = [name for name in arrays if name.endswith("_factor") or name in spectra]
         self.spectra = {name: arrays[name][1].astype(float) for name in names}
@@ -136,9 +145,12 @@ class Channels:
             if angle < 0:
                 direction = 3 - math.sqrt(limited(2 * radius * math.sin(angle / 2) ** 2 / height))
             length, walked, ended = way * share, reach, False
-        step = walked * walked + 2 * rise * walked
-        end = (step + fall) / (rho + math.sqrt(max(radius * radius + step, 0.0)))
         place = {"share": share, "height_root": root, "direction": direction}
+        if self.bends:
+            end = height_at(walked, EARTH_RADIUS_KM + self.ground_km, height, angle)
+            end += walked * float(self.read("end_rise", place, 0))
+        else:
+            end = height_at(walked, rho, height, angle)
         mean = np.exp(self.read("log_mean_extinction", place))
         extinction = np.maximum(self.spectra["absorber_factor"] @ mean, 0.0)
         depth = extinction * max(length, SHORTEST_KM)

@@ -16,6 +16,7 @@ from .axis import Axis, Floats, SceneError
 from .channels import Channels
 from .layouts import (
     ARRAYS,
+    CHANNEL_BENDING,
     CHANNEL_HARMONICS,
     CHANNEL_SHARES,
     CHANNELS,
@@ -297,7 +298,7 @@ class Database:
 
 def channel_layouts(file: h5py.File) -> Layouts:
     """What a file in channels must hold: the harmonics together or none of them, the shares of wavelengths likewise."""
-    parts = (CHANNEL_HARMONICS, CHANNEL_SHARES)
+    parts = (CHANNEL_HARMONICS, CHANNEL_BENDING, CHANNEL_SHARES)
     return CHANNELS | {name: layout for part in parts if part.keys() & file.keys() for name, layout in part.items()}
 
 

@@ -104,6 +104,8 @@ CHANNEL_HARMONICS: Layouts = {
     "ground_harmonics_factor": (("channel", "ground_harmonics_part"), -math.inf, math.inf),
     "ground_emission": (("ground_temperature", "channel"), 0.0, math.inf),
 }
+# Of one whose paths refraction bends far: height of their ends above those of straight lines, over the range.
+CHANNEL_BENDING: Layouts = {"end_rise": (("share", "height_root", "direction"), -1.0, 1.0)}
 # Of one that holds either of them, and of a .band that does: what light is parted with at the wavelengths of the band.
 WAVELENGTH = "band_wavelength"
 CHANNEL_SHARES: Layouts = {

@@ -10,6 +10,7 @@ use std::collections::HashMap;
 
 const SHORTEST: f64 = 1e-12;
 const FARTHEST_BETA: f64 = 1e12;
+const EARTH_RADIUS: f64 = 6371.0088;
 const LINE: [&str; 3] = ["range", "altitude", "elevation"];
 
 type Place<'a> = [(&'a str, f64)];
@@ -31,6 +32,14 @@ struct Line {
     direction: f64,
     length: f64,
     end: f64,
+    grounded: bool,
+}
+
+/// Height of the end of a straight line over an Earth of a radius.
+fn height_at(reach: f64, earth: f64, height: f64, angle: f64) -> f64 {
+    let radius = earth + height;
+    let step = reach * reach + 2.0 * radius * angle.sin() * reach;
+    (step + height * (2.0 * earth + height)) / (earth + (radius * radius + step).max(0.0).sqrt())
 }
 
 impl Line {
@@ -45,9 +54,7 @@ impl Line {
         self.share = if distance > 0.0 { (reach / distance).min(1.0) } else { 1.0 };
         self.direction = if across > 0.0 { ((distance * distance - height * height) / across).clamp(0.0, 1.0) } else { 0.0 };
         self.length = reach;
-        if reach >= distance {
-            self.end = 0.0;
-        }
+        self.grounded = reach >= distance;
     }
 
     fn into_space(&mut self, reach: f64, height: f64, radius: f64, angle: f64, scale: f64) {
@@ -229,13 +236,19 @@ impl Channels {
         let rho = air.interpolated("effective_radius", &line.place())?;
         let (radius, fall) = (rho + height, height * (2.0 * rho + height));
         let rise = radius * angle.sin();
-        let step = reach * reach + 2.0 * rise * reach;
-        line.end = ((step + fall) / (rho + (radius * radius + step).max(0.0).sqrt())).max(0.0);
         if angle < 0.0 && rise * rise >= fall {
             line.into_ground(reach, height, rho, rise, fall);
         } else {
             line.into_space(reach, height, radius, angle, self.scale);
         }
+        line.end = match air.holds("end_rise") {
+            _ if line.grounded => 0.0,
+            false => height_at(reach, rho, height, angle).max(0.0),
+            true => {
+                let straight = height_at(reach, EARTH_RADIUS + self.ground, height, angle);
+                (straight + reach * air.interpolated("end_rise", &line.place())?).max(0.0)
+            }
+        };
         Ok(line)
     }
 

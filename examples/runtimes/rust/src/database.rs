@@ -127,7 +127,7 @@ impl Database {
         }
         let harmonics = whole(source, CHANNEL_HARMONICS);
         let mut arrays = HashMap::new();
-        for layout in [CHANNELS, harmonics, whole(source, CHANNEL_SHARES)].into_iter().flatten() {
+        for layout in [CHANNELS, harmonics, whole(source, CHANNEL_BENDING), whole(source, CHANNEL_SHARES)].into_iter().flatten() {
             arrays.insert(layout.0, source.array(layout)?);
         }
         check_shares(&arrays)?;

@@ -105,6 +105,8 @@ pub const CHANNEL_HARMONICS: &[Layout] = &[
     ("ground_harmonics_factor", &["channel", "ground_harmonics_part"], -f32::MAX, f32::MAX),
     ("ground_emission", &["ground_temperature", "channel"], 0.0, f32::MAX),
 ];
+/// Of one whose paths refraction bends far: height of their ends above those of straight lines, over the range.
+pub const CHANNEL_BENDING: &[Layout] = &[("end_rise", &["share", "height_root", "direction"], -1.0, 1.0)];
 /// Of one that holds either of them, and of a .band that does: what light is parted with at the wavelengths of the band.
 pub const CHANNEL_SHARES: &[Layout] = &[
     ("thermal_wavelength_share", &["channel", "band_wavelength"], 0.0, 1.00001),

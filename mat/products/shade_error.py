@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from skyshine.mat.surface.balance import Balance
+from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, ResponseTable
@@ -88,6 +88,8 @@ def shade_error(
         replace(sunlit, surroundings=Surroundings(((first, (first + generator.uniform(0.5, 6)) % 24.0),))),
         replace(sunlit, surroundings=Surroundings(((0.0, 24.0),), generator.uniform(0.3, 0.9), wall)),
     ]
+    forcings = [scene.forcing(FINE_STEPS) for scene in (sunlit, *shades)]
+    together = Forcing.stacked(forcings)
     response = stored_response(table)
     kilometres = np.repeat(sunlit.altitude, _PLACES) / 1e3
     errors, frozen, by_material = [], [], []
@@ -97,14 +99,14 @@ def shade_error(
             continue
         highest = np.full(kilometres.size, table.highest[number], float)
         columns = response.columns(np.full(kilometres.size, number), kilometres, np.tile(slopes, _PLACES))
-        start, melting = _solved(material, sunlit)
-        absorbed = Balance(sunlit.forcing(FINE_STEPS), material).absorbed
+        temperature, melts = _solved(material, together)
+        (start, *whole), (melting, *melting_there) = (np.split(each, len(forcings)) for each in (temperature, melts))
+        absorbed, *absorbed_there = (Balance(forcing, material).absorbed for forcing in forcings)
         part = []
-        for shade in shades:
-            whole, melts = _solved(material, shade)
-            change = columns.change(Balance(shade.forcing(FINE_STEPS), material).absorbed - absorbed, start, highest)
-            part.append(np.minimum(start + change, table.highest[number]) - whole)
-            frozen.append(~(melting | melts))
+        for shaded, exact, melted in zip(absorbed_there, whole, melting_there, strict=True):
+            change = columns.change(shaded - absorbed, start, highest)
+            part.append(np.minimum(start + change, table.highest[number]) - exact)
+            frozen.append(~(melting | melted))
         errors += part
         by_material.append((float(np.sqrt(np.mean(np.square(part)))), float(np.abs(part).max())))
     solid = np.concatenate([error[rows].ravel() for error, rows in zip(errors, frozen, strict=True)] or [np.empty(0)])
@@ -119,11 +121,11 @@ def shade_error(
     )
 
 
-def _solved(material: SurfaceMaterial, scene: Scene) -> tuple[Floats, Booleans]:
+def _solved(material: SurfaceMaterial, forcing: Forcing) -> tuple[Floats, Booleans]:
     """Temperatures (columns, FINE_STEPS) [K], and which columns melt at some time."""
-    temperature = np.empty((len(scene.altitude) * len(scene.slope), FINE_STEPS))
+    temperature = np.empty(forcing.shape)
     melts = np.zeros(len(temperature), bool)
-    for columns, solution in solve_columns(material, scene.forcing, steps=FINE_STEPS):
+    for columns, solution in solve_columns(material, lambda _: forcing, steps=FINE_STEPS):
         temperature[columns] = solution.temperature
         melts[columns] = np.any(solution.melt > 0, axis=1)
     return temperature, melts

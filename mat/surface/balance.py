@@ -6,6 +6,7 @@ broadcast to that.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, fields
 
@@ -68,6 +69,18 @@ class Forcing:
         """(columns, N)."""
         columns, steps = np.broadcast_shapes(*(np.shape(getattr(self, field.name)) for field in fields(self)))
         return columns, steps
+
+    @classmethod
+    def stacked(cls, parts: Sequence[Forcing]) -> Forcing:
+        """The columns of several forcings of the same times, one after the other."""
+        shapes = [part.shape for part in parts]
+        whole = (
+            np.concatenate(
+                [np.broadcast_to(getattr(part, field.name), shape) for part, shape in zip(parts, shapes, strict=True)]
+            )
+            for field in fields(cls)
+        )
+        return cls(*whole)
 
     def columns(self, chosen: slice | Integers) -> Forcing:
         """The forcing of a slice or index array of columns."""

@@ -24,7 +24,8 @@ _MELTING_ITERATIONS = 60
 _NEAR = 5e-4
 # K: an iterate beyond these has diverged.
 _COLDEST, _HOTTEST = 1.0, 3000.0
-_SAMPLE, _RENEWALS = 32, 3  # columns and matrices that determine the relaxation of a material
+_SAMPLE, _RENEWALS = 32, 3  # columns and coarse matrices that determine the relaxation of a material
+_COARSE_STEPS = 48  # of a day, at least, in which they are found
 
 
 def sampled(columns: int) -> Integers:
@@ -104,33 +105,54 @@ class Relaxation:
         source : (columns, N or 1) ndarray
             [W m^-2]
         coarse : (columns, fewer steps) ndarray, optional
-            Temperatures [K] about which the matrix is built; without them matrices are renewed as the sample converges.
+            Temperatures [K] about which the matrix is built; without them those of the sample are found in coarse
+            steps, whose matrices cost little.
         """
         sample = sampled(forcing.shape[0])
-        balance = Balance(forcing.columns(sample), material)
-        source = source[sample]
+        forcing, source = forcing.columns(sample), source[sample]
+        if coarse is not None:
+            about = _between(coarse[sample], conduction.steps).astype(float)
+            return cls._about(Balance(forcing, material), conduction, about, None)
+        every = max(conduction.steps // _COARSE_STEPS, 1)
+        times = np.arange(0, conduction.steps, every if conduction.steps % every == 0 else 1)
+        few = replace(conduction, steps=times.size)
+        source = source if source.shape[1] == 1 else source[:, times]
+        about, start = cls._converging(Balance(forcing.times(times), material), few, source)
+        return cls._about(
+            Balance(forcing, material),
+            conduction,
+            _between(about, conduction.steps),
+            None if start is None else _between(start, conduction.steps),
+        )
+
+    @classmethod
+    def _converging(cls, balance: Balance, conduction: Conduction, source: Floats) -> tuple[Floats, Floats | None]:
+        """Temperatures (columns, N) [K] near the solution, by matrices renewed about them, and their mean (1, N); no
+        mean where the iteration diverges.
+        """
         temperature: Floats = first_guess(balance)
         start: Floats | None = None
-        if coarse is not None:
-            temperature = _between(coarse[sample], conduction.steps).astype(float)
-        cap = melting_cap(material)
-        for _ in range(_RENEWALS if coarse is None else 1):
-            _, slopes = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
-            slope = np.maximum(slopes.mean(axis=0), 1e-3)
-            inverse = np.linalg.inv(conduction.matrix + np.diag(slope)).T
-            # Between the least and the largest stiffness of a wave: both of them converge then.
-            ends = slope.mean() + conduction.admittance.real[[0, -1]]
-            melting = 2 * ends.prod() / ends.sum()
-            origin = temperature.mean(axis=0, keepdims=True)
-            relaxation = cls(slope, inverse, start, origin, conduction.flux(origin), cap, float(melting))
-            if coarse is not None:
-                break
+        for _ in range(_RENEWALS):
+            relaxation = cls._about(balance, conduction, temperature, start)
             iterate, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
             if not np.all(plausible(iterate)):
                 break
             temperature = iterate.astype(float, copy=False)
             start = temperature.mean(axis=0, keepdims=True)
-        return relaxation
+        return temperature, start
+
+    @classmethod
+    def _about(cls, balance: Balance, conduction: Conduction, temperature: Floats, start: Floats | None) -> Relaxation:
+        """The relaxation about temperatures (columns, N) [K]."""
+        cap = melting_cap(balance.material)
+        _, slopes = balance.loss_and_slope(temperature if cap is None else np.minimum(temperature, cap))
+        slope = np.maximum(slopes.mean(axis=0), 1e-3)
+        inverse = np.linalg.inv(conduction.matrix + np.diag(slope)).T
+        # Between the least and the largest stiffness of a wave: both of them converge then.
+        ends = slope.mean() + conduction.admittance.real[[0, -1]]
+        melting = 2 * ends.prod() / ends.sum()
+        origin = temperature.mean(axis=0, keepdims=True)
+        return cls(slope, inverse, start, origin, conduction.flux(origin), cap, float(melting))
 
     @cached_property
     def single(self) -> Relaxation:

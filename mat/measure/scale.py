@@ -30,11 +30,14 @@ class Scale:
         Kelvin, percent, or 1, per W m^-2 sr^-1.
     reflectance : float
         Of a surface that faces source and sky, for ambient and direct light.
+    relative : bool
+        Errors of path radiance that is brighter than the background count in it.
     """
 
     background: float
     factor: float
     reflectance: float
+    relative: bool = False
 
     @classmethod
     def kelvin(cls, response: SpectralResponse) -> Scale:
@@ -50,8 +53,9 @@ class Scale:
     def of_unit(cls, unit: str, response: SpectralResponse, irradiance: float) -> Scale:
         """In the unit of a tolerance.
 
-        In bands that end before 2.5 um, where a scene at 300 K emits almost nothing, percent are of the light that a
-        surface reflects of the source alone, and `PERCENT_PER_KELVIN` of them count as a kelvin.
+        Percent are of a black body at 300 K, or of path radiance where that is brighter, as towards the Sun. In bands
+        that end before 2.5 um, where a scene at 300 K emits almost nothing, they are of the light that a surface
+        reflects of the source alone in place of the black body, and `PERCENT_PER_KELVIN` of them count as a kelvin.
 
         Parameters
         ----------
@@ -69,7 +73,7 @@ class Scale:
             return cls.kelvin(response)
         light = reference_radiance(response) if emits else REFLECTANCE * irradiance / np.pi
         percent = 100 / light if light > 0 else float("nan")
-        return cls(light, percent / (PERCENT_PER_KELVIN if unit == "K" else 1.0), REFLECTANCE)
+        return cls(light, percent / (PERCENT_PER_KELVIN if unit == "K" else 1.0), REFLECTANCE, relative=True)
 
     def error(self, quantity: str, read: Floats, exact: Floats, transmittance: Floats, distance: Floats) -> Floats:
         """What an error in one quantity changes of the radiance that reaches the observer.
@@ -88,7 +92,9 @@ class Scale:
         if quantity == "beta_star":
             error: Floats = (np.exp(-BETA_FACTOR * distance / read) - transmittance) * self.background * self.factor
         elif quantity == "path_radiance_ratio":
-            error = (read - exact) * (1 - transmittance) * self.factor
+            path = exact * (1 - transmittance)
+            brighter = np.maximum(path / self.background, 1.0) if self.relative else 1.0
+            error = (read - exact) * (1 - transmittance) * self.factor / brighter
         else:
             error = (read - exact) * transmittance * self.reflectance * self.factor
         return error

@@ -32,6 +32,20 @@ def test_a_percent_is_of_a_black_body_where_it_emits_and_of_sunlight_where_it_do
     assert (REFLECTANCE, PERCENT_PER_KELVIN) == (0.3, 3.0)  # as the job's keys say
 
 
+def test_percent_of_a_path_that_is_brighter_than_the_scene_are_of_its_own_light():
+    scale = Scale.of_unit("%", NEAR, 50.0)
+    aureole = ONE * 40 * scale.background
+    for through in (0.0, 0.5):
+        path = aureole * (1 - through)
+        error = scale.error("path_radiance_ratio", 1.02 * aureole, aureole, through * ONE, ONE)
+        assert error == pytest.approx(2.0)
+        assert path[0] > scale.background
+    # Kelvin are of the scene at 300 K, whatever is in front of it.
+    kelvin, bright = Scale.kelvin(WINDOW), ONE * 4 * Scale.kelvin(WINDOW).background
+    one, two = (kelvin.error("path_radiance_ratio", base + 0.1, base, 0 * ONE, ONE) for base in (ONE, bright))
+    assert one == pytest.approx(two)
+
+
 def test_radiance_counts_as_it_is_and_other_units_are_refused():
     assert Scale.of_unit("W m^-2 sr^-1", NEAR, 1.0).factor == 1
     with pytest.raises(ValueError, match="unit 'F'; known: K, %, W m"):

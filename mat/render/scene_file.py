@@ -20,7 +20,7 @@ from skyshine.schemas.documents import Document, StrictModel, mapping_document, 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 
-MAX_PIXELS = 1 << 24
+MAX_PIXELS = 1 << 22
 MAX_FRAMES = 1000
 
 

@@ -57,20 +57,26 @@ class SurfaceMaterials:
     ----------
     names : tuple of str
         All materials that they name or hold, each once.
+    places : dict of str to tuple
+        Key of the scene file that each comes from.
     """
 
     def __init__(self, scene: LoadedScene, surface: SurfaceMesh) -> None:
         self._scene, self._surface = scene, surface
         self._textures: dict[int, TmmFile] = {}
         self._unknown = scene.model.surface.unknown_material
-        names: list[str] = [] if self._unknown is None else [self._unknown]
+        places: dict[str, tuple[str | int, ...]] = {}
+        if self._unknown is not None:
+            places[self._unknown] = ("surface", "unknown_material")
         for number, covering in enumerate(surface.coverings):
             if covering.texture is None:
-                names.append(str(covering.material))
-            else:
-                self._textures[number] = open_tmm(covering.texture)
-                names += self._textures[number].materials.values()
-        self.names = tuple(dict.fromkeys(names))
+                places.setdefault(str(covering.material), covering.place)
+                continue
+            self._textures[number] = open_tmm(covering.texture)
+            for name, share in self._textures[number].usage.items():
+                if share > 0:
+                    places.setdefault(name, covering.place)
+        self.names, self.places = tuple(places), places
 
     def textures(self) -> dict[int, TmmFile]:
         """Open textures by the number of their covering."""
@@ -132,7 +138,7 @@ class SurfaceMaterials:
             codes[own], shares[own] = texture.mixture(x, y, int(number))
         numbers = np.zeros(1 + max(texture.materials), int)
         for code, name in texture.materials.items():
-            numbers[code] = self.names.index(name)
+            numbers[code] = self.names.index(name) if name in self.names else 0
         known = shares.sum(axis=-1) > 0
         if not known.all():
             if self._unknown is None:

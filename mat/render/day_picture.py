@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ COLOURS = "inferno"
 TAIL = 0.2  # % of the pixels at each end that may lie beyond the colours
 FRAME_MS = 400
 COLUMNS, MOST = 4, 16  # frames in a row, and frames of a band
-_WIDTH_IN, _PHOTOGRAPH = 14.0, 0.4  # width of the picture, and what the photograph has of it
+_WIDTH_IN, _DPI, _PHOTOGRAPH = 14.0, 100, 0.4  # width of the picture, and what the photograph has of it
 _SHOWN_SIDE = 960  # pixels of the longer side that pictures of the day show at most
 
 
@@ -42,6 +43,7 @@ def draw_day(scene: LoadedScene, days: Mapping[str, Sequence[Floats]], picture: 
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from PIL import Image
 
     image, shown = photograph(scene), _shown(len(scene.hours))
     low, high = _limits(days)
@@ -71,8 +73,12 @@ def draw_day(scene: LoadedScene, days: Mapping[str, Sequence[Floats]], picture: 
             axes.append(axis)
     bar = figure.colorbar(drawn, ax=axes, location="bottom", fraction=0.05, aspect=60, pad=0.01)
     bar.set_label("apparent temperature, deg C", fontsize=9)
+    drawing = BytesIO()
+    figure.savefig(drawing, dpi=_DPI, format="png")
+    # 256 colours take a third of the bytes.
+    palette = Image.open(drawing).convert("RGB").quantize(256, dither=Image.Dither.NONE)
     try:
-        figure.savefig(picture, dpi=100, metadata={"Software": None})
+        palette.save(picture, optimize=True)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check the folder", file=picture) from None
     return picture

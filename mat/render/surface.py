@@ -139,6 +139,7 @@ class SurfaceMaterials:
         numbers = np.zeros(1 + max(texture.materials), int)
         for code, name in texture.materials.items():
             numbers[code] = self.names.index(name) if name in self.names else 0
+        shares[codes == 0] = 0.0  # a texel without material may give code 0 a share
         known = shares.sum(axis=-1) > 0
         if not known.all():
             if self._unknown is None:

@@ -73,8 +73,10 @@ def tables_of(folder):
     return (open_table(folder / f"{name}.h5") for name in ("s01.htt", "b01.band", "s01b01.atmq"))
 
 
-def library_pixel(folder, *, hour, distance, elevation, azimuth, altitude, surface_altitude, kelvin=None, **faces):
-    """Radiance [W m^-2 sr^-1] of one level pixel of asphalt by the library's own call."""
+def library_pixel(
+    folder, *, hour, distance, elevation, azimuth, altitude, surface_altitude, kelvin=None, tilt=(0.0, 0.0), **faces
+):
+    """Radiance [W m^-2 sr^-1] of one pixel of asphalt by the library's own call; `tilt` is slope and azimuth."""
     surface, band, air = tables_of(folder)
     sun = surface.source_track("sun", time=hour)
 
@@ -88,7 +90,7 @@ def library_pixel(folder, *, hour, distance, elevation, azimuth, altitude, surfa
         altitude=one(altitude),
         source_elevation=one(sun.elevation),
         source_azimuth=one(sun.azimuth - azimuth),
-        normal=np.array([[0.0, 0.0, 1.0]]),
+        normal=direction(90.0 - tilt[0], tilt[1])[None],
         to_source=direction(sun.elevation, sun.azimuth)[None],
         to_observer=-direction(elevation, azimuth)[None],
         source_heading=one(sun.azimuth),
@@ -102,8 +104,8 @@ def library_pixel(folder, *, hour, distance, elevation, azimuth, altitude, surfa
             np.array([[code]]),
             np.array([[1.0]]),
             one(surface_altitude),
-            one(0),
-            one(0),
+            one(tilt[1]),
+            one(tilt[0]),
             one(hour),
             temperature=kelvin,
             **faces,
@@ -120,6 +122,27 @@ def test_a_pixel_of_a_plan_is_the_pixel_of_the_library(plan, small_build):
     assert frame.radiance == pytest.approx(expected, rel=1e-6)
     band = open_table(small_build / "b01.band.h5")
     assert frame.apparent_temperature == pytest.approx(equivalent_temperature(band, expected), rel=1e-9)
+
+
+@pytest.mark.parametrize("azimuth", [180.0, 90.0])
+def test_a_pixel_of_a_tilted_face_is_the_pixel_of_the_library(roofed, small_build, write_glb, tmp_path, azimuth):
+    """A slope of 45 degrees that faces south, or east once its file is turned: by the harmonics of the sky."""
+    corners = np.array([[[-9, -9, 9], [9, -9, 9], [9, 9, -9]], [[-9, -9, 9], [9, 9, -9], [-9, 9, -9]]], float)
+    file = write_glb([("slope", corners, None)], tmp_path / "slope.glb")
+    mesh = {"file": str(file), "materials": {"slope": "asphalt_road"}, "x_azimuth_deg": azimuth - 90.0}
+    camera = {"plan_view": {"height_m": 500.0, "size": [3, 3], "width_m": 6.0}}
+    (frame,) = frames_of(roofed(surface={"altitude_km": 0.1, "mesh": mesh}, camera=camera))
+    expected = library_pixel(
+        small_build,
+        hour=10.0,
+        distance=0.5,
+        elevation=-90.0,
+        azimuth=0.0,
+        altitude=0.6,
+        surface_altitude=0.1,
+        tilt=(45.0, azimuth),
+    )
+    assert frame.radiance[1, 1] == pytest.approx(expected, rel=1e-6)
 
 
 def test_the_roof_shades_the_points_from_which_it_hides_the_sun(roofed):
@@ -139,6 +162,15 @@ def test_the_roof_shades_the_points_from_which_it_hides_the_sun(roofed):
     assert (exposure.shaded[ground][:, up] == (beside < 0))[clear_cut].all()
     assert exposure.shaded[ground].any() and not exposure.shaded[~ground].any()
     assert not exposure.shaded[:, track.elevation <= 0].any()
+
+
+def test_without_sun_nothing_is_shaded(roofed):
+    """In the polar night, say."""
+    with Renderer(roofed()) as renderer:
+        place = renderer._see(0, np.array([10.0]))
+        dark = np.full(288, -20.0)
+        exposure = exposure_of(place.seen, renderer.surface, ray_caster(renderer.surface), dark, np.zeros(288))
+    assert not exposure.shaded.any()
 
 
 def test_the_sky_view_under_the_roof_is_its_view_factor(roofed):

@@ -145,6 +145,17 @@ def test_a_pixel_of_a_tilted_face_is_the_pixel_of_the_library(roofed, small_buil
     assert frame.radiance[1, 1] == pytest.approx(expected, rel=1e-6)
 
 
+def test_a_face_is_seen_from_both_of_its_sides(roofed, write_glb, tmp_path):
+    sides = {"front": level(9.0, 0.0), "back": level(9.0, 0.0)[:, ::-1]}
+    camera = {"plan_view": {"height_m": 500.0, "size": [2, 2], "width_m": 6.0}}
+    frames = []
+    for name, corners in sides.items():
+        file = write_glb([("ground", corners, None)], tmp_path / f"{name}.glb")
+        mesh = {"file": str(file), "materials": {"ground": "asphalt_road"}}
+        frames += frames_of(roofed(surface={"altitude_km": 0.1, "mesh": mesh}, camera=camera))
+    assert frames[0].radiance == pytest.approx(frames[1].radiance, rel=1e-12)
+
+
 def test_the_roof_shades_the_points_from_which_it_hides_the_sun(roofed):
     """Against the plane geometry of a square that the line to the Sun crosses or not."""
     with Renderer(roofed()) as renderer:

@@ -12,7 +12,7 @@ import numpy as np
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.render.alike import alike
 from skyshine.mat.render.camera import ViewRays, check_above_ground, is_still, view_rays
-from skyshine.mat.render.databases import BandTables, SceneTables
+from skyshine.mat.render.databases import BandTables, SceneTables, held_hours
 from skyshine.mat.render.exposure import SeenExposure, exposure_of, hidden
 from skyshine.mat.render.rays import RayCaster, ray_caster
 from skyshine.mat.render.scene_file import LoadedScene
@@ -25,6 +25,7 @@ from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radianc
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.mat.tables.response import forcing_hours
+from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.tracks import SourceTrack
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.progress import Progress, silent
@@ -104,6 +105,7 @@ class Renderer:
         self._caster: RayCaster = ray_caster(self.surface)
         check_above_ground(scene, self.surface, self._caster)
         self.tables = SceneTables.of_scene(scene)
+        check_hours(scene, self.tables.surface)
         self._materials = SurfaceMaterials(scene, self.surface)
         try:
             self._codes: Integers = self.tables.codes(self._materials.places, scene.error)
@@ -227,6 +229,23 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def check_hours(scene: LoadedScene, surface: TemperatureTable) -> None:
+    """Refuse hours at which a table holds no temperatures.
+
+    Raises
+    ------
+    InputError
+    """
+    hours = np.array(scene.hours)
+    missing = hours[~held_hours(surface, hours)]
+    if missing.size:
+        raise scene.error(
+            ("hours",),
+            f"found {clock_text(missing[0])}, at which {surface.path.name} holds no temperatures; change the hours, or"
+            " widen needs.hours or surface_grid.time of the job and build again",
+        )
 
 
 def check_reach(scene: LoadedScene, air: AtmosphereTable, place: SeenScene) -> None:

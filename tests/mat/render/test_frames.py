@@ -1,10 +1,12 @@
 """Frames: their pixels are the library's, shade is where a roof hides the Sun, extremes are finite or one line."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from skyshine.mat.render.exposure import exposure_of
-from skyshine.mat.render.frames import Renderer
+from skyshine.mat.render.frames import Renderer, check_hours
 from skyshine.mat.render.rays import ray_caster
 from skyshine.mat.render.scene_file import load_scene
 from skyshine.mat.render.surface_mesh import direction
@@ -320,6 +322,17 @@ def test_a_grazing_camera_sees_finite_pixels(roofed):
 def test_what_the_databases_do_not_hold_is_one_line(plan, changes, words):
     with pytest.raises(InputError, match=words):
         frames_of(plan(**changes))
+
+
+def test_hours_that_the_temperatures_lack_are_refused_at_their_key(plan, small_build):
+    surface = open_table(small_build / "s01.htt.h5")
+    axis = surface.root.axes["time"]
+    evening = {"interpolation": "linear", "out_of_range": "error", "period": 24.0}
+    part = replace(axis, values=np.array([18.0, 22.0, 27.0]), attributes=evening)
+    surface = replace(surface, root=replace(surface.root, axes=surface.root.axes | {"time": part}))
+    check_hours(plan(hours=[18.0, 23.5, 3.0]), surface)
+    with pytest.raises(InputError, match=r"hours: found 03:30, at which s01\.htt\.h5 holds no temperatures"):
+        check_hours(plan(hours=[2.0, 3.5]), surface)
 
 
 def test_a_material_that_the_databases_lack_is_refused_at_its_key(roofed):

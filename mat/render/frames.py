@@ -49,9 +49,9 @@ class Frame:
     apparent_temperature : (rows, columns) array
         Of a black body of that radiance in the band [K].
     surface_temperature : (rows, columns) array
-        Mean over the materials of a pixel [K]; not a number where there is no surface.
+        Mean over the materials of a pixel and its rays that meet the surface [K]; not a number where none does.
     range : (rows, columns) array
-        [km]; infinite where there is no surface.
+        Of the nearest point [km]; infinite where there is no surface.
     """
 
     hour: float
@@ -156,11 +156,20 @@ class Renderer:
             radiance[seen.pixel] = np.concatenate([part.radiance for part in terms])[kind]
             mean[seen.pixel] = np.concatenate([part.temperature for part in terms])[kind]
         self._fill_air(place, radiance, tables.air, source)
-        apparent = equivalent_temperature(tables.band, radiance)
-        shape = place.rays.size[::-1]
-        pictures = (values.reshape(shape) for values in (radiance, apparent, mean, distance))
         first, last = (float(limit) for limit in tables.air.attributes["wavelength_um"])
-        return Frame(hour, tables.name, (first, last), *pictures)
+        parts = [self._parts(place, values) for values in (radiance, mean, distance)]
+        met = np.maximum(np.isfinite(parts[1]).sum(axis=-1), 1)
+        kelvin = np.where(np.isfinite(parts[1]).any(axis=-1), np.nansum(parts[1], axis=-1) / met, np.nan)
+        seen_radiance = parts[0].mean(axis=-1)
+        apparent = equivalent_temperature(tables.band, seen_radiance)
+        return Frame(hour, tables.name, (first, last), seen_radiance, apparent, kelvin, parts[2].min(axis=-1))
+
+    def _parts(self, place: SeenScene, values: Floats) -> Floats:
+        """Values of the rays of each pixel, (rows, columns, rays of a pixel)."""
+        side = self.scene.model.camera.samples
+        columns, rows = (count // side for count in place.rays.size)
+        squares = values.reshape(rows, side, columns, side)
+        return squares.transpose(0, 2, 1, 3).reshape(rows, columns, side * side)
 
     def _kinds(self, place: SeenScene, lit: Floats, kelvin: Floats) -> tuple[Integers, Integers]:
         """Pixels that differ, and the kind of each; the pixels of a perspective all do."""

@@ -158,6 +158,18 @@ def test_a_face_is_seen_from_both_of_its_sides(roofed, write_glb, tmp_path):
     assert frames[0].radiance == pytest.approx(frames[1].radiance, rel=1e-12)
 
 
+def test_a_pixel_of_many_rays_is_the_mean_of_their_radiances(roofed):
+    """Under the edge of the roof, where rays of one pixel differ."""
+    camera = roofed().document.data["camera"]["perspective"]
+    (fine,) = frames_of(roofed(camera={"perspective": camera}))
+    (coarse,) = frames_of(roofed(camera={"perspective": camera | {"size": [12, 8], "samples": 2}}))
+    mean = fine.radiance.reshape(8, 2, 12, 2).mean(axis=(1, 3))
+    assert coarse.radiance == pytest.approx(mean, rel=1e-9)
+    assert coarse.range == pytest.approx(fine.range.reshape(8, 2, 12, 2).min(axis=(1, 3)))
+    assert coarse.apparent_temperature.shape == (8, 12)
+    assert np.ptp(fine.radiance) > 0
+
+
 def test_the_roof_shades_the_points_from_which_it_hides_the_sun(roofed):
     """Against the plane geometry of a square that the line to the Sun crosses or not."""
     with Renderer(roofed()) as renderer:

@@ -125,6 +125,13 @@ def used_materials(
         names = set(named_materials(loaded))
     else:
         names = {name for file in usage_files for name, share in read_usage(file).items() if share > 0}
+    wanted = None if job.query_limits is None else job.query_limits.materials
+    if wanted is not None:
+        names &= set(wanted)
+        if not names:
+            raise InputError(
+                f"no material of the job is in needs.materials, {', '.join(wanted)}; name some that are used"
+            )
     grounds = {state.ground_material for state in job.states if state.ground_material is not None}
     if not names:
         raise InputError("no material is used: the textures have no texel of a known material; see 'tmm preview'")

@@ -13,7 +13,7 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.mat.measure.channel_nodes import PlacedChannels, placed_channels
-from skyshine.mat.measure.probes import Probes, lines_in_cells
+from skyshine.mat.measure.probes import LINES, Probes, lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -37,7 +37,8 @@ from skyshine.schemas.hdf5 import Group
 
 _SAMPLE_LINES = 150  # on which absorbers are fitted
 _SOURCE_LINES, _SOURCE_RANGES = 160, 7  # on which directions of the source are chosen; ranges of each
-_SKY_LINES = 12  # of the lines on which nodes are placed, with sky light, which hardly depends on them
+# Of the lines on which nodes are placed, with sky light, which hardly depends on them.
+_SKY_LINES, _FEWEST_SKY_LINES = 12, 4
 _THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
 # horizon errs by ten times as much as all lines do on average.
@@ -93,14 +94,15 @@ class ChannelTables:
     def _sample_under_sources(self) -> Iterator[tuple[LineOfSight, LineSources]]:
         """Random paths, each with directions of the source."""
         generator = random_stream(self.seed, Stream.CHANNELS, 4)
-        altitude, elevation, ranges = lines_in_cells(self.base, _POINT_LINES, generator)
-        distance = ranges[np.arange(_POINT_LINES), generator.permutation(_POINT_LINES) % ranges.shape[1]]
+        count = self.air.scope.lines(_POINT_LINES)
+        altitude, elevation, ranges = lines_in_cells(self.base, count, generator)
+        distance = ranges[np.arange(count), generator.permutation(count) % ranges.shape[1]]
         ends = self.base.source_elevation_deg[[0, -1]]
         # Half of them nearly level, towards a low source: what horizon and aureole scatter is most of all.
-        level = generator.random(_POINT_LINES) < 0.5
+        level = generator.random(count) < 0.5
         elevation = np.where(
             level,
-            np.clip(generator.uniform(*_LEVEL, _POINT_LINES), self.base.elevation_deg[0], self.base.elevation_deg[-1]),
+            np.clip(generator.uniform(*_LEVEL, count), self.base.elevation_deg[0], self.base.elevation_deg[-1]),
             elevation,
         )
         paths = lines_of_sight(self.air.air, distance[:, None], altitude, elevation)
@@ -114,7 +116,7 @@ class ChannelTables:
     def _sample(self) -> tuple[Floats, Floats]:
         """Optical depths (n, P) and lengths (n,) of random paths above the ground."""
         altitude, elevation, ranges = lines_in_cells(
-            self.base, _SAMPLE_LINES, random_stream(self.seed, Stream.CHANNELS, 0)
+            self.base, self.air.scope.lines(_SAMPLE_LINES), random_stream(self.seed, Stream.CHANNELS, 0)
         )
         depth, length = [], []
         for path, reach in zip(lines_of_sight(self.air.air, ranges, altitude, elevation), ranges, strict=True):
@@ -143,7 +145,7 @@ class ChannelTables:
 
     def _sources(self, nodes: ChannelNodes) -> SourceParts:
         altitude, elevation, ranges = lines_in_cells(
-            self.base, _SOURCE_LINES, random_stream(self.seed, Stream.CHANNELS, 1)
+            self.base, self.air.scope.lines(_SOURCE_LINES), random_stream(self.seed, Stream.CHANNELS, 1)
         )
         step = max(1, ranges.shape[1] // _SOURCE_RANGES)
         return source_parts(
@@ -167,15 +169,15 @@ class ChannelTables:
     @cached_property
     def _shares(self) -> WavelengthShares:
         """Where in the band the light of the channels lies."""
-        generator = random_stream(self.seed, Stream.CHANNELS, 3)
-        altitude, elevation, ranges = lines_in_cells(self.base, _SHARE_LINES, generator)
-        distance = ranges[np.arange(_SHARE_LINES), generator.permutation(_SHARE_LINES) % ranges.shape[1]]
+        generator, count = random_stream(self.seed, Stream.CHANNELS, 3), self.air.scope.lines(_SHARE_LINES)
+        altitude, elevation, ranges = lines_in_cells(self.base, count, generator)
+        distance = ranges[np.arange(count), generator.permutation(count) % ranges.shape[1]]
         low, high = np.clip(self.base.source_elevation_deg[[0, -1]], *_SHARE_ELEVATIONS)
         paths = SamplePaths(
             distance * 1e3,
             altitude * 1e3,
             np.radians(elevation),
-            np.radians(generator.uniform(low, high, _SHARE_LINES)),
+            np.radians(generator.uniform(low, high, count)),
         )
         band = self.air.band
         few = PartedLight.of(band.wavenumber, band.radiance_weight, self.irradiance)
@@ -222,9 +224,16 @@ class ChannelTables:
 
     def placed(self, most_nodes: int) -> PlacedChannels:
         """The table on few nodes that hold the tolerance; most_nodes : of all fields together."""
-        generator = random_stream(self.seed, Stream.CHANNELS, 2)
+        generator, scope = random_stream(self.seed, Stream.CHANNELS, 2), self.air.scope
         probes = [
-            Probes.drawn(self.air, self.base, self.irradiance, generator, sky=_SKY_LINES),
+            Probes.drawn(
+                self.air,
+                self.base,
+                self.irradiance,
+                generator,
+                sky=scope.lines(_SKY_LINES, _FEWEST_SKY_LINES),
+                count=scope.lines(LINES),
+            ),
             Probes.along_the_horizon(self.air, self.base, self.irradiance, generator),
         ]
         relative = self.tolerance / (self.scale.background * self.scale.factor)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.ambient_harmonics import HarmonicSky, ground_emission
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -128,6 +129,12 @@ def _few_points(rows: Floats, through: Floats, allowed: float) -> Parts:
     return few
 
 
+def _around(nodes: Floats, low: float, high: float) -> Floats:
+    """The nodes between two values, with the next beyond each."""
+    first = max(0, int(np.searchsorted(nodes, low, side="right")) - 1)
+    return nodes[first : max(int(np.searchsorted(nodes, high)) + 1, first + 2)]
+
+
 def surface_light(
     atmosphere: BandAtmosphere,
     irradiance: Floats,
@@ -154,12 +161,14 @@ def surface_light(
     """
     air, weight = atmosphere.air, atmosphere.band.radiance_weight / np.pi
     air.prepare()
-    heights = np.array(SKY_HEIGHTS, float)
-    altitude = air.state.surface_altitude + heights
-    targets = air.state.surface_altitude + TARGET_HEIGHTS
+    scope = atmosphere.scope
+    heights, target_heights = scope.heights(SKY_HEIGHTS), scope.heights(TARGET_HEIGHTS)
+    altitude, targets = (air.state.surface_altitude + above_ground for above_ground in (heights, target_heights))
     elevation, dark = np.radians(source_elevation), np.zeros_like(irradiance)
     rise = air.source_rays.rise_at(targets)
     above = np.radians(np.array(ABOVE_RISE, float))
+    if scope != ALL_PATHS:
+        above = _around(above, elevation[0] - rise.max(), elevation[-1] - rise.min())
     beam = np.concatenate(
         [
             direct_transmittance(air.source_paths, targets[row : row + 1], np.minimum(up + above, np.pi / 2))
@@ -173,12 +182,12 @@ def surface_light(
     around: tuple[LightParts | None, LightParts | None, LightParts | None] = (None, None, None)
     if harmonics:
         glow = float(planck_wavenumber(atmosphere.band.wavenumber, GROUND_TEMPERATURE).max())
-        own, to_ground = HarmonicSky.over_ground(air, elevation[:1], dark, harmonics).at(altitude)
+        own, to_ground = HarmonicSky.over_ground(air, elevation[:1], dark, harmonics, scope).at(altitude)
         lit_sky = np.zeros((altitude.size, elevation.size, harmonics, 1))
         if lit:
             few = _few_points(scattered.reshape(-1, weight.size) * weight, through, allowed)
             part = air.part(few.index)
-            whole = HarmonicSky.over_ground(part, elevation, irradiance[few.index], harmonics).at(altitude)[0]
+            whole = HarmonicSky.over_ground(part, elevation, irradiance[few.index], harmonics, scope).at(altitude)[0]
             of_few = (whole - own[:, :, few.index]) * weight[few.index, None]
             lit_sky = np.swapaxes(of_few, -1, -2) @ few.factor.T / weight
         around = (
@@ -189,7 +198,7 @@ def surface_light(
     return SurfaceLight(
         heights / 1e3,
         source_elevation,
-        TARGET_HEIGHTS / 1e3,
+        target_heights / 1e3,
         np.degrees(rise),
         np.degrees(above),
         LightParts.of(beam * irradiance, weight, through, allowed),

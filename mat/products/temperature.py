@@ -102,7 +102,7 @@ class TemperatureProduct:
             with report.stage("grid"):
                 refined = refined_axes(
                     tables.temperature,
-                    requested,
+                    axes,
                     len(materials),
                     tolerance_parts(job.surface_grid.tolerance)[0],
                     seed=seed,

@@ -120,12 +120,13 @@ def _check_query_limits(job: Job, document: Document) -> None:
     limits = job.query_limits
     if limits is None:
         return
-    for key, allowed in (("bands", job.band_names), ("materials", job.materials)):
+    for key, allowed in (("bands", job.band_names), ("sources", job.sources), ("materials", job.materials)):
         for i, name in enumerate(getattr(limits, key) or []):
             if isinstance(allowed, list) and name not in allowed:
                 raise document.error(("needs", key, i), f"needs.{key}.{i}: found '{name}'; {nearest(name, allowed)}")
     for key, grid, name, nodes, (low, high) in limited_axes(job, limits):
-        if high < nodes[0] or low > nodes[-1]:
+        # A source below all elevations of the tables is dark.
+        if low > nodes[-1] or (high < nodes[0] and key != "source_elevation_deg"):
             raise document.error(
                 ("needs", key),
                 f"needs.{key}: found [{low:g}, {high:g}]; allowed: some of what {grid}.{name} holds, {nodes[0]:g} to"

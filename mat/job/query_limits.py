@@ -7,7 +7,7 @@ spectral points of a band are chosen on the paths that are read. Asking for more
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 import pydantic
 from pydantic import Field
@@ -44,6 +44,9 @@ class QueryLimits(StrictModel):
     )
     source_azimuth_deg: Annotated[Span, span(0, 180)] | None = Field(
         None, description="Of Sun and Moon from that of the line of sight."
+    )
+    sources: Annotated[list[Literal["sun", "moon"]], Field(min_length=1, max_length=2)] | None = Field(
+        None, description="Of the job's sources those whose tables are built, also where all of them is dark."
     )
     materials: Annotated[list[MaterialName], Field(min_length=1)] | None = Field(
         None, description="Of those that the job builds; tables without the others refuse them."

@@ -56,11 +56,12 @@ def trimmed(job: Job) -> Job:
         if any(state.ground_material is not None for state in job.states):
             slopes = sorted({0.0, *slopes})  # the ground around faces is level, and read too
         changes["surface_grid"] |= {"slope_deg": slopes, "azimuth_deg": azimuths}
-    sources = job.sources
+    sources = job.sources if limits.sources is None else limits.sources
     if limits.hours is not None:
         heights = source_elevations(job, limits.hours)
         lowest = job.atmosphere_grid.source_elevation_deg[0]
-        sources = [source for source in job.sources if heights[source][1] >= lowest] or job.sources[:1]
+        if limits.sources is None:
+            sources = [source for source in job.sources if heights[source][1] >= lowest] or job.sources[:1]
         spans = [heights[source] for source in sources]
         air = changes["atmosphere_grid"]
         nodes = air.get("source_elevation_deg", job.atmosphere_grid.source_elevation_deg)

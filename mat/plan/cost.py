@@ -92,7 +92,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
         "temperature": sets * (SKY + material * len(plan.materials) + COLUMN * columns) + _surroundings(job),
         "shade": sets * len(plan.materials) * shade,
-        "textures": TEXTURE * len(job.textures),
+        "textures": TEXTURE * len(job.texture_jobs),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }
 

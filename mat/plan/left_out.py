@@ -163,9 +163,11 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
     found += [
         LeftOut(
             f"tables of the {source}",
-            "it is below all their elevations in the hours needed",
+            "it is below all their elevations in the hours needed"
+            if needs.sources is None
+            else "needs.sources does not name it",
             "none",
-            wide.format("hours"),
+            wide.format("hours") if needs.sources is None else f"{source} in needs.sources, or none",
         )
         for source in whole.sources
         if source not in job.sources

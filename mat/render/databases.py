@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,6 +20,13 @@ from skyshine.schemas.errors import InputError, nearest
 
 CATALOG = "catalog.json"
 TableType = TypeVar("TableType", bound=Table)
+Place = tuple[str | int, ...]
+Refuse = Callable[[Place, str], InputError]
+
+
+def refused(place: Place, message: str) -> InputError:
+    """The error where no scene file has a line for it."""
+    return InputError(message)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,52 +53,70 @@ class SceneTables:
     bands: tuple[BandTables, ...]
 
     @classmethod
-    def of(cls, scene: LoadedScene) -> SceneTables:
-        """Open the databases that a scene names.
+    def of(
+        cls, folder: Path, *, state: int, bands: Sequence[str] | None, source: str, refuse: Refuse = refused
+    ) -> SceneTables:
+        """Open databases of a folder.
+
+        Parameters
+        ----------
+        folder : Path
+            Of a finished build.
+        state : int
+            Counted from 1.
+        bands : sequence of str, optional
+            Names; by default all.
+        source : {'sun', 'moon'}
+        refuse : callable
+            Makes the error for a key (``databases``, ``state``, ``bands`` or ``source``) and a message.
 
         Raises
         ------
         InputError
             The folder, or a state, band or source in it, is missing, or a database is damaged.
         """
-        folder, model = scene.databases, scene.model
-        entries = _catalog(scene, folder)
+        entries = _catalog(folder, refuse)
         states = sorted({entry["state"] for entry in entries if entry.get("filetype") == "htt"})
-        if model.state not in states:
+        if state not in states:
             allowed = ", ".join(map(str, states)) or "none; build the job first"
-            raise scene.error(("state",), f"{folder} holds no state {model.state}; allowed: {allowed}")
-        of_state = [entry for entry in entries if entry.get("state", model.state) == model.state]
+            raise refuse(("state",), f"{folder} holds no state {state}; allowed: {allowed}")
+        of_state = [entry for entry in entries if entry.get("state", state) == state]
         numbers = {entry["band_name"]: entry["band"] for entry in of_state if entry.get("filetype") == "band"}
-        names = list(numbers) if model.bands is None else model.bands
-        for number, name in enumerate(names):
+        names = list(numbers) if bands is None else bands
+        opened = []
+        for place, name in enumerate(names):
             if name not in numbers:
-                raise scene.error(("bands", number), f"found the band '{name}'; {nearest(name, numbers)}")
-        for name in model.sensors or {}:
-            if name not in names:
-                raise scene.error(("sensors", name), f"found the band '{name}'; {nearest(name, names)}")
-        surface = _open(TemperatureTable, folder, _file(of_state, filetype="htt"))
-        bands = []
-        for name in names:
-            kind = "atmq" if model.source == "sun" else "lunar_atmq"
+                raise refuse(("bands", place), f"found the band '{name}'; {nearest(name, numbers)}")
+            kind = "atmq" if source == "sun" else "lunar_atmq"
             air = _file(of_state, filetype=kind, band=numbers[name])
             if air is None:
-                raise scene.error(
+                raise refuse(
                     ("source",), f"{folder} holds no .{kind} of the band '{name}'; build the job with that source"
                 )
             band = _open(BandTable, folder, _file(of_state, filetype="band", band=numbers[name]))
-            bands.append(BandTables(name, band, _open(AtmosphereTable, folder, air)))
-        return cls(surface, tuple(bands))
+            opened.append(BandTables(name, band, _open(AtmosphereTable, folder, air)))
+        return cls(_open(TemperatureTable, folder, _file(of_state, filetype="htt")), tuple(opened))
 
-    def codes(self, scene: LoadedScene, names: Sequence[str], places: dict[str, tuple[str | int, ...]]) -> Integers:
+    @classmethod
+    def of_scene(cls, scene: LoadedScene) -> SceneTables:
+        """Open the databases that a scene names; raises as `of`, at the keys of the scene."""
+        model = scene.model
+        tables = cls.of(scene.databases, state=model.state, bands=model.bands, source=model.source, refuse=scene.error)
+        names = [band.name for band in tables.bands]
+        for name in model.sensors or {}:
+            if name not in names:
+                raise scene.error(("sensors", name), f"found the band '{name}'; {nearest(name, names)}")
+        return tables
+
+    def codes(self, places: Mapping[str, Place], refuse: Refuse = refused) -> Integers:
         """Codes (K,) of materials in the databases.
 
         Parameters
         ----------
-        scene : LoadedScene
-        names : sequence of str
-            K materials.
         places : dict
-            Key of the scene that each comes from, for errors.
+            K materials, with the key that each comes from.
+        refuse : callable
+            As for `of`.
 
         Raises
         ------
@@ -99,23 +124,23 @@ class SceneTables:
             A database lacks one of them, or has another code for it.
         """
         known = self.surface.materials
-        for name in names:
+        for name, place in places.items():
             for table in (self.surface, *(tables.band for tables in self.bands)):
                 if name not in table.materials:
-                    raise scene.error(
-                        places[name],
+                    raise refuse(
+                        place,
                         f"{table.path.name} lacks the material '{name}'; {nearest(name, table.materials)}; add it to"
                         " the job and build again",
                     )
                 if table.materials[name] != known[name]:
                     raise InputError(f"has another code for '{name}' than the .htt file; build again", file=table.path)
-        return np.array([known[name] for name in names], int)
+        return np.array([known[name] for name in places], int)
 
 
-def _catalog(scene: LoadedScene, folder: Path) -> list[dict[str, Any]]:
+def _catalog(folder: Path, refuse: Refuse) -> list[dict[str, Any]]:
     path = folder / CATALOG
     if not path.is_file():
-        raise scene.error(("databases",), f"{folder} holds no {CATALOG}; run mat build, or name the folder it wrote")
+        raise refuse(("databases",), f"{folder} holds no {CATALOG}; run mat build, or name the folder it wrote")
     try:
         files = json.loads(path.read_text(encoding="utf-8"))["files"]
         return [dict(entry) for entry in files]

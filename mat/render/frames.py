@@ -98,10 +98,10 @@ class Renderer:
         self.surface: SurfaceMesh = surface_of_scene(scene)
         self._caster: RayCaster = ray_caster(self.surface)
         check_above_ground(scene, self.surface, self._caster)
-        self.tables = SceneTables.of(scene)
+        self.tables = SceneTables.of_scene(scene)
         self._materials = SurfaceMaterials(scene, self.surface)
         try:
-            self._codes: Integers = self.tables.codes(scene, self._materials.names, self._materials.places)
+            self._codes: Integers = self.tables.codes(self._materials.places, scene.error)
         except BaseException:
             self.close()
             raise

@@ -67,9 +67,8 @@ class SeenTemperatures:
         used = seen.materials.share > 0
         row, part = np.nonzero(used)
         material = codes[seen.materials.number[row, part]]
-        place: Floats = np.round(
-            np.stack([seen.altitude, seen.azimuth, seen.slope, exposure.sky_view], axis=-1), _DIGITS
-        )
+        places: Floats = np.stack([seen.altitude, seen.azimuth, seen.slope, exposure.sky_view], axis=-1)
+        place = np.asarray(np.round(places, _DIGITS), np.float64)
         first, column = alike(material, place[row] + 0.0, np.packbits(exposure.shaded[row], axis=1))
         kelvin = np.empty((first.size, hours.size))
         with progress(first.size, "surface temperatures") as advance:

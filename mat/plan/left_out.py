@@ -16,7 +16,7 @@ from skyshine.materials.library import MaterialLibrary
 STEP_BOUND = "0.1 % of a value; of path radiance some percent in cells that reach behind the ground"
 
 PLACED_BOUND = "within that of the table: as many times are placed between the hours as would be equally spaced"
-ANEW_BOUND = "within {}, which nodes placed anew hold too"
+ANEW_BOUND = "twice {} in 99 % of the reads: nodes are placed anew, and hold it as those of the whole job do"
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
 from skyshine.mat.measure.channel_nodes import PlacedChannels, placed_channels
 from skyshine.mat.measure.probes import LINES, Probes, lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
@@ -46,6 +48,9 @@ _SHARE, _SOURCE_SHARE = 0.1, 0.04
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, _FEWEST = 0.01, 0.5
+# Of observers whose heights are limited: the fewest from which placing starts, and the span of the cube roots of
+# heights [km^(1/3)], 0 to 40 km, over which all of `NodeCounts` are spread.
+_FEWEST_HEIGHTS, _HEIGHT_SPAN = 3, 3.42
 _POINT_LINES, _POINT_SOURCES = 60, 4  # on which points for scattered light are chosen; source directions of each
 _LEVEL, _LOW_SOURCE, _ANY_SOURCE = (-2.0, 2.0), (-4.0, 6.0), (-6.0, 90.0)  # degree
 _POINT_SHARE = 0.03  # of the tolerance, which these points may miss, root mean square
@@ -188,6 +193,10 @@ class ChannelTables:
         ground, base = self.air.air.state.surface_altitude / 1e3, self.base
         lowest, highest = (max(float(altitude) - ground, 0.0) for altitude in base.altitude_km[[0, -1]])
         first, last = base.source_elevation_deg[[0, -1]]
+        if self.air.scope != ALL_PATHS:
+            span = float(np.cbrt(highest) - np.cbrt(lowest))
+            most = replace(counts, height=max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN)))
+            counts = min(counts, most, key=lambda those: those.height)
         return ChannelNodes.of(counts, (lowest, highest), (float(first), float(last)))
 
     def table(self, nodes: ChannelNodes) -> ChannelTable:

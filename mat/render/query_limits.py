@@ -111,8 +111,9 @@ def scene_needs(
 
 
 def _of_lines(reads: SceneReads) -> Iterator[Limit]:
-    near, far = reads.range_km or (FARTHEST_KM, FARTHEST_KM)
-    near, far, reason = near * (1 - RANGE_MARGIN), far * (1 + RANGE_MARGIN), "from the observer to the surface"
+    near, far, reason = FARTHEST_KM, FARTHEST_KM, "from the observer to the surface"
+    if reads.range_km is not None:
+        near, far = reads.range_km[0] * (1 - RANGE_MARGIN), reads.range_km[1] * (1 + RANGE_MARGIN)
     if reads.air > 0:
         far = FARTHEST_KM
         reason = f"{reads.air:.3g} of the pixels meet nothing, and read the longest range"
@@ -237,7 +238,7 @@ def _within(scene: LoadedScene, loaded: LoadedJob, limit: Limit) -> Limit:
         return limit
     low, high = limit.value
     if limit.key == "range_km":  # what is nearer is read at the nearest
-        low, high = max(low, nodes[0]), nodes[-1] if high == FARTHEST_KM else high
+        low, high = (nodes[-1] if km == FARTHEST_KM else max(km, nodes[0]) for km in (low, high))
         read: Span = (low, high / (1 + margins) if high > nodes[-1] else high)
     else:
         read = (low + margins, high - margins)

@@ -41,6 +41,7 @@ _SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 16, 2
 _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
 # Elevations of the source at which the field of light scattered more than once is solved, degree.
 _TWO_STREAM_ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
+_HORIZON_DROP = 1.0  # degree by which the Sun is lower, or higher, at the far end of a long line of sight
 # Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40
 # Errors count relative to the quantity, or to this fraction of its largest value where it is below.
@@ -215,7 +216,7 @@ def fit_band(
     FittedBand
     """
     irradiance, brightness = _light(source_irradiance)
-    air = _air(state, band)
+    air = _air(state, band, grid, scope)
     training = _training(air, grid, 1, np.random.default_rng(seed), scope)
     test = _test(air, grid, seed, scope)
     gases, dropped = _drop_gases([air], band, [training], tolerance * _GAS_SHARE)
@@ -250,7 +251,7 @@ def choose_points(
     ChosenPoints
     """
     irradiance, brightness = _light(source_irradiance)
-    airs, generator = [_air(state, band) for state in states], np.random.default_rng(seed)
+    airs, generator = [_air(state, band, grid, scope) for state in states], np.random.default_rng(seed)
     training = [_training(air, grid, len(airs), generator, scope) for air in airs]
     gases, dropped = _drop_gases(airs, band, training, tolerance * _GAS_SHARE)
     candidates = _candidates(airs, training)
@@ -284,19 +285,23 @@ def points_in_air(
     -------
     FittedBand
     """
-    air = _air(state, band)
+    air = _air(state, band, grid, scope)
     test = _test(air, grid, seed, scope, _SHARED_TEST_RAYS, skies=_SHARED_TEST_SKIES)
     exact = tested_responses(air, band.weight, test, sources)
     return FittedBand(chosen, exact, _approximate(chosen, state, air, test, sources))
 
 
-def _air(state: AtmosphericState, band: BandPoints) -> SpectralAir:
+def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathScope) -> SpectralAir:
     """Air at all points of a band, in which the field of the source's light is solved at few elevations: all points and
     the chosen ones are compared in the same field.
     """
-    return replace(
-        SpectralAir.of(state, band.points, band.gases, band.weight), two_stream_elevations=_TWO_STREAM_ELEVATIONS
-    )
+    elevations = np.array(_TWO_STREAM_ELEVATIONS)
+    if scope != ALL_PATHS:  # those around the source
+        low, high = np.maximum(grid.source_elevation_deg[[0, -1]], 0.0)
+        first = int(np.searchsorted(elevations, low - _HORIZON_DROP, side="right")) - 1
+        elevations = elevations[first : int(np.searchsorted(elevations, high + _HORIZON_DROP)) + 1]
+    air = SpectralAir.of(state, band.points, band.gases, band.weight)
+    return replace(air, two_stream_elevations=tuple(elevations.tolist()))
 
 
 def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.Generator, scope: PathScope) -> Sample:

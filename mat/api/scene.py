@@ -7,9 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from skyshine.mat.render.day_picture import animate, draw_day
+from skyshine.mat.render.day_picture import animate, draw_day, shown_step
 from skyshine.mat.render.files import frame_files
 from skyshine.mat.render.frames import Frame, Renderer
 from skyshine.mat.render.scene_file import LoadedScene, load_scene
@@ -89,11 +87,18 @@ class Scene:
         except OSError as error:
             raise InputError(f"cannot be made: {error.strerror}; name another with --out", file=folder) from None
         days: dict[str, list[Floats]] = {}
+        titles: dict[str, str] = {}
+        step = shown_step(*self._scene.model.camera.size)
         files = []
         for frame in self.frames(progress=progress):
-            days.setdefault(frame.band, []).append(frame.apparent_temperature.astype(np.float32).astype(float))
+            days.setdefault(frame.band, []).append(frame.apparent_temperature[::step, ::step])
+            titles[frame.band] = f"{frame.wavelength[0]:g} to {frame.wavelength[1]:g} um"
             files += frame_files(folder, self.name, frame, (self._scene.model.sensors or {}).get(frame.band))
-        pictures = [draw_day(self._scene, days, folder / f"{self.name}_day.png")]
+        pictures = [
+            draw_day(
+                self._scene, {titles[band]: frames for band, frames in days.items()}, folder / f"{self.name}_day.png"
+            )
+        ]
         if len(self.hours) > 1:
             pictures += [
                 animate(frames, self.hours, folder / f"{self.name}_{band}_day_animated.png")

@@ -25,6 +25,8 @@ def alike(*parts: npt.NDArray[Any]) -> tuple[Integers, Integers]:
         Of each row.
     """
     rows = len(parts[0])
+    if rows == 0:
+        return np.zeros(0, int), np.zeros(0, int)
     flat = [np.ascontiguousarray(part.reshape(rows, -1)).view(np.uint8) for part in parts]
     key = np.ascontiguousarray(np.concatenate(flat, axis=1))
     _, first, kind = np.unique(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,8 @@ COLOURS = "inferno"
 TAIL = 0.2  # % of the pixels at each end that may lie beyond the colours
 FRAME_MS = 400
 COLUMNS, MOST = 4, 16  # frames in a row, and frames of a band
-_WIDTH_IN, _PHOTOGRAPH = 14.0, 0.4  # width of the picture, and what the photograph has of it
-_ANIMATED_SIDE = 640  # pixels of an animation along its longer side at most
+_WIDTH_IN, _DPI, _PHOTOGRAPH = 14.0, 100, 0.4  # width of the picture, and what the photograph has of it
+_SHOWN_SIDE = 960  # pixels of the longer side that pictures of the day show at most
 
 
 def draw_day(scene: LoadedScene, days: Mapping[str, Sequence[Floats]], picture: Path) -> Path:
@@ -42,6 +43,7 @@ def draw_day(scene: LoadedScene, days: Mapping[str, Sequence[Floats]], picture: 
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from PIL import Image
 
     image, shown = photograph(scene), _shown(len(scene.hours))
     low, high = _limits(days)
@@ -71,8 +73,12 @@ def draw_day(scene: LoadedScene, days: Mapping[str, Sequence[Floats]], picture: 
             axes.append(axis)
     bar = figure.colorbar(drawn, ax=axes, location="bottom", fraction=0.05, aspect=60, pad=0.01)
     bar.set_label("apparent temperature, deg C", fontsize=9)
+    drawing = BytesIO()
+    figure.savefig(drawing, dpi=_DPI, format="png")
+    # 256 colours take a third of the bytes.
+    palette = Image.open(drawing).convert("RGB").quantize(256, dither=Image.Dither.NONE)
     try:
-        figure.savefig(picture, dpi=100, metadata={"Software": None})
+        palette.save(picture, optimize=True)
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror}; check the folder", file=picture) from None
     return picture
@@ -94,7 +100,6 @@ def animate(frames: Sequence[Floats], hours: Sequence[float], picture: Path) -> 
     for kelvin, hour in zip(frames, hours, strict=True):
         share = np.clip((kelvin - ZERO_CELSIUS - low) / (high - low), 0.0, 1.0)
         image = Image.fromarray((colormaps[COLOURS](share)[..., :3] * 255).astype(np.uint8))
-        image.thumbnail((_ANIMATED_SIDE, _ANIMATED_SIDE))
         ImageDraw.Draw(image).text(
             (4, 2), clock_text(hour), fill=(255, 255, 255), stroke_width=1, stroke_fill=(0, 0, 0)
         )
@@ -104,6 +109,11 @@ def animate(frames: Sequence[Floats], hours: Sequence[float], picture: Path) -> 
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}; check free space", file=picture) from None
     return picture
+
+
+def shown_step(columns: int, rows: int) -> int:
+    """Every how many columns and rows of its frames the pictures of a day show."""
+    return -(-max(columns, rows) // _SHOWN_SIDE)
 
 
 def photograph(scene: LoadedScene) -> npt.NDArray[Any] | None:

@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from skyshine.mat.job.fields import clock_text
 from skyshine.mat.render.alike import alike
 from skyshine.mat.render.camera import ViewRays, check_above_ground, is_still, view_rays
 from skyshine.mat.render.databases import BandTables, SceneTables
@@ -22,6 +23,7 @@ from skyshine.mat.render.temperatures import SeenTemperatures
 from skyshine.mat.runtime.misclassification import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance, sky_radiance
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.mat.tables.response import forcing_hours
 from skyshine.mat.tables.tracks import SourceTrack
 from skyshine.schemas.arrays import Booleans, Floats, Integers
@@ -39,6 +41,8 @@ class Frame:
     hour : float
         Local clock.
     band : str
+    wavelength : (first, last)
+        Limits of the band [um].
     radiance : (rows, columns) array
         At the observer, equation (1) [W m^-2 sr^-1].
     apparent_temperature : (rows, columns) array
@@ -51,6 +55,7 @@ class Frame:
 
     hour: float
     band: str
+    wavelength: tuple[float, float]
     radiance: Floats
     apparent_temperature: Floats
     surface_temperature: Floats
@@ -133,8 +138,9 @@ class Renderer:
 
     def _frame(self, place: SeenScene, number: int, hour: float, tables: BandTables) -> Frame:
         count, seen = place.rays.size[0] * place.rays.size[1], place.seen
-        check_reach(self.scene, tables.air, place)
         source = self.tables.surface.source_track(self.scene.model.source, time=hour)
+        check_reach(self.scene, tables.air, place)
+        check_source(self.scene, tables.air, hour, float(source.elevation))
         lit = np.asarray(~hidden(seen, self._caster, direction(source.elevation, source.azimuth)), float)
         kelvin = place.temperatures.at(number)
         radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
@@ -151,7 +157,8 @@ class Renderer:
         apparent = equivalent_temperature(tables.band, radiance)
         shape = place.rays.size[::-1]
         pictures = (values.reshape(shape) for values in (radiance, apparent, mean, distance))
-        return Frame(hour, tables.name, *pictures)
+        first, last = (float(limit) for limit in tables.air.attributes["wavelength_um"])
+        return Frame(hour, tables.name, (first, last), *pictures)
 
     def _kinds(self, place: SeenScene, lit: Floats, kelvin: Floats) -> tuple[Integers, Integers]:
         """Pixels that differ, and the kind of each; the pixels of a perspective all do."""
@@ -244,6 +251,28 @@ def check_reach(scene: LoadedScene, air: AtmosphereTable, place: SeenScene) -> N
                 f"found {values[outside][0]:.6g} {units}; {air.path.name} holds {low:g} to {high:g}; move the camera,"
                 " or widen atmosphere_grid of the job and build again",
             )
+
+
+def check_source(scene: LoadedScene, air: AtmosphereTable, hour: float, elevation: float) -> None:
+    """Refuse an hour at which the source stands higher than a table holds; below, the rule of the night is for it.
+
+    Raises
+    ------
+    InputError
+    """
+    highest = min(
+        float(rule.nodes[-1])
+        for quantity in ("direct_radiance", "path_radiance_ratio")
+        for rule in air.rules(quantity)
+        if rule.name == SOURCE_ELEVATION
+    )
+    if elevation > highest:
+        raise scene.error(
+            ("hours",),
+            f"found the {scene.model.source} at {elevation:.3g} degree at {clock_text(hour)}; {air.path.name} holds up"
+            f" to {highest:g}; change the hours, or widen atmosphere_grid.source_elevation_deg of the job and build"
+            " again",
+        )
 
 
 def _view(

@@ -146,6 +146,7 @@ class SurfaceMaterials:
         for code, name in texture.materials.items():
             shown = self._shown(name)
             numbers[code] = self.names.index(shown) if shown in self.names else 0
+        shares[codes == 0] = 0.0  # a texel without material may give code 0 a share
         known = shares.sum(axis=-1) > 0
         if not known.all():
             if self._unknown is None:

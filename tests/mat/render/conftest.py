@@ -5,7 +5,10 @@ import struct
 
 import numpy as np
 import pytest
+from filelock import FileLock
+from PIL import Image
 
+from skyshine.mat.job.load import load_job
 from skyshine.mat.render.scene_file import load_scene
 from skyshine.materials.library import load_library
 from skyshine.tmm import TextureJob, map_texture, write_texture
@@ -14,14 +17,34 @@ from skyshine.tmm import TextureJob, map_texture, write_texture
 @pytest.fixture(scope="session")
 def plain_texture(tmp_path_factory):
     """Path of a texture of 8 x 4 texels, all of asphalt."""
-    from PIL import Image
-
     folder = tmp_path_factory.mktemp("texture")
     Image.new("RGB", (8, 4), (90, 90, 90)).save(folder / "road.png")
     job = TextureJob(image="road.png", material="asphalt_road")
     path = folder / "road.tmm.h5"
     write_texture(map_texture(job, folder, load_library()), path)
     return path
+
+
+def halves(folder, colours):
+    """Path of a texture of 8 x 4 texels, red in its left half and green in its right, by materials of colours."""
+    image = Image.new("RGB", (8, 4), (200, 0, 0))
+    image.paste((0, 200, 0), (4, 0, 8, 4))
+    image.save(folder / "halves.png")
+    job = TextureJob(image="halves.png", palette={"colours": colours})
+    write_texture(map_texture(job, folder, load_library()), folder / "halves.tmm.h5")
+    return folder / "halves.tmm.h5"
+
+
+@pytest.fixture(scope="session")
+def two_materials(tmp_path_factory):
+    """Path of a texture, its left half of asphalt and its right half of grass."""
+    return halves(tmp_path_factory.mktemp("halves"), {"#C80000": "asphalt_road", "#00C800": "grass_green"})
+
+
+@pytest.fixture(scope="session")
+def half_known(tmp_path_factory):
+    """Path of a texture, its left half of asphalt and its right half of no material."""
+    return halves(tmp_path_factory.mktemp("half_known"), {"#C80000": "asphalt_road"})
 
 
 def glb(parts, path):
@@ -79,3 +102,18 @@ def scene_of(plain_texture):
         return load_scene(content | changes)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def one_material(folder_of_the_run, tiny_job, build_inline):
+    """Folder of the databases of asphalt alone, whose tables hold the Sun at every hour."""
+    folder = folder_of_the_run / "one_material"
+    folder.mkdir(exist_ok=True)
+    text = tiny_job().replace("source_elevation_deg: [-20, 60]", "source_elevation_deg: [-20, 0, 30, 60, 90]")
+    text = text.replace("[00:00, 12:00]", "[00:00, 04:00, 08:00, 12:00, 16:00, 20:00]")
+    with FileLock(folder / "lock"):
+        if not (folder / "whole").exists():
+            (folder / "job.yaml").write_text(text, encoding="utf-8")
+            build_inline(load_job(folder / "job.yaml"), jobs=1)
+            (folder / "whole").touch()
+    return folder / "built"

@@ -1,5 +1,7 @@
 """Plans and meshes as triangles: extents, slopes, materials, and the files that are refused."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import tifffile
@@ -92,6 +94,45 @@ def test_a_mesh_without_a_surface_is_refused(scene_of, write_glb, tmp_path, corn
     write_glb([("ground", corners, None)], tmp_path / "a.glb")
     with pytest.raises(InputError, match=words):
         surface_of_scene(scene_of(surface=mesh(tmp_path / "a.glb", {"ground": "asphalt_road"})))
+
+
+def test_a_mesh_without_triangles_is_refused(scene_of, write_glb, tmp_path):
+    write_glb([], tmp_path / "empty.glb")
+    with pytest.raises(InputError, match=r"holds 0 triangles|cannot be read as glTF"):
+        surface_of_scene(scene_of(surface=mesh(tmp_path / "empty.glb", {"ground": "asphalt_road"})))
+
+
+def test_texels_are_those_of_the_photograph_and_repeat_beyond_it(scene_of, write_glb, two_materials, tmp_path):
+    """The left half is asphalt, the right one grass; far away the mip level mixes both."""
+    write_glb([("ground", SQUARE, UV)], tmp_path / "a.glb")
+    scene = scene_of(surface=mesh(tmp_path / "a.glb", {"ground": {"texture": str(two_materials)}}))
+    surface = surface_of_scene(scene)
+    middle, corner = [1 / 3, 1 / 3, 1 / 3], [0.02, 0.02, 0.96]
+    with SurfaceMaterials(scene, surface) as materials:
+        near = materials.at(np.array([0, 1, 1]), np.array([middle, middle, corner]), np.full(3, 0.1))
+        far = materials.at(np.array([0]), np.array([middle]), np.array([1e4]))
+        shifted = dataclasses.replace(surface, uv=surface.uv + np.array([3.0, -2.0]))
+        with SurfaceMaterials(scene, shifted) as repeated:
+            beyond = repeated.at(np.array([0, 1, 1]), np.array([middle, middle, corner]), np.full(3, 0.1))
+    names = [near.names[number] for number in near.number[:, 0]]
+    assert names == ["grass_green", "asphalt_road", "asphalt_road"]
+    assert [beyond.names[number] for number in beyond.number[:, 0]] == names
+    assert sorted(far.share[0]) == pytest.approx([0.0, 0.5, 0.5], abs=1e-4)
+
+
+def test_texels_without_material_are_refused_or_named(scene_of, half_known):
+    surface_keys = {"altitude_km": 0.1, "plan": {"texture": str(half_known), "metres_per_texel": 2.0}}
+    weights = (np.array([0, 1]), np.full((2, 3), 1 / 3), np.full(2, 0.1))
+    scene = scene_of(surface=surface_keys)
+    with (
+        SurfaceMaterials(scene, surface_of_scene(scene)) as materials,
+        pytest.raises(InputError, match=r"surface\.plan\.texture: 1 texels that are seen have no material"),
+    ):
+        materials.at(*weights)
+    scene = scene_of(surface=surface_keys | {"unknown_material": "leaf_litter"})
+    with SurfaceMaterials(scene, surface_of_scene(scene)) as materials:
+        mixtures = materials.at(*weights)
+    assert [mixtures.names[number] for number in mixtures.number[:, 0]] == ["asphalt_road", "leaf_litter"]
 
 
 def test_a_file_that_is_no_gltf_is_refused(scene_of, tmp_path):

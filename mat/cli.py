@@ -22,6 +22,7 @@ COMMANDS = {
     "materials": "List, show or plot the materials.",
     "presets": "List or show the ready atmospheric states.",
     "lines": "The band model: build it from line lists, show what it holds.",
+    "needs": "Cast the rays of a scene and print what it reads, as the needs of its job.",
     "report": "The error budget of built databases, source by source.",
     "bench": "Error against run time, measured.",
 }

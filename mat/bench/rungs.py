@@ -149,7 +149,7 @@ class Rung:
 
     def _is_current(self, library: MaterialLibrary) -> bool:
         """Whether all databases are there, undamaged and of this job."""
-        textures = [self.files / texture_file(self.loaded, i) for i in range(len(self.loaded.trimmed.textures))]
+        textures = [self.files / texture_file(self.loaded, i) for i in range(len(self.loaded.trimmed.texture_jobs))]
         if not all(file.is_file() for file in textures):
             return False
         plan = make_plan(self.loaded, library, textures or None)

@@ -104,7 +104,8 @@ class Tables:
                 f"{names[1]} lacks the {NORMALISATION_BY_ANGLE} that the job asks for; build the job again: mat build",
                 file=folder,
             )
-        textures = [folder / f"{texture.name}.tmm.h5" for texture in job.textures]
+        textures = [folder / f"{texture.name}.tmm.h5" for texture in job.texture_jobs]
+        textures += job.finished_textures
         share = _assigned_shares([file for file in textures if file.is_file()], list(surface.materials))
         return cls(surface, properties, air, thermal, share)
 

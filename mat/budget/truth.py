@@ -79,10 +79,9 @@ class Prepared:
         everything = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
         compiled, _ = compiled_band(loaded, written, response, air, everything)
         exact, few = (BandAtmosphere.of(air, points) for points in (everything, compiled.band))
-        requested, weight = loaded.requested, compiled.band.radiance_weight
-        light = irradiance_of_sources(requested, compiled.band)
-        bounds = Bounds.of(few.air, path_grid(requested), light, weight)
-        omission = Omission.of(job, requested.sources, air, response, bounds)
+        light = irradiance_of_sources(job, compiled.band)
+        bounds = Bounds.of(few.air, path_grid(job), light, compiled.band.radiance_weight)
+        omission = Omission.of(job, job.sources, air, response, bounds)
         if omission.particles:
             few = BandAtmosphere.of(omission.without(air), compiled.band)
         return cls(loaded, state, band, response, exact, few, scene_inputs(job, state), frozenset(omission.scattered))

@@ -175,6 +175,10 @@ def _candidates(
     time = np.mod(hours, 24.0)[place]
     where = position(source, local_times_utc(job.site, time), job.site.latitude_deg, job.site.longitude_deg)
     normal = _normals(axes, direction(where.elevation, where.azimuth), -direction(elevation, heading), generator)
+    faces, most_bent = None if job.query_limits is None else job.query_limits.faces_deg, BEND_DEG
+    if faces is not None:  # others are not known, nor are those of bent ones
+        slope, azimuth = np.array(faces)[generator.integers(len(faces), size=count)].T
+        normal, most_bent = direction(90.0 - slope, azimuth), 0.0
     along = np.cross(normal, generator.normal(size=(count, 3)))
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     log_shortest, log_longest = np.log(FACES_M)
@@ -191,7 +195,7 @@ def _candidates(
         along,
         np.exp(generator.uniform(log_shortest, log_longest, count)),
         generator.random(count),
-        np.radians(generator.uniform(0.0, BEND_DEG, count)),
+        np.radians(generator.uniform(0.0, most_bent, count)),
     )
     seen = np.sum(normal * views.to_observer, axis=1) > LEAST_COSINE
     keep = (np.abs(sine) <= 1) & seen & (views.near | (altitude >= surface))

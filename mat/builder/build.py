@@ -141,6 +141,6 @@ def _run_all(
 def _submit_later(
     executor: Executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool
 ) -> dict[Future[TaskReport], Task]:
-    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.trimmed.textures))]
+    usage = [folder / texture_file(loaded, i) for i in range(len(loaded.trimmed.texture_jobs))]
     materials = make_plan(loaded, load_library(), usage or None).materials
     return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}

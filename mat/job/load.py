@@ -16,7 +16,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.mat.job.site import Site, great_circle
 from skyshine.mat.job.surface import HOURLY_QUANTITIES
-from skyshine.mat.job.trim import trimmed
+from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, mapping_document, parse_model, read_yaml
@@ -110,14 +110,28 @@ def load_job(
     names = (library or load_library()).names
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_air_times(_with_series(parse_model(document, Job, context), document, context), document)
-    limits = job.query_limits
-    for i, name in enumerate((limits and limits.bands) or []):
-        if name not in job.band_names:
-            raise document.error(
-                ("needs", "bands", i), f"needs.bands.{i}: found '{name}'; {nearest(name, job.band_names)}"
-            )
+    _check_query_limits(job, document)
     requested, warnings = _with_weather_files(_with_profiles(job), document)
     return LoadedJob(requested, trimmed(requested), document, tuple(warnings))
+
+
+def _check_query_limits(job: Job, document: Document) -> None:
+    """Refuse needs that none of the job's tables could serve."""
+    limits = job.query_limits
+    if limits is None:
+        return
+    for key, allowed in (("bands", job.band_names), ("sources", job.sources), ("materials", job.materials)):
+        for i, name in enumerate(getattr(limits, key) or []):
+            if isinstance(allowed, list) and name not in allowed:
+                raise document.error(("needs", key, i), f"needs.{key}.{i}: found '{name}'; {nearest(name, allowed)}")
+    for key, grid, name, nodes, (low, high) in limited_axes(job, limits):
+        # A source below all elevations of the tables is dark.
+        if low > nodes[-1] or (high < nodes[0] and key != "source_elevation_deg"):
+            raise document.error(
+                ("needs", key),
+                f"needs.{key}: found [{low:g}, {high:g}]; allowed: some of what {grid}.{name} holds, {nodes[0]:g} to"
+                f" {nodes[-1]:g}; change one of them",
+            )
 
 
 def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:

@@ -5,6 +5,7 @@ Units stand in the key names here, at the edge; everything behind this module is
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self, cast
 
 import pydantic
@@ -26,6 +27,7 @@ from skyshine.mat.job.surface import (
     Operation,
     SurfaceGrid,
 )
+from skyshine.mat.job.textures import FinishedTexture, JobTexture
 from skyshine.mat.radiometry.spherical_harmonics import COUNTS
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
@@ -84,7 +86,9 @@ class Job(StrictModel):
     states: list[State] = Field(min_length=1, max_length=MEMBER_LIMIT)
     bands: list[Band] = Field(min_length=1, max_length=99)
     sources: list[Literal["sun", "moon"]] = Field(["sun", "moon"], min_length=1, max_length=2)
-    textures: Annotated[tuple[TextureJob, ...], Field(max_length=10_000)] = ()
+    textures: Annotated[tuple[JobTexture, ...], Field(max_length=10_000)] = Field(
+        (), description="Images to classify, or finished .tmm.h5 files."
+    )
     materials: MaterialChoice = Field("used", description="Those the textures use, all of the library, or names.")
     operated: dict[MaterialName, Operation] = Field(
         {}, description="Back boundaries of materials in operation: engines, heated rooms, cold stores."
@@ -156,6 +160,16 @@ class Job(StrictModel):
             if name not in self.atmosphere_grid.written
         }
         return axes | own
+
+    @property
+    def texture_jobs(self) -> tuple[TextureJob, ...]:
+        """Textures that the build classifies."""
+        return tuple(texture for texture in self.textures if isinstance(texture, TextureJob))
+
+    @property
+    def finished_textures(self) -> tuple[Path, ...]:
+        """Databases of the other textures."""
+        return tuple(texture.database for texture in self.textures if isinstance(texture, FinishedTexture))
 
     @property
     def ambient_harmonics(self) -> int:
@@ -252,7 +266,7 @@ class Job(StrictModel):
                     f"found the band '{name}' twice; allowed: names once each, b01, b02 ... for bands without one;"
                     " rename it"
                 )
-        check_distinct_names(self.textures)
+        check_distinct_names(self.texture_jobs)
         if len(set(self.sources)) != len(self.sources):
             raise ValueError("found a source twice; allowed: sun and moon once each; remove one")
         return self

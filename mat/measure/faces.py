@@ -25,7 +25,7 @@ from skyshine.mat.tables.gridded import AXES, FIELDS, Gridded
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.schemas.arrays import Floats
 
-LINES, FACES = 16, 24
+LINES, FEWEST_LINES, FACES = 16, 6, 24
 GROUND_K = (250.0, 340.0)  # temperatures of the ground, at random between
 
 
@@ -58,12 +58,13 @@ class FaceProbes:
         cls, atmosphere: BandAtmosphere, base: PathGrid, irradiance: Floats, generator: np.random.Generator
     ) -> FaceProbes:
         """Draw lines on the job's own axes and compute the light on faces at their ends."""
-        altitude, elevation, ranges = lines_in_cells(base, LINES, generator)
-        distance = ranges[np.arange(LINES), generator.permutation(LINES) % ranges.shape[1]]
-        source = random_places(base.source_elevation_deg, LINES, generator)
-        normal = generator.normal(size=(LINES, FACES, 3))
+        count = atmosphere.scope.lines(LINES, FEWEST_LINES)
+        altitude, elevation, ranges = lines_in_cells(base, count, generator)
+        distance = ranges[np.arange(count), generator.permutation(count) % ranges.shape[1]]
+        source = random_places(base.source_elevation_deg, count, generator)
+        normal = generator.normal(size=(count, FACES, 3))
         normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        kelvin = generator.uniform(*GROUND_K, LINES)
+        kelvin = generator.uniform(*GROUND_K, count)
         air, band = atmosphere.air, atmosphere.band
         paths = list(lines_of_sight(air, distance[:, None] * 1e3, altitude * 1e3, np.radians(elevation)))
         kept = np.array([bool(path.valid[0]) for path in paths])

@@ -90,13 +90,14 @@ class Probes:
         """Draw nearly level lines towards a low source, where path radiance changes most: transmittance and path
         radiance alone.
         """
-        altitude, _, ranges = lines_in_cells(base, GRAZING, generator)
+        count = air.scope.lines(GRAZING)
+        altitude, _, ranges = lines_in_cells(base, count, generator)
         elevation, source, azimuth = (
             np.clip(generator.uniform(*span, shape), nodes[0], nodes[-1])
             for span, shape, nodes in (
-                (_NEARLY_LEVEL, GRAZING, base.elevation_deg),
-                (_LOW, (GRAZING, _SOURCES), base.source_elevation_deg),
-                (_AHEAD, (GRAZING, _SOURCES), base.source_azimuth_deg),
+                (_NEARLY_LEVEL, count, base.elevation_deg),
+                (_LOW, (count, _SOURCES), base.source_elevation_deg),
+                (_AHEAD, (count, _SOURCES), base.source_azimuth_deg),
             )
         )
         wanted = ("beta_star", "path_radiance_ratio")

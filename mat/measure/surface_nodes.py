@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.refinement import fewest_nodes
 from skyshine.mat.measure.sampling import random_places
-from skyshine.mat.tables.axes import PERIODIC, AxisRule
+from skyshine.mat.tables.axes import LINEAR, PERIODIC, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import CheckFailed
@@ -48,6 +48,8 @@ def refined_axes(
     *,
     seed: int,
     max_nodes: int,
+    whole_day: bool = True,
+    fixed: Collection[str] = (),
 ) -> RefinedAxes:
     """The fewest nodes, between the ends of a job's axes, that hold a tolerance.
 
@@ -63,6 +65,10 @@ def refined_axes(
         Of 99 % of all reads; all but two in ten thousand are within three times [K].
     seed, max_nodes : int
         Of the random points; nodes that the table may have.
+    whole_day : bool
+        The last time is followed by the first.
+    fixed : collection of str
+        Axes that keep their nodes, at which alone they are read.
 
     Raises
     ------
@@ -70,17 +76,23 @@ def refined_axes(
         The tolerance cannot be reached with so many nodes.
     """
     generator, size = random_stream(seed, Stream.TEMPERATURE_NODES), 0
-    closed = {name: _closed(name, nodes) for name, nodes in base.items()}
-    profiles = {name: _profile(name, temperature, closed, generator) for name in base}
-    places = {name: within_period(name, random_places(closed[name], n, generator)) for name, n in _TESTS.items()}
+    open_axes = {*fixed, *(() if whole_day else ("time_h",))}
+    closed = {name: _closed(name, nodes, open_axes) for name, nodes in base.items()}
+    profiles = {name: _profile(name, temperature, closed, fixed, generator) for name in base if name not in fixed}
+    places = {name: _drawn(name, closed[name], n, name in fixed, generator) for name, n in _TESTS.items()}
     truth = temperature(places)
     share, reached = _FIRST_SHARE, ""
     for _ in range(_PASSES):
-        axes = {name: _nodes(name, *profiles[name], share * tolerance, base[name]) for name in base}
+        axes = {
+            name: _nodes(name, *profiles[name], share * tolerance, base[name], open_axes)
+            if name in profiles
+            else np.asarray(base[name], float)
+            for name in base
+        }
         size = materials * int(np.prod([nodes.size for nodes in axes.values()]))
         if size > max_nodes:
             break
-        error = np.abs(read_temperature(temperature(axes), axes, places) - truth)
+        error = np.abs(read_temperature(temperature(axes), axes, places, open_axes) - truth)
         p99, worst = (float(np.percentile(error, part)) for part in (99.0, _NEARLY_ALL))
         if p99 <= _MARGIN * tolerance and worst <= _WORST * _MARGIN * tolerance:
             return RefinedAxes(axes, p99, worst)
@@ -95,7 +107,12 @@ def refined_axes(
 
 
 def placed_times(
-    temperature: TemperatureOn, axes: Mapping[str, npt.ArrayLike], *, whole_day: bool, seed: int
+    temperature: TemperatureOn,
+    axes: Mapping[str, npt.ArrayLike],
+    *,
+    whole_day: bool,
+    seed: int,
+    fixed: Collection[str] = (),
 ) -> Floats:
     """Times of the day where temperatures bend, as many as an axis has and between its ends.
 
@@ -109,6 +126,8 @@ def placed_times(
         The last time is followed by the first.
     seed : int
         Of the altitudes, azimuths and slopes at which the day is looked at.
+    fixed : collection of str
+        As `refined_axes` takes it.
 
     Returns
     -------
@@ -118,10 +137,9 @@ def placed_times(
     generator, count = random_stream(seed, Stream.TEMPERATURE_NODES), np.size(axes["time_h"])
     if count <= 2 - whole_day:
         return np.asarray(axes["time_h"], float)
-    closed = {name: _closed(name, nodes) for name, nodes in axes.items()}
-    if not whole_day:
-        closed["time_h"] = np.asarray(axes["time_h"], float)
-    places, values = _profile("time_h", temperature, closed, generator)
+    open_axes = {*fixed, *(() if whole_day else ("time_h",))}
+    closed = {name: _closed(name, nodes, open_axes) for name, nodes in axes.items()}
+    places, values = _profile("time_h", temperature, closed, fixed, generator)
     error, cells = _cell_error(places, values), count - (not whole_day)
     chosen, low, high = np.array([0, places.size - 1]), np.log(_LEAST_K), np.log(_MOST_K)
     for _ in range(_HALVINGS):
@@ -143,31 +161,44 @@ def within_period(axis: str, values: Floats) -> Floats:
     return np.mod(values, PERIODS[axis]) if axis in PERIODS else values
 
 
-def read_temperature(table: Floats, axes: Mapping[str, npt.ArrayLike], places: dict[str, Floats]) -> Floats:
-    """Interpolated temperatures (M, ...) at all combinations of places."""
-    rules = [
-        AxisRule(name, np.asarray(nodes, float), *((PERIODIC, PERIODS[name]) if name in PERIODS else ()))
-        for name, nodes in axes.items()
-    ]
+def read_temperature(
+    table: Floats, axes: Mapping[str, npt.ArrayLike], places: dict[str, Floats], open_axes: Collection[str] = ()
+) -> Floats:
+    """Interpolated temperatures (M, ...) at all combinations of places; no last node of open axes is followed by the
+    first.
+    """
+    rules = []
+    for name, nodes in axes.items():
+        kind = (PERIODIC if name not in open_axes else LINEAR, PERIODS[name]) if name in PERIODS else ()
+        rules.append(AxisRule(name, np.asarray(nodes, float), *kind))
     mesh = dict(zip(places, np.meshgrid(*places.values(), indexing="ij", sparse=True), strict=True))
     return np.stack([interpolate(one.astype(float), rules, mesh) for one in table])
 
 
-def _closed(name: str, axis: npt.ArrayLike) -> Floats:
-    nodes = np.asarray(axis, float)
-    return np.append(nodes, nodes[0] + PERIODS[name]) if name in PERIODS and nodes.size > 1 else nodes
+def _closed(name: str, axis: npt.ArrayLike, open_axes: Collection[str]) -> Floats:
+    nodes, goes_round = np.asarray(axis, float), name in PERIODS and name not in open_axes
+    return np.append(nodes, nodes[0] + PERIODS[name]) if goes_round and nodes.size > 1 else nodes
+
+
+def _drawn(name: str, nodes: Floats, count: int, at_nodes: bool, generator: np.random.Generator) -> Floats:
+    """Random places (count,) on an axis, or some of its nodes, at least one."""
+    if at_nodes:
+        return np.sort(generator.choice(nodes, min(count, nodes.size), replace=False))
+    return within_period(name, random_places(nodes, count, generator))
 
 
 def _profile(
-    axis: str, temperature: TemperatureOn, closed: dict[str, Floats], generator: np.random.Generator
+    axis: str,
+    temperature: TemperatureOn,
+    closed: dict[str, Floats],
+    fixed: Collection[str],
+    generator: np.random.Generator,
 ) -> tuple[Floats, Floats]:
     """Places (n,) along an axis and temperatures (K, n) there, at random places of the others."""
     places = _candidates(axis, closed[axis])
     distinct, number = np.unique(np.round(within_period(axis, places), _DECIMALS), return_inverse=True)
     others = {
-        name: distinct
-        if name == axis
-        else np.unique(within_period(name, random_places(nodes, _OTHERS[name], generator)))
+        name: distinct if name == axis else np.unique(_drawn(name, nodes, _OTHERS[name], name in fixed, generator))
         for name, nodes in closed.items()
     }
     table = np.moveaxis(temperature(others), 1 + list(closed).index(axis), -1)
@@ -183,12 +214,15 @@ def _candidates(axis: str, nodes: Floats) -> Floats:
     return np.concatenate(pieces).round(_DECIMALS)
 
 
-def _nodes(name: str, places: Floats, values: Floats, allowed: float, base: npt.ArrayLike) -> Floats:
+def _nodes(
+    name: str, places: Floats, values: Floats, allowed: float, base: npt.ArrayLike, open_axes: Collection[str]
+) -> Floats:
     if places.size == 1:
         return np.asarray(base, float)
 
     nodes = places[fewest_nodes(places, _cell_error(places, values), allowed)]
-    return np.sort(np.mod(nodes[:-1], PERIODS[name])) if name in PERIODS else nodes
+    goes_round = name in PERIODS and name not in open_axes
+    return np.sort(np.mod(nodes[:-1], PERIODS[name])) if goes_round else nodes
 
 
 def _cell_error(places: Floats, values: Floats) -> Callable[[int, int], Floats]:

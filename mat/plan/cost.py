@@ -19,6 +19,7 @@ from skyshine.mat.plan.plan import Kind, Plan, response_planes
 from skyshine.mat.scene.air_cells import shared_cells
 from skyshine.mat.scene.atmosphere import air_key
 from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.grids import path_scope
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 
 # s for each band, and for each of its spectral points: for the choice of points, and for their errors in an air.
@@ -32,6 +33,7 @@ TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 6.3e-7, 0.028, 44
 HARMONIC_SKY, HARMONIC_SOURCE, HARMONIC_LINE, HARMONIC_FACES = 0.8, 0.11, 1.0e-3, 0.6
 # s for the fields of tables in channels at 0.5 K, and for the lines on which their nodes are placed and measured.
 CHANNEL_LINES, CHANNEL_PROBES = 6.0, 5.0
+_PARTS = 1000  # lines, to know which share of them samples the part of the paths that needs leave
 COMPILED_POINTS = 64  # the most that a compiled band has
 MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABLE_POINTS
 # s for each spectral point and range of a line of sight of weighted transmittance, and for each weight there; lines
@@ -54,7 +56,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     Tables whose nodes a tolerance places count as they stand in the job: how many it takes is not known before.
     """
     job, grid = loaded.trimmed, loaded.trimmed.atmosphere_grid
-    share = COMPILED_POINTS / TABLE_POINTS
+    share, part = COMPILED_POINTS / TABLE_POINTS, path_scope(loaded).lines(_PARTS, 0) / _PARTS
     sets, sources = len(job.states), len(job.sources)
     wanted = [job.bands[number - 1] for number in job.needed_bands]
     points = [absorption_table().points(*band.wavenumber_range).wavenumber.size for band in map(response_of, wanted)]
@@ -66,7 +68,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     tilted = share if job.ambient_harmonics else 0.0
     measured = MEASURED * share
     if grid.in_channels:
-        one, measured = CHANNEL_LINES * share, CHANNEL_PROBES * share
+        one, measured = CHANNEL_LINES * part * share, CHANNEL_PROBES * share
     harmonics = tilted * (HARMONIC_SKY + HARMONIC_SOURCE * heights + HARMONIC_LINE * lines)
     surface = job.surface_grid
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
@@ -77,22 +79,22 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     shade = RESPONSE_PLANE * shaded + (SHADE_ERROR if shaded else 0.0)
     weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
     emitted = job.atmosphere_axes("beta_star_thermal")
-    ends = (len(emitted["altitude_km"]) * len(emitted["elevation_deg"]) + EMISSION_LINES) * len(emitted["range_km"])
-    emission = (EMISSION_END + weights) * ends
+    emitted_lines = len(emitted["altitude_km"]) * len(emitted["elevation_deg"]) + EMISSION_LINES * part
+    emission = (EMISSION_END + weights) * emitted_lines * len(emitted["range_km"])
     weighted = {task.band for task in plan.tasks if task.kind is Kind.THERMAL}
     files = sum(len(task.files) for task in plan.tasks)
     return {
-        "compile": choices(loaded) * (CHOICE_BAND * len(points) + CHOICE_POINT * sum(points))
-        + distinct_airs(job) * (TEST_BAND * len(points) + TEST_POINT * sum(points)),
+        "compile": part * choices(loaded) * (CHOICE_BAND * len(points) + CHOICE_POINT * sum(points))
+        + part * distinct_airs(job) * (TEST_BAND * len(points) + TEST_POINT * sum(points)),
         "atmosphere": sets * len(points) * sources * one,
         "harmonics": sets * len(points) * sources * harmonics,
-        "accuracy": sets * len(points) * sources * (measured + HARMONIC_FACES * tilted),
+        "accuracy": sets * len(points) * sources * part * (measured + HARMONIC_FACES * tilted),
         "weighted transmittance": sets
         * emission
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
         "temperature": sets * (SKY + material * len(plan.materials) + COLUMN * columns) + _surroundings(job),
         "shade": sets * len(plan.materials) * shade,
-        "textures": TEXTURE * len(job.textures),
+        "textures": TEXTURE * len(job.texture_jobs),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }
 

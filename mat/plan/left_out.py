@@ -8,7 +8,7 @@ import numpy as np
 
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
-from skyshine.mat.job.trim import hours_around
+from skyshine.mat.job.trim import hours_around, read_share
 from skyshine.materials.library import MaterialLibrary
 
 # Lines of sight are integrated in steps that end at the ranges of a table; mat bench leaving-out measures it, before
@@ -16,6 +16,7 @@ from skyshine.materials.library import MaterialLibrary
 STEP_BOUND = "0.1 % of a value; of path radiance some percent in cells that reach behind the ground"
 
 PLACED_BOUND = "within that of the table: as many times are placed between the hours as would be equally spaced"
+ANEW_BOUND = "twice {} in 99 % of the reads: nodes are placed anew, and hold it as those of the whole job do"
 
 
 @dataclass(frozen=True)
@@ -79,22 +80,38 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
     if needs is None:
         return []
     wide = "a wider needs.{0}, or none"
+    every, air = whole.atmosphere_axes(), job.atmosphere_axes()
+    tolerance = job.surface_grid.tolerance
     times_bound = "none" if whole.surface_grid.time else PLACED_BOUND
-    axes = (
-        ("ranges", "range_km", whole.atmosphere_grid.range_km, job.atmosphere_grid.range_km, STEP_BOUND),
-        ("observer altitudes", "observer_altitude_km", whole.observer_altitudes_km, job.observer_altitudes_km, "none"),
-        ("elevations", "elevation_deg", whole.atmosphere_grid.elevation_deg, job.atmosphere_grid.elevation_deg, "none"),
+    faces_bound = "none at these faces; others are not known"
+    air_bound, surface_bound = "none", "none"
+    if job.atmosphere_grid.in_channels:
+        (text,) = set(job.atmosphere_grid.tolerances.values())
+        air_bound = ANEW_BOUND.format(text)
+    if tolerance is not None:
+        surface_bound = times_bound = ANEW_BOUND.format(tolerance)
+    source_key = "hours" if needs.source_elevation_deg is None else "source_elevation_deg"
+    axes = [
+        ("ranges", "range_km", "range_km", STEP_BOUND if air_bound == "none" else air_bound),
+        ("observer altitudes", "altitude_km", "observer_altitude_km", air_bound),
+        ("elevations", "elevation_deg", "elevation_deg", air_bound),
+        ("source elevations", "source_elevation_deg", source_key, air_bound),
+        ("source azimuths", "source_azimuth_deg", "source_azimuth_deg", air_bound),
+    ]
+    cases = [(name, key, every[axis], air[axis], bound) for name, axis, key, bound in axes]
+    cases += [
         (
-            "source elevations",
-            "hours",
-            whole.atmosphere_grid.source_elevation_deg,
-            job.atmosphere_grid.source_elevation_deg,
-            "none",
+            "surface altitudes",
+            "surface_altitude_km",
+            whole.surface_altitudes_km,
+            job.surface_altitudes_km,
+            surface_bound,
         ),
-        ("surface altitudes", "surface_altitude_km", whole.surface_altitudes_km, job.surface_altitudes_km, "none"),
-        ("slopes", "slope_deg", whole.surface_grid.slope_deg, job.surface_grid.slope_deg, "none"),
         ("times of day", "hours", whole.surface_grid.times, temperature_times(job), times_bound),
-    )
+    ]
+    slopes, kept_slopes = whole.surface_grid.slope_deg, job.surface_grid.slope_deg
+    if needs.faces_deg is None:
+        cases.append(("slopes", "slope_deg", slopes, kept_slopes, surface_bound))
     found = [
         LeftOut(
             f"{len(nodes) - len(kept)} of {len(nodes)} {name}",
@@ -102,9 +119,38 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
             bound,
             wide.format(key),
         )
-        for name, key, nodes, kept, bound in axes
+        for name, key, nodes, kept, bound in cases
         if len(kept) < len(nodes)
     ]
+    if needs.faces_deg is not None:
+        found.append(
+            LeftOut(
+                f"all but {len(kept_slopes)} slopes and {len(job.surface_grid.azimuth_deg)} azimuths",
+                "needs.faces_deg names no others",
+                faces_bound,
+                "needs.slope_deg, or neither",
+            )
+        )
+    share = read_share(whole, job)
+    if share < 1:
+        found.append(
+            LeftOut(
+                "spectral points for other paths",
+                f"{share:.2g} of the cells of range, altitude and elevation are read; points are chosen, and errors"
+                " measured, there",
+                f"{job.accuracy.spectral_tolerance:g} of a value, rms, as in all other paths",
+                "needs without range_km, observer_altitude_km and elevation_deg",
+            )
+        )
+    if needs.materials is not None:
+        found.append(
+            LeftOut(
+                "all other materials",
+                "needs.materials does not name them",
+                "none; reads of others are refused",
+                "more names in needs.materials, or none",
+            )
+        )
     if not needs.shade:
         found.append(LeftOut("response to shade and other heat", "needs.shade is false", "none", "needs.shade: true"))
     found += [
@@ -117,9 +163,11 @@ def _not_needed(loaded: LoadedJob) -> list[LeftOut]:
     found += [
         LeftOut(
             f"tables of the {source}",
-            "it is below all their elevations in the hours needed",
+            "it is below all their elevations in the hours needed"
+            if needs.sources is None
+            else "needs.sources does not name it",
             "none",
-            wide.format("hours"),
+            wide.format("hours") if needs.sources is None else f"{source} in needs.sources, or none",
         )
         for source in whole.sources
         if source not in job.sources

@@ -18,7 +18,7 @@ from skyshine.mat.scene.air_cells import AirCell, shared_cell, states_of_cell
 from skyshine.mat.scene.atmosphere import air_key, atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import MAX_POINTS
-from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.grids import path_grid, path_scope
 from skyshine.mat.scene.ground import band_albedo, over_ground
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources
@@ -32,7 +32,7 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
     are those at all points of a band; a build takes the bounds at the points of its tables, which differ little. More
     than `STATES` states are represented by `STATES` of them.
     """
-    job, requested, grid = loaded.trimmed, loaded.requested, path_grid(loaded.requested)
+    job, grid, scope = loaded.trimmed, path_grid(loaded.trimmed), path_scope(loaded)
     bands, left_out = {}, []
     faint: dict[str, list[tuple[float, float, str]]] = {}
     known: dict[tuple[Any, ...], tuple[Bounds, Scattering]] = {}
@@ -51,10 +51,10 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
         key = band, air_key(state), band_albedo(state, response)
         place = f"{state_label(number, len(job.states))}b{band:02d}"
         air = over_ground(atmospheric_state(job.site, state), state, response)
-        irradiance = irradiance_of_sources(requested.on_date_of_state(number), everything)
+        irradiance = irradiance_of_sources(job.on_date_of_state(number), everything)
         if key not in known:
             all_air = _at_all_points(air, everything)
-            cell = shared_cell(requested, state)
+            cell = shared_cell(loaded.requested, state)
             if (band, cell) not in omitted or cell is None:
                 similar = () if cell is None else states_of_cell(job.site, state, cell, response)
                 omitted[band, cell] = negligible_gases(
@@ -63,13 +63,14 @@ def physics_left_out(loaded: LoadedJob) -> list[LeftOut]:
                     grid,
                     tolerance=job.accuracy.spectral_tolerance,
                     seed=job.accuracy.seed,
+                    scope=scope,
                 )
             if gases := omitted[band, cell]:
                 left_out.append(_gases(gases, place))
             known[key] = Bounds.of(all_air, grid, irradiance, everything.radiance_weight), Scattering.of(all_air)
         bounds, scattering = known[key]
         bounds = replace(bounds, scattered=scattering.radiance(irradiance, everything.radiance_weight))
-        omission = Omission.of(job, requested.sources, air, response, bounds)
+        omission = Omission.of(job, job.sources, air, response, bounds)
         changes = {
             f"scattered light of the {source}": omission.scattered[source]
             for source in job.sources

@@ -20,7 +20,7 @@ from skyshine.mat.tables.band import PLANCK_TEMPERATURES
 from skyshine.mat.tables.files import atmosphere_file, band_file, state_file, thermal_file
 from skyshine.mat.tables.gridded import QUANTITIES
 from skyshine.materials.library import MaterialLibrary
-from skyshine.schemas.errors import InputError
+from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.database.usage import read_usage
 from skyshine.tmm.inputs.load import job_materials
 
@@ -89,14 +89,14 @@ class Plan:
 
 def texture_file(loaded: LoadedJob, index: int) -> str:
     """Name of the database of a texture."""
-    return f"{loaded.trimmed.textures[index].name}.tmm.h5"
+    return f"{loaded.trimmed.texture_jobs[index].name}.tmm.h5"
 
 
 def named_materials(loaded: LoadedJob) -> tuple[str, ...]:
     """Materials that the job or the seeds of its textures name: no other can come to be used."""
     job = loaded.trimmed
     names = set(job.materials) if isinstance(job.materials, list) else set()
-    for texture in job.textures:
+    for texture in job.texture_jobs:
         names |= set(job_materials(texture, loaded.folder))
     return tuple(sorted(names))
 
@@ -109,7 +109,7 @@ def used_materials(
     Parameters
     ----------
     usage_files : list of path, optional
-        Databases of all textures of the job; without them the materials that the seeds name are taken.
+        Databases of all textures that the job classifies; without them the materials that the seeds name are taken.
 
     Raises
     ------
@@ -125,10 +125,30 @@ def used_materials(
         names = set(named_materials(loaded))
     else:
         names = {name for file in usage_files for name, share in read_usage(file).items() if share > 0}
+    if job.materials == "used":
+        names |= _of_finished(job, library)
+    wanted = None if job.query_limits is None else job.query_limits.materials
+    if wanted is not None:
+        names &= set(wanted)
+        if not names:
+            raise InputError(
+                f"no material of the job is in needs.materials, {', '.join(wanted)}; name some that are used"
+            )
     grounds = {state.ground_material for state in job.states if state.ground_material is not None}
     if not names:
         raise InputError("no material is used: the textures have no texel of a known material; see 'tmm preview'")
     return tuple(name for name in library.names if name in names | grounds)
+
+
+def _of_finished(job: Job, library: MaterialLibrary) -> set[str]:
+    """Materials that the finished textures of a job use."""
+    used: set[str] = set()
+    for file in job.finished_textures:
+        names = {name for name, share in read_usage(file).items() if share > 0}
+        for name in sorted(names - set(library.names)):
+            raise InputError(f"uses the material '{name}'; {nearest(name, library.names)}; add it", file=file)
+        used |= names
+    return used
 
 
 def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Path] | None = None) -> Plan:
@@ -141,7 +161,7 @@ def make_plan(loaded: LoadedJob, library: MaterialLibrary, usage_files: list[Pat
     """
     job = loaded.trimmed
     materials = used_materials(loaded, library, usage_files)
-    tasks = [Task(Kind.TEXTURE, i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.textures))]
+    tasks = [Task(Kind.TEXTURE, i, 0, (texture_file(loaded, i),), 0) for i in range(len(job.texture_jobs))]
     states, weighted = len(job.states), weighted_transmittance_bands(job)
     for state in range(1, states + 1):
         for band in job.needed_bands:

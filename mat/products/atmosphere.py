@@ -20,7 +20,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.measure.atmosphere_nodes import Placed, placed_grids
 from skyshine.mat.measure.channel_nodes import quantities_of
 from skyshine.mat.measure.faces import FaceProbes
-from skyshine.mat.measure.probes import NEAR_KM, NIGHT_DEG, Probes
+from skyshine.mat.measure.probes import AMBIENT, LINES, NEAR_KM, NIGHT_DEG, Probes
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
 from skyshine.mat.products.channel_tables import ChannelTables
@@ -35,7 +35,7 @@ from skyshine.mat.scene.air_cells import shared_cell
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
-from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.grids import path_grid, path_scope
 from skyshine.mat.scene.ground import band_albedo, over_ground
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
@@ -58,8 +58,7 @@ class AtmosphereProduct:
     def identity(self, context: Context) -> tuple[TableIdentity, ...]:
         """A file for each source."""
         task, loaded, job = context.task, context.loaded, context.loaded.trimmed
-        # The band is compiled on the paths of the job as requested, so that no answer depends on what is left out.
-        scope: dict[str, Any] = {} if job.query_limits is None else {"compiled_for": _scope(loaded.requested)}
+        scope = _scope(loaded)
         state, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
         if state.ground_material is not None:
             scope["ground_reflectance"] = band_albedo(state, response)
@@ -105,16 +104,17 @@ class AtmosphereProduct:
             report.notes.append(f"spectral_tolerance {job.accuracy.spectral_tolerance:g} is missed: {missed}")
         if compiled.dropped:
             report.notes.append(f"gases left out: {_gases_left_out(compiled)}")
-        air, requested = BandAtmosphere.of(state, compiled.band), loaded.requested
+        scope = path_scope(loaded)
+        air = BandAtmosphere.of(state, compiled.band, scope=scope)
         bounds = Bounds.of(
             air.air,
-            path_grid(requested),
-            irradiance_of_sources(requested, compiled.band),
+            path_grid(job),
+            irradiance_of_sources(job, compiled.band),
             compiled.band.radiance_weight,
         )
-        left_out = Omission.of(job, requested.sources, state, response, bounds)
+        left_out = Omission.of(job, job.sources, state, response, bounds)
         if left_out.particles:
-            air = BandAtmosphere.of(left_out.without(state), compiled.band)
+            air = BandAtmosphere.of(left_out.without(state), compiled.band, scope=scope)
         for source in job.sources:
             lit = replace(air, air=replace(air.air, scatters=False)) if source in left_out.scattered else air
             text, kelvin = left_out.text(source, state), left_out.bound(source)
@@ -132,13 +132,12 @@ class AtmosphereProduct:
             yield (tables.in_channels if job.atmosphere_grid.in_channels else tables.group)(names, notes, report)
 
 
-def _scope(requested: Job) -> dict[str, Any]:
-    """What of the requested job the compiled band depends on."""
-    return {
-        "sources": requested.sources,
-        **requested.atmosphere_grid.model_dump(mode="json"),
-        "altitude_km": requested.observer_altitudes_km,
-    }
+def _scope(loaded: LoadedJob) -> dict[str, Any]:
+    """What of the job, beside its axes, a table depends on where query limits trim it."""
+    scope, job = path_scope(loaded), loaded.trimmed
+    if job.query_limits is None:
+        return {}
+    return {"compiled_for": {"sources": job.sources, "path_share": scope.share}}
 
 
 def _own_axes(job: Job) -> dict[str, Any]:
@@ -226,7 +225,12 @@ class _SourceTables:
         with report.stage("accuracy"):
             quantities = quantities_of(placed.table)
             probes = Probes.drawn(
-                self.air, base, irradiance, random_stream(seed, Stream.ATMOSPHERE_ERROR), sky=_SKY, count=_LINES
+                self.air,
+                base,
+                irradiance,
+                random_stream(seed, Stream.ATMOSPHERE_ERROR),
+                sky=self.air.scope.lines(_SKY),
+                count=self.air.scope.lines(_LINES),
             )
             measures = probes.measured(quantities, *self._scales(irradiance))
             if job.ambient_harmonics:
@@ -330,7 +334,8 @@ class _SourceTables:
     ) -> list[ErrorMeasure]:
         """Tables against direct computation on random lines of the job's own axes, above the ground."""
         generator = random_stream(self.loaded.trimmed.accuracy.seed, Stream.ATMOSPHERE_ERROR)
-        probes = Probes.drawn(self.air, base, irradiance, generator)
+        scope = self.air.scope
+        probes = Probes.drawn(self.air, base, irradiance, generator, sky=scope.lines(AMBIENT), count=scope.lines(LINES))
         return probes.measured({name: tables[name] for name in QUANTITIES}, *self._scales(irradiance))
 
     def _harmonic_errors(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,9 @@ import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
 from skyshine.mat.measure.channel_nodes import PlacedChannels, placed_channels
-from skyshine.mat.measure.probes import Probes, lines_in_cells
+from skyshine.mat.measure.probes import LINES, Probes, lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -38,7 +40,8 @@ from skyshine.schemas.hdf5 import Group
 
 _SAMPLE_LINES = 150  # on which absorbers are fitted
 _SOURCE_LINES, _SOURCE_RANGES = 160, 7  # on which directions of the source are chosen; ranges of each
-_SKY_LINES = 12  # of the lines on which nodes are placed, with sky light, which hardly depends on them
+# Of the lines on which nodes are placed, with sky light, which hardly depends on them.
+_SKY_LINES, _FEWEST_SKY_LINES = 12, 4
 _THROUGH = 300  # of the sample's transmittances, with which light on surfaces is parted
 # Of the tolerance, which the choice of absorbers and that of directions may miss, root mean square. A low Sun along the
 # horizon errs by ten times as much as all lines do on average.
@@ -46,6 +49,9 @@ _SHARE, _SOURCE_SHARE = 0.1, 0.04
 # Tolerance, of the radiance seen, for which placing starts from all of `NodeCounts`: from fewer where it is coarser, as
 # linear interpolation errs with the square of the step, but for this share of them.
 _START, _FEWEST = 0.01, 0.5
+# Of observers whose heights are limited: the fewest from which placing starts, and the span of the cube roots of
+# heights [km^(1/3)], 0 to 40 km, over which all of `NodeCounts` are spread.
+_FEWEST_HEIGHTS, _HEIGHT_SPAN = 3, 3.42
 _POINT_LINES, _POINT_SOURCES = 60, 4  # on which points for scattered light are chosen; source directions of each
 _LEVEL, _LOW_SOURCE, _ANY_SOURCE = (-2.0, 2.0), (-4.0, 6.0), (-6.0, 90.0)  # degree
 _POINT_SHARE = 0.03  # of the tolerance, which these points may miss, root mean square
@@ -95,14 +101,15 @@ class ChannelTables:
     def _sample_under_sources(self) -> Iterator[tuple[LineOfSight, LineSources]]:
         """Random paths, each with directions of the source."""
         generator = random_stream(self.seed, Stream.CHANNELS, 4)
-        altitude, elevation, ranges = lines_in_cells(self.base, _POINT_LINES, generator)
-        distance = ranges[np.arange(_POINT_LINES), generator.permutation(_POINT_LINES) % ranges.shape[1]]
+        count = self.air.scope.lines(_POINT_LINES)
+        altitude, elevation, ranges = lines_in_cells(self.base, count, generator)
+        distance = ranges[np.arange(count), generator.permutation(count) % ranges.shape[1]]
         ends = self.base.source_elevation_deg[[0, -1]]
         # Half of them nearly level, towards a low source: what horizon and aureole scatter is most of all.
-        level = generator.random(_POINT_LINES) < 0.5
+        level = generator.random(count) < 0.5
         elevation = np.where(
             level,
-            np.clip(generator.uniform(*_LEVEL, _POINT_LINES), self.base.elevation_deg[0], self.base.elevation_deg[-1]),
+            np.clip(generator.uniform(*_LEVEL, count), self.base.elevation_deg[0], self.base.elevation_deg[-1]),
             elevation,
         )
         paths = lines_of_sight(self.air.air, distance[:, None], altitude, elevation)
@@ -116,7 +123,7 @@ class ChannelTables:
     def _sample(self) -> tuple[Floats, Floats]:
         """Optical depths (n, P) and lengths (n,) of random paths above the ground."""
         altitude, elevation, ranges = lines_in_cells(
-            self.base, _SAMPLE_LINES, random_stream(self.seed, Stream.CHANNELS, 0)
+            self.base, self.air.scope.lines(_SAMPLE_LINES), random_stream(self.seed, Stream.CHANNELS, 0)
         )
         depth, length = [], []
         for path, reach in zip(lines_of_sight(self.air.air, ranges, altitude, elevation), ranges, strict=True):
@@ -145,7 +152,7 @@ class ChannelTables:
 
     def _sources(self, nodes: ChannelNodes) -> SourceParts:
         altitude, elevation, ranges = lines_in_cells(
-            self.base, _SOURCE_LINES, random_stream(self.seed, Stream.CHANNELS, 1)
+            self.base, self.air.scope.lines(_SOURCE_LINES), random_stream(self.seed, Stream.CHANNELS, 1)
         )
         step = max(1, ranges.shape[1] // _SOURCE_RANGES)
         return source_parts(
@@ -182,15 +189,15 @@ class ChannelTables:
     @cached_property
     def _shares(self) -> WavelengthShares:
         """Where in the band the light of the channels lies."""
-        generator = random_stream(self.seed, Stream.CHANNELS, 3)
-        altitude, elevation, ranges = lines_in_cells(self.base, _SHARE_LINES, generator)
-        distance = ranges[np.arange(_SHARE_LINES), generator.permutation(_SHARE_LINES) % ranges.shape[1]]
+        generator, count = random_stream(self.seed, Stream.CHANNELS, 3), self.air.scope.lines(_SHARE_LINES)
+        altitude, elevation, ranges = lines_in_cells(self.base, count, generator)
+        distance = ranges[np.arange(count), generator.permutation(count) % ranges.shape[1]]
         low, high = np.clip(self.base.source_elevation_deg[[0, -1]], *_SHARE_ELEVATIONS)
         paths = SamplePaths(
             distance * 1e3,
             altitude * 1e3,
             np.radians(elevation),
-            np.radians(generator.uniform(low, high, _SHARE_LINES)),
+            np.radians(generator.uniform(low, high, count)),
         )
         band = self.air.band
         few = PartedLight.of(band.wavenumber, band.radiance_weight, self.irradiance)
@@ -201,6 +208,10 @@ class ChannelTables:
         ground, base = self.air.air.state.surface_altitude / 1e3, self.base
         lowest, highest = (max(float(altitude) - ground, 0.0) for altitude in base.altitude_km[[0, -1]])
         first, last = base.source_elevation_deg[[0, -1]]
+        if self.air.scope != ALL_PATHS:
+            span = float(np.cbrt(highest) - np.cbrt(lowest))
+            most = replace(counts, height=max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN)))
+            counts = min(counts, most, key=lambda those: those.height)
         return ChannelNodes.of(counts, (lowest, highest), (float(first), float(last)))
 
     def table(self, nodes: ChannelNodes) -> ChannelTable:
@@ -238,9 +249,16 @@ class ChannelTables:
 
     def placed(self, most_nodes: int) -> PlacedChannels:
         """The table on few nodes that hold the tolerance; most_nodes : of all fields together."""
-        generator = random_stream(self.seed, Stream.CHANNELS, 2)
+        generator, scope = random_stream(self.seed, Stream.CHANNELS, 2), self.air.scope
         probes = [
-            Probes.drawn(self.air, self.base, self.irradiance, generator, sky=_SKY_LINES),
+            Probes.drawn(
+                self.air,
+                self.base,
+                self.irradiance,
+                generator,
+                sky=scope.lines(_SKY_LINES, _FEWEST_SKY_LINES),
+                count=scope.lines(LINES),
+            ),
             Probes.along_the_horizon(self.air, self.base, self.irradiance, generator),
         ]
         relative = self.tolerance / (self.scale.background * self.scale.factor)

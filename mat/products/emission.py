@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
 from skyshine.mat.measure.probes import lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
@@ -26,7 +27,7 @@ from skyshine.mat.quantities.formulas import BETA_FACTOR, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest
 from skyshine.mat.scene.bands import absorption_table, response_of
-from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.grids import path_grid, path_scope
 from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.tables.axes import EXACT, AxisRule
 from skyshine.mat.tables.band import PLANCK_TEMPERATURES
@@ -47,13 +48,15 @@ class EmissionProduct:
     def identity(self, context: Context) -> tuple[TableIdentity, ...]:
         """The one file of a state and a band."""
         task, job, library = context.task, context.loaded.trimmed, context.library
+        scope = path_scope(context.loaded)
         resolved = {
             "site": job.site.model_dump(mode="json", exclude={"date"}),
             "state": job.states[task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
             "band": {**job.bands[task.band - 1].model_dump(mode="json"), "name": job.band_name(task.band)},
             "water_continuum": job.water_continuum,
             "atmosphere_grid": _lists(path_grid(job, QUANTITY)),
-            "grouped_on": _lists(path_grid(context.loaded.requested)),
+            "grouped_on": _lists(path_grid(job)),
+            **({} if scope == ALL_PATHS else {"path_share": scope.share}),
             "accuracy": job.accuracy.model_dump(mode="json", include={"class_tolerance", "seed"}),
             "materials": list(context.materials),
             "materials_sha256": materials_digest(library, context.materials),
@@ -66,7 +69,7 @@ class EmissionProduct:
         task, job = context.task, context.loaded.trimmed
         state, response = atmospheric_state(job.site, job.states[task.index - 1]), response_of(job.bands[task.band - 1])
         materials, grid = [context.library[name] for name in context.materials], path_grid(job, QUANTITY)
-        seed, tolerance = job.accuracy.seed, job.accuracy.class_tolerance
+        seed, tolerance, scope = job.accuracy.seed, job.accuracy.class_tolerance, path_scope(context.loaded)
         with report.stage("classes"):
             # All spectral points: those of a compiled band stand for absorption, not for the wavelengths at which
             # surfaces emit.
@@ -75,12 +78,12 @@ class EmissionProduct:
             micron = 1e4 / band.wavenumber
             reflectance = np.array([np.interp(micron, m.wavelength, m.reflectance) for m in materials])
             emission = _Emission(air, band, reflectance)
-            # Grouped on the paths of the job as requested, so that no answer depends on what is left out.
-            classes = emission.classes(path_grid(context.loaded.requested), tolerance, seed)
+            classes = emission.classes(path_grid(job), tolerance, seed, scope.lines(GROUPING_LINES))
         with report.stage("tables"):
             beta, valid = emission.table(grid, classes)
         with report.stage("accuracy"):
-            measures = emission.errors(beta, grid, classes, Scale.kelvin(response), seed)
+            lines = scope.lines(TEST_LINES)
+            measures = emission.errors(beta, grid, classes, Scale.kelvin(response), seed, lines)
         notes = {
             "seed": seed,
             "method": (
@@ -120,11 +123,9 @@ class _Emission:
     band: BandPoints
     reflectance: npt.NDArray[np.float64]
 
-    def classes(self, requested: PathGrid, tolerance: float, seed: int) -> EmissionClasses:
+    def classes(self, grid: PathGrid, tolerance: float, seed: int, lines: int) -> EmissionClasses:
         """Group the materials by what random lines of sight let through of them, at all temperatures."""
-        altitude, elevation, ranges = lines_in_cells(
-            requested, GROUPING_LINES, random_stream(seed, Stream.EMISSION_CLASSES)
-        )
+        altitude, elevation, ranges = lines_in_cells(grid, lines, random_stream(seed, Stream.EMISSION_CLASSES))
         weights = np.concatenate(
             [emission_weights(self.band, self.reflectance, kelvin) for kelvin in PLANCK_TEMPERATURES]
         )
@@ -147,12 +148,12 @@ class _Emission:
         return beta.reshape(*weights.shape[:2], *valid.shape), valid
 
     def errors(
-        self, beta: np.ndarray, grid: PathGrid, classes: EmissionClasses, scale: Scale, seed: int
+        self, beta: np.ndarray, grid: PathGrid, classes: EmissionClasses, scale: Scale, seed: int, lines: int
     ) -> list[ErrorMeasure]:
         """The table read off its nodes against direct computation: for the classes, and for each material by itself."""
         generator = random_stream(seed, Stream.EMISSION_ERROR)
-        altitude, elevation, ranges = lines_in_cells(grid, TEST_LINES, generator)
-        kelvin = random_places(PLANCK_TEMPERATURES, TEST_LINES, generator)
+        altitude, elevation, ranges = lines_in_cells(grid, lines, generator)
+        kelvin = random_places(PLANCK_TEMPERATURES, lines, generator)
         axes = {"planck_temperature": PLANCK_TEMPERATURES} | _path_axes(grid)
         rules = [
             AxisRule("class", np.arange(classes.count), EXACT),

@@ -63,6 +63,8 @@ def shade_error(
     table: ResponseTable,
     given: Collection[str],
     generator: np.random.Generator,
+    *,
+    at_slopes: bool = False,
 ) -> ShadeError:
     """Measure the response of all materials.
 
@@ -75,11 +77,15 @@ def shade_error(
     given : collection of str
         Names of materials whose temperature is given; they have no error.
     generator : numpy.random.Generator
+    at_slopes : bool
+        At slopes of the scene, not between them.
     """
     altitudes, slopes = (
         generator.uniform(limits.min(), limits.max(), _PLACES)
         for limits in (np.asarray(scene.altitude), np.asarray(scene.slope))
     )
+    if at_slopes:
+        slopes = generator.choice(np.asarray(scene.slope, float), _PLACES)
     azimuths = generator.uniform(0, 360, _PLACES)
     sunlit = Scene(scene.sun, scene.weather, scene.sky, np.sort(altitudes), slopes, azimuths)
     first = generator.uniform(5, 16)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -43,6 +43,7 @@ from skyshine.schemas.hdf5 import Group
 
 # Random values of each axis at which the interpolation error is measured; all their combinations are.
 PROBES = {"altitude_km": 3, "azimuth_deg": 5, "slope_deg": 5, "time_h": 24}
+FACE_AXES = ("azimuth_deg", "slope_deg")
 LEVEL_DEG, STEEP_DEG = 10.0, 60.0  # slopes of which errors are stated apart
 _SOLVER_METHOD = (
     "{} against {} steps a day at the random places of one altitude, difference times {:.3g} (second order)"
@@ -57,7 +58,8 @@ class TemperatureProduct:
     def identity(self, context: Context) -> tuple[TableIdentity, ...]:
         """The one file of a state."""
         job, library, materials = context.loaded.trimmed, context.library, context.materials
-        hours = None if job.query_limits is None else job.query_limits.hours
+        limits = job.query_limits
+        hours = None if limits is None else limits.hours
         resolved = {
             "site": job.site.model_dump(mode="json"),
             "state": job.states[context.task.index - 1].model_dump(mode="json", exclude={"date", "series"}),
@@ -67,7 +69,8 @@ class TemperatureProduct:
             "operated": {
                 name: job.operated[name].model_dump(mode="json") for name in materials if name in job.operated
             },
-            **({} if job.query_limits is None or job.query_limits.shade else {"shade": False}),
+            **({} if limits is None or limits.shade else {"shade": False}),
+            **({} if limits is None or limits.faces_deg is None else {"faces_only": True}),
             **({} if hours is None else {"hours": [clock_text(time) for time in hours]}),
             "temperatures_c": {name: job.temperatures_c[name] for name in materials if name in job.temperatures_c},
             "materials_sha256": materials_digest(library, materials),
@@ -86,41 +89,43 @@ class TemperatureProduct:
         )
         codes, steps, seed = [material.code for material in materials], job.accuracy.solver_steps, job.accuracy.seed
         requested, tables = _axes(job), _LastTable(solver, steps)
-        axes, placed = dict(requested), {}
+        limits = job.query_limits
+        hours = None if limits is None else limits.hours
+        fixed = () if limits is None or limits.faces_deg is None else FACE_AXES
+        # The whole day is solved; the file holds the hours that are asked for.
+        times = hours_around(list(requested["time_h"]), hours)
+        whole_day = len(times) == requested["time_h"].size
+        axes, placed = requested | {"time_h": np.array(times)}, {}
+        if hours is not None and not whole_day:
+            requested["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
         if job.surface_grid.tolerance is not None:
             with report.stage("grid"):
                 refined = refined_axes(
                     tables.temperature,
-                    requested,
+                    axes,
                     len(materials),
                     tolerance_parts(job.surface_grid.tolerance)[0],
                     seed=seed,
                     max_nodes=job.surface_grid.most_nodes,
+                    whole_day=whole_day,
+                    fixed=fixed,
                 )
             axes, placed = dict(refined.axes), {"tolerance": job.surface_grid.tolerance}
             report.notes.append(
                 f"{' x '.join(str(nodes.size) for nodes in axes.values())} nodes hold {job.surface_grid.tolerance}"
             )
-        # The whole day is solved, and the nodes of a tolerance are placed for all of it; the file holds the hours that
-        # are asked for.
-        hours = None if job.query_limits is None else job.query_limits.hours
-        times = hours_around(list(axes["time_h"]), hours)
-        whole_day = len(times) == len(axes["time_h"])
-        axes["time_h"] = np.array(times)
         if job.surface_grid.time is None and job.surface_grid.tolerance is None:
             with report.stage("grid"):
-                axes["time_h"] = placed_times(tables.temperature, axes, whole_day=whole_day, seed=seed)
-        if hours is not None and not whole_day:
-            requested["time_h"] = np.unique([hours[0], hours[1] + (24.0 if hours[1] < hours[0] else 0.0)])
+                axes["time_h"] = placed_times(tables.temperature, axes, whole_day=whole_day, seed=seed, fixed=fixed)
         with report.stage("tables"):
             table = tables.on(axes)
-        shaded = job.query_limits is None or job.query_limits.shade
+        shaded = limits is None or limits.shade
         response = None
         if shaded:
             with report.stage("response"):
                 response = response_table(solver.materials, solver.scene(axes), steps=steps, given=solver.given)
         with report.stage("accuracy"):
-            places = _places(requested, whole_day, random_stream(seed, Stream.TEMPERATURE_ERROR))
+            places = _places(requested, whole_day, random_stream(seed, Stream.TEMPERATURE_ERROR), fixed)
             error, solver_error = _errors(solver, table, _rules(codes, axes, whole_day), places, steps)
         notes = {
             "seed": seed,
@@ -129,6 +134,7 @@ class TemperatureProduct:
                 " placed no node;"
                 f" twilight: Sun 0 to {-NIGHT_DEG:g} degree down; level: slopes to {LEVEL_DEG:g} degree, steep:"
                 f" {STEEP_DEG:g} to 90, overhanging: beyond"
+                + ("; slopes and azimuths of the faces alone" if fixed else "")
             ),
             "solver_error_kelvin": solver_error.maximum,
             "solver_error_rms_kelvin": solver_error.rms,
@@ -139,7 +145,9 @@ class TemperatureProduct:
         if response is not None:
             with report.stage("accuracy"):
                 generator = random_stream(seed, Stream.SHADE_ERROR)
-                shade = shade_error(solver.materials, solver.scene(axes), response, solver.given, generator)
+                shade = shade_error(
+                    solver.materials, solver.scene(axes), response, solver.given, generator, at_slopes=bool(fixed)
+                )
             errors.append(shade.measured)
             by_material, by_material_axes = shade.variables, {"material": material_axis(codes)}
             notes["shade_method"] = SHADE_METHOD
@@ -254,10 +262,15 @@ def _rules(codes: Sequence[int], axes: Axes, whole_day: bool) -> list[AxisRule]:
     ]
 
 
-def _places(requested: Axes, whole_day: bool, generator: np.random.Generator) -> Axes:
-    """Random places on each of the job's own axes, those of a whole day and of azimuth also between last and first."""
+def _places(requested: Axes, whole_day: bool, generator: np.random.Generator, fixed: Collection[str] = ()) -> Axes:
+    """Random places on each of the job's own axes, those of a whole day and of azimuth also between last and first; of
+    fixed axes, which are read at their nodes, some of these.
+    """
     places = {}
     for name, nodes in requested.items():
+        if name in fixed:
+            places[name] = np.sort(generator.choice(nodes, min(PROBES[name], nodes.size), replace=False))
+            continue
         period = PERIODS.get(name)
         if period is not None and nodes.size > 1 and (whole_day or name != "time_h"):
             nodes = np.append(nodes, nodes[0] + period)

@@ -55,7 +55,7 @@ class TextureProduct:
     def identity(self, context: Context) -> tuple[TextureIdentity, ...]:
         """The one file of a texture."""
         task, loaded = context.task, context.loaded
-        job = loaded.trimmed.textures[task.index]
+        job = loaded.trimmed.texture_jobs[task.index]
         return (TextureIdentity(task.files[0], job, loaded.folder, context.library.version),)
 
     def compute(self, context: Context, report: TaskReport) -> Iterator[TextureMap]:

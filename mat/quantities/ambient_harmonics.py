@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.geometry import Rays, trace
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.quantities.radiance_field import Directions, GroundReflection, RadianceField, cell_phases
@@ -107,9 +108,12 @@ class HarmonicSky:
         return cls(SkyTable(air, altitude, np.log(flux)), above / flux[..., None], below, ground)
 
     @classmethod
-    def over_ground(cls, air: SpectralAir, source_elevation: Floats, irradiance: Floats, count: int) -> HarmonicSky:
-        """The table at `HEIGHTS` above the ground; arguments as `of`."""
-        return cls.of(air, np.add(air.state.surface_altitude, HEIGHTS), source_elevation, irradiance, count)
+    def over_ground(
+        cls, air: SpectralAir, source_elevation: Floats, irradiance: Floats, count: int, scope: PathScope = ALL_PATHS
+    ) -> HarmonicSky:
+        """The table at those of `HEIGHTS` above the ground that are read; arguments as `of`."""
+        altitude = air.state.surface_altitude + scope.heights(HEIGHTS)
+        return cls.of(air, altitude, source_elevation, irradiance, count)
 
     def at(self, altitude: Floats) -> tuple[Floats, Floats]:
         """Coefficients (R, SE, P, H) [W m^-2 sr^-1 (cm^-1)^-1] at altitudes (R,) [m], and of the transmittance to the
@@ -172,7 +176,7 @@ def ambient_harmonics(atmosphere: BandAtmosphere, grid: PathGrid, irradiance: Fl
     ranges, elevation = grid.range_km * 1e3, np.radians(grid.elevation_deg)
     source = np.radians(grid.source_elevation_deg)
     air.prepare()
-    sky = HarmonicSky.over_ground(air, source, irradiance, count)
+    sky = HarmonicSky.over_ground(air, source, irradiance, count, atmosphere.scope)
     emission = ground_emission(band)
     radiance = np.empty((*grid.shape[:4], count))
     ground = np.empty((*grid.shape[:3], len(GROUND_TEMPERATURES), len(zonal(count))))

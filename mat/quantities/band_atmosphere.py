@@ -22,6 +22,7 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.geometry import Rays, trace
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight, lines_of_sight
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.facet_light import Faces, light_among_walls
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
@@ -49,15 +50,26 @@ class BandAtmosphere:
         All points of the band (`points.band_points`) or the compiled ones (`compile.compile_band`); the response is in
         their weights.
     air : SpectralAir
+    scope : PathScope
+        Up to which height light on surfaces is tabulated.
     """
 
     band: BandPoints
     air: SpectralAir
+    scope: PathScope = ALL_PATHS
 
     @classmethod
-    def of(cls, state: AtmosphericState, band: BandPoints, *, streams: bool = True) -> BandAtmosphere:
+    def of(
+        cls,
+        state: AtmosphericState,
+        band: BandPoints,
+        *,
+        streams: bool = True,
+        scope: PathScope = ALL_PATHS,
+    ) -> BandAtmosphere:
         """Prepare a state for a band; `streams` as in `SpectralAir.of`."""
-        return cls(band, SpectralAir.of(state, band.points, band.gases, band.weight, streams=streams))
+        air = SpectralAir.of(state, band.points, band.gases, band.weight, streams=streams)
+        return cls(band, air, scope)
 
     def table(
         self,
@@ -92,7 +104,9 @@ class BandAtmosphere:
         ranges, elevation = grid.range_km * 1e3, np.radians(grid.elevation_deg)
         source, last_axis = np.radians(grid.source_elevation_deg), np.radians(grid.source_azimuth_deg)
         self.air.prepare()
-        sky = SkyTable.over_ground(self.air, source, irradiance) if "ambient" in wanted else None
+        sky = None
+        if "ambient" in wanted:
+            sky = SkyTable.over_ground(self.air, source, irradiance, self.scope)
         result = _empty(grid.shape, wanted)
         reach = np.broadcast_to(ranges, (elevation.size, ranges.size))
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats
@@ -82,9 +83,12 @@ class SkyTable:
         return cls(air, altitude, np.log(np.maximum(irradiances, np.finfo(float).tiny)))
 
     @classmethod
-    def over_ground(cls, air: SpectralAir, source_elevation: Floats, irradiance: Floats) -> SkyTable:
-        """The table at `SKY_HEIGHTS` above the ground; arguments as `of`."""
-        return cls.of(air, np.add(air.state.surface_altitude, SKY_HEIGHTS), source_elevation, irradiance)
+    def over_ground(
+        cls, air: SpectralAir, source_elevation: Floats, irradiance: Floats, scope: PathScope = ALL_PATHS
+    ) -> SkyTable:
+        """The table at those of `SKY_HEIGHTS` above the ground that are read; arguments as `of`."""
+        heights = scope.heights(SKY_HEIGHTS)
+        return cls.of(air, air.state.surface_altitude + heights, source_elevation, irradiance)
 
     def at(self, altitude: Floats) -> Floats:
         """Sky irradiance (R, SE, P) [W m^-2 (cm^-1)^-1] at altitudes (R,) [m]: exponential between those of the table,

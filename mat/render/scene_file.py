@@ -102,6 +102,10 @@ class SurfaceModel(StrictModel):
         description="In place of texels to which their texture gives none; without it they are refused.",
     )
 
+    replaced_materials: dict[str, str] = Field(
+        {}, description="Materials that the databases lack, with those that stand for them; mat needs names them."
+    )
+
     @pydantic.model_validator(mode="after")
     def _one_surface(self) -> Self:
         if (self.plan is None) == (self.mesh is None):

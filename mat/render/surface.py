@@ -64,19 +64,25 @@ class SurfaceMaterials:
     def __init__(self, scene: LoadedScene, surface: SurfaceMesh) -> None:
         self._scene, self._surface = scene, surface
         self._textures: dict[int, TmmFile] = {}
-        self._unknown = scene.model.surface.unknown_material
+        self._replaced = scene.model.surface.replaced_materials
+        unknown = scene.model.surface.unknown_material
+        self._unknown = None if unknown is None else self._shown(unknown)
         places: dict[str, tuple[str | int, ...]] = {}
         if self._unknown is not None:
             places[self._unknown] = ("surface", "unknown_material")
         for number, covering in enumerate(surface.coverings):
             if covering.texture is None:
-                places.setdefault(str(covering.material), covering.place)
+                places.setdefault(self._shown(str(covering.material)), covering.place)
                 continue
             self._textures[number] = open_tmm(covering.texture)
             for name, share in self._textures[number].usage.items():
                 if share > 0:
-                    places.setdefault(name, covering.place)
+                    places.setdefault(self._shown(name), covering.place)
         self.names, self.places = tuple(places), places
+
+    def _shown(self, name: str) -> str:
+        """The material that stands for one of the surface."""
+        return self._replaced.get(name, name)
 
     def textures(self) -> dict[int, TmmFile]:
         """Open textures by the number of their covering."""
@@ -118,7 +124,7 @@ class SurfaceMaterials:
             if not own.size:
                 continue
             if index not in self._textures:
-                number[own, 0] = self.names.index(str(kind.material))
+                number[own, 0] = self.names.index(self._shown(str(kind.material)))
                 continue
             uv = self._surface.texture_coordinates(face[own], weights[own])
             size = self.texel_size(index)[face[own]]
@@ -138,7 +144,8 @@ class SurfaceMaterials:
             codes[own], shares[own] = texture.mixture(x, y, int(number))
         numbers = np.zeros(1 + max(texture.materials), int)
         for code, name in texture.materials.items():
-            numbers[code] = self.names.index(name) if name in self.names else 0
+            shown = self._shown(name)
+            numbers[code] = self.names.index(shown) if shown in self.names else 0
         shares[codes == 0] = 0.0  # a texel without material may give code 0 a share
         known = shares.sum(axis=-1) > 0
         if not known.all():

@@ -14,7 +14,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.air_cells import shared_cell, states_of_cell
 from skyshine.mat.scene.bands import absorption_table
-from skyshine.mat.scene.grids import path_grid
+from skyshine.mat.scene.grids import path_grid, path_scope
 from skyshine.mat.scene.sources import source_irradiance, usual_irradiance
 
 MAX_POINTS = 64
@@ -41,21 +41,22 @@ def compiled_band(
     compiled : CompiledBand
     origin : Origin
     """
-    job, whole = loaded.trimmed, loaded.requested
+    job = loaded.trimmed
     place = everything.wavenumber, everything.width
-    on_the_day = np.stack([source_irradiance(whole, source, *place) for source in whole.sources])
-    usual = np.stack([usual_irradiance(source, *place) for source in whole.sources])
+    on_the_day = np.stack([source_irradiance(job, source, *place) for source in job.sources])
+    usual = np.stack([usual_irradiance(source, *place) for source in job.sources])
     return cached_compile_band(
         absorption_table(job.water_continuum),
         state,
         everything,
-        path_grid(whole),
+        path_grid(job),
         on_the_day,
         usual,
         tolerance=job.accuracy.spectral_tolerance,
         max_points=MAX_POINTS,
         seed=job.accuracy.seed,
-        similar=similar_airs(whole, written, response),
+        scope=path_scope(loaded),
+        similar=similar_airs(loaded.requested, written, response),
     )
 
 

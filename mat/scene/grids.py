@@ -1,10 +1,14 @@
-"""The axes of the atmospheric tables of a job."""
+"""The axes of the atmospheric tables of a job, and which part of its paths its scenes read."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
+from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
+from skyshine.mat.job.trim import read_share
 from skyshine.mat.quantities.grid import PathGrid, ScatteringGrid
 
 
@@ -16,3 +20,14 @@ def path_grid(job: Job, quantity: str | None = None) -> PathGrid:
     axes = {name: np.asarray(nodes, float) for name, nodes in job.atmosphere_axes(quantity).items()}
     by_angle = quantity == "path_radiance_ratio" and "source_azimuth_deg" not in job.atmosphere_grid.written
     return (ScatteringGrid if by_angle else PathGrid)(**axes)
+
+
+def path_scope(loaded: LoadedJob) -> PathScope:
+    """The part of the paths of a job that is within its query limits."""
+    share, job = read_share(loaded.requested, loaded.trimmed), loaded.trimmed
+    if share == 1.0:
+        return ALL_PATHS
+    axes = job.atmosphere_axes()
+    reach, steepest = 1e3 * axes["range_km"][-1], np.radians(max(axes["elevation_deg"][-1], 0.0))
+    start = 1e3 * (axes["altitude_km"][-1] - job.site.altitude_km)
+    return PathScope(share, float(start + reach * np.sin(steepest) + reach**2 / (2 * EARTH_RADIUS)))

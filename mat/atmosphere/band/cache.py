@@ -47,7 +47,7 @@ from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.band.targets import KINDS
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
 
@@ -69,6 +69,7 @@ class _Settings(TypedDict):
     tolerance: float
     max_points: int
     seed: int
+    scope: PathScope
 
 
 class Origin(Enum):
@@ -102,6 +103,7 @@ def cached_compile_band(
     tolerance: float,
     max_points: int,
     seed: int,
+    scope: PathScope = ALL_PATHS,
     similar: Sequence[AtmosphericState] = (),
 ) -> tuple[CompiledBand, Origin]:
     """A compiled band, its points chosen under usual sources, its errors measured in the state.
@@ -113,7 +115,7 @@ def cached_compile_band(
     ----------
     table : AbsorptionTable
         The table of the band's points.
-    state, band, grid, source_irradiance, tolerance, max_points, seed
+    state, band, grid, source_irradiance, tolerance, max_points, seed, scope
         As `compile.compile_band`.
     usual_irradiance : (P,) or (B, P) array
         Typical irradiance of the same sources, equal for all states that are to share the points.
@@ -127,7 +129,7 @@ def cached_compile_band(
     """
     folder = cache_folder()
     tolerance, max_points, seed = float(tolerance), int(max_points), int(seed)
-    settings = _Settings(tolerance=tolerance, max_points=max_points, seed=seed)
+    settings = _Settings(tolerance=tolerance, max_points=max_points, seed=seed, scope=scope)
     usual, irradiance = np.asarray(usual_irradiance), np.asarray(source_irradiance)
     airs = [over_air(one) for one in similar]
     common = (table.content, band.weight, band.points.wavenumber, band.gases, grid, usual, settings)
@@ -143,7 +145,7 @@ def cached_compile_band(
         )
         fit, _ = _cached_fit(
             content_key(*common, over_air(state), airs),
-            lambda: points_in_air(chosen, over_air(state), band, grid, len(np.atleast_2d(usual)), seed),
+            lambda: points_in_air(chosen, over_air(state), band, grid, len(np.atleast_2d(usual)), seed, scope),
         )
         compiled = fit.measured(state.surface_temperature, irradiance)
         errors, origin = compiled.errors.values(), Origin.SHARED_SIMILAR if known else Origin.SIMILAR

@@ -27,7 +27,7 @@ from skyshine.mat.atmosphere.band.targets import (
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import spectral_optics
-from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
 from skyshine.schemas.arrays import Floats, Integers
 
 # A larger number of candidates is thinned, evenly in mean logarithm of optical depth.
@@ -41,6 +41,7 @@ _SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 16, 2
 _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
 # Elevations of the source at which the field of light scattered more than once is solved, degree.
 _TWO_STREAM_ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
+_HORIZON_DROP = 1.0  # degree by which the Sun is lower, or higher, at the far end of a long line of sight
 # Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40
 # Errors count relative to the quantity, or to this fraction of its largest value where it is below.
@@ -147,6 +148,7 @@ def compile_band(
     tolerance: float = 1e-3,
     max_points: int = 64,
     seed: int = 0,
+    scope: PathScope = ALL_PATHS,
 ) -> CompiledBand:
     """Reduce a band to the points that meet a tolerance on the paths of a job.
 
@@ -165,13 +167,22 @@ def compile_band(
     max_points : int
     seed : int
         Of the choice of paths and of `select_points`.
+    scope : PathScope, optional
+        What the axes are of those of the job; by default all.
 
     Returns
     -------
     CompiledBand
     """
     fit = fit_band(
-        over_air(state), band, grid, source_irradiance, tolerance=tolerance, max_points=max_points, seed=seed
+        over_air(state),
+        band,
+        grid,
+        source_irradiance,
+        tolerance=tolerance,
+        max_points=max_points,
+        seed=seed,
+        scope=scope,
     )
     return fit.measured(state.surface_temperature, source_irradiance)
 
@@ -190,13 +201,14 @@ def fit_band(
     tolerance: float,
     max_points: int,
     seed: int,
+    scope: PathScope = ALL_PATHS,
 ) -> FittedBand:
     """The points of a compiled band, with the responses that give its errors under other ground temperatures and
     sources.
 
     Parameters
     ----------
-    state, band, grid, source_irradiance, tolerance, max_points, seed
+    state, band, grid, source_irradiance, tolerance, max_points, seed, scope
         As `compile_band`.
 
     Returns
@@ -204,8 +216,9 @@ def fit_band(
     FittedBand
     """
     irradiance, brightness = _light(source_irradiance)
-    air = _air(state, band)
-    training, test = _training(air, grid, 1, np.random.default_rng(seed)), _test(air, grid, seed)
+    air = _air(state, band, grid, scope)
+    training = _training(air, grid, 1, np.random.default_rng(seed), scope)
+    test = _test(air, grid, seed, scope)
     gases, dropped = _drop_gases([air], band, [training], tolerance * _GAS_SHARE)
     candidates = _candidates([air], [training])
     targets, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
@@ -222,6 +235,7 @@ def choose_points(
     tolerance: float,
     max_points: int,
     seed: int,
+    scope: PathScope = ALL_PATHS,
 ) -> ChosenPoints:
     """Points of a band that are to hold in several airs, and between them.
 
@@ -229,7 +243,7 @@ def choose_points(
     ----------
     states : sequence of AtmosphericState
         Their sample of paths is about as large together as that of one state in `compile_band`.
-    band, grid, source_irradiance, tolerance, max_points, seed
+    band, grid, source_irradiance, tolerance, max_points, seed, scope
         As `compile_band`.
 
     Returns
@@ -237,8 +251,8 @@ def choose_points(
     ChosenPoints
     """
     irradiance, brightness = _light(source_irradiance)
-    airs, generator = [_air(state, band) for state in states], np.random.default_rng(seed)
-    training = [_training(air, grid, len(airs), generator) for air in airs]
+    airs, generator = [_air(state, band, grid, scope) for state in states], np.random.default_rng(seed)
+    training = [_training(air, grid, len(airs), generator, scope) for air in airs]
     gases, dropped = _drop_gases(airs, band, training, tolerance * _GAS_SHARE)
     candidates = _candidates(airs, training)
     targets = [
@@ -249,14 +263,20 @@ def choose_points(
 
 
 def points_in_air(
-    chosen: ChosenPoints, state: AtmosphericState, band: BandPoints, grid: PathAxes, sources: int, seed: int
+    chosen: ChosenPoints,
+    state: AtmosphericState,
+    band: BandPoints,
+    grid: PathAxes,
+    sources: int,
+    seed: int,
+    scope: PathScope = ALL_PATHS,
 ) -> FittedBand:
     """Chosen points with their responses in some air, on fewer paths than those on which `fit_band` tests.
 
     Parameters
     ----------
     chosen : ChosenPoints
-    state, band, grid, seed
+    state, band, grid, seed, scope
         As `compile_band`.
     sources : int
         Number of sources.
@@ -265,28 +285,41 @@ def points_in_air(
     -------
     FittedBand
     """
-    air = _air(state, band)
-    test = _test(air, grid, seed, _SHARED_TEST_RAYS, skies=_SHARED_TEST_SKIES)
+    air = _air(state, band, grid, scope)
+    test = _test(air, grid, seed, scope, _SHARED_TEST_RAYS, skies=_SHARED_TEST_SKIES)
     exact = tested_responses(air, band.weight, test, sources)
     return FittedBand(chosen, exact, _approximate(chosen, state, air, test, sources))
 
 
-def _air(state: AtmosphericState, band: BandPoints) -> SpectralAir:
+def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathScope) -> SpectralAir:
     """Air at all points of a band, in which the field of the source's light is solved at few elevations: all points and
     the chosen ones are compared in the same field.
     """
-    return replace(
-        SpectralAir.of(state, band.points, band.gases, band.weight), two_stream_elevations=_TWO_STREAM_ELEVATIONS
-    )
+    elevations = np.array(_TWO_STREAM_ELEVATIONS)
+    if scope != ALL_PATHS:  # those around the source
+        low, high = np.maximum(grid.source_elevation_deg[[0, -1]], 0.0)
+        first = int(np.searchsorted(elevations, low - _HORIZON_DROP, side="right")) - 1
+        elevations = elevations[first : int(np.searchsorted(elevations, high + _HORIZON_DROP)) + 1]
+    air = SpectralAir.of(state, band.points, band.gases, band.weight)
+    return replace(air, two_stream_elevations=tuple(elevations.tolist()))
 
 
-def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.Generator) -> Sample:
+def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.Generator, scope: PathScope) -> Sample:
     """The share of one of some airs in the paths to which points are fitted."""
-    return Sample.of(air.shells, grid, -(-_TRAINING_RAYS // airs), generator)
+    rays = scope.lines(_TRAINING_RAYS)
+    return Sample.of(air.shells, grid, -(-rays // airs), generator, scope=scope)
 
 
-def _test(air: SpectralAir, grid: PathAxes, seed: int, rays: int = _TEST_RAYS, **settings: int) -> Sample:
-    return Sample.of(air.shells, grid, rays, np.random.default_rng([seed, _TEST_STREAM]), **settings)
+def _test(
+    air: SpectralAir,
+    grid: PathAxes,
+    seed: int,
+    scope: PathScope,
+    rays: int = _TEST_RAYS,
+    **settings: int,
+) -> Sample:
+    rays, generator = scope.lines(rays), np.random.default_rng([seed, _TEST_STREAM])
+    return Sample.of(air.shells, grid, rays, generator, scope=scope, **settings)
 
 
 def _approximate(
@@ -338,7 +371,13 @@ def _light(source_irradiance: Floats) -> tuple[Floats, Floats]:
 
 
 def negligible_gases(
-    airs: Sequence[SpectralAir], band: BandPoints, grid: PathAxes, *, tolerance: float = 1e-3, seed: int = 0
+    airs: Sequence[SpectralAir],
+    band: BandPoints,
+    grid: PathAxes,
+    *,
+    tolerance: float = 1e-3,
+    seed: int = 0,
+    scope: PathScope = ALL_PATHS,
 ) -> dict[str, float]:
     """Gases that `compile_band` omits in an air, or `choose_points` in several, with the largest change each makes in
     an in-band transmittance.
@@ -347,7 +386,7 @@ def negligible_gases(
     ----------
     airs : sequence of SpectralAir
         At all points of the band.
-    band, grid, tolerance, seed
+    band, grid, tolerance, seed, scope
         As `compile_band`.
 
     Returns
@@ -355,7 +394,7 @@ def negligible_gases(
     dict of str to float
     """
     generator = np.random.default_rng(seed)
-    training = [_training(air, grid, len(airs), generator) for air in airs]
+    training = [_training(air, grid, len(airs), generator, scope) for air in airs]
     return _drop_gases(airs, band, training, tolerance * _GAS_SHARE)[1]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import Shells, scattering_cosine, source_cosine, trace
-from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
 from skyshine.mat.atmosphere.transfer.segments import Segments
 from skyshine.schemas.arrays import Floats, Integers
 
@@ -16,6 +16,7 @@ from skyshine.schemas.arrays import Floats, Integers
 _RANGES, _SURFACES, _SKY_SOURCES, _DIRECT_SURFACES, _DIRECT_SOURCES = 12, 4, 3, 12, 30
 _LEAST_ELEVATION = np.radians(1.0)  # of lines of sight that must meet air
 _SURFACE_HEIGHTS = (0.0, 1e3, 3e3, 10e3)  # m above the ground
+_LOW_SKIES = 2  # surfaces under the sky where all are lower than that: their skies differ less
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,14 @@ class Sample:
 
     @classmethod
     def of(
-        cls, shells: Shells, grid: PathAxes, count: int, rng: np.random.Generator, *, skies: int = _SURFACES
+        cls,
+        shells: Shells,
+        grid: PathAxes,
+        count: int,
+        rng: np.random.Generator,
+        *,
+        skies: int = _SURFACES,
+        scope: PathScope = ALL_PATHS,
     ) -> Sample:
         """A Latin hypercube over the axes, uniform in the index of their nodes.
 
@@ -71,6 +79,8 @@ class Sample:
         rng : numpy.random.Generator
         skies : int
             Surfaces under the sky, one of them on the ground.
+        scope : PathScope, optional
+            Surfaces lie up to its highest; by default up to 10 km.
         """
 
         def draw(axis: Floats, count: int) -> Floats:
@@ -79,6 +89,9 @@ class Sample:
             return values
 
         ground = shells.altitude[0]
+        surfaces = _surface_heights(scope)
+        if surfaces.size < len(_SURFACE_HEIGHTS):
+            skies = min(skies, _LOW_SKIES)
         ranges = grid.range_km[grid.range_km > 0] if np.any(grid.range_km > 0) else np.array([1.0])
         altitude = np.maximum(draw(grid.altitude_km, count) * 1e3, ground)
         # Light from a source below the horizon is too faint to matter for the choice of points.
@@ -94,8 +107,8 @@ class Sample:
             )
         return cls(
             lines,
-            ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), skies - 1)),
-            ground + np.append(0.0, draw(np.array(_SURFACE_HEIGHTS), _DIRECT_SURFACES - 1)),
+            ground + np.append(0.0, draw(surfaces, skies - 1)),
+            ground + np.append(0.0, draw(surfaces, _DIRECT_SURFACES - 1)),
             np.radians(draw(source, _SKY_SOURCES)),
             np.radians(draw(source, _DIRECT_SOURCES)),
         )
@@ -109,6 +122,14 @@ class Sample:
             np.add.at(row, line.segments.layer, line.segments.lower)
             np.add.at(row, line.segments.layer + 1, line.segments.upper)
         return air @ per_molecule
+
+
+def _surface_heights(scope: PathScope) -> Floats:
+    """Heights above the ground between which surfaces lie [m]."""
+    inside = [height for height in _SURFACE_HEIGHTS if height < scope.highest_surface]
+    if len(inside) == len(_SURFACE_HEIGHTS):
+        return np.array(_SURFACE_HEIGHTS)
+    return np.unique([*inside, max(scope.highest_surface, 1.0)])
 
 
 def _lines(

@@ -1,10 +1,48 @@
-"""The axes of a table's lines of sight, as the transfer reads them from `quantities.grid.PathGrid`."""
+"""The axes of a table's lines of sight, as the transfer reads them from `quantities.grid.PathGrid`, and the part of
+all paths that they are.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from skyshine.schemas.arrays import Floats
+
+# Of the lines that sample all paths of a job: those of its smallest part are not fewer, nor fewer than so many.
+_LEAST_SHARE, _LEAST_LINES = 0.25, 16
+
+
+@dataclass(frozen=True)
+class PathScope:
+    """The part of a job's paths that its scenes read: random lines of sight are as dense in it as they are in all.
+
+    Attributes
+    ----------
+    share : float
+        Of the cells of range, altitude and elevation.
+    highest_surface : float
+        Height above the ground up to which light on surfaces is read, m.
+    """
+
+    share: float = 1.0
+    highest_surface: float = math.inf
+
+    def lines(self, count: int, least: int = _LEAST_LINES) -> int:
+        """How many lines sample this part where `count` sample all."""
+        return max(math.ceil(max(self.share, _LEAST_SHARE) * count), min(least, count))
+
+    def heights(self, nodes: Sequence[float] | Floats) -> Floats:
+        """Of ascending heights above the ground [m] those that are read: up to the first at or above the highest."""
+        heights = np.asarray(nodes, float)
+        return heights[: int(np.searchsorted(heights, self.highest_surface)) + 1]
+
+
+ALL_PATHS = PathScope()
 
 
 class PathAxes(Protocol):

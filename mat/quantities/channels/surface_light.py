@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.ambient_harmonics import HarmonicSky, ground_emission
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -129,11 +130,11 @@ def _beam(air: SpectralAir, heights: Floats, above_rise: Floats) -> Floats:
     return np.concatenate(rows)
 
 
-def _beam_nodes(air: SpectralAir, light: Floats, allowed: float) -> tuple[Floats, Floats]:
+def _beam_nodes(air: SpectralAir, start: tuple[Floats, Floats], light: Floats, allowed: float) -> tuple[Floats, Floats]:
     """Heights (B,) [m] and elevations above the rise (D,) [degree] between which the beam of a source is linear within
-    what is allowed; its light at the band's points is (P,) [W m^-2 sr^-1].
+    what is allowed, those to start from among them; its light at the band's points is (P,) [W m^-2 sr^-1].
     """
-    nodes = [TARGET_HEIGHTS, np.array(ABOVE_RISE, float)]
+    nodes = list(start)
     at_nodes = _beam(air, *nodes) @ light
     for axis in (1, 0):
         for _ in range(_HALVINGS):
@@ -163,6 +164,12 @@ def _few_points(rows: Floats, through: Floats, allowed: float) -> Parts:
     return few
 
 
+def _around(nodes: Floats, low: float, high: float) -> Floats:
+    """The nodes between two values, with the next beyond each."""
+    first = max(0, int(np.searchsorted(nodes, low, side="right")) - 1)
+    return nodes[first : max(int(np.searchsorted(nodes, high)) + 1, first + 2)]
+
+
 def surface_light(
     atmosphere: BandAtmosphere,
     irradiance: Floats,
@@ -189,11 +196,14 @@ def surface_light(
     """
     air, weight = atmosphere.air, atmosphere.band.radiance_weight / np.pi
     air.prepare()
-    heights = np.array(SKY_HEIGHTS, float)
-    altitude = air.state.surface_altitude + heights
-    elevation, dark = np.radians(source_elevation), np.zeros_like(irradiance)
-    targets, above = _beam_nodes(air, weight * irradiance, _NODES_SHARE * allowed)
-    beam, rise = _beam(air, targets, above), air.source_rays.rise_at(air.state.surface_altitude + targets)
+    scope, ground = atmosphere.scope, air.state.surface_altitude
+    heights, targets, above = scope.heights(SKY_HEIGHTS), scope.heights(TARGET_HEIGHTS), np.array(ABOVE_RISE, float)
+    altitude, elevation, dark = ground + heights, np.radians(source_elevation), np.zeros_like(irradiance)
+    if scope != ALL_PATHS:
+        rise = np.degrees(air.source_rays.rise_at(ground + targets))
+        above = _around(above, source_elevation[0] - rise.max(), source_elevation[-1] - rise.min())
+    targets, above = _beam_nodes(air, (targets, above), weight * irradiance, _NODES_SHARE * allowed)
+    beam, rise = _beam(air, targets, above), air.source_rays.rise_at(ground + targets)
     emitted = SkyTable.of(air, altitude, elevation[:1], dark).at(altitude)[:, 0]
     lit = np.any(irradiance > 0) and air.scatters
     both = SkyTable.of(air, altitude, elevation, irradiance).at(altitude) if lit else emitted[:, None]
@@ -201,12 +211,12 @@ def surface_light(
     around: tuple[LightParts | None, LightParts | None, LightParts | None] = (None, None, None)
     if harmonics:
         glow = float(planck_wavenumber(atmosphere.band.wavenumber, GROUND_TEMPERATURE).max())
-        own, to_ground = HarmonicSky.over_ground(air, elevation[:1], dark, harmonics).at(altitude)
+        own, to_ground = HarmonicSky.over_ground(air, elevation[:1], dark, harmonics, scope).at(altitude)
         lit_sky = np.zeros((altitude.size, elevation.size, harmonics, 1))
         if lit:
             few = _few_points(scattered.reshape(-1, weight.size) * weight, through, allowed)
             part = air.part(few.index)
-            whole = HarmonicSky.over_ground(part, elevation, irradiance[few.index], harmonics).at(altitude)[0]
+            whole = HarmonicSky.over_ground(part, elevation, irradiance[few.index], harmonics, scope).at(altitude)[0]
             of_few = (whole - own[:, :, few.index]) * weight[few.index, None]
             lit_sky = np.swapaxes(of_few, -1, -2) @ few.factor.T / weight
         around = (

@@ -5,9 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.trim import around, hours_around
 from skyshine.mat.plan.plan import make_plan
+from skyshine.mat.scene.grids import path_scope
 from skyshine.mat.tables.axes import LINEAR, AxisRule
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
@@ -125,3 +127,77 @@ def test_noon_needs_no_low_sun_and_night_none_at_all(tmp_path):
 def test_needs_in_the_wrong_order_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"needs.range_km: found \[6, 0.3\]; allowed: \[least, most\]; swap them"):
         loaded(tmp_path, "needs: {range_km: [6, 0.3]}\n")
+
+
+def test_needs_outside_of_the_jobs_tables_are_refused_with_their_place(tmp_path):
+    for needs, words in (
+        ("range_km: [2000, 3000]", r"job.yaml:\d+:\d+: needs.range_km: found \[2000, 3000\]; .* 0.001 to 1000; change"),
+        (
+            "surface_altitude_km: [5, 6]",
+            r"needs.surface_altitude_km: found \[5, 6\]; .* surface_grid.altitude_km holds",
+        ),
+        ("materials: [concrete]", r"needs.materials.0: found 'concrete'; .*asphalt_road"),
+        ("sources: [moon]", r"needs.sources.0: found 'moon'; .*sun"),
+    ):
+        with pytest.raises(InputError, match=words):
+            loaded(tmp_path, f"sources: [sun]\nneeds: {{{needs}}}\n")
+
+
+def test_a_tolerance_ends_the_axes_where_the_reads_end(tmp_path):
+    limits = "needs: {range_km: [0.3, 6], elevation_deg: [-12, -8], surface_altitude_km: [0.1, 0.2]}\n"
+    job = loaded(tmp_path, "accuracy: 0.5 K\n" + limits).trimmed
+    assert job.atmosphere_grid.range_km == [0.3, 0.35, 0.5, 0.75, 1, 1.5, 2, 3, 4, 5, 6]
+    assert job.atmosphere_grid.elevation_deg == [-12, -10, -8]
+    assert job.surface_altitudes_km == [0.1, 0.2]
+
+
+def test_faces_replace_slopes_and_azimuths(tmp_path):
+    job = loaded(tmp_path, "needs: {faces_deg: [[0, 77], [90, 360], [90, 120.5], [180, 5]]}\n").trimmed
+    assert job.surface_grid.slope_deg == [0, 90, 180]
+    assert job.surface_grid.azimuth_deg == [0, 120.5]
+    level = loaded(tmp_path, "needs: {faces_deg: [[0, 77]]}\n").trimmed
+    assert level.surface_grid.azimuth_deg == [0] and level.ambient_harmonics == 0
+
+
+def test_the_ground_around_faces_stays(tmp_path):
+    text = JOB.replace("    weather:", "    ground_material: asphalt_road\n    weather:")
+    (tmp_path / "job.yaml").write_text(text + "needs: {faces_deg: [[90, 10]]}\n", encoding="utf-8")
+    assert load_job(tmp_path / "job.yaml").trimmed.surface_grid.slope_deg == [0, 90]
+
+
+def test_faces_and_a_span_of_slopes_exclude_each_other(tmp_path):
+    with pytest.raises(InputError, match="found faces_deg and slope_deg; allowed: one of them"):
+        loaded(tmp_path, "needs: {faces_deg: [[0, 0]], slope_deg: [0, 90]}\n")
+    many = [[slope, azimuth] for slope, azimuth in zip(range(1, 71), range(70), strict=True)]
+    with pytest.raises(InputError, match="70 slopes and 70 azimuths, 4900 orientations; allowed: at most 4096"):
+        loaded(tmp_path, f"needs: {{faces_deg: {many}}}\n")
+
+
+def test_materials_that_are_not_needed_are_not_built(tmp_path):
+    text = JOB.replace("[asphalt_road]", "[asphalt_road, grass_green, concrete]")
+    (tmp_path / "job.yaml").write_text(text + "needs: {materials: [concrete]}\n", encoding="utf-8")
+    plan = make_plan(load_job(tmp_path / "job.yaml"), load_library())
+    assert plan.materials == ("concrete",)
+    assert any(item.what == "all other materials" for item in plan.left_out)
+
+
+def test_a_source_that_is_named_stays_in_a_polar_night(tmp_path):
+    text = JOB.replace("latitude_deg: 45", "latitude_deg: 88").replace("2026-06-21", "2026-12-21")
+    for needs, sources in (("", ["moon"]), (", sources: [sun]", ["sun"])):
+        (tmp_path / "job.yaml").write_text(text + f'needs: {{hours: ["12:00", "13:00"]{needs}}}\n', encoding="utf-8")
+        job = load_job(tmp_path / "job.yaml").trimmed
+        assert job.sources == sources
+        if sources == ["sun"]:
+            assert job.atmosphere_grid.source_elevation_deg == [-10]
+
+
+def test_narrow_paths_are_sampled_as_densely_as_all(tmp_path):
+    every = path_scope(loaded(tmp_path, "needs: {bands: [b01], hours: ['10:00', '12:00'], shade: false}\n"))
+    assert every == ALL_PATHS
+    needs = "needs: {range_km: [0.1, 0.2], observer_altitude_km: [0.05, 0.05], elevation_deg: [-30, 30]}\n"
+    part = path_scope(loaded(tmp_path, needs))
+    assert part.share == pytest.approx(1 / 28 * 1 / 11 * 18 / 24)
+    # 50 m up, and 200 m along a line that rises by 30 degree.
+    assert part.highest_surface == pytest.approx(150.0, abs=0.01)
+    assert part.heights([0.0, 100.0, 200.0, 300.0]).tolist() == [0.0, 100.0, 200.0]
+    assert part.lines(400) == 100 and part.lines(20) == 16 and ALL_PATHS.lines(400) == 400

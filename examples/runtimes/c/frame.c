@@ -14,6 +14,15 @@
 #define EACH_PROCESSOR
 #endif
 
+/* The turns of a loop read nothing that another one writes. */
+#if defined __clang__
+#define INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#elif defined __GNUC__
+#define INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define INDEPENDENT
+#endif
+
 enum { BLOCK = 256, CODES = 65536, CELLS_LIMIT = 65536 };
 /* Panels of the lattice of ranges: in each octave of range + NEAREST equally many of equal length, each with a cubic. */
 enum { OCTAVE_BITS = 4, OCTAVES = 22, PANELS = OCTAVES << OCTAVE_BITS, CUBIC = 4 };
@@ -26,10 +35,12 @@ struct grid {
     double *nodes, *per_length, first, last, scale, period;
     int32_t *cell; /* the lowest that reaches into an equal part of the axis */
     int parts, steps, count, clamps;
+    int even; /* all cells are of the same length */
 };
 
-struct material {
-    double fraction, shininess, normalisation, direct;
+/* Of each material: what the beam becomes by (34) and by (35), without incidence and lobe. */
+struct materials {
+    double *diffuse, *specular, *shininess;
 };
 
 struct skyshine_frame {
@@ -38,8 +49,8 @@ struct skyshine_frame {
     double extinction, path_ratio; /* of the centre: 5.5 / beta*, and (10) */
     double source_heading, sine, cosine; /* of the source's elevation */
     double elevation, heading; /* of the centre's line */
-    int16_t *in_band, *in_surface; /* index of a code; -1 where there is none */
-    struct material *materials;
+    int32_t *in_band, *in_surface; /* index of a code; -1 where there is none */
+    struct materials materials;
     struct grid altitude, azimuth, slope, kelvin, planck;
     size_t plane; /* temperatures of one material */
     double *temperature, *blackbody;
@@ -73,7 +84,10 @@ static void make_grid(struct grid *grid, const struct axis *axis)
         shortest = fmin(shortest, grid->nodes[i + 1] - grid->nodes[i]);
         grid->per_length[i] = 1.0 / (grid->nodes[i + 1] - grid->nodes[i]);
     }
-    grid->parts = (int)fmin(ceil(length / shortest), CELLS_LIMIT);
+    grid->even = 1;
+    for (int i = 1; i + 1 < grid->count; ++i) grid->even = grid->even && fabs(grid->nodes[i] - grid->first - i * shortest) < 1e-9 * shortest;
+    /* More than two parts to the shortest cell: then one comparison finds the cell. */
+    grid->parts = grid->even ? grid->count - 1 : (int)fmin(ceil(2.1 * length / shortest), CELLS_LIMIT);
     grid->scale = grid->parts / length;
     grid->cell = sky_allocate((size_t)grid->parts + 1, sizeof *grid->cell);
     grid->steps = 1;
@@ -98,11 +112,11 @@ static void make_temperatures(skyshine_frame *frame, double time)
     const size_t lengths[] = {(size_t)frame->altitude.count, (size_t)frame->azimuth.count, (size_t)frame->slope.count};
     frame->plane = lengths[0] * lengths[1] * lengths[2];
     frame->temperature = sky_allocate(axes[0].count * frame->plane, sizeof(double));
-    frame->in_surface = sky_allocate(CODES, sizeof(int16_t));
+    frame->in_surface = sky_allocate(CODES, sizeof(int32_t));
     for (size_t code = 0; code < CODES; ++code) frame->in_surface[code] = -1;
     size_t at = 0;
     for (size_t m = 0; m < axes[0].count; ++m) {
-        frame->in_surface[(size_t)axes[0].nodes[m]] = (int16_t)m;
+        frame->in_surface[(size_t)axes[0].nodes[m]] = (int32_t)m;
         for (size_t i = 0; i < lengths[0]; ++i)
             for (size_t j = 0; j < lengths[1]; ++j)
                 for (size_t k = 0; k < lengths[2]; ++k)
@@ -193,12 +207,12 @@ static void make_light(skyshine_frame *frame, const skyshine_view *view, const d
     frame->sky = sky_allocate(materials * BASES, sizeof(double));
     frame->sky_bounded = sky_allocate(BASES * parts, sizeof(double));
     frame->rho_bounded = sky_allocate(materials * parts, sizeof(double));
-    frame->materials = sky_allocate(materials, sizeof *frame->materials);
+    frame->materials.diffuse = sky_allocate(materials, sizeof(double));
     sky_light_at(&tables->air, "direct_radiance", place, beam);
     for (size_t b = 0; b < parts; ++b) {
         const int bounded = may_be_bounded(&tables->air, frame->bases, parts, weights, b);
         for (size_t m = 0; m < materials; ++m) {
-            frame->materials[m].direct += rho[m * parts + b] * beam[b];
+            frame->materials.diffuse[m] += rho[m * parts + b] * beam[b];
             if (bounded) frame->rho_bounded[m * parts + frame->bounded] = rho[m * parts + b];
             for (size_t k = 0; k < frame->bases && !bounded; ++k) frame->sky[m * BASES + k] += rho[m * parts + b] * weights[k * parts + b];
         }
@@ -211,15 +225,17 @@ static void make_materials(skyshine_frame *frame)
 {
     const struct database *band = &frame->tables->band;
     const struct axis *codes = &sky_array_of(band, "reflectance")->axes[0];
-    frame->in_band = sky_allocate(CODES, sizeof(int16_t));
+    struct materials *of = &frame->materials;
+    of->specular = sky_allocate(codes->count, sizeof(double));
+    of->shininess = sky_allocate(codes->count, sizeof(double));
+    frame->in_band = sky_allocate(CODES, sizeof(int32_t));
     for (size_t code = 0; code < CODES; ++code) frame->in_band[code] = -1;
     for (size_t m = 0; m < codes->count; ++m) {
-        struct material *material = &frame->materials[m];
-        frame->in_band[(size_t)codes->nodes[m]] = (int16_t)m;
-        material->fraction = sky_array_of(band, "specular_fraction")->values[m];
-        material->shininess = sky_array_of(band, "shininess")->values[m];
-        material->normalisation = sky_array_of(band, "normalisation")->values[m];
-        material->direct = fmax(material->direct, 0.0);
+        const double direct = fmax(of->diffuse[m], 0.0), fraction = sky_array_of(band, "specular_fraction")->values[m];
+        frame->in_band[(size_t)codes->nodes[m]] = (int32_t)m;
+        of->diffuse[m] = direct * (1.0 - fraction);
+        of->specular[m] = direct * fraction * sky_array_of(band, "normalisation")->values[m];
+        of->shininess[m] = sky_array_of(band, "shininess")->values[m];
     }
     const struct array *blackbody = sky_array_of(band, "blackbody_radiance");
     make_grid(&frame->kelvin, &blackbody->axes[0]);
@@ -278,20 +294,42 @@ INLINE int locate(const struct grid *grid, const double *values, int count, int3
     const double first = grid->first, last = grid->last, scale = grid->scale, period = grid->period, per_period = period > 0.0 ? 1.0 / period : 0.0;
     const double *nodes = grid->nodes, *per_length = grid->per_length;
     const int32_t *cell = grid->cell;
-    const int steps = grid->steps, clamps = grid->clamps;
+    const int clamps = grid->clamps, last_cell = grid->count - 2;
     int outside = 0;
+    INDEPENDENT
     for (int i = 0; i < count; ++i) {
         double value = values[i];
         value -= period * floor((value - first) * per_period);
         outside |= !((fabs(value) < 1e300) & (clamps | ((value >= first) & (value <= last))));
         value = value >= first ? value : first;
-        value = value <= last ? value : last;
-        weight[i] = value;
-        lower[i] = cell[(int32_t)((value - first) * scale)];
+        weight[i] = value <= last ? value : last;
     }
-    for (int step = 0; step < steps; ++step)
-        for (int i = 0; i < count; ++i) lower[i] += (weight[i] >= nodes[lower[i] + 1]) & (lower[i] + 2 < grid->count);
-    for (int i = 0; i < count; ++i) weight[i] = (weight[i] - nodes[lower[i]]) * per_length[lower[i]];
+    if (grid->even) {
+        INDEPENDENT
+        for (int i = 0; i < count; ++i) {
+            const double place = (weight[i] - first) * scale;
+            const int32_t at = (int32_t)place;
+            lower[i] = at < last_cell ? at : last_cell;
+            weight[i] = place - lower[i];
+        }
+        return outside;
+    }
+    if (grid->steps == 1) {
+        INDEPENDENT
+        for (int i = 0; i < count; ++i) {
+            int32_t at = cell[(int32_t)((weight[i] - first) * scale)];
+            at += (weight[i] >= nodes[at + 1]) & (at < last_cell);
+            lower[i] = at;
+            weight[i] = (weight[i] - nodes[at]) * per_length[at];
+        }
+        return outside;
+    }
+    for (int i = 0; i < count; ++i) {
+        int32_t at = cell[(int32_t)((weight[i] - first) * scale)];
+        while (at < last_cell && weight[i] >= nodes[at + 1]) ++at;
+        lower[i] = at;
+        weight[i] = (weight[i] - nodes[at]) * per_length[at];
+    }
     return outside;
 }
 
@@ -308,15 +346,16 @@ INLINE int read_temperatures(const skyshine_frame *frame, const skyshine_pixels 
     outside |= locate(&frame->azimuth, pixels->surface_azimuth + from, block->count, block->low[1], block->weight[1]);
     outside |= locate(&frame->slope, pixels->surface_slope + from, block->count, block->low[2], block->weight[2]);
     const int32_t row = frame->slope.count, plane = row * frame->azimuth.count, whole = (int32_t)frame->plane;
-    const double *values = frame->temperature;
+    const double *values = frame->temperature, *u0 = block->weight[0], *v0 = block->weight[1], *w0 = block->weight[2];
+    const int32_t *material = block->surface, *i0 = block->low[0], *j0 = block->low[1], *k0 = block->low[2];
+    double *kelvin = block->kelvin;
+    INDEPENDENT
     for (int i = 0; i < block->count; ++i) {
-        const double *at = values + (ptrdiff_t)whole * block->surface[i] + plane * block->low[0][i] + row * block->low[1][i] + block->low[2][i];
-        const double u = block->weight[0][i], v = block->weight[1][i], w = block->weight[2][i];
-        const double a = at[0] + w * (at[1] - at[0]), b = at[row] + w * (at[row + 1] - at[row]);
-        const double *above = at + plane;
-        const double c = above[0] + w * (above[1] - above[0]), d = above[row] + w * (above[row + 1] - above[row]);
-        const double lower = a + v * (b - a), upper = c + v * (d - c);
-        block->kelvin[i] = lower + u * (upper - lower);
+        const int32_t a0 = whole * material[i] + plane * i0[i] + row * j0[i] + k0[i], b0 = a0 + row, c0 = a0 + plane, d0 = c0 + row;
+        const double a = values[a0] + w0[i] * (values[a0 + 1] - values[a0]), b = values[b0] + w0[i] * (values[b0 + 1] - values[b0]);
+        const double c = values[c0] + w0[i] * (values[c0 + 1] - values[c0]), d = values[d0] + w0[i] * (values[d0 + 1] - values[d0]);
+        const double lower = a + v0[i] * (b - a), upper = c + v0[i] * (d - c);
+        kelvin[i] = lower + u0[i] * (upper - lower);
     }
     return outside;
 }
@@ -325,27 +364,28 @@ INLINE int read_temperatures(const skyshine_frame *frame, const skyshine_pixels 
 INLINE int emit(const skyshine_frame *frame, const double *range, struct block_of *block)
 {
     int outside = locate(&frame->kelvin, block->kelvin, block->count, block->low[0], block->weight[0]);
-    const double *blackbody = frame->blackbody;
-    for (int i = 0; i < block->count; ++i) {
-        const double *at = blackbody + block->low[0][i];
-        block->blackbody[i] = at[0] + block->weight[0][i] * (at[1] - at[0]);
-    }
-    locate(&frame->planck, block->kelvin, block->count, block->low[0], block->weight[0]);
-    const int64_t stride = (int64_t)frame->planck.count * CUBIC;
-    const double *emission = frame->emission;
-    for (int i = 0; i < block->count; ++i) {
+    const double *blackbody = frame->blackbody, *emission = frame->emission, *weight = block->weight[0];
+    const int32_t *lower = block->low[0], *material = block->material;
+    const int32_t stride = frame->planck.count * CUBIC;
+    double *radiance = block->blackbody, *emitted = block->emitted;
+    const int count = block->count;
+    INDEPENDENT
+    for (int i = 0; i < count; ++i) radiance[i] = blackbody[lower[i]] + weight[i] * (blackbody[lower[i] + 1] - blackbody[lower[i]]);
+    locate(&frame->planck, block->kelvin, count, block->low[0], block->weight[0]);
+    INDEPENDENT
+    for (int i = 0; i < count; ++i) {
         double length = range[i];
         outside |= !((length >= 0.0) & (length <= FARTHEST));
         length = length >= 0.0 ? length : 0.0;
         length = length <= FARTHEST ? length : FARTHEST;
         const uint64_t bits = bits_of(length + NEAREST) - bits_of(NEAREST);
-        const int64_t panel = (int64_t)(bits >> (52 - OCTAVE_BITS));
-        /* The mantissa of the panel's bits, read as a number from 1 to 2. */
+        const int32_t panel = (int32_t)(bits >> (52 - OCTAVE_BITS));
+        /* The bits within the panel, read as the mantissa of a number from 1 to 2. */
         const double t = number_of(((bits << OCTAVE_BITS) & 0x000FFFFFFFFFFFFFull) | 0x3FF0000000000000ull) - 1.0;
-        const double *at = emission + ((int64_t)block->material[i] * PANELS + panel) * stride + CUBIC * block->low[0][i];
-        const double w = block->weight[0][i];
-        const double cold = at[0] + t * (at[1] + t * (at[2] + t * at[3])), warm = at[4] + t * (at[5] + t * (at[6] + t * at[7]));
-        block->emitted[i] = cold + w * (warm - cold);
+        const int32_t j = (material[i] * PANELS + panel) * stride + CUBIC * lower[i];
+        const double cold = emission[j] + t * (emission[j + 1] + t * (emission[j + 2] + t * emission[j + 3]));
+        const double warm = emission[j + 4] + t * (emission[j + 5] + t * (emission[j + 6] + t * emission[j + 7]));
+        emitted[i] = radiance[i] * (cold + weight[i] * (warm - cold));
     }
     return outside;
 }
@@ -359,6 +399,7 @@ INLINE void face(const skyshine_frame *frame, const skyshine_pixels *pixels, siz
     double constant_up, constant_level, constant_x, constant_y;
     sine_and_cosine(frame->elevation, &constant_up, &constant_level);
     sine_and_cosine(frame->heading - source, &constant_y, &constant_x);
+    INDEPENDENT
     for (int i = 0; i < block->count; ++i) {
         double across, x, y, z;
         sine_and_cosine(slope[i], &across, &z);
@@ -367,6 +408,7 @@ INLINE void face(const skyshine_frame *frame, const skyshine_pixels *pixels, siz
         block->normal[1][i] = across * y;
         block->normal[2][i] = z;
     }
+    INDEPENDENT
     for (int i = 0; i < block->count; ++i) {
         double rise = constant_up, level = constant_level, turn_x = constant_x, turn_y = constant_y;
         if (elevations) {
@@ -390,19 +432,28 @@ INLINE void reflect(const skyshine_frame *frame, struct block_of *block)
         for (int i = 0; i < block->count; ++i) block->sky[i] = weights[(size_t)BASES * (size_t)block->material[i]];
         return;
     }
-    const int fourth_degree = frame->bases > 7;
-    for (int i = 0; i < block->count; ++i) {
-        const double *w = weights + (ptrdiff_t)BASES * block->material[i], x = block->normal[0][i], y = block->normal[1][i], z = block->normal[2][i];
-        const double even = x * x - y * y, square = z * z;
-        const double rest = fourth_degree ? (((231 * square - 315) * square + 105) * square - 5) / 16 : ((35 * square - 30) * square + 3) / 8;
-        double light = rest * w[0] + 0.28209479177387814 * w[1] + 0.32573500793527993 * (z * w[2] + x * w[3]);
-        light += 0.07884789131313001 * (3 * square - 1) * w[4] + 0.2731371076480198 * x * z * w[5] + 0.1365685538240099 * even * w[6];
-        if (fourth_degree) {
-            light += -0.03526184897173477 / 8 * ((35 * square - 30) * square + 3) * w[7] - 0.0557538786297741 / 2 * x * z * (7 * square - 3) * w[8];
-            light += -0.039423945656565 / 2 * even * (7 * square - 1) * w[9] - 0.14751089748166088 / 2 * x * z * (x * x - 3 * y * y) * w[10];
-            light += -0.026076488977049006 * (even * even - 4 * x * x * y * y) * w[11];
-        }
-        block->sky[i] = light;
+    const int32_t *material = block->material;
+    const double *n0 = block->normal[0], *n1 = block->normal[1], *n2 = block->normal[2];
+    double *sky = block->sky;
+    const int fourth_degree = frame->bases > 7, count = block->count;
+    INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+        const int32_t w = BASES * material[i];
+        const double x = n0[i], y = n1[i], z = n2[i], even = x * x - y * y, square = z * z;
+        const double share = fourth_degree ? (((231 * square - 315) * square + 105) * square - 5) / 16 : ((35 * square - 30) * square + 3) / 8;
+        double light = share * weights[w] + 0.28209479177387814 * weights[w + 1] + 0.32573500793527993 * (z * weights[w + 2] + x * weights[w + 3]);
+        light += 0.07884789131313001 * (3 * square - 1) * weights[w + 4];
+        sky[i] = light + 0.2731371076480198 * x * z * weights[w + 5] + 0.1365685538240099 * even * weights[w + 6];
+    }
+    if (!fourth_degree) return;
+    INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+        const int32_t w = BASES * material[i];
+        const double x = n0[i], y = n1[i], z = n2[i], even = x * x - y * y, square = z * z;
+        double light = -0.03526184897173477 / 8 * ((35 * square - 30) * square + 3) * weights[w + 7];
+        light += -0.0557538786297741 / 2 * x * z * (7 * square - 3) * weights[w + 8] - 0.039423945656565 / 2 * even * (7 * square - 1) * weights[w + 9];
+        light += -0.14751089748166088 / 2 * x * z * (x * x - 3 * y * y) * weights[w + 10];
+        sky[i] += light - 0.026076488977049006 * (even * even - 4 * x * x * y * y) * weights[w + 11];
     }
 }
 
@@ -424,22 +475,25 @@ static void add_bounded(const skyshine_frame *frame, struct block_of *block)
 /* (1), its terms in the order of the equations. */
 INLINE void add_terms(const skyshine_frame *frame, const double *range, const struct block_of *block, double *radiance)
 {
-    const struct material *materials = frame->materials;
+    const double *diffuse = frame->materials.diffuse, *specular = frame->materials.specular, *shininess = frame->materials.shininess;
     const double extinction = frame->extinction, ratio = frame->path_ratio;
+    const int32_t *material = block->material;
+    const double *chi = block->chi, *incidence = block->incidence, *sky = block->sky, *emitted = block->emitted;
+    INDEPENDENT
     for (int i = 0; i < block->count; ++i) {
-        const struct material *of = materials + block->material[i];
-        const double tau = exponential(-extinction * range[i]), shape = exponential(of->shininess * logarithm(block->chi[i]));
-        const double lit = of->direct * (block->incidence[i] > 0.0 ? tau : 0.0), sky = block->sky[i] > 0.0 ? block->sky[i] : 0.0;
-        const double reflected = lit * (block->incidence[i] * (1.0 - of->fraction) + shape * of->fraction * of->normalisation);
-        radiance[i] = block->blackbody[i] * block->emitted[i] + sky * tau + reflected + ratio * (1.0 - tau);
+        const int32_t m = material[i];
+        const double tau = exponential(-extinction * range[i]), shape = exponential(shininess[m] * logarithm(chi[i])) * specular[m];
+        const double beam = incidence[i] * diffuse[m] + (incidence[i] > 0.0 ? shape : 0.0);
+        radiance[i] = emitted[i] + ((sky[i] > 0.0 ? sky[i] : 0.0) + beam) * tau + ratio * (1.0 - tau);
     }
 }
 
 /* Radiances of a block; returns whether a value lies outside the tables. */
 EACH_PROCESSOR static int compute(const skyshine_frame *frame, const skyshine_pixels *pixels, size_t from, struct block_of *block, double *radiance)
 {
-    const int16_t *in_band = frame->in_band, *in_surface = frame->in_surface;
+    const int32_t *in_band = frame->in_band, *in_surface = frame->in_surface;
     int outside = 0, missing = 0;
+    INDEPENDENT
     for (int i = 0; i < block->count; ++i) {
         const int32_t code = pixels->material[from + (size_t)i], known = (code > 0) & (code < CODES);
         const int32_t material = in_band[known ? code : 0], surface = in_surface[known ? code : 0];

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 enum { PATH_SIZE = 4096 };
 
@@ -217,6 +218,56 @@ static struct result compute(const struct scene *scene, const struct json *given
     return result;
 }
 
+/* A list of numbers of a frame, one for each pixel; NULL where the frame may lack it and does. */
+static double *numbers_of(const struct json *frame, const char *key, size_t count, int needed)
+{
+    const struct json *list = sky_json_get(frame, key);
+    if (!list && !needed) return NULL;
+    double *values = allocate(count, sizeof *values);
+    size_t at = 0;
+    for (const struct json *each = list ? list->children : NULL; each && at < count; each = each->next) {
+        if (each->kind != JSON_NUMBER) stop("'%s' must be a list of numbers", key);
+        values[at++] = each->number;
+    }
+    if (at != count) stop("'%s' must have a number for each pixel", key);
+    return values;
+}
+
+/* Radiances of a frame, and the processor time that it and its pixels take, repeated as often as the scene says. */
+static void show_frame(const struct scene *scene, const struct json *given)
+{
+    skyshine_error error;
+    skyshine_frame *frame;
+    const struct json *ground = sky_json_get(given, "ground_material"), *list = sky_json_get(given, "material");
+    const double repeat = sky_json_get(given, "repeat") ? number(given, "repeat") : 1.0;
+    const skyshine_view view = {.altitude = number(given, "altitude"), .centre_range = number(given, "centre_range"),
+                                .centre_elevation = number(given, "centre_elevation"), .centre_heading = number(given, "centre_heading"),
+                                .source_elevation = number(given, "source_elevation"), .source_heading = number(given, "source_heading"),
+                                .time = number(given, "time"), .ground_material = ground ? material_code(scene->tables, ground) : 0,
+                                .ground_altitude = ground ? number(given, "ground_altitude") : 0.0};
+    size_t count = 0, at = 0;
+    for (const struct json *each = list ? list->children : NULL; each; each = each->next) ++count;
+    int32_t *materials = allocate(count, sizeof *materials);
+    for (const struct json *each = list ? list->children : NULL; each; each = each->next) materials[at++] = material_code(scene->tables, each);
+    const skyshine_pixels pixels = {materials, numbers_of(given, "range", count, 1), numbers_of(given, "elevation", count, 0),
+                                    numbers_of(given, "heading", count, 0), numbers_of(given, "surface_altitude", count, 1),
+                                    numbers_of(given, "surface_azimuth", count, 1), numbers_of(given, "surface_slope", count, 1),
+                                    numbers_of(given, "temperature", count, 0)};
+    double *radiance = allocate(count, sizeof *radiance);
+    const clock_t begin = clock();
+    skyshine_frame_open(scene->tables, &view, &frame, &error);
+    check(&error);
+    const clock_t opened = clock();
+    for (double k = 0; k < repeat; ++k) skyshine_frame_radiance(frame, &pixels, count, radiance, &error);
+    const clock_t computed = clock();
+    check(&error);
+    printf("{\"frame_seconds\": %.9g, \"pixel_seconds\": %.9g, \"radiance\": [", (double)(opened - begin) / CLOCKS_PER_SEC,
+           (double)(computed - opened) / CLOCKS_PER_SEC);
+    for (size_t i = 0; i < count; ++i) printf(i ? ", %.17g" : "%.17g", radiance[i]);
+    printf("]}\n");
+    skyshine_frame_close(frame);
+}
+
 static void print(const struct result *result)
 {
     const skyshine_terms *of = &result->terms;
@@ -273,13 +324,18 @@ int main(int count, char **arguments)
     struct scene scene = {.root = sky_json_parse(read_whole(arguments[1]), allocate)};
     if (!scene.root) stop("%s: is not JSON", arguments[1]);
     const struct json *pixels = sky_json_get(scene.root, "pixels");
-    if (!pixels || pixels->kind != JSON_LIST) stop("the scene lacks the list 'pixels'");
+    const struct json *frame = sky_json_get(scene.root, "frame");
+    if (!frame && (!pixels || pixels->kind != JSON_LIST)) stop("the scene lacks the list 'pixels'");
     skyshine_open_files(path_of(scene.root, "surface", arguments[1]), path_of(scene.root, "band", arguments[1]),
                         path_of(scene.root, "atmosphere", arguments[1]), texts_of(sky_json_get(scene.root, "clamp")), &scene.tables, &error);
     check(&error);
     if (sky_json_get(scene.root, "texture")) {
         skyshine_texture_open(path_of(scene.root, "texture", arguments[1]), &scene.texture, &error);
         check(&error);
+    }
+    if (frame) {
+        show_frame(&scene, frame);
+        return 0;
     }
     size_t total = 0, done = 0;
     for (const struct json *each = pixels->children; each; each = each->next) ++total;

@@ -11,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { PATH_SIZE = 4096 };
 
@@ -233,13 +232,13 @@ static double *numbers_of(const struct json *frame, const char *key, size_t coun
     return values;
 }
 
-/* Radiances of a frame, and the processor time that it and its pixels take, repeated as often as the scene says. */
+/* Radiances of a frame, opened and computed as often as the scene says. */
 static void show_frame(const struct scene *scene, const struct json *given)
 {
     skyshine_error error;
     skyshine_frame *frame;
     const struct json *ground = sky_json_get(given, "ground_material"), *list = sky_json_get(given, "material");
-    const double repeat = sky_json_get(given, "repeat") ? number(given, "repeat") : 1.0;
+    const double frames = sky_json_get(given, "frames") ? number(given, "frames") : 1.0, repeat = sky_json_get(given, "repeat") ? number(given, "repeat") : 1.0;
     const skyshine_view view = {.altitude = number(given, "altitude"), .centre_range = number(given, "centre_range"),
                                 .centre_elevation = number(given, "centre_elevation"), .centre_heading = number(given, "centre_heading"),
                                 .source_elevation = number(given, "source_elevation"), .source_heading = number(given, "source_heading"),
@@ -254,18 +253,18 @@ static void show_frame(const struct scene *scene, const struct json *given)
                                     numbers_of(given, "surface_azimuth", count, 1), numbers_of(given, "surface_slope", count, 1),
                                     numbers_of(given, "temperature", count, 0)};
     double *radiance = allocate(count, sizeof *radiance);
-    const clock_t begin = clock();
-    skyshine_frame_open(scene->tables, &view, &frame, &error);
-    check(&error);
-    const clock_t opened = clock();
-    for (double k = 0; k < repeat; ++k) skyshine_frame_radiance(frame, &pixels, count, radiance, &error);
-    const clock_t computed = clock();
-    check(&error);
-    printf("{\"frame_seconds\": %.9g, \"pixel_seconds\": %.9g, \"radiance\": [", (double)(opened - begin) / CLOCKS_PER_SEC,
-           (double)(computed - opened) / CLOCKS_PER_SEC);
+    for (double f = 0; f < frames; ++f) {
+        skyshine_frame_open(scene->tables, &view, &frame, &error);
+        check(&error);
+        for (double k = 0; k < repeat; ++k) {
+            skyshine_frame_radiance(frame, &pixels, count, radiance, &error);
+            check(&error);
+        }
+        skyshine_frame_close(frame);
+    }
+    printf("{\"radiance\": [");
     for (size_t i = 0; i < count; ++i) printf(i ? ", %.17g" : "%.17g", radiance[i]);
     printf("]}\n");
-    skyshine_frame_close(frame);
 }
 
 static void print(const struct result *result)

@@ -174,11 +174,12 @@ impl Database {
         }
     }
 
-    /// Transmittance over a range, from that over the range of the place; (9) where light is not parted.
-    pub fn transmittance(&self, place: &[(&str, f64)], reach: f64) -> Result<Vec<f64>> {
+    /// Extinction per km of emitted light over the range of the place, as (8) and (9) have it; of the band where light is
+    /// not parted.
+    pub fn extinction(&self, place: &[(&str, f64)]) -> Result<Vec<f64>> {
         match &self.channels {
-            Some(channels) if self.parted => channels.transmittance(self, place, reach),
-            _ => Ok(vec![(-5.5 * reach / self.value("beta_star", place)?).exp()]),
+            Some(channels) if self.parted => channels.extinction(self, place),
+            _ => Ok(vec![5.5 / self.value("beta_star", place)?]),
         }
     }
 
@@ -290,9 +291,10 @@ impl Database {
         self.arrays.contains_key(array).then_some(()).ok_or_else(missing)
     }
 
-    /// Code of a material of a name.
-    pub fn material(&self, name: &str) -> Result<f64> {
-        let code = self.codes.get(name).copied();
-        Ok(code.ok_or_else(|| format!("material: found '{name}'; allowed: a name of the file"))?)
+    /// Codes and names of the materials, by ascending code.
+    pub fn materials(&self) -> Vec<(i32, String)> {
+        let mut materials: Vec<(i32, String)> = self.codes.iter().map(|(name, code)| (*code as i32, name.clone())).collect();
+        materials.sort_unstable();
+        materials
     }
 }

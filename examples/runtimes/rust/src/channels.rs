@@ -39,7 +39,7 @@ impl Line {
     }
 
     /// A line that meets the ground; `rise` and `fall` are a and c of the page.
-    fn into_ground(&mut self, reach: f64, height: f64, rho: f64, rise: f64, fall: f64) {
+    fn meet_ground(&mut self, reach: f64, height: f64, rho: f64, rise: f64, fall: f64) {
         let distance = fall / ((rise * rise - fall).sqrt() - rise);
         let across = 2.0 * rho * height;
         self.share = if distance > 0.0 { (reach / distance).min(1.0) } else { 1.0 };
@@ -50,7 +50,7 @@ impl Line {
         }
     }
 
-    fn into_space(&mut self, reach: f64, height: f64, radius: f64, angle: f64, scale: f64) {
+    fn reach_space(&mut self, reach: f64, height: f64, radius: f64, angle: f64, scale: f64) {
         let (rise, above) = (radius * angle.sin(), scale * (2.0 * radius + scale));
         let (level, way) = (above.sqrt(), above / (rise + (rise * rise + above).sqrt()));
         self.share = -(-reach / way).exp_m1();
@@ -230,9 +230,9 @@ impl Channels {
         let step = reach * reach + 2.0 * rise * reach;
         line.end = ((step + fall) / (rho + (radius * radius + step).max(0.0).sqrt())).max(0.0);
         if angle < 0.0 && rise * rise >= fall {
-            line.into_ground(reach, height, rho, rise, fall);
+            line.meet_ground(reach, height, rho, rise, fall);
         } else {
-            line.into_space(reach, height, radius, angle, self.scale);
+            line.reach_space(reach, height, radius, angle, self.scale);
         }
         Ok(line)
     }

@@ -98,8 +98,8 @@ impl Database {
         }
         check_shares(&arrays)?;
         if !night.is_empty() {
-            let lit = WITHOUT_SOURCE.iter().filter_map(|(name, _)| arrays.get(name).map(|array: &Array| (name, array)));
-            for (name, _) in lit.filter(|(_, array)| array.axes[3].dark_below.is_none()) {
+            let mut lit = WITHOUT_SOURCE.iter().filter_map(|(name, _)| arrays.get(name).map(|array: &Array| (name, array)));
+            if let Some((name, _)) = lit.find(|(_, array)| array.axes[3].dark_below.is_none()) {
                 return Err(format!("the source elevations of '{name}' do not state dark_below").into());
             }
         }

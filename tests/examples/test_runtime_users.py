@@ -144,6 +144,21 @@ def test_the_shared_c_library_exports_its_calls_alone(installed):
     assert not wanted & {"exit", "abort", "_exit", "printf", "puts", "stderr", "stdout", "perror", "__assert_fail"}
 
 
+def test_the_c_library_gives_back_all_it_takes_and_does_nothing_undefined(small_build, files, tmp_path):
+    """With its failures; leaks count, unlike in the program, which ends with what it reads."""
+    need("c")
+    sanitized = "-g -O1 -std=c11 -fsanitize=address,undefined -fno-sanitize-recover=all"
+    options = (f"-DCMAKE_C_FLAGS={sanitized}", "-DCMAKE_BUILD_TYPE=None", "-DBUILD_SHARED_LIBS=OFF")
+    run("cmake", "-S", RUNTIMES / "c", "-B", "build", *options, folder=tmp_path)
+    run("cmake", "--build", "build", "--target", "skyshine", folder=tmp_path)
+    flags = run("pkg-config", "--cflags", "--libs", "hdf5", folder=tmp_path).split()
+    library = (f"-I{RUNTIMES / 'c'}", tmp_path / "build" / "libskyshine.a")
+    command = ("cc", *sanitized.split(), "-o", "user", USERS / "c" / "user.c", *library, *flags, "-lpthread", "-lm")
+    run(*command, folder=tmp_path)
+    leaks = {"ASAN_OPTIONS": "detect_leaks=1"}
+    agrees(run(tmp_path / "user", small_build, *files, folder=tmp_path, environment=leaks), files)
+
+
 @pytest.mark.validation
 def test_a_user_in_rust_builds_against_the_crate(small_build, files, tmp_path):
     need("rust")

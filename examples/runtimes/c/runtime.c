@@ -334,6 +334,8 @@ int main(int count, char **arguments)
     }
     if (frame) {
         show_frame(&scene, frame);
+        skyshine_texture_close(scene.texture);
+        skyshine_close(scene.tables);
         return 0;
     }
     size_t total = 0, done = 0;

@@ -89,6 +89,15 @@ int main(int count, char **arguments)
     printf("\"threads_alike\": %s, \"refused\": [%d, \"%s\"], \"untouched\": %s, ", alike ? "true" : "false", refused, error.message,
            other == -1 ? "true" : "false");
     skyshine_tables *none = NULL;
+    if (skyshine_open_files(arguments[3], arguments[3], arguments[4], NULL, &none, &error) != SKYSHINE_FILE_ERROR) return 3;
+    skyshine_frame *frame;
+    double radiance[1];
+    const double lists[] = {1.0, 0.5, 200, 20};
+    const skyshine_view view = {.altitude = 0.6, .centre_range = 1.3, .centre_elevation = -12, .source_elevation = 30, .source_heading = 70, .time = 14.5};
+    const skyshine_pixels pixels = {codes, lists, NULL, NULL, lists + 1, lists + 2, lists + 3, NULL};
+    check(skyshine_frame_open(tables, &view, &frame, &error), &error);
+    check(skyshine_frame_radiance(frame, &pixels, 1, radiance, &error), &error);
+    skyshine_frame_close(frame);
     const skyshine_status missing = skyshine_open("/nowhere", 1, 1, SKYSHINE_SUN, NULL, &none, &error);
     printf("\"missing\": [%d, \"%s\"]}\n", missing, none ? "opened" : error.message);
     skyshine_close(tables);

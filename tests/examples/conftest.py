@@ -3,10 +3,16 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.tables.band import band_group
+from skyshine.materials.library import load_library
+from skyshine.schemas.hdf5 import Header, write_file
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 from runtime_loaders import missing_tools, prepared
@@ -32,6 +38,28 @@ def runtime(request, tmp_path_factory):
         return done.returncode, done.stdout, done.stderr
 
     return run
+
+
+@pytest.fixture(scope="module")
+def band_file(tmp_path_factory):
+    """Path of the file of the atmosphere's band: materials with a lobe, whose reflectance goes up and down in the
+    band.
+    """
+    library = load_library()
+    materials = sorted((library[name] for name in ("asphalt_road", "grass_green")), key=lambda each: each.code)
+    sun = (np.linspace(0.4, 14.0, 60), np.ones(60))
+    root = band_group(SpectralResponse.rectangular(10.0, 10.2), materials, sun)
+    spectrum, fraction = (root.variables[name] for name in ("reflectance_spectrum", "specular_fraction"))
+    phase = np.arange(spectrum.data.size).reshape(spectrum.data.shape)
+    drawn = {
+        "reflectance_spectrum": replace(spectrum, data=(0.5 + 0.45 * np.sin(phase**1.5)).astype(np.float32)),
+        "specular_fraction": replace(fraction, data=np.array([0.3, 0.7], np.float32)),
+    }
+    axis = root.axes["planck_temperature"]  # of which faces are colder and warmer than all nodes
+    axes = root.axes | {"planck_temperature": replace(axis, values=np.linspace(293.0, 305.0, axis.values.size))}
+    path = tmp_path_factory.mktemp("band") / "b01.band.h5"
+    write_file(path, replace(root, axes=axes, variables=root.variables | drawn), Header("band", "1.5.0", "data", "job"))
+    return path
 
 
 @pytest.fixture(scope="module")

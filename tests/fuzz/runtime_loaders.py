@@ -116,7 +116,7 @@ def wrong_answers(
 
 def missing_tools(language: str) -> list[str]:
     """Programs and libraries that the runtime of a language needs and this machine lacks."""
-    needed = {"c": ["cc", "make", "pkg-config"], "javascript": ["node", "npm"], "rust": ["cargo", "pkg-config"]}
+    needed = {"c": ["cc", "cmake", "pkg-config"], "javascript": ["node", "npm"], "rust": ["cargo", "pkg-config"]}
     missing = [tool for tool in needed.get(language, []) if shutil.which(tool) is None]
     if not missing and language in ("c", "rust"):
         found = subprocess.run(["pkg-config", "--exists", "hdf5"], check=False).returncode == 0
@@ -133,8 +133,10 @@ def prepared(language: str, folder: Path, flags: str = "") -> list[str]:
 
     shutil.copytree(RUNTIMES / language, folder / language)
     if language == "c":
-        run("make", *([f"CFLAGS={flags}"] if flags else []))
-        return [str(folder / "c" / "runtime")]
+        options = [f"-DCMAKE_C_FLAGS={flags}", "-DCMAKE_BUILD_TYPE=None"] if flags else []
+        run("cmake", "-S", ".", "-B", "build", "-DBUILD_SHARED_LIBS=OFF", *options)
+        run("cmake", "--build", "build")
+        return [str(folder / "c" / "build" / "runtime")]
     if language == "javascript":
         run("npm", "install", "--no-package-lock", "--no-audit", "--no-fund")
         return ["node", str(folder / "javascript" / "runtime.js")]

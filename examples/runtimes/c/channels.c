@@ -34,7 +34,7 @@ static double within(const struct database *database, int which, double value)
     static const char *const names[] = {"range", "altitude", "elevation"};
     const double *ends = database->channels.ends[which];
     if (!isfinite(value) || (!database->channels.clamps[which] && !(value >= ends[0] && value <= ends[1])))
-        fail("%s: found %g; allowed: %g to %g", names[which], value, ends[0], ends[1]);
+        sky_fail("%s: found %g; allowed: %g to %g", names[which], value, ends[0], ends[1]);
     return fmin(fmax(value, ends[0]), ends[1]);
 }
 
@@ -79,7 +79,7 @@ static struct line line_of(const struct database *database, const double *where)
     const double angle = RADIAN * within(database, ELEVATION, where[ELEVATION]);
     const double height = fmax(altitude - database->channels.ground_km, 0.0);
     struct line line = {.height_root = cbrt(height)};
-    const double rho = interpolated(database, "effective_radius", &line.height_root);
+    const double rho = sky_interpolated(database, "effective_radius", &line.height_root);
     const double radius = rho + height, rise = radius * sin(angle), fall = height * (2 * rho + height);
     if (angle < 0 && rise * rise >= fall) into_ground(&line, reach, height, rho, rise, fall);
     else into_space(&line, reach, height, radius, angle, database->channels.scale_km);
@@ -89,29 +89,29 @@ static struct line line_of(const struct database *database, const double *where)
 
 static struct path path_of(const struct database *database, const double *where)
 {
-    const struct array *factor = array_of(database, "absorber_factor");
-    const struct axis *absorbers = &array_of(database, "log_mean_extinction")->axes[0];
+    const struct array *factor = sky_array_of(database, "absorber_factor");
+    const struct axis *absorbers = &sky_array_of(database, "log_mean_extinction")->axes[0];
     const size_t count = factor->axes[1].count;
     struct path path = {.line = line_of(database, where), .channels = factor->axes[0].count};
-    double *mean = allocate(count, sizeof *mean);
-    path.depth = allocate(path.channels, sizeof *path.depth);
-    path.extinction = allocate(path.channels, sizeof *path.extinction);
+    double *mean = sky_allocate(count, sizeof *mean);
+    path.depth = sky_allocate(path.channels, sizeof *path.depth);
+    path.extinction = sky_allocate(path.channels, sizeof *path.extinction);
     for (size_t i = 0; i < count; ++i)
-        mean[i] = exp(interpolated(database, "log_mean_extinction",
+        mean[i] = exp(sky_interpolated(database, "log_mean_extinction",
                                    (double[]){absorbers->nodes[i], path.line.share, path.line.height_root, path.line.direction}));
     for (size_t j = 0; j < path.channels; ++j) {
         for (size_t i = 0; i < count; ++i) path.extinction[j] += factor->values[j * count + i] * mean[i];
         path.extinction[j] = fmax(path.extinction[j], 0.0);
         path.depth[j] = path.extinction[j] * fmax(path.line.length, SHORTEST);
     }
-    free(mean);
+    sky_release(mean);
     return path;
 }
 
 /* Sum over the channels of a spectrum times 1 - exp(-optical depth). */
 static double absorbed(const struct database *database, const char *spectrum, const struct path *path)
 {
-    const float *values = array_of(database, spectrum)->values;
+    const float *values = sky_array_of(database, spectrum)->values;
     double sum = 0.0;
     for (size_t j = 0; j < path->channels; ++j) sum += values[j] * -expm1(-path->depth[j]);
     return sum;
@@ -126,7 +126,7 @@ static double least_depth(const struct path *path)
 
 static double beta_star(const struct database *database, const struct path *path, double reach)
 {
-    const float *weight = array_of(database, "channel_weight")->values;
+    const float *weight = sky_array_of(database, "channel_weight")->values;
     const double absorptance = absorbed(database, "channel_weight", path), least = least_depth(path);
     double local = 0.0, through = 0.0;
     for (size_t j = 0; j < path->channels; ++j) {
@@ -140,7 +140,7 @@ static double beta_star(const struct database *database, const struct path *path
 
 static const struct axis *source_elevations(const struct database *database)
 {
-    return &array_of(database, "source_factor")->axes[1];
+    return &sky_array_of(database, "source_factor")->axes[1];
 }
 
 /* The elevation of the source, or the first node where it is below; one that the file is for. */
@@ -148,7 +148,7 @@ static double lit(const struct database *database, double height)
 {
     const struct axis *axis = source_elevations(database);
     const double lowest = axis->nodes[0], highest = axis->nodes[axis->count - 1];
-    if (!isfinite(height) || (height > highest && !axis->clamps)) fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, highest);
+    if (!isfinite(height) || (height > highest && !axis->clamps)) sky_fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, highest);
     return fmax(height, lowest);
 }
 
@@ -159,21 +159,21 @@ static double night(const struct database *database, double height)
     const double lowest = axis->nodes[0], dark = axis->dark_below;
     if (!(height < lowest)) return 1.0;
     if (height <= dark) return 0.0;
-    if (lowest > CIVIL_TWILIGHT && !axis->clamps) fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, axis->nodes[axis->count - 1]);
-    return lowest > CIVIL_TWILIGHT ? 1.0 : (height - dark) / (lowest - dark);
+    if (lowest > SKY_CIVIL_TWILIGHT && !axis->clamps) sky_fail("%s: found %g; allowed: %g to %g", axis->name, height, lowest, axis->nodes[axis->count - 1]);
+    return lowest > SKY_CIVIL_TWILIGHT ? 1.0 : (height - dark) / (lowest - dark);
 }
 
 static double path_radiance_ratio(const struct database *database, const struct path *path, double source, double angle)
 {
-    const struct axis *parts = &array_of(database, "scattered_ratio")->axes[0];
+    const struct axis *parts = &sky_array_of(database, "scattered_ratio")->axes[0];
     const struct line *line = &path->line;
     const double absorptance = absorbed(database, "channel_weight", path);
     double scattered = 0.0;
     for (size_t k = 0; k < parts->count; ++k)
-        scattered += interpolated(database, "source_factor", (double[]){parts->nodes[k], lit(database, source), angle}) *
-                     interpolated(database, "scattered_ratio", (double[]){parts->nodes[k], line->share, line->height_root, line->direction});
+        scattered += sky_interpolated(database, "source_factor", (double[]){parts->nodes[k], lit(database, source), angle}) *
+                     sky_interpolated(database, "scattered_ratio", (double[]){parts->nodes[k], line->share, line->height_root, line->direction});
     scattered = night(database, source) * fmax(scattered, 0.0) * absorbed(database, "source_reference", path);
-    const double thermal = interpolated(database, "thermal_ratio", (double[]){line->share, line->height_root, line->direction}) *
+    const double thermal = sky_interpolated(database, "thermal_ratio", (double[]){line->share, line->height_root, line->direction}) *
                            absorbed(database, "thermal_reference", path);
     return absorptance > 0 ? (thermal + scattered) / absorptance : 0.0;
 }
@@ -192,15 +192,15 @@ static void add_light(const struct database *database, const char *name, const s
 {
     char factor_name[2 * NAME];
     snprintf(factor_name, sizeof factor_name, "%s_factor", name);
-    const struct array *array = array_of(database, name);
-    const float *factor = array_of(database, factor_name)->values, *weight = array_of(database, "channel_weight")->values;
+    const struct array *array = sky_array_of(database, name);
+    const float *factor = sky_array_of(database, factor_name)->values, *weight = sky_array_of(database, "channel_weight")->values;
     const size_t parts = array->axes[0].count;
     const double least = least_depth(path);
-    double mean = 0.0, place[AXES] = {0}, *value = allocate(parts, sizeof *value);
+    double mean = 0.0, place[AXES] = {0}, *value = sky_allocate(parts, sizeof *value);
     for (size_t k = 1; k < array->rank; ++k) place[k] = where[k - 1];
     for (size_t q = 0; q < parts; ++q) {
         place[0] = array->axes[0].nodes[q];
-        value[q] = interpolated(database, name, place);
+        value[q] = sky_interpolated(database, name, place);
     }
     for (size_t j = 0; j < path->channels; ++j) mean += weight[j] * exp(least - path->depth[j]);
     for (size_t j = 0; j < path->channels; ++j) {
@@ -209,7 +209,7 @@ static void add_light(const struct database *database, const char *name, const s
         lit *= by * exp(least - path->depth[j]) * (spectrum ? spectrum[j] : 1.0) / mean;
         for (size_t b = 0; b < count; ++b) to[b] += lit * (shares ? shares[j * count + b] : 1.0);
     }
-    free(value);
+    sky_release(value);
 }
 
 static void bound_at_zero(size_t count, double *values)
@@ -221,7 +221,7 @@ static void add_direct(const struct database *database, const struct path *path,
 {
     const double height = path->line.end_height;
     lit(database, source);
-    const double above = source - interpolated(database, "source_rise", &height);
+    const double above = source - sky_interpolated(database, "source_rise", &height);
     if (above >= 0) add_light(database, "direct_light", path, (double[]){height, above}, NULL, parting->count, parting->source, 1.0, to);
     bound_at_zero(parting->count, to);
 }
@@ -237,12 +237,12 @@ static void add_sky(const struct database *database, const char *thermal, const 
 
 static void add_ground(const struct database *database, const struct path *path, double kelvin, double harmonic, const struct parting *parting, double *to)
 {
-    const struct axis *channels = &array_of(database, "ground_emission")->axes[1];
-    double *emission = allocate(path->channels, sizeof *emission);
+    const struct axis *channels = &sky_array_of(database, "ground_emission")->axes[1];
+    double *emission = sky_allocate(path->channels, sizeof *emission);
     for (size_t j = 0; j < path->channels; ++j)
-        emission[j] = interpolated(database, "ground_emission", (double[]){kelvin, channels->nodes[j]});
+        emission[j] = sky_interpolated(database, "ground_emission", (double[]){kelvin, channels->nodes[j]});
     add_light(database, "ground_harmonics", path, (double[]){path->line.end_height, harmonic}, emission, parting->count, parting->thermal, 1.0, to);
-    free(emission);
+    sky_release(emission);
 }
 
 static void add_on_surface(const struct database *database, const char *name, const struct path *path, const double *where,
@@ -258,11 +258,11 @@ static void add_on_surface(const struct database *database, const char *name, co
 
 static void release(struct path *path)
 {
-    free(path->depth);
-    free(path->extinction);
+    sky_release(path->depth);
+    sky_release(path->extinction);
 }
 
-double value_in_channels(const struct database *database, const char *name, const double *where)
+double sky_value_in_channels(const struct database *database, const char *name, const double *where)
 {
     struct path path = path_of(database, where);
     double value = 0.0;
@@ -273,9 +273,9 @@ double value_in_channels(const struct database *database, const char *name, cons
     return value;
 }
 
-void light_in_channels(const struct database *database, const char *name, const double *where, double *to)
+void sky_light_in_channels(const struct database *database, const char *name, const double *where, double *to)
 {
-    const struct array *thermal = array_of(database, "thermal_wavelength_share"), *source = array_of(database, "source_wavelength_share");
+    const struct array *thermal = sky_array_of(database, "thermal_wavelength_share"), *source = sky_array_of(database, "source_wavelength_share");
     const struct parting parting = {thermal->axes[1].count, thermal->values, source->values};
     struct path path = path_of(database, where);
     for (size_t b = 0; b < parting.count; ++b) to[b] = 0.0;
@@ -283,12 +283,12 @@ void light_in_channels(const struct database *database, const char *name, const 
     release(&path);
 }
 
-void transmittance_in_channels(const struct database *database, const double *where, double reach, double *to)
+void sky_extinction_in_channels(const struct database *database, const double *where, double *to)
 {
-    const struct array *shares = array_of(database, "thermal_wavelength_share");
-    const float *emitted = array_of(database, "thermal_reference")->values, *weight = array_of(database, "channel_weight")->values;
+    const struct array *shares = sky_array_of(database, "thermal_wavelength_share");
+    const float *emitted = sky_array_of(database, "thermal_reference")->values, *weight = sky_array_of(database, "channel_weight")->values;
     const size_t count = shares->axes[1].count;
-    const double stretch = reach / fmax(within(database, RANGE, where[RANGE]), SHORTEST);
+    const double reach = fmax(within(database, RANGE, where[RANGE]), SHORTEST);
     struct path path = path_of(database, where);
     for (size_t b = 0; b < count; ++b) {
         double all = 0.0, whole = 0.0, absorbed = 0.0, through = 0.0;
@@ -301,7 +301,7 @@ void transmittance_in_channels(const struct database *database, const double *wh
         }
         absorbed /= all > 0 ? whole : 1.0;
         through /= all > 0 ? whole : 1.0;
-        to[b] = exp(stretch * (absorbed < 0.5 ? log1p(-absorbed) : log(fmax(through, DBL_MIN))));
+        to[b] = -(absorbed < 0.5 ? log1p(-absorbed) : log(fmax(through, DBL_MIN))) / reach;
     }
     release(&path);
 }

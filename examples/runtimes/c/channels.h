@@ -5,13 +5,12 @@
 #include "database.h"
 
 /* A quantity of format 2 at a place, as `value_at`; the last value for path radiance is the scattering angle. */
-double value_in_channels(const struct database *database, const char *name, const double *where);
+double sky_value_in_channels(const struct database *database, const char *name, const double *where);
 
 /* Light on surfaces at a place, one value for each wavelength of the band. */
-void light_in_channels(const struct database *database, const char *name, const double *where, double *to);
+void sky_light_in_channels(const struct database *database, const char *name, const double *where, double *to);
 
-/* Transmittance of emitted light at each wavelength over the range `reach`, from that over the range of the place, as
- * (8) and (9) have it from beta*. */
-void transmittance_in_channels(const struct database *database, const double *where, double reach, double *to);
+/* Extinction per km of emitted light at each wavelength, a mean over the range of the place. */
+void sky_extinction_in_channels(const struct database *database, const double *where, double *to);
 
 #endif

@@ -2,7 +2,7 @@
 #ifndef DATABASE_H
 #define DATABASE_H
 
-#include "json.h"
+#include "call.h"
 
 #include <hdf5.h>
 #include <stddef.h>
@@ -15,7 +15,7 @@ enum { AXES = 5, ARRAYS = 32, NAME = 64 };
 
 /* Codes 10 l + m of the harmonics. */
 enum { HARMONICS = 11 };
-extern const double HARMONIC_CODES[HARMONICS];
+extern const double SKY_HARMONIC_CODES[HARMONICS];
 
 struct axis {
     const char *name;
@@ -58,50 +58,46 @@ struct database {
     int lunar;             /* its source is the Moon */
     struct channels channels;
     size_t parted;         /* so many wavelengths of the band part its light; 0 where it is not parted */
-    char **material_names; /* as many as the axis 'material' has nodes; of a .band only */
+    const char **material_names; /* as many as the axis 'material' has nodes; of a .band only */
 };
 
-/* Write one line to standard error and end with status 1. */
-void fail(const char *format, ...);
-
-void *allocate(size_t count, size_t size);
-
-/* Read a file of a type ("htt", "band" or "atmq"), or end with a message; `clamped` names axes whose ends hold outside. */
-void open_database(struct database *database, const char *path, const char *filetype, const struct json *clamped);
+/* Read a file of a type ("htt", "band" or "atmq"), or fail; `clamped` names axes whose ends hold outside. */
+void sky_open_database(struct database *database, const char *path, const char *filetype, const char *const *clamped);
 
 /* An attribute of an HDF5 object, for other readers: a text of less than NAME bytes, or one number; 0 where it is not. */
-int read_text(hid_t item, const char *name, char *to);
-int read_number(hid_t item, const char *name, double *to);
+int sky_read_text(hid_t item, const char *name, char *to);
+int sky_read_number(hid_t item, const char *name, double *to);
 
-const struct array *array_of(const struct database *database, const char *name);
+const struct array *sky_array_of(const struct database *database, const char *name);
 
-int holds(const struct database *database, const char *name);
+int sky_holds(const struct database *database, const char *name);
 
 /* Codes of the coefficients LIGHT or GLOW. */
-const struct axis *codes_of(const struct database *database, const char *name);
+const struct axis *sky_codes_of(const struct database *database, const char *name);
 
 /* Degree: a table whose lowest source elevation is above says nothing of twilight. */
-extern const double CIVIL_TWILIGHT;
+extern const double SKY_CIVIL_TWILIGHT;
 
 /* Linear interpolation in every axis of an array, at one value for each. */
-double interpolated(const struct database *database, const char *name, const double *where);
+double sky_interpolated(const struct database *database, const char *name, const double *where);
 
 /* A quantity of format 2 at a place, one value for each of its axes, the last of path radiance by angle where the file
  * has it so; below the lowest elevation of the source, its light fades
  * into what the air emits. */
-double value_at(const struct database *database, const char *name, const double *where);
+double sky_value_at(const struct database *database, const char *name, const double *where);
 
 /* Part the light of an atmosphere by wavelength where it and the file of the band hold what that takes; they are then of
  * one band. */
-void part_light(struct database *air, const struct database *band);
+void sky_part_light(struct database *air, const struct database *band);
 
-/* How many values `light_at` and `transmittance_at` give: one for each wavelength, or one for the whole band. */
-size_t parts_of(const struct database *air);
+/* How many values `sky_light_at` and `sky_extinction_at` give: one for each wavelength, or one for the whole band. */
+size_t sky_parts_of(const struct database *air);
 
 /* Light on surfaces at a place, as `value_at`. */
-void light_at(const struct database *air, const char *name, const double *where, double *to);
+void sky_light_at(const struct database *air, const char *name, const double *where, double *to);
 
-/* Transmittance over the range `reach`, from that over the range of the place; (9) where light is not parted. */
-void transmittance_at(const struct database *air, const double *where, double reach, double *to);
+/* Extinction per km of emitted light over the range of the place, as (8) and (9) have it; of the band where light is not
+ * parted. */
+void sky_extinction_at(const struct database *air, const double *where, double *to);
 
 #endif

@@ -5,7 +5,9 @@
 
 enum { DEPTH_LIMIT = 64 };
 
-static struct json *value(const char **at, int depth);
+typedef void *allocator(size_t count, size_t size);
+
+static struct json *value(const char **at, int depth, allocator *allocate);
 
 static void skip(const char **at)
 {
@@ -39,13 +41,12 @@ static char *encode(char *to, unsigned code)
     return to;
 }
 
-static char *text(const char **at)
+static char *text(const char **at, allocator *allocate)
 {
     static const char names[] = "\"\\/bfnrt", meant[] = "\"\\/\b\f\n\r\t";
     size_t length = 1; /* up to the closing quote: the rest of the file is no measure of a text */
     while ((*at)[length] && (*at)[length] != '"') length += (*at)[length] == '\\' && (*at)[length + 1] ? 2 : 1;
-    char *start = malloc(length), *to = start;
-    if (!start) return NULL;
+    char *start = allocate(length, 1), *to = start;
     for (++*at; **at && **at != '"'; ++*at) {
         if (**at != '\\') {
             *to++ = **at;
@@ -60,20 +61,16 @@ static char *text(const char **at)
             to = encode(to, code);
             *at += 4;
         } else {
-            free(start);
             return NULL;
         }
     }
     *to = 0;
-    if (**at != '"') {
-        free(start);
-        return NULL;
-    }
+    if (**at != '"') return NULL;
     ++*at;
     return start;
 }
 
-static int members(const char **at, struct json *parent, char end, int depth)
+static int members(const char **at, struct json *parent, char end, int depth, allocator *allocate)
 {
     struct json **last = &parent->children;
     ++*at;
@@ -86,11 +83,11 @@ static int members(const char **at, struct json *parent, char end, int depth)
         char *key = NULL;
         skip(at);
         if (end == '}') {
-            if (**at != '"' || !(key = text(at))) return 0;
+            if (**at != '"' || !(key = text(at, allocate))) return 0;
             skip(at);
             if (*(*at)++ != ':') return 0;
         }
-        if (!(*last = value(at, depth + 1))) return 0;
+        if (!(*last = value(at, depth + 1, allocate))) return 0;
         (*last)->key = key;
         last = &(*last)->next;
         skip(at);
@@ -110,15 +107,15 @@ static int word(const char **at, const char *name)
     return 1;
 }
 
-static int fill(const char **at, struct json *one, int depth)
+static int fill(const char **at, struct json *one, int depth, allocator *allocate)
 {
     if (**at == '{' || **at == '[') {
         one->kind = **at == '{' ? JSON_OBJECT : JSON_LIST;
-        return members(at, one, **at == '{' ? '}' : ']', depth);
+        return members(at, one, **at == '{' ? '}' : ']', depth, allocate);
     }
     if (**at == '"') {
         one->kind = JSON_TEXT;
-        return (one->text = text(at)) != NULL;
+        return (one->text = text(at, allocate)) != NULL;
     }
     if (word(at, "null")) return 1;
     if (word(at, "false")) return one->kind = JSON_FALSE, 1;
@@ -132,21 +129,21 @@ static int fill(const char **at, struct json *one, int depth)
     return 1;
 }
 
-static struct json *value(const char **at, int depth)
+static struct json *value(const char **at, int depth, allocator *allocate)
 {
     skip(at);
-    struct json *one = depth < DEPTH_LIMIT ? calloc(1, sizeof *one) : NULL;
-    return one && fill(at, one, depth) ? one : NULL;
+    struct json *one = depth < DEPTH_LIMIT ? allocate(1, sizeof *one) : NULL;
+    return one && fill(at, one, depth, allocate) ? one : NULL;
 }
 
-struct json *json_parse(const char *given)
+struct json *sky_json_parse(const char *given, allocator *allocate)
 {
-    struct json *root = value(&given, 0);
+    struct json *root = value(&given, 0, allocate);
     skip(&given);
     return *given ? NULL : root;
 }
 
-const struct json *json_get(const struct json *object, const char *key)
+const struct json *sky_json_get(const struct json *object, const char *key)
 {
     for (const struct json *child = object ? object->children : NULL; child; child = child->next)
         if (child->key && !strcmp(child->key, key)) return child;

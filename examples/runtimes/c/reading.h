@@ -13,20 +13,20 @@ struct source {
 };
 
 /* So many number attributes in one dimension, or one without; 0 where it is not that. */
-int read_numbers(hid_t item, const char *name, size_t count, double *to);
+int sky_read_numbers(hid_t item, const char *name, size_t count, double *to);
 
 /* An array of this very file; its values may not come from another one. */
-hid_t open_array(const struct source *from, const char *name);
+hid_t sky_open_array(const struct source *from, const char *name);
 
 /* Lengths of the axes of an array of `rank`, whose values must be of a class and size; returns the number of values. */
-size_t read_shape(const struct source *from, hid_t array, const char *name, size_t rank, H5T_class_t kind, size_t size, hsize_t *lengths);
+size_t sky_read_shape(const struct source *from, hid_t array, const char *name, size_t rank, H5T_class_t kind, size_t size, hsize_t *lengths);
 
-void *read_values(const struct source *from, hid_t array, const char *name, hid_t type, size_t count, size_t size);
+void *sky_read_values(const struct source *from, hid_t array, const char *name, hid_t type, size_t count, size_t size);
 
 /* An array with its axes. */
-void read_array(const struct source *from, const struct layout *layout, struct array *array, const struct json *clamped);
+void sky_read_array(const struct source *from, const struct layout *layout, struct array *array, const char *const *clamped);
 
-/* Whether a list of the scene has a text. */
-int is_listed(const struct json *list, const char *name);
+/* Whether a list of texts, which ends in NULL, has one. */
+int sky_is_listed(const char *const *list, const char *name);
 
 #endif

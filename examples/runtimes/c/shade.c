@@ -37,13 +37,13 @@ static double integral(const struct sums *sums, double hour)
 /* Means over the steps of the day of values that are means over other equal steps. */
 static void step_means(const double *values, size_t count, double *means)
 {
-    struct sums sums = {values, allocate(count + 1, sizeof(double)), count};
+    struct sums sums = {values, sky_allocate(count + 1, sizeof(double)), count};
     add_up(&sums, values);
     for (size_t k = 0; k < STEPS; ++k) {
         const double hour = (double)k * STEP;
         means[k] = count == STEPS ? values[k] : (integral(&sums, hour + STEP / 2) - integral(&sums, hour - STEP / 2)) / STEP;
     }
-    free(sums.totals);
+    sky_release(sums.totals);
 }
 
 /* Value at a point, linear between nodes and beyond their ends. */
@@ -101,34 +101,34 @@ static void linear(const struct response *steps, const struct axis *lags, const 
 /* Change of temperature at each step of the day by a change of absorbed heat at each step, less what ends melting. */
 static void change(const struct database *surface, const double *face, double *absorbed, double *moved)
 {
-    const struct axis *axes = array_of(surface, "response_kernel")->axes, *lags = &axes[4];
-    const struct axis *offsets = &array_of(surface, "heat_loss_excess")->axes[4], *time = &array_of(surface, "temperature")->axes[TIME];
-    if (lags->count > MOST || offsets->count > MOST || offsets->count < 2) fail("the response has too many nodes, or too few");
-    static struct response steps[STEPS];
-    static double loss[STEPS][MOST], kernel[STEPS][MOST];
-    const double limit = value_at(surface, "highest_temperature", face);
+    const struct axis *axes = sky_array_of(surface, "response_kernel")->axes, *lags = &axes[4];
+    const struct axis *offsets = &sky_array_of(surface, "heat_loss_excess")->axes[4], *time = &sky_array_of(surface, "temperature")->axes[TIME];
+    if (lags->count > MOST || offsets->count > MOST || offsets->count < 2) sky_fail("the response has too many nodes, or too few");
+    struct response *steps = sky_allocate(STEPS, sizeof *steps);
+    double *loss = sky_allocate(STEPS * MOST, sizeof *loss), *kernel = sky_allocate(STEPS * MOST, sizeof *kernel);
+    const double limit = sky_value_at(surface, "highest_temperature", face);
     double lowest = 0, highest = 0, heat[STEPS], target[STEPS], beyond[STEPS];
     for (size_t k = 0; k < STEPS; ++k) {
         const double hour = (double)k * STEP;
         double place[] = {face[MATERIAL], within(&axes[1], face[ALTITUDE]), within(&axes[2], face[SLOPE]), hour, 0};
         const double now[] = {face[MATERIAL], face[ALTITUDE], face[AZIMUTH], face[SLOPE], hour};
         struct response *step = &steps[k];
-        step->loss = loss[k];
-        step->kernel = kernel[k];
-        step->slope = value_at(surface, "heat_loss_slope", place);
+        step->loss = &loss[k * MOST];
+        step->kernel = &kernel[k * MOST];
+        step->slope = sky_value_at(surface, "heat_loss_slope", place);
         step->start = 0.0;
         if (is_held(time, hour)) {
-            const double sunlit = value_at(surface, "temperature", now);
-            step->start = sunlit - value_at(surface, "response_temperature", place);
-            if (sunlit >= limit - MELTING_RANGE) absorbed[k] = fmin(absorbed[k] + value_at(surface, "melting_heat", place), 0.0);
+            const double sunlit = sky_value_at(surface, "temperature", now);
+            step->start = sunlit - sky_value_at(surface, "response_temperature", place);
+            if (sunlit >= limit - MELTING_RANGE) absorbed[k] = fmin(absorbed[k] + sky_value_at(surface, "melting_heat", place), 0.0);
         }
         for (size_t i = 0; i < offsets->count; ++i) {
             place[4] = offsets->nodes[i];
-            step->loss[i] = step->slope * offsets->nodes[i] + value_at(surface, "heat_loss_excess", place);
+            step->loss[i] = step->slope * offsets->nodes[i] + sky_value_at(surface, "heat_loss_excess", place);
         }
         for (size_t i = 0; i < lags->count; ++i) {
             place[4] = lags->nodes[i];
-            step->kernel[i] = value_at(surface, "response_kernel", place);
+            step->kernel[i] = sky_value_at(surface, "response_kernel", place);
         }
         step->base = read_at(offsets, step->loss, step->start);
         const double balanced = inverse(offsets, step->loss, step->base + absorbed[k]) - step->start;
@@ -154,73 +154,63 @@ static void need_response(const struct database *surface)
 {
     for (size_t i = 0; i < ARRAYS && surface->arrays[i].name; ++i)
         if (!strcmp(surface->arrays[i].name, "response_kernel")) return;
-    fail("the surface file holds no response to shade");
+    sky_fail("the surface file holds no response to shade");
 }
 
-double temperature_under(const struct database *surface, const double *face, const double *absorbed, size_t count)
+double sky_temperature_under(const struct database *surface, const double *face, const double *absorbed, size_t count)
 {
     need_response(surface);
     for (size_t k = 0; k < count; ++k)
-        if (!isfinite(absorbed[k])) fail("absorbed_change must be a list of finite numbers");
+        if (!isfinite(absorbed[k])) sky_fail("absorbed_change must be a list of finite numbers");
     double heat[STEPS], moved[STEPS];
-    if (!count) fail("absorbed_change must be a list of finite numbers");
+    if (!count) sky_fail("absorbed_change must be a list of finite numbers");
     step_means(absorbed, count, heat);
     change(surface, face, heat, moved);
     const double place = (face[TIME] - DAY * floor(face[TIME] / DAY)) / STEP, weight = place - floor(place);
     const size_t before = (size_t)place % STEPS;
-    const double sunlit = value_at(surface, "temperature", face), limit = value_at(surface, "highest_temperature", face);
+    const double sunlit = sky_value_at(surface, "temperature", face), limit = sky_value_at(surface, "highest_temperature", face);
     return fmin(sunlit + moved[before] * (1 - weight) + moved[(before + 1) % STEPS] * weight, fmax(limit, sunlit));
 }
 
-static double finite(const struct json *value)
-{
-    if (!value || value->kind != JSON_NUMBER || !isfinite(value->number)) fail("surroundings must be finite numbers");
-    return value->number;
-}
-
-static double number_or(const struct json *object, const char *key, double otherwise)
-{
-    const struct json *value = json_get(object, key);
-    return !value || value->kind == JSON_NULL ? otherwise : finite(value);
-}
-
 /* Share of a step of the day in the shade, of intervals that do not overlap. */
-static double shaded_share(const struct json *shade, double hour)
+static double shaded_share(const skyshine_surroundings *around, double hour)
 {
     const double first = hour - STEP / 2, last = hour + STEP / 2;
     double covered = 0;
-    for (const struct json *each = shade ? shade->children : NULL; each; each = each->next) {
-        const double begin = finite(each->children), given = finite(each->children ? each->children->next : NULL);
-        const double end = given < begin ? given + DAY : given;
+    for (size_t i = 0; i < around->shade_count; ++i) {
+        const double begin = around->shade[i][0], given = around->shade[i][1], end = given < begin ? given + DAY : given;
         for (int turn = -1; turn <= 1; ++turn) covered += fmax(fmin(last, end + turn * DAY) - fmax(first, begin + turn * DAY), 0.0);
     }
     return fmin(covered / STEP, 1.0);
 }
 
-double temperature_beside(const struct database *surface, const double *face, const struct json *surroundings)
+double sky_temperature_beside(const struct database *surface, const double *face, const skyshine_surroundings *around)
 {
     need_response(surface);
-    const double degree = acos(-1.0) / 180.0, open = number_or(surroundings, "sky_view", 1.0);
-    const double facing = number_or(surroundings, "facing", -1.0), emissivity = number_or(surroundings, "facing_emissivity", WALL_EMISSIVITY);
-    const double absorbs = value_at(surface, "solar_absorptance", face), emits = value_at(surface, "thermal_emissivity", face);
-    const double altitude = within(&array_of(surface, "air_temperature")->axes[0], face[ALTITUDE]);
+    const double degree = acos(-1.0) / 180.0, open = around->sky_view, facing = around->facing;
+    const double emissivity = isnan(around->facing_emissivity) ? WALL_EMISSIVITY : around->facing_emissivity;
+    int finite = isfinite(open) && !isinf(facing) && isfinite(emissivity);
+    for (size_t i = 0; i < around->shade_count; ++i) finite = finite && isfinite(around->shade[i][0]) && isfinite(around->shade[i][1]);
+    if (!finite) sky_fail("surroundings must be finite numbers");
+    const double absorbs = sky_value_at(surface, "solar_absorptance", face), emits = sky_value_at(surface, "thermal_emissivity", face);
+    const double altitude = within(&sky_array_of(surface, "air_temperature")->axes[0], face[ALTITUDE]);
     const double cosine = cos(face[SLOPE] * degree), sine = sin(face[SLOPE] * degree), view = 0.5 * (1 + cosine);
     double absorbed[STEPS];
     for (size_t k = 0; k < STEPS; ++k) {
         const double hour = (double)k * STEP, above[] = {altitude, hour};
-        const double up = value_at(surface, "solar_elevation", &hour) * degree;
-        const double turn = (value_at(surface, "solar_azimuth", &hour) - face[AZIMUTH]) * degree;
-        const double normal = value_at(surface, "direct_normal_irradiance", above), level = value_at(surface, "diffuse_irradiance", above);
-        const double sky = value_at(surface, "sky_irradiance", above);
+        const double up = sky_value_at(surface, "solar_elevation", &hour) * degree;
+        const double turn = (sky_value_at(surface, "solar_azimuth", &hour) - face[AZIMUTH]) * degree;
+        const double normal = sky_value_at(surface, "direct_normal_irradiance", above), level = sky_value_at(surface, "diffuse_irradiance", above);
+        const double sky = sky_value_at(surface, "sky_irradiance", above);
         const double incidence = fmax(cosine * sin(up) + sine * cos(up) * cos(turn), 0.0);
-        const double index = normal / value_at(surface, "extraterrestrial_irradiance", &hour);
+        const double index = normal / sky_value_at(surface, "extraterrestrial_irradiance", &hour);
         const double diffuse = level * ((1 - index) * view + index * incidence / fmax(sin(up), sin(degree)));
         const double spread = fmin(diffuse, view * level), beam = normal * incidence + diffuse - spread;
-        const double air = STEFAN_BOLTZMANN * pow(value_at(surface, "air_temperature", above), 4);
-        const double emitted = facing < 0 ? air : STEFAN_BOLTZMANN * pow(facing, 4);
+        const double air = STEFAN_BOLTZMANN * pow(sky_value_at(surface, "air_temperature", above), 4);
+        const double emitted = isnan(facing) || facing < 0 ? air : STEFAN_BOLTZMANN * pow(facing, 4);
         const double wall = emissivity * emitted + (1 - emissivity) * (sky + air) / 2;
-        const double shaded = shaded_share(json_get(surroundings, "shade"), hour);
+        const double shaded = shaded_share(around, hour);
         absorbed[k] = emits * (1 - open) * view * (wall - sky) - absorbs * (shaded * beam + (1 - open) * spread);
     }
-    return temperature_under(surface, face, absorbed, STEPS);
+    return sky_temperature_under(surface, face, absorbed, STEPS);
 }

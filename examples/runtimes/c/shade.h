@@ -8,9 +8,9 @@
 enum { MATERIAL, ALTITUDE, AZIMUTH, SLOPE, TIME };
 
 /* Temperature of a face that absorbs other heat than the table's: `count` means over equal steps of the day, W m^-2. */
-double temperature_under(const struct database *surface, const double *face, const double *absorbed, size_t count);
+double sky_temperature_under(const struct database *surface, const double *face, const double *absorbed, size_t count);
 
-/* The same for a face with surroundings: see `surroundings` in ../README.md. */
-double temperature_beside(const struct database *surface, const double *face, const struct json *surroundings);
+/* The same for a face with surroundings: see `skyshine_surroundings`. */
+double sky_temperature_beside(const struct database *surface, const double *face, const skyshine_surroundings *around);
 
 #endif

@@ -1,7 +1,14 @@
-// One axis of an array, and the error of a scene or a file that does not fit.
+// One axis of an array, and the error of a value or a file that does not fit.
 import { CLAMPED, CODES, COUNTS, LAST_CODE, RULES } from "./layouts.js";
 
-export class SceneError extends Error {}
+export class SkyshineError extends Error {
+  // `kind` is "file" or "value".
+  constructor(message, kind = "value") {
+    super(message.replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "?"));
+    this.name = "SkyshineError";
+    this.kind = kind;
+  }
+}
 
 const modulo = (value, period) => value - period * Math.floor(value / period);
 
@@ -25,7 +32,7 @@ export class Axis {
     // Of source elevations: no light of the source is left there; undefined where the file does not say.
     this.dark = "dark_below" in dataset.attrs ? (attribute(dataset, "dark_below", 0) ?? NaN) : undefined;
     const fault = ["error", "clamp"].includes(policy) ? this.fault() : "out_of_range that is neither error nor clamp";
-    if (fault) throw new SceneError(`the axis '${stored}' has ${fault}`);
+    if (fault) throw new SkyshineError(`the axis '${stored}' has ${fault}`);
   }
 
   // What in the rule or the nodes is not as the format has it; empty where nothing is.
@@ -48,12 +55,12 @@ export class Axis {
 
   // Index of the lower and the upper node, and the weight of the upper one.
   locate(given) {
-    if (!Number.isFinite(given)) throw new SceneError(`${this.name}: found ${given}; allowed: finite numbers`);
+    if (!Number.isFinite(given)) throw new SkyshineError(`${this.name}: found ${given}; allowed: finite numbers`);
     let value = given;
     let nodes = this.nodes;
     if (this.rule === "exact") {
       const at = nodes.indexOf(value);
-      if (at < 0) throw new SceneError(`${this.name}: found ${value}; allowed: a code of the file`);
+      if (at < 0) throw new SkyshineError(`${this.name}: found ${value}; allowed: a code of the file`);
       return { lower: at, upper: at, weight: 0 };
     }
     if (this.rule === "linear_periodic") {
@@ -66,7 +73,7 @@ export class Axis {
     }
     const last = nodes.length - 1;
     if (!this.clamps && !(value >= nodes[0] && value <= nodes[last]))
-      throw new SceneError(`${this.name}: found ${value}; allowed: ${nodes[0]} to ${nodes[last]}`);
+      throw new SkyshineError(`${this.name}: found ${value}; allowed: ${nodes[0]} to ${nodes[last]}`);
     value = Math.min(Math.max(value, nodes[0]), nodes[last]);
     let lower = 0;
     let above = Math.max(last, 1);

@@ -1,7 +1,7 @@
 // An atmosphere in channels (format 3): its quantities, computed from tables that have no axis of range.
 // Light on surfaces is a list: one number for the whole band, or one for each of its wavelengths.
 // The formulas are those of ../../../schemas/formats/atmq-3.md; lengths are in km.
-import { SceneError } from "./axis.js";
+import { SkyshineError } from "./axis.js";
 import { CIVIL_TWILIGHT, GLOW, LIGHT } from "./layouts.js";
 
 // The arrays that have the codes of the harmonics.
@@ -50,19 +50,19 @@ export class Channels {
     return { count: axes[1].nodes.length, values };
   }
 
-  // Transmittance of emitted light at each wavelength over another range than that of the place, as (8) and (9) have it from beta*.
-  transmittance(where, reach) {
+  // Extinction per km of emitted light at each wavelength, a mean over the range of the place.
+  extinction(where) {
     const { depth } = this.path(where);
     const { thermal_reference: emitted, channel_weight: weight } = this.database.arrays;
     const { count, values } = this.shares("thermal_wavelength_share");
-    const stretch = reach / Math.max(this.within("range", where), SHORTEST);
+    const reach = Math.max(this.within("range", where), SHORTEST);
     return Array.from({ length: count }, (_, b) => {
       const parts = depth.map((_, j) => emitted.values[j] * values[j * count + b]);
       const whole = parts.reduce((total, part) => total + part, 0);
       const mean = (of) => (whole > 0 ? sum(parts, of) / whole : sum(weight.values, of));
       const absorbed = mean((j) => -Math.expm1(-depth[j]));
       const thick = () => Math.log(Math.max(mean((j) => Math.exp(-depth[j])), SMALLEST));
-      return Math.exp(stretch * (absorbed < 0.5 ? Math.log1p(-absorbed) : thick()));
+      return -(absorbed < 0.5 ? Math.log1p(-absorbed) : thick()) / reach;
     });
   }
 
@@ -77,7 +77,7 @@ export class Channels {
   within(name, where) {
     const [value, [first, last]] = [where[name], this.ends[name]];
     const inside = this.database.clamped.includes(name) || (value >= first && value <= last);
-    if (!Number.isFinite(value) || !inside) throw new SceneError(`${name}: found ${value}; allowed: ${first} to ${last}`);
+    if (!Number.isFinite(value) || !inside) throw new SkyshineError(`${name}: found ${value}; allowed: ${first} to ${last}`);
     return Math.min(Math.max(value, first), last);
   }
 

@@ -1,7 +1,6 @@
 // A database, read and checked whole before the first pixel: files come from anywhere, and nothing in one is believed before.
-import { readFileSync, statSync } from "node:fs";
 import h5wasm, { FS } from "h5wasm";
-import { attribute, Axis, SceneError } from "./axis.js";
+import { attribute, Axis, SkyshineError } from "./axis.js";
 import { Channels, STORED } from "./channels.js";
 import {
   ARRAYS, CHANNEL_BENDING, CHANNEL_HARMONICS, CHANNEL_SHARES, CHANNELS, CIVIL_TWILIGHT, FORMATS, GLOW, GROUND, HARMONICS, LIGHT, NIGHT, NIGHT_HARMONICS, RULES, SHADE,
@@ -22,24 +21,22 @@ function numbers(item, name, count) {
 }
 
 export class Database {
-  constructor(path, filetypes, clamped) {
+  // Of the bytes of a file, which messages call by its path.
+  constructor(path, content, filetypes, clamped) {
     Object.assign(this, { path, clamped, arrays: {}, codes: new Map(), ground: null, channels: null, parted: false });
-    let content;
     try {
-      if (!statSync(path).isFile()) throw new Error();
-      content = readFileSync(path);
       // The library sees this file alone, in memory: no link and no storage in a file can reach another one.
       FS.writeFile("/database.h5", content);
       this.file = new h5wasm.File("/database.h5", "r");
     } catch {
-      throw new SceneError(`${path}: is not a readable HDF5 file`);
+      throw new SkyshineError(`${path}: is not a readable HDF5 file`, "file");
     }
     this.bytes = PACKING * content.length + SMALL;
     try {
       this.read(filetypes);
     } catch (error) {
       // The library tells the whole story of an error in many lines.
-      throw new SceneError(`${path}: ${error instanceof SceneError ? error.message : "is damaged: the HDF5 library cannot read it"}`);
+      throw new SkyshineError(`${path}: ${error instanceof SkyshineError ? error.message : "is damaged: the HDF5 library cannot read it"}`, "file");
     } finally {
       this.file.close();
       FS.unlink("/database.h5");
@@ -51,7 +48,7 @@ export class Database {
     const version = attribute(this.file, "format_version", "");
     const majors = FORMATS[filetypes[0]];
     if (!filetypes.includes(filetype) || !majors.some((major) => version?.startsWith(major)))
-      throw new SceneError(`holds '${String(filetype).slice(0, 40)}' ${String(version).slice(0, 20)}; allowed: ${filetypes.join(" or ")} ${majors.map((major) => `${major}x`).join(" or ")}`);
+      throw new SkyshineError(`holds '${String(filetype).slice(0, 40)}' ${String(version).slice(0, 20)}; allowed: ${filetypes.join(" or ")} ${majors.map((major) => `${major}x`).join(" or ")}`);
     this.stored = new Set(this.file.keys());
     this.filetype = filetype;
     const inChannels = filetypes.includes("atmq") && version.startsWith("3.");
@@ -67,7 +64,7 @@ export class Database {
     if (this.codesOf(LIGHT).length) this.checkLight();
     if ("thermal_path_radiance_ratio" in this.arrays) {
       const unstated = Object.keys(WITHOUT_SOURCE).find((name) => name in this.arrays && this.arrays[name].axes[3].dark === undefined);
-      if (unstated) throw new SceneError(`the source elevations of '${unstated}' do not state dark_below`);
+      if (unstated) throw new SkyshineError(`the source elevations of '${unstated}' do not state dark_below`);
     }
     if (filetype === "band") this.codes = this.names(this.arrays.reflectance.axes[0]);
   }
@@ -99,7 +96,7 @@ export class Database {
       const count = axes[1].nodes.length;
       axes[0].nodes.forEach((_, i) => {
         const total = values.subarray(i * count, (i + 1) * count).reduce((all, share) => all + share, 0);
-        if (!(Math.abs(total - 1) <= WEIGHT_ROUNDING)) throw new SceneError(`a row of '${name}' sums to ${total}; allowed: 1`);
+        if (!(Math.abs(total - 1) <= WEIGHT_ROUNDING)) throw new SkyshineError(`a row of '${name}' sums to ${total}; allowed: 1`);
       });
     }
   }
@@ -117,18 +114,18 @@ export class Database {
     const same = ours.length === theirs.length && ours.every((node, b) => Math.abs(node - theirs[b]) <= WAVELENGTH_ROUNDING * Math.abs(theirs[b]));
     if (!this.parted || same) return;
     const [found, allowed] = [theirs, ours].map((nodes) => `${nodes.length} from ${nodes[0]} to ${nodes.at(-1)} um`);
-    throw new SceneError(`${band.path}: has the wavelengths ${found}; allowed: those of the air, ${allowed}`);
+    throw new SkyshineError(`${band.path}: has the wavelengths ${found}; allowed: those of the air, ${allowed}`, "file");
   }
 
   // What a file in channels says of the air and of the paths that it is for.
   stated() {
     const layout = attribute(this.file, "layout", "");
-    if (layout !== "channels") throw new SceneError(`has the layout '${String(layout).slice(0, 40)}'; allowed: channels`);
+    if (layout !== "channels") throw new SkyshineError(`has the layout '${String(layout).slice(0, 40)}'; allowed: channels`);
     return Object.fromEntries(
       Object.entries(STATED).map(([name, [count, least, most]]) => {
         const values = numbers(this.file, name, count);
         if (!values.every((value, i) => value >= least && value <= most && (i === 0 || value >= values[i - 1])))
-          throw new SceneError(`does not state '${name}', in ${least} to ${most} and ascending`);
+          throw new SkyshineError(`does not state '${name}', in ${least} to ${most} and ascending`);
         return [name, values];
       }),
     );
@@ -137,8 +134,8 @@ export class Database {
   // The weights sum to 1, and the source elevations say where it is dark.
   checkChannels() {
     const sum = this.arrays.channel_weight.values.reduce((total, weight) => total + weight, 0);
-    if (!(Math.abs(sum - 1) <= WEIGHT_ROUNDING)) throw new SceneError(`'channel_weight' sums to ${sum}; allowed: 1`);
-    if (this.arrays.source_factor.axes[1].dark === undefined) throw new SceneError("the source elevations of 'source_factor' do not state dark_below");
+    if (!(Math.abs(sum - 1) <= WEIGHT_ROUNDING)) throw new SkyshineError(`'channel_weight' sums to ${sum}; allowed: 1`);
+    if (this.arrays.source_factor.axes[1].dark === undefined) throw new SkyshineError("the source elevations of 'source_factor' do not state dark_below");
   }
 
   // Codes of the coefficients of LIGHT or GLOW; none where the file has no harmonics.
@@ -149,23 +146,23 @@ export class Database {
   // The harmonics go together, and the file states the ground.
   checkLight() {
     const [light, glow] = [LIGHT, GLOW].map((name) => this.codesOf(name).length);
-    if ((light === 6) !== (glow === 3)) throw new SceneError(`'${LIGHT}' and '${GLOW}' are of different harmonics`);
+    if ((light === 6) !== (glow === 3)) throw new SkyshineError(`'${LIGHT}' and '${GLOW}' are of different harmonics`);
     this.ground = GROUND.map((name) => attribute(this.file, name, NaN));
-    if (!this.ground.every((value) => Number.isFinite(value) && value >= 0)) throw new SceneError(`does not state the ground: ${GROUND.join(", ")}`);
+    if (!this.ground.every((value) => Number.isFinite(value) && value >= 0)) throw new SkyshineError(`does not state the ground: ${GROUND.join(", ")}`);
   }
 
   // An array of this very file, of a type class, a size in bytes, and so many axes.
   dataset(name, type, size, rank) {
-    if (!this.stored.has(name)) throw new SceneError(`lacks '${name}'`);
-    if (this.file.get_link(name) !== null) throw new SceneError(`'${name}' is a link to somewhere else`);
+    if (!this.stored.has(name)) throw new SkyshineError(`lacks '${name}'`);
+    if (this.file.get_link(name) !== null) throw new SkyshineError(`'${name}' is a link to somewhere else`);
     const dataset = this.file.get(name);
-    if (dataset?.type !== "Dataset") throw new SceneError(`'${name}' is not an array`);
+    if (dataset?.type !== "Dataset") throw new SkyshineError(`'${name}' is not an array`);
     const { metadata } = dataset;
-    if (metadata.virtual_sources) throw new SceneError(`'${name}' is kept in another file`);
-    if (metadata.type !== type || metadata.size !== size || (type === TEXT && !metadata.vlen)) throw new SceneError(`'${name}' has values of another type`);
+    if (metadata.virtual_sources) throw new SkyshineError(`'${name}' is kept in another file`);
+    if (metadata.type !== type || metadata.size !== size || (type === TEXT && !metadata.vlen)) throw new SkyshineError(`'${name}' has values of another type`);
     const count = metadata.shape?.reduce((product, length) => product * length, 1) ?? 0;
-    if (metadata.shape?.length !== rank || count < 1) throw new SceneError(`'${name}' has the shape ${metadata.shape}; allowed: ${rank} axes, none empty`);
-    if (count * size > this.bytes) throw new SceneError(`'${name}' claims more bytes than the file can hold`);
+    if (metadata.shape?.length !== rank || count < 1) throw new SkyshineError(`'${name}' has the shape ${metadata.shape}; allowed: ${rank} axes, none empty`);
+    if (count * size > this.bytes) throw new SkyshineError(`'${name}' claims more bytes than the file can hold`);
     return dataset;
   }
 
@@ -181,18 +178,18 @@ export class Database {
     const dataset = this.dataset(quantity, FLOAT, 4, names.length);
     const list = dataset.attrs.DIMENSION_LIST?.metadata;
     if (list?.type !== LIST || list.vlen_type?.type !== REFERENCE || list.shape?.length !== 1 || list.shape[0] !== names.length)
-      throw new SceneError(`'${quantity}' has no dimension scales`);
+      throw new SkyshineError(`'${quantity}' has no dimension scales`);
     const axes = names.map((name, k) => {
       const byAngle = name === "source_azimuth" && this.stored.has("scattering_angle");
       const [stored, axis] = this.axis(quantity, byAngle ? "scattering_angle" : name);
       const length = dataset.shape[k];
-      if (length !== axis.nodes.length) throw new SceneError(`'${quantity}' has ${length} values along '${stored}', which has ${axis.nodes.length} nodes`);
-      if (dataset.get_attached_scales(k)[0] !== `/${stored}`) throw new SceneError(`'${quantity}' has other dimension scales than its axes`);
+      if (length !== axis.nodes.length) throw new SkyshineError(`'${quantity}' has ${length} values along '${stored}', which has ${axis.nodes.length} nodes`);
+      if (dataset.get_attached_scales(k)[0] !== `/${stored}`) throw new SkyshineError(`'${quantity}' has other dimension scales than its axes`);
       return axis;
     });
     const values = Float32Array.from(dataset.value);
     if (!values.every((value) => Number.isFinite(value) && value >= least && value <= most))
-      throw new SceneError(`'${quantity}' holds values beyond ${least} to ${most}`);
+      throw new SkyshineError(`'${quantity}' holds values beyond ${least} to ${most}`);
     return { axes, values };
   }
 
@@ -201,7 +198,7 @@ export class Database {
     const names = Array.from(this.dataset("material_name", TEXT, 4, 1).value);
     const readable = names.every((name) => typeof name === "string" && name && !name.includes(UNREADABLE));
     if (!readable || names.length !== axis.nodes.length || new Set(names).size !== names.length)
-      throw new SceneError("'material_name' does not hold a name for each code");
+      throw new SkyshineError("'material_name' does not hold a name for each code");
     return new Map(names.map((name, k) => [name, axis.nodes[k]]));
   }
 
@@ -226,9 +223,9 @@ export class Database {
     return this.parted ? this.channels.parted(quantity, where) : [this.value(quantity, where)];
   }
 
-  // Transmittance over a range, from that over the range of the place; (9) where light is not parted.
-  transmittance(where, reach) {
-    return this.parted ? this.channels.transmittance(where, reach) : [Math.exp((-5.5 * reach) / this.value("beta_star", where))];
+  // Extinction per km of emitted light over the range of the place, as (8) and (9) have it; of the band where light is not parted.
+  extinction(where) {
+    return this.parted ? this.channels.extinction(where) : [5.5 / this.value("beta_star", where)];
   }
 
   // A quantity of this file of a band at each of its wavelengths.
@@ -252,12 +249,5 @@ export class Database {
       if (share) total += share * values[index];
     }
     return total;
-  }
-
-  // Code of a material given by code or by name.
-  material(given) {
-    if (typeof given !== "string") return given;
-    if (!this.codes.has(given)) throw new SceneError(`material: found '${given}'; allowed: ${[...this.codes.keys()].join(", ").slice(0, 200)}`);
-    return this.codes.get(given);
   }
 }

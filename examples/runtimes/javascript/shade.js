@@ -1,5 +1,5 @@
 // Temperatures in the shade, beside a wall or under other heat: the formulas of schemas/formats/htt-1.md.
-import { SceneError } from "./axis.js";
+import { SkyshineError } from "./axis.js";
 
 const [STEPS, CORRECTIONS, DAY] = [288, 8, 24];
 const STEFAN_BOLTZMANN = 5.670374419e-8;
@@ -47,7 +47,7 @@ function inverse(nodes, values, wanted) {
 const within = (axis, value) => Math.min(Math.max(value, axis.nodes[0]), axis.nodes.at(-1));
 
 function needResponse(surface) {
-  if (!surface.arrays.response_kernel) throw new SceneError("the surface file holds no response to shade");
+  if (!surface.arrays.response_kernel) throw new SkyshineError("the surface file holds no response to shade");
 }
 
 // Temperature of the table at each step of the day; NaN at times that it does not hold.
@@ -106,7 +106,7 @@ function change(surface, face, given) {
 // Temperature of a face that absorbs other heat than the table's: means over equal steps of the day, W m^-2.
 export function temperatureUnder(surface, face, absorbed) {
   needResponse(surface);
-  if (!Array.isArray(absorbed) || !absorbed.length || !absorbed.every(Number.isFinite)) throw new SceneError("absorbed_change must be a list of finite numbers");
+  if (!Array.isArray(absorbed) || !absorbed.length || !absorbed.every(Number.isFinite)) throw new SkyshineError("absorbed_change must be a list of finite numbers");
   const moved = change(surface, face, stepMeans(absorbed));
   const place = ((face.time - DAY * Math.floor(face.time / DAY)) * STEPS) / DAY;
   const before = Math.floor(place) % STEPS;
@@ -127,11 +127,11 @@ function shadedShare(intervals, hour) {
   return Math.min((covered * STEPS) / DAY, 1);
 }
 
-// Change of the heat that a face absorbs at each step of the day, by shade and a wall: see `surroundings` in ../README.md.
-export function absorbedChange(surface, face, { shade = [], sky_view: open = 1, facing, facing_emissivity: emissivity = WALL_EMISSIVITY }) {
+// Change of the heat that a face absorbs at each step of the day, by shade and a wall: see `Surroundings` in index.d.ts.
+export function absorbedChange(surface, face, { shade = [], skyView: open = 1, facing, facingEmissivity: emissivity = WALL_EMISSIVITY }) {
   needResponse(surface);
   const numbers = [open, emissivity, facing ?? 300, ...shade.flat()];
-  if (!numbers.every(Number.isFinite) || !shade.every((interval) => interval.length === 2)) throw new SceneError("surroundings must be finite numbers");
+  if (!numbers.every(Number.isFinite) || !shade.every((interval) => interval.length === 2)) throw new SkyshineError("surroundings must be finite numbers");
   const property = (name) => surface.value(name, face);
   const [absorbs, emits] = [property("solar_absorptance"), property("thermal_emissivity")];
   const altitude = within(surface.arrays.air_temperature.axes[0], face.altitude);

@@ -48,7 +48,7 @@ impl Line {
     }
 
     /// A line that meets the ground; `rise` and `fall` are a and c of the page.
-    fn into_ground(&mut self, reach: f64, height: f64, rho: f64, rise: f64, fall: f64) {
+    fn meet_ground(&mut self, reach: f64, height: f64, rho: f64, rise: f64, fall: f64) {
         let distance = fall / ((rise * rise - fall).sqrt() - rise);
         let across = 2.0 * rho * height;
         self.share = if distance > 0.0 { (reach / distance).min(1.0) } else { 1.0 };
@@ -57,7 +57,7 @@ impl Line {
         self.grounded = reach >= distance;
     }
 
-    fn into_space(&mut self, reach: f64, height: f64, radius: f64, angle: f64, scale: f64) {
+    fn reach_space(&mut self, reach: f64, height: f64, radius: f64, angle: f64, scale: f64) {
         let (rise, above) = (radius * angle.sin(), scale * (2.0 * radius + scale));
         let (level, way) = (above.sqrt(), above / (rise + (rise * rise + above).sqrt()));
         self.share = -(-reach / way).exp_m1();
@@ -140,8 +140,8 @@ impl Path {
         Ok(shares.parted(&lit))
     }
 
-    /// Transmittance of emitted light at a wavelength whose share in each channel is given, `stretch` times as far.
-    fn transmittance(&self, air: &Database, share: impl Fn(usize) -> f64, stretch: f64) -> f64 {
+    /// Optical depth of emitted light at a wavelength whose share in each channel is given.
+    fn optical_depth(&self, air: &Database, share: impl Fn(usize) -> f64) -> f64 {
         let emitted = air.array("thermal_reference").values.iter().enumerate();
         let parts: Vec<f64> = emitted.map(|(j, light)| f64::from(*light) * share(j)).collect();
         let whole: f64 = parts.iter().sum();
@@ -151,8 +151,7 @@ impl Path {
         };
         let absorbed = mean(&self.depth.iter().map(|depth| -(-depth).exp_m1()).collect::<Vec<f64>>());
         let through = mean(&self.depth.iter().map(|depth| (-depth).exp()).collect::<Vec<f64>>());
-        let logarithm = if absorbed < 0.5 { (-absorbed).ln_1p() } else { through.max(f64::MIN_POSITIVE).ln() };
-        (stretch * logarithm).exp()
+        -(if absorbed < 0.5 { (-absorbed).ln_1p() } else { through.max(f64::MIN_POSITIVE).ln() })
     }
 }
 
@@ -197,13 +196,12 @@ impl Channels {
         self.on_surface(air, quantity, &self.path(air, place)?, place, [Shares::of(air, 0), Shares::of(air, 1)])
     }
 
-    /// Transmittance of emitted light at each wavelength over another range than that of the place, as (8) and (9) have
-    /// it from beta*.
-    pub fn transmittance(&self, air: &Database, place: &Place, reach: f64) -> Result<Vec<f64>> {
+    /// Extinction per km of emitted light at each wavelength, a mean over the range of the place.
+    pub fn extinction(&self, air: &Database, place: &Place) -> Result<Vec<f64>> {
         let path = self.path(air, place)?;
         let array = air.array(CHANNEL_SHARES[0].0);
-        let (count, stretch) = (array.axes[1].nodes.len(), reach / self.within(0, place)?.max(SHORTEST));
-        Ok((0..count).map(|b| path.transmittance(air, |j| f64::from(array.values[j * count + b]), stretch)).collect())
+        let (count, reach) = (array.axes[1].nodes.len(), self.within(0, place)?.max(SHORTEST));
+        Ok((0..count).map(|b| path.optical_depth(air, |j| f64::from(array.values[j * count + b])) / reach).collect())
     }
 
     fn on_surface(&self, air: &Database, quantity: &str, path: &Path, place: &Place, parting: Parting) -> Result<Vec<f64>> {
@@ -237,9 +235,9 @@ impl Channels {
         let (radius, fall) = (rho + height, height * (2.0 * rho + height));
         let rise = radius * angle.sin();
         if angle < 0.0 && rise * rise >= fall {
-            line.into_ground(reach, height, rho, rise, fall);
+            line.meet_ground(reach, height, rho, rise, fall);
         } else {
-            line.into_space(reach, height, radius, angle, self.scale);
+            line.reach_space(reach, height, radius, angle, self.scale);
         }
         line.end = match air.holds("end_rise") {
             _ if line.grounded => 0.0,

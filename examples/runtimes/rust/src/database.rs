@@ -98,8 +98,8 @@ impl Database {
         }
         check_shares(&arrays)?;
         if !night.is_empty() {
-            let lit = WITHOUT_SOURCE.iter().filter_map(|(name, _)| arrays.get(name).map(|array: &Array| (name, array)));
-            for (name, _) in lit.filter(|(_, array)| array.axes[3].dark_below.is_none()) {
+            let mut lit = WITHOUT_SOURCE.iter().filter_map(|(name, _)| arrays.get(name).map(|array: &Array| (name, array)));
+            if let Some((name, _)) = lit.find(|(_, array)| array.axes[3].dark_below.is_none()) {
                 return Err(format!("the source elevations of '{name}' do not state dark_below").into());
             }
         }
@@ -174,11 +174,12 @@ impl Database {
         }
     }
 
-    /// Transmittance over a range, from that over the range of the place; (9) where light is not parted.
-    pub fn transmittance(&self, place: &[(&str, f64)], reach: f64) -> Result<Vec<f64>> {
+    /// Extinction per km of emitted light over the range of the place, as (8) and (9) have it; of the band where light is
+    /// not parted.
+    pub fn extinction(&self, place: &[(&str, f64)]) -> Result<Vec<f64>> {
         match &self.channels {
-            Some(channels) if self.parted => channels.transmittance(self, place, reach),
-            _ => Ok(vec![(-5.5 * reach / self.value("beta_star", place)?).exp()]),
+            Some(channels) if self.parted => channels.extinction(self, place),
+            _ => Ok(vec![5.5 / self.value("beta_star", place)?]),
         }
     }
 
@@ -290,9 +291,10 @@ impl Database {
         self.arrays.contains_key(array).then_some(()).ok_or_else(missing)
     }
 
-    /// Code of a material of a name.
-    pub fn material(&self, name: &str) -> Result<f64> {
-        let code = self.codes.get(name).copied();
-        Ok(code.ok_or_else(|| format!("material: found '{name}'; allowed: a name of the file"))?)
+    /// Codes and names of the materials, by ascending code.
+    pub fn materials(&self) -> Vec<(i32, String)> {
+        let mut materials: Vec<(i32, String)> = self.codes.iter().map(|(name, code)| (*code as i32, name.clone())).collect();
+        materials.sort_unstable();
+        materials
     }
 }

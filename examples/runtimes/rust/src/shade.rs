@@ -2,7 +2,6 @@
 
 use crate::axis::Result;
 use crate::database::Database;
-use serde::Deserialize;
 
 const STEPS: usize = 288;
 const CORRECTIONS: usize = 8;
@@ -15,23 +14,23 @@ const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
 /// Values of the axes of `temperature`, by name.
 pub type Face<'a> = [(&'a str, f64); 5];
 
-#[derive(Deserialize)]
+/// What keeps sunlight and sky from a face.
+#[derive(Clone, Debug)]
 pub struct Surroundings {
-    #[serde(default)]
-    shade: Vec<[f64; 2]>,
-    #[serde(default = "whole")]
-    sky_view: f64,
-    facing: Option<f64>,
-    #[serde(default = "wall_emissivity")]
-    facing_emissivity: f64,
+    /// Hours from first to last, over midnight where the first is later; they do not overlap.
+    pub shade: Vec<[f64; 2]>,
+    /// Open share of the sky.
+    pub sky_view: f64,
+    /// Temperature of the wall that hides the rest [K]; none: that of the air.
+    pub facing: Option<f64>,
+    /// Of that wall.
+    pub facing_emissivity: f64,
 }
 
-fn whole() -> f64 {
-    1.0
-}
-
-fn wall_emissivity() -> f64 {
-    0.95
+impl Default for Surroundings {
+    fn default() -> Self {
+        Surroundings { shade: Vec::new(), sky_view: 1.0, facing: None, facing_emissivity: 0.95 }
+    }
 }
 
 fn hour(step: usize) -> f64 {
@@ -205,6 +204,10 @@ impl Surroundings {
 /// Change of the heat that a face absorbs at each step of the day, by shade and a wall.
 pub fn absorbed_change(surface: &Database, face: &Face, around: &Surroundings) -> Result<Vec<f64>> {
     surface.need("response_kernel")?;
+    let given = around.shade.iter().flatten().chain([&around.sky_view, &around.facing_emissivity]).chain(around.facing.as_ref());
+    if !given.into_iter().all(|value| value.is_finite()) {
+        return Err("surroundings must be finite numbers".into());
+    }
     let absorbs = surface.value("solar_absorptance", face)?;
     let emits = surface.value("thermal_emissivity", face)?;
     let altitude = surface.within("air_temperature", 0, of(face, "altitude"));

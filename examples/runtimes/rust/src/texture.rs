@@ -1,6 +1,7 @@
 //! A texture, from whose texels materials are read; each level is read and checked whole when the first pixel asks for it.
 
 use crate::axis::Result;
+use crate::error::{of_file, of_value};
 use crate::source::{number, text, PACKING, SMALL};
 use hdf5::types::{IntSize, TypeDescriptor};
 use hdf5::{Dataset, File, Group, IterationOrder, LinkType};
@@ -19,27 +20,41 @@ struct Level {
     weights: Vec<u16>,
 }
 
+/// A texture, from whose texels materials are read.
 pub struct Texture {
     path: PathBuf,
     levels: HashMap<u32, Level>,
 }
 
 impl Texture {
-    pub fn open(path: &Path) -> Result<Self> {
-        let levels = HashMap::from([(0, read(path, 0)?)]);
+    /// Open a .tmm file and read its level 0.
+    ///
+    /// # Errors
+    /// The file is not a readable .tmm file of format 1.
+    pub fn open(path: impl AsRef<Path>) -> crate::Result<Self> {
+        let path = path.as_ref();
+        let levels = HashMap::from([(0, of_file(read(path, 0))?)]);
         Ok(Texture { path: path.to_owned(), levels })
     }
 
-    /// Codes and shares of the materials at a point, in texels of level 0 from the top left corner of the image.
-    pub fn mixture(&mut self, [across, down]: [f64; 2], number: u32) -> Result<Vec<(f64, f64)>> {
+    /// Codes and shares of the materials at a point, in texels of level 0 from the top left corner of the image. A level is
+    /// read with the first request.
+    ///
+    /// # Errors
+    /// The point lies outside the image or has no material; the texture has no such level.
+    pub fn mixture(&mut self, point: [f64; 2], level: u32) -> crate::Result<Vec<(i32, f64)>> {
+        if !self.levels.contains_key(&level) && point.iter().all(|value| *value >= 0.0) {
+            self.levels.insert(level, of_file(read(&self.path, level))?);
+        }
+        of_value(self.mixture_at(point, level))
+    }
+
+    fn mixture_at(&self, [across, down]: [f64; 2], number: u32) -> Result<Vec<(i32, f64)>> {
         let (height, width) = (self.levels[&0].height, self.levels[&0].width);
         if !(0.0..=width as f64).contains(&across) || !(0.0..=height as f64).contains(&down) {
             return Err(format!("texel: found [{across}, {down}]; allowed: 0 to {width}, 0 to {height}").into());
         }
-        if !self.levels.contains_key(&number) {
-            self.levels.insert(number, read(&self.path, number)?);
-        }
-        let level = &self.levels[&number];
+        let level = self.levels.get(&number).ok_or_else(|| format!("level: found {number}; allowed: a level of the texture"))?;
         let place = |at: f64, whole: usize, count: usize| ((at * count as f64 / whole as f64) as usize).min(count - 1);
         let (row, column) = (place(down, height, level.height), place(across, width, level.width));
         let first = COMPONENTS * (row * level.width + column);
@@ -47,7 +62,7 @@ impl Texture {
             return Err(format!("texel: [{across}, {down}] has no material").into());
         }
         let parts = (first..first + COMPONENTS).filter(|k| level.weights[*k] > 0);
-        Ok(parts.map(|k| (f64::from(level.codes[k]), f64::from(level.weights[k]) / f64::from(TOTAL))).collect())
+        Ok(parts.map(|k| (i32::from(level.codes[k]), f64::from(level.weights[k]) / f64::from(TOTAL))).collect())
     }
 }
 

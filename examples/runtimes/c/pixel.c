@@ -1,0 +1,221 @@
+/* Equations (1) to (44) for one pixel. */
+#include "tables.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double RADIAN = 0.017453292519943295;
+
+/* A_l / pi times Y_lm of a unit normal, in the order of the codes. */
+static void irradiance_harmonics(const double *n, double *to)
+{
+    const double x = n[0], y = n[1], z = n[2], even = x * x - y * y;
+    to[0] = 0.28209479177387814;
+    to[1] = 0.32573500793527993 * z;
+    to[2] = 0.32573500793527993 * x;
+    to[3] = 0.15769578262626002 * (3 * z * z - 1) / 2;
+    to[4] = 0.2731371076480198 * x * z;
+    to[5] = 0.1365685538240099 * even;
+    to[6] = -0.03526184897173477 * ((35 * z * z - 30) * z * z + 3) / 8;
+    to[7] = -0.0557538786297741 * x * z * (7 * z * z - 3) / 2;
+    to[8] = -0.039423945656565 * even * (7 * z * z - 1) / 2;
+    to[9] = -0.14751089748166088 * x * z * (x * x - 3 * y * y) / 2;
+    to[10] = -0.026076488977049006 * (even * even - 4 * x * x * y * y);
+}
+
+void sky_bases(const struct database *air, const double *normal, double *to)
+{
+    const double square = normal[2] * normal[2];
+    const int second_degree = sky_codes_of(air, LIGHT)->count == 6;
+    to[0] = second_degree ? ((35 * square - 30) * square + 3) / 8 : (((231 * square - 315) * square + 105) * square - 5) / 16;
+    irradiance_harmonics(normal, to + 1);
+}
+
+/* Light at each wavelength, or in the whole band where one value is asked for. */
+static void light_of(const struct database *air, const char *name, const double *place, size_t parts, double *to)
+{
+    if (parts > 1) sky_light_at(air, name, place, to);
+    else *to = sky_value_at(air, name, place);
+}
+
+size_t sky_ambient_weights(const struct database *air, const double *place, int tilted, const double *ground, size_t parts, double *to)
+{
+    light_of(air, "ambient_radiance", place, parts, to);
+    if (!tilted) return 1;
+    const struct axis *codes = sky_codes_of(air, LIGHT), *zones = sky_codes_of(air, GLOW);
+    double upright[HARMONICS], *glow = sky_allocate(parts, sizeof *glow);
+    irradiance_harmonics((double[]){0.0, 0.0, 1.0}, upright);
+    for (size_t h = 0; h < codes->count; ++h) {
+        double *light = to + (1 + h) * parts;
+        light_of(air, LIGHT, (double[]){place[0], place[1], place[2], place[3], codes->nodes[h]}, parts, light);
+        for (size_t z = 0; z < zones->count; ++z)
+            if (codes->nodes[h] == zones->nodes[z]) {
+                light_of(air, GLOW, (double[]){place[0], place[1], place[2], ground[0], zones->nodes[z]}, parts, glow);
+                for (size_t b = 0; b < parts; ++b) light[b] += ground[1] * glow[b];
+            }
+        for (size_t b = 0; b < parts; ++b) to[b] -= upright[h] * light[b];
+    }
+    sky_release(glow);
+    return 1 + codes->count;
+}
+
+void sky_ground_of(const skyshine_tables *tables, int32_t material, double altitude, double time, double *ground)
+{
+    ground[0] = tables->air.ground[1];
+    ground[1] = tables->air.ground[2];
+    if (!material) return;
+    ground[0] = sky_value_at(&tables->surface, "temperature", (double[]){material, altitude, 0.0, 0.0, time});
+    ground[1] = tables->air.ground[0] * sky_value_at(&tables->band, "blackbody_radiance", ground);
+}
+
+/* Angle between line of sight and source, all in degree. */
+static double scattering_angle(double elevation, double source_elevation, double azimuth)
+{
+    const double degree = acos(-1.0) / 180.0;
+    const double apart = sin((elevation - source_elevation) * degree / 2), turn = sin(azimuth * degree / 2);
+    const double half = apart * apart + cos(elevation * degree) * cos(source_elevation * degree) * turn * turn;
+    return 2.0 * asin(sqrt(fmin(fmax(half, 0.0), 1.0))) / degree;
+}
+
+double sky_path_ratio_at(const struct database *air, const double *place)
+{
+    double where[] = {place[0], place[1], place[2], place[3], place[4]};
+    if (air->channels.present || !strcmp(sky_array_of(air, "path_radiance_ratio")->axes[4].name, "scattering_angle"))
+        where[4] = scattering_angle(place[2], place[3], place[4]);
+    return sky_value_at(air, "path_radiance_ratio", where);
+}
+
+static double dot(const double *a, const double *b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void unit_of(const double *direction, const char *name, double *unit)
+{
+    const double length = sqrt(dot(direction, direction));
+    if (!(length > 0.0) || !isfinite(length)) sky_fail("'%s' must be three finite numbers that are not all 0", name);
+    for (int k = 0; k < 3; ++k) unit[k] = direction[k] / length;
+}
+
+/* Equations (37) and (38): chi of the half vector to the power of the shininess. */
+static double lobe(const double *normal, const double *to_source, const double *to_observer, double shininess)
+{
+    double between[3];
+    for (int k = 0; k < 3; ++k) between[k] = to_source[k] + to_observer[k];
+    const double length = sqrt(dot(between, between));
+    const double chi = length > 0.0 ? dot(between, normal) / length : 0.0;
+    return pow(fmin(fmax(chi, 0.0), 1.0), shininess);
+}
+
+/* Of a material at a temperature: reflectance, and the share in what a black body emits, at each wavelength or in the
+ * whole band. */
+static void spectra_of(const struct database *band, size_t parted, double code, double temperature, double *rho, double *emission)
+{
+    if (!parted) {
+        *rho = sky_value_at(band, "reflectance", &code);
+        *emission = 1.0;
+        return;
+    }
+    const double *nodes = sky_array_of(band, "emission_share")->axes[1].nodes;
+    for (size_t b = 0; b < parted; ++b) {
+        rho[b] = sky_interpolated(band, "reflectance_spectrum", (double[]){code, nodes[b]});
+        emission[b] = sky_interpolated(band, "emission_share", (double[]){temperature, nodes[b]});
+    }
+}
+
+/* L_ambient of the pixel's face at each wavelength; of a level one where the file or the pixel says no more. */
+static void ambient_of(const skyshine_tables *tables, const skyshine_pixel *pixel, const double *place, double *to)
+{
+    const size_t parts = sky_parts_of(&tables->air);
+    if (!tables->air.tilted || isnan(pixel->source_heading)) {
+        sky_light_at(&tables->air, "ambient_radiance", place, to);
+        return;
+    }
+    double ground[2], bases[BASES], *weights = sky_allocate(BASES * parts, sizeof *weights);
+    sky_ground_of(tables, pixel->ground_material, pixel->surface_altitude, pixel->time, ground);
+    const double slope = RADIAN * pixel->surface_slope, turn = RADIAN * (pixel->surface_azimuth - pixel->source_heading);
+    const size_t count = sky_ambient_weights(&tables->air, place, 1, ground, parts, weights);
+    sky_bases(&tables->air, (double[]){sin(slope) * cos(turn), sin(slope) * sin(turn), cos(slope)}, bases);
+    for (size_t b = 0; b < parts; ++b) {
+        double light = 0.0;
+        for (size_t k = 0; k < count; ++k) light += bases[k] * weights[k * parts + b];
+        to[b] = fmax(light, 0.0);
+    }
+}
+
+/* What a pixel is lit by and seen through, at each wavelength. */
+struct light {
+    size_t parts;
+    double *sky, *beam, *through;
+    double normal[3], to_source[3], to_observer[3], incidence;
+};
+
+static void add_material(const skyshine_tables *tables, const skyshine_pixel *pixel, size_t k, const struct light *light, skyshine_terms *terms)
+{
+    const struct database *band = &tables->band;
+    const double code = pixel->material[k], share = pixel->share[k];
+    double temperature = pixel->temperature[k], emitted = 0.0, sky = 0.0, direct = 0.0;
+    if (isnan(temperature))
+        temperature = sky_value_at(&tables->surface, "temperature", (double[]){code, pixel->surface_altitude, pixel->surface_azimuth, pixel->surface_slope, pixel->time});
+    const double blackbody = sky_value_at(band, "blackbody_radiance", &temperature), fraction = sky_value_at(band, "specular_fraction", &code);
+    double *rho = sky_allocate(2 * light->parts, sizeof *rho), *emission = rho + light->parts;
+    spectra_of(band, tables->air.parted, code, temperature, rho, emission);
+    for (size_t b = 0; b < light->parts; ++b) {
+        emitted += (1.0 - rho[b]) * emission[b] * light->through[b];
+        sky += rho[b] * light->sky[b];
+        direct += rho[b] * light->beam[b];
+    }
+    direct = fmax(direct, 0.0) * terms->transmittance;
+    terms->temperature += share * temperature;
+    terms->blackbody_radiance += share * blackbody; /* (7) */
+    terms->thermal += share * blackbody * emitted; /* (5), or (6) */
+    terms->skyshine += share * fmax(sky, 0.0) * terms->transmittance; /* (18), or (19) */
+    terms->diffuse += share * direct * light->incidence * (1.0 - fraction); /* (34) */
+    const double shape = lobe(light->normal, light->to_source, light->to_observer, sky_value_at(band, "shininess", &code));
+    terms->specular += share * direct * shape * fraction * sky_value_at(band, "normalisation", &code); /* (35) */
+}
+
+static void compute(const skyshine_tables *tables, const skyshine_pixel *pixel, skyshine_terms *terms)
+{
+    const struct database *air = &tables->air;
+    const double place[] = {pixel->centre_range, pixel->altitude, pixel->centre_elevation, pixel->source_elevation, pixel->source_azimuth};
+    struct light light = {.parts = sky_parts_of(air)};
+    memset(terms, 0, sizeof *terms);
+    if (pixel->materials < 1 || pixel->materials > SKYSHINE_COMPONENTS) sky_fail("materials: found %zu; allowed: 1 to %d", pixel->materials, SKYSHINE_COMPONENTS);
+    terms->beta_star = sky_value_at(air, "beta_star", place);
+    const double depth = 5.5 * pixel->range / terms->beta_star;
+    terms->transmittance = exp(-depth); /* (9) */
+    unit_of(pixel->normal, "normal", light.normal);
+    unit_of(pixel->to_source, "to_source", light.to_source);
+    unit_of(pixel->to_observer, "to_observer", light.to_observer);
+    light.incidence = fmax(dot(light.normal, light.to_source), 0.0);
+    light.sky = sky_allocate(3 * light.parts, sizeof(double));
+    light.beam = light.sky + light.parts;
+    light.through = light.beam + light.parts;
+    if (light.incidence > 0.0) sky_light_at(air, "direct_radiance", place, light.beam);
+    ambient_of(tables, pixel, place, light.sky);
+    sky_extinction_at(air, place, light.through);
+    for (size_t b = 0; b < light.parts; ++b) light.through[b] = exp(-pixel->range * light.through[b]);
+    for (size_t k = 0; k < pixel->materials; ++k) add_material(tables, pixel, k, &light, terms);
+    terms->path = sky_path_ratio_at(air, place) * -expm1(-depth); /* (11) */
+    terms->radiance = terms->diffuse + terms->specular + terms->skyshine + terms->thermal + terms->path; /* (1) */
+}
+
+skyshine_status skyshine_pixel_radiance(const skyshine_tables *tables, const skyshine_pixel *pixel, skyshine_terms *terms, skyshine_error *error)
+{
+    struct call call;
+    skyshine_terms computed;
+    sky_begin(&call, SKYSHINE_VALUE_ERROR);
+    if (!setjmp(call.failed)) {
+        compute(tables, pixel, &computed);
+        *terms = computed;
+    }
+    return sky_end(&call, error);
+}
+
+long skyshine_pixel_value(double radiance, int bits, double gain, double buffer_gain, double offset)
+{
+    const double size = ldexp(1.0, bits), share = fmin(fmax(radiance / gain, 0.0), 1.0);
+    /* The nearest integer to x - 1/2, halves upwards, is the floor of x. */
+    return (long)fmin(fmax(floor(size * buffer_gain * (share - offset)), 0.0), size - 1.0);
+}

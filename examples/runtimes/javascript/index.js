@@ -1,0 +1,7 @@
+// Reading of the databases that `mat build` and `tmm build` write, for a scene runtime. Types and units: index.d.ts.
+export { SkyshineError } from "./axis.js";
+export { pixelValue } from "./pixel.js";
+export { open, openFiles, openTexture } from "./tables.js";
+
+// The newest formats that this version knows; it reads all minor versions of their major ones.
+export const FORMATS = [["htt", "1.5"], ["band", "1.5"], ["atmq", "2.4"], ["atmq", "3.2"], ["tmm", "1.1"]];

@@ -1,0 +1,25 @@
+#![doc = include_str!("../README.md")]
+#![warn(missing_docs)]
+
+mod axis;
+mod channels;
+mod database;
+mod error;
+mod frame;
+mod layouts;
+mod light;
+mod pixel;
+mod shade;
+mod source;
+mod tables;
+mod texture;
+
+pub use error::{Error, ErrorKind, Result};
+pub use frame::{Frame, Pixels, View};
+pub use pixel::{pixel_value, Pixel, Terms};
+pub use shade::Surroundings;
+pub use tables::{Face, Line, Source, Tables};
+pub use texture::Texture;
+
+/// The newest formats that this version knows; it reads all minor versions of their major ones.
+pub const FORMATS: &[(&str, &str)] = &[("htt", "1.5"), ("band", "1.5"), ("atmq", "2.4"), ("atmq", "3.2"), ("tmm", "1.1")];

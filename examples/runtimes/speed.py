@@ -1,0 +1,176 @@
+"""Speeds of the loaders: pixels a second of processor time on one frame, in C, Rust, JavaScript and Python.
+
+Run: python speed.py FOLDER [--band N], with the folder of a build and skyshine installed. C is built with CMake, Rust
+with cargo, JavaScript with npm, in a temporary folder; a language whose tools are missing is left out. Python is the
+library, `skyshine.mat.runtime.pixel`, on a part of the pixels.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+HERE = Path(__file__).parent
+SIDE = 256  # pixels of a row and of a column
+TURNS = {"c": 400, "rust": 60, "javascript": 30}
+FRAMES = 6
+REPEATS = 3  # the fastest is kept: other programs on the machine only ever slow one down
+PART = 4096  # pixels that Python computes
+ALTITUDE = 0.9  # km, of the observer above the ground
+
+
+def frame_of(files: dict[str, str]) -> dict[str, Any]:
+    """A picture of a plane below the horizon, of patches of all materials, on faces of every direction."""
+    import skyshine.mat
+
+    surface, band = skyshine.mat.open(files["surface"]), skyshine.mat.open(files["band"])
+    nodes = {name: surface.root.axes[name].values for name in ("altitude", "slope")}
+    draw, count = np.random.default_rng(1), SIDE * SIDE
+    elevation = np.repeat(np.linspace(-25.0, -5.0, SIDE), SIDE)
+    patches = draw.choice(band.root.axes["material"].values, (SIDE // 16, SIDE // 16))
+    ground = float(nodes["altitude"][0])
+    lists = {
+        "material": np.kron(patches, np.ones((16, 16), int)).ravel(),
+        "range": ALTITUDE / np.sin(np.radians(-elevation)),
+        "elevation": elevation,
+        "heading": np.tile(np.linspace(20.0, 40.0, SIDE), SIDE),
+        "surface_altitude": draw.uniform(ground, min(ground + 0.2, nodes["altitude"][-1]), count),
+        "surface_azimuth": draw.uniform(0.0, 360.0, count),
+        "surface_slope": draw.uniform(nodes["slope"][0], min(40.0, nodes["slope"][-1]), count),
+    }
+    view = {
+        "altitude": ground + ALTITUDE,
+        "centre_range": 3.0,
+        "centre_elevation": -15.0,
+        "centre_heading": 30.0,
+        "source_elevation": 50.0,
+        "source_heading": 150.0,
+        "time": 14.3,
+    }
+    return view | {name: values.tolist() for name, values in lists.items()}
+
+
+def by_library(tables: list[Any], frame: dict[str, Any], count: int) -> np.ndarray:
+    """Radiances of the first pixels of a frame."""
+    from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+
+    def directions(elevation: np.ndarray, heading: np.ndarray) -> np.ndarray:
+        up, turn = np.radians(elevation), np.radians(heading)
+        return np.stack([np.cos(up) * np.sin(turn), np.cos(up) * np.cos(turn), np.sin(up)], axis=-1)
+
+    of = {name: np.array(frame[name][:count]) for name in frame if isinstance(frame[name], list)}
+    whole = {name: np.full(count, frame[name]) for name in frame if isinstance(frame[name], float)}
+    view = View(
+        range=of["range"],
+        centre_range=whole["centre_range"],
+        centre_elevation=whole["centre_elevation"],
+        altitude=whole["altitude"],
+        source_elevation=whole["source_elevation"],
+        source_azimuth=whole["source_heading"] - whole["centre_heading"],
+        source_heading=whole["source_heading"],
+        normal=directions(90.0 - of["surface_slope"], of["surface_azimuth"]),
+        to_source=directions(whole["source_elevation"], whole["source_heading"]),
+        to_observer=-directions(of["elevation"], of["heading"]),
+    )
+    codes = of["material"][:, None]
+    place = (of["surface_altitude"], of["surface_azimuth"], of["surface_slope"])
+    faces = Faces(codes, np.ones(codes.shape), *place, whole["time"])
+    return pixel_radiance(*tables, faces, view).radiance
+
+
+def built(language: str, folder: Path) -> list[str] | None:
+    """The command of the program of a language, built in a folder; None where a tool is missing."""
+    tools = {"c": ["cmake", "cc", "pkg-config"], "rust": ["cargo", "pkg-config"], "javascript": ["node", "npm"]}
+    if any(shutil.which(tool) is None for tool in tools[language]):
+        return None
+    place = folder / language
+    shutil.copytree(HERE / language, place)
+    target = os.environ.get("CARGO_TARGET_DIR", str(folder / "target"))
+    steps = {
+        "c": [["cmake", "-S", ".", "-B", "build"], ["cmake", "--build", "build"]],
+        "rust": [["cargo", "build", "--release", "--target-dir", target]],
+        "javascript": [["npm", "install", "--no-package-lock", "--no-audit", "--no-fund"]],
+    }
+    for step in steps[language]:
+        subprocess.run(step, cwd=place, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    programs = {"c": [str(place / "build" / "runtime")], "rust": [f"{target}/release/runtime"]}
+    return programs.get(language, ["node", str(place / "runtime.js")])
+
+
+def seconds_of(command: list[str], scene: Path, content: dict[str, Any]) -> tuple[float, np.ndarray]:
+    """Processor time of a program, with all that it starts, and the radiances that it prints."""
+    scene.write_text(json.dumps(content), encoding="utf-8")
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([*command, str(scene)], check=True, capture_output=True, text=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return seconds, np.array(json.loads(done.stdout)["radiance"])
+
+
+def measured(
+    language: str, files: dict[str, str], frame: dict[str, Any], folder: Path
+) -> tuple[float, float, np.ndarray] | None:
+    """Seconds a pixel, seconds a frame without its pixels, and radiances.
+
+    They are differences of runs of unlike lengths, so that reading the files does not count.
+    """
+    command = built(language, folder)
+    if command is None:
+        return None
+    turns, scene = TURNS[language], folder / "scene.json"
+
+    def best(**counts: int) -> tuple[float, np.ndarray]:
+        runs = [seconds_of(command, scene, files | {"frame": frame | counts}) for _ in range(REPEATS)]
+        return min(runs, key=lambda run: run[0])
+
+    once, radiance = best(frames=1, repeat=1)
+    often, _ = best(frames=1, repeat=1 + turns)
+    frames, _ = best(frames=1 + FRAMES, repeat=1)
+    pixel = (often - once) / (turns * len(radiance))
+    return pixel, (frames - once) / FRAMES - pixel * len(radiance), radiance
+
+
+def main() -> None:
+    """Print the table."""
+    import skyshine.mat
+
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--band", type=int, default=1)
+    given = parser.parse_args()
+    band = f"b{given.band:02d}"
+    names = {"surface": "s01.htt.h5", "band": f"{band}.band.h5", "atmosphere": f"s01{band}.atmq.h5"}
+    files = {name: str((given.folder / file).resolve()) for name, file in names.items()}
+    frame = frame_of(files)
+    tables = [skyshine.mat.open(files[name]) for name in ("surface", "band", "atmosphere")]
+    by_library(tables, frame, 1)  # reads their arrays
+    begin = time.process_time()
+    expected = by_library(tables, frame, PART)
+    python = (time.process_time() - begin) / PART
+    print("| language | million pixels/s | times Python | a frame, ms | largest difference |\n|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        for language in TURNS:
+            result = measured(language, files, frame, Path(folder))
+            if result is None:
+                print(f"{language}: its tools are missing", file=sys.stderr)
+                continue
+            pixel, opened, radiance = result
+            apart = float(np.max(np.abs(radiance[:PART] / expected - 1)))
+            speeds = f"{1e-6 / pixel:.3g} | {python / pixel:,.0f} | {1e3 * opened:.0f}"
+            print(f"| {language} | {speeds} | {apart:.1g} |", flush=True)
+    print(f"| python (library) | {1e-6 / python:.3g} | 1 | | |")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,124 @@
+"""The loaders as packages: their versions, the formats they know, what they hold, and the checks of their tools."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from skyshine.mat.tables.files import FORMATS
+from skyshine.tmm.database.layout import FILETYPE, FORMAT_VERSION
+
+CHECKOUT = Path(__file__).parents[2]
+RUNTIMES = CHECKOUT / "examples" / "runtimes"
+PROJECT = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
+# In the words of each language; `open` opens a folder.
+CALLS = (
+    "open",
+    "materials",
+    "temperature",
+    "shaded_temperature",
+    "transmittance",
+    "path_radiance",
+    "ambient_radiance",
+    "direct_radiance",
+    "pixel_radiance",
+    "apparent_temperature",
+)
+
+
+def text(*parts: str) -> str:
+    return RUNTIMES.joinpath(*parts).read_text(encoding="utf-8")
+
+
+def run(*command: object, folder: Path) -> str:
+    done = subprocess.run([str(part) for part in command], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+def need(*tools: str) -> None:
+    if missing := [tool for tool in tools if shutil.which(tool) is None]:
+        pytest.skip(f"{', '.join(missing)} not installed")
+
+
+def camel(name: str) -> str:
+    return re.sub(r"_(\w)", lambda match: match[1].upper(), name)
+
+
+def test_every_package_has_the_version_of_the_project():
+    found = {
+        "header": re.search(r'#define SKYSHINE_VERSION "(.*)"', text("c", "skyshine.h"))[1],
+        "cmake": re.search(r"project\(skyshine VERSION (\S+)", text("c", "CMakeLists.txt"))[1],
+        "rust": tomllib.loads(text("rust", "Cargo.toml"))["package"]["version"],
+        "javascript": json.loads(text("javascript", "package.json"))["version"],
+    }
+    assert found == dict.fromkeys(found, PROJECT["version"])
+
+
+def test_every_package_knows_the_formats_that_are_written():
+    versions = {FILETYPE: [FORMAT_VERSION]}
+    for name in ("htt", "band", "atmq"):
+        versions[name] = [file.format_version for file in FORMATS[name]]
+    written = {(name, ".".join(version.split(".")[:2])) for name, all_of in versions.items() for version in all_of}
+    header = re.search(r'#define SKYSHINE_FORMATS "(.*)"', text("c", "skyshine.h"))[1]
+    rust = re.search(r"pub const FORMATS: .*? = &\[(.*?)\];", text("rust", "src", "lib.rs"), re.DOTALL)[1]
+    javascript = re.search(r"export const FORMATS = \[(.*)\];", text("javascript", "index.js"))[1]
+    pairs = r'[\[(]"(\w+)", "([\d.]+)"'
+    assert {tuple(each.split()) for each in header.split(", ")} == written
+    assert set(re.findall(pairs, rust)) == written
+    assert set(re.findall(pairs, javascript)) == written
+
+
+def test_every_package_has_the_ten_calls_and_its_page_names_them():
+    sources = "".join(path.read_text() for path in (RUNTIMES / "rust" / "src").glob("*.rs"))
+    types = text("javascript", "index.d.ts")
+    for call in CALLS:
+        assert re.search(rf"SKYSHINE_API \w+ skyshine_{call}\(", text("c", "skyshine.h")), call
+        assert re.search(rf"pub fn {call}\(", sources), call
+        assert re.search(rf"^ *(export function )?{camel(call)}\(", types, re.MULTILINE), call
+        assert f"`skyshine_{call}`" in text("c", "README.md"), call
+        assert re.search(rf"^\|.*\b{camel(call)}\(", text("javascript", "README.md"), re.MULTILINE), call
+        assert re.search(rf"\|.*\b{call}\(", text("rust", "README.md")), call
+
+
+@pytest.fixture(scope="module")
+def source_archive(tmp_path_factory):
+    """Names in the source distribution, below its folder."""
+    folder = tmp_path_factory.mktemp("sdist")
+    run(sys.executable, "-m", "build", "--sdist", "--outdir", folder, CHECKOUT, folder=folder)
+    (archive,) = folder.glob("skyshine-*.tar.gz")
+    with tarfile.open(archive) as content:
+        return {name.partition("/")[2] for name in content.getnames()}
+
+
+def test_the_source_distribution_holds_every_loader(source_archive):
+    listed = run("git", "ls-files", "examples/runtimes", folder=CHECKOUT).split()
+    assert len(listed) > 60 and set(listed) <= source_archive
+    assert not [name for name in source_archive if "node_modules" in name or "/target/" in name]
+
+
+def test_npm_packs_the_loader_with_its_types_and_page():
+    need("npm")
+    (packed,) = json.loads(run("npm", "pack", "--dry-run", "--json", folder=RUNTIMES / "javascript"))
+    held = {file["path"] for file in packed["files"]}
+    own = {path.name for path in (RUNTIMES / "javascript").iterdir() if path.is_file()}
+    assert held == own and {"index.js", "index.d.ts", "README.md", "package.json"} <= held
+    assert packed["name"] == "skyshine"
+
+
+@pytest.mark.validation
+def test_cargo_would_publish_the_crate_and_clippy_has_no_complaint(tmp_path):
+    need("cargo", "pkg-config")
+    shutil.copytree(RUNTIMES / "rust", tmp_path / "rust")
+    target = ("--target-dir", os.environ.get("CARGO_TARGET_DIR", str(tmp_path / "target")))
+    run("cargo", "publish", "--dry-run", "--allow-dirty", *target, folder=tmp_path / "rust")
+    if shutil.which("cargo-clippy") is None:
+        pytest.skip("clippy not installed")
+    run("cargo", "clippy", "--all-targets", *target, "--", "-D", "warnings", folder=tmp_path / "rust")

@@ -1,0 +1,194 @@
+"""What the air does to the radiance of pixels, as functions of the line of sight, from the library in double precision.
+
+Equation (1) is linear in few functions of range, altitude and elevation once source and materials are named: the share
+of black-body radiance that a material emits and the path lets through, the path radiance, and light on surfaces that
+materials reflect and the path lets through. All are in W m^-2 sr^-1 but the first, which is a share.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from skyshine.mat.gpu.coordinates import Lines
+from skyshine.mat.quantities.formulas import BETA_FACTOR
+from skyshine.mat.radiometry.spherical_harmonics import zonal
+from skyshine.mat.runtime.by_wavelength import parts_light
+from skyshine.mat.tables.ambient import stated_ground
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
+from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.gridded import ANGLE, AXES
+from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION
+from skyshine.mat.tables.surface_tables import BandTable
+from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.errors import InputError
+
+_SKY, _RISE = "sky_source_elevation", "elevation_above_rise"
+WARM_K = 300.0  # at which thermal radiance is weighed against the other terms
+
+
+@dataclass(frozen=True, eq=False)
+class AirFields:
+    """The fields of an atmospheric table for the materials of a band.
+
+    Attributes
+    ----------
+    air : AtmosphereTable
+    band : BandTable
+    """
+
+    air: AtmosphereTable
+    band: BandTable
+
+    @cached_property
+    def parted(self) -> bool:
+        """Whether emission and reflection are inside the integral over the band."""
+        return parts_light(self.air, self.band)
+
+    @cached_property
+    def codes(self) -> Any:
+        """Codes of the M materials."""
+        return np.asarray(self.band.root.axes["material"].values)
+
+    @cached_property
+    def temperatures(self) -> Floats:
+        """Temperatures [K] at which emission is given; one where it does not depend on it."""
+        if not self.parted:
+            return np.array([WARM_K])
+        return np.asarray(self.band.root.axes["planck_temperature"].values, float)
+
+    @cached_property
+    def harmonics(self) -> Any:
+        """Codes of the harmonics; none in a file without them."""
+        if AMBIENT_HARMONICS not in self.air.quantities:
+            return np.zeros(0, np.int32)
+        return np.asarray(self.air.root.axes["harmonic"].values)
+
+    @cached_property
+    def angle_axis(self) -> str:
+        """The axis of the path radiance beside the source elevation."""
+        by_angle = ANGLE in self.air.root.axes
+        return ANGLE if by_angle else AXES[-1]
+
+    @cached_property
+    def angles(self) -> Floats:
+        """Nodes of that axis [degree]."""
+        if self.angle_axis == ANGLE:
+            return np.asarray(self.air.root.axes[ANGLE].values, float)
+        return np.asarray(self._rule("path_radiance_ratio", AXES[-1]).nodes, float)
+
+    @cached_property
+    def source(self) -> AxisRule:
+        """Rule of the source elevation."""
+        return self._rule("path_radiance_ratio", SOURCE_ELEVATION)
+
+    @property
+    def has_dark(self) -> bool:
+        """Whether the table states an elevation below which there is no light of the source."""
+        return bool(np.isfinite(self.source.dark_below)) and self.source.dark_below < self.source.nodes[0]
+
+    @property
+    def fades(self) -> bool:
+        """Whether elevations between that one and the first node are read."""
+        return self.has_dark and float(self.source.nodes[0]) <= CIVIL_TWILIGHT
+
+    def source_nodes(self, term: str) -> Floats:
+        """Source elevations [degree] between which a term, ``path``, ``sky`` or ``direct``, is linear or nearly so."""
+        axes = self.air.root.axes
+        nodes = [np.asarray(self.source.nodes, float)]
+        if term == "sky" and _SKY in axes:
+            nodes = [np.asarray(axes[_SKY].values, float)]
+        elif term == "direct" and _RISE in axes:
+            rise = float(np.asarray(self.air.root.variables["source_rise"].data, float)[0])
+            nodes.append(np.asarray(axes[_RISE].values, float) + rise)
+            nodes.append(np.array([rise - 1e-3]))
+        elif _RISE not in axes:
+            nodes += [np.asarray(a.values, float) for name, a in axes.items() if name.endswith(SOURCE_ELEVATION)]
+        found = np.unique(np.concatenate(nodes))
+        found = found[(found >= self.source.nodes[0]) & (found <= self.source.nodes[-1])]
+        return np.concatenate([[self.source.dark_below], found]) if self.has_dark else found
+
+    def transmittance(self, lines: Lines) -> Floats:
+        """In-band transmittance (...), equation (9)."""
+        beta = self.air.value("beta_star", **lines.where())
+        return np.asarray(np.exp(-BETA_FACTOR * lines.range / beta))
+
+    def emission(self, lines: Lines) -> Floats:
+        """Share of the black body's radiance that materials send through paths, (..., M, T)."""
+        if not self.parted:
+            reflectance = self.band.value("reflectance", material=self.codes)
+            return np.asarray(self.transmittance(lines)[..., None, None] * (1 - reflectance)[:, None])
+        through = np.exp(-self.air.value_by_wavelength("optical_depth", **lines.where()))
+        spectra = self.band.spectra(material=self.codes[:, None], temperature=self.temperatures)
+        return np.asarray(np.einsum("...b,mtb->...mt", through, (1 - spectra.reflectance) * spectra.emission))
+
+    def path(self, lines: Lines, elevation: float, angles: Floats) -> Floats:
+        """Path radiance (..., A) for source angles."""
+        where = {name: values[..., None] for name, values in lines.where().items()}
+        place: dict[str, Any] = {**where, SOURCE_ELEVATION: np.asarray(elevation), self.angle_axis: angles}
+        ratio = self.air.value("path_radiance_ratio", **place)
+        return np.asarray(ratio * (1 - self.transmittance(lines))[..., None])
+
+    def met(self, lines: Lines, elevation: float, angles: Floats) -> Floats:
+        """Source angles (..., A), moved to those that a line can be at from a source of an elevation."""
+        if self.angle_axis != ANGLE:
+            return angles
+        least, most = self._span(lines, elevation)
+        return np.clip(angles, least[..., None], most[..., None])
+
+    def reachable(self, lines: Lines, elevation: float) -> Booleans:
+        """Whether lines (n,) can be within a cell of each of the nodes `angles` from the source, (n, A)."""
+        if self.angle_axis != ANGLE:
+            return np.ones((lines.range.size, self.angles.size), np.bool_)
+        least, most = self._span(lines, elevation)
+        padded = np.pad(self.angles, 1, mode="edge")
+        return np.asarray((least[:, None] <= padded[2:]) & (most[:, None] >= padded[:-2]))
+
+    def _span(self, lines: Lines, elevation: float) -> tuple[Floats, Floats]:
+        """Least and largest angle between lines and a source of an elevation."""
+        return np.abs(lines.elevation - elevation), 180.0 - np.abs(lines.elevation + elevation)
+
+    def thermal_path(self, lines: Lines) -> Floats:
+        """Path radiance (...) without the source; 0 where the table cannot tell it from the rest."""
+        if not self.has_dark:
+            return np.zeros(lines.range.shape)
+        return self.path(lines, self.source.dark_below, self.angles[:1])[..., 0]
+
+    def sky(self, lines: Lines, elevation: float) -> Floats:
+        """Reflected ambient light (..., M, 1 + H): of level faces, then by the coefficients of the harmonics."""
+        place = lines.where() | {SOURCE_ELEVATION: np.asarray(elevation)}
+        terms = [self._reflected("ambient_radiance", lines, place)]
+        if self.harmonics.size:
+            stated = stated_ground(self.air.path, self.air.attributes)
+            zones = zonal(self.harmonics.size)
+            for code in self.harmonics:
+                light = self._reflected(AMBIENT_HARMONICS, lines, place | {"harmonic": code})
+                if int(code) in zones:
+                    of_ground = {"ground_temperature": np.asarray(stated.temperature), "zonal_harmonic": code}
+                    ground = self._reflected(GROUND_HARMONICS, lines, lines.where() | of_ground)
+                    light = light + stated.radiance * ground
+                terms.append(light)
+        return np.stack(terms, axis=-1)
+
+    def direct(self, lines: Lines, elevation: float) -> Floats:
+        """Reflected direct light (..., M) of faces normal to it."""
+        return self._reflected("direct_radiance", lines, lines.where() | {SOURCE_ELEVATION: np.asarray(elevation)})
+
+    def _reflected(self, quantity: str, lines: Lines, place: dict[str, Any]) -> Floats:
+        through = self.transmittance(lines)
+        if not self.parted:
+            reflectance = self.band.value("reflectance", material=self.codes)
+            return np.asarray((self.air.value(quantity, **place) * through)[..., None] * reflectance)
+        light = self.air.value_by_wavelength(quantity, **place) * through[..., None]
+        spectra = self.band.spectra(material=self.codes, temperature=WARM_K)
+        return np.asarray(light @ spectra.reflectance.T)
+
+    def _rule(self, quantity: str, axis: str) -> AxisRule:
+        for rule in self.air.rules(quantity):
+            if rule.name == axis:
+                return rule
+        raise InputError(f"'{quantity}' lacks the axis '{axis}'; build the file again", file=self.air.path)

@@ -14,6 +14,7 @@ COMMANDS = {
     "query": "Interpolate one value, with its stated error.",
     "plot": "Draw a database.",
     "export": "Write databases for engines without HDF5.",
+    "view": "Write a page that shows built databases in the infrared.",
     "spectrum": "Transmittance and radiance of one line of sight.",
     "temperature": "One surface through the day: temperature and every flux.",
     "specular": "Shininess and normalisation of a specular lobe.",

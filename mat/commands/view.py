@@ -9,7 +9,9 @@ import click
 @click.argument("folder", type=click.Path())
 @click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder to write the page into.")
 @click.option("--texture", default=None, help="Name of the texture to show; by default the first.")
-@click.option("--altitude", type=float, default=None, metavar="KM", help="Of the observer; by default 1 km above the surface.")
+@click.option(
+    "--altitude", type=float, default=None, metavar="KM", help="Of the observer; by default 1 km above the surface."
+)
 @click.option(
     "--metres-per-texel",
     type=click.FloatRange(min=0.0, min_open=True),

@@ -19,6 +19,8 @@ from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
+_SLACK = 1e-4  # degree, of numbers that a header holds in single precision
+
 
 @dataclass(frozen=True, eq=False)
 class GpuAir:
@@ -81,14 +83,17 @@ class GpuAir:
             The textures are not for that elevation.
         """
         numbers = self.content.numbers
-        lowest, dark = numbers["lowest_source_elevation"], numbers["dark_below"]
+        lowest, highest = numbers["lowest_source_elevation"], numbers["highest_source_elevation"]
+        dark = numbers["dark_below"]
         below = source_elevation < lowest
         if below and (dark is None or (not numbers["fades"] and source_elevation > dark)):
             raise InputError(f"source_elevation: found {source_elevation:g}; allowed: {lowest:g} and above")
+        if source_elevation > highest + _SLACK:
+            raise InputError(f"source_elevation: found {source_elevation:g}; allowed: up to {highest:g}")
         terms = dict(self.terms)
         for name, nodes in numbers["source_elevation"].items():
             axis = np.array(nodes)
-            if axis.size == 1 and abs(axis[0] - source_elevation) > 1e-6:
+            if axis.size == 1 and abs(axis[0] - source_elevation) > _SLACK:
                 raise InputError(f"source_elevation: found {source_elevation:g}; allowed: {axis[0]:g}, the frame's own")
             lower, weight = _cell(axis, np.array(source_elevation))
             upper = np.minimum(lower + 1, axis.size - 1)

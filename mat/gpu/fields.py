@@ -21,12 +21,15 @@ from skyshine.mat.tables.ambient import stated_ground
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS, GROUND_HARMONICS
 from skyshine.mat.tables.axes import AxisRule
+from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.gridded import ANGLE, AXES
-from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION
+from skyshine.mat.tables.night import CIVIL_TWILIGHT, SOURCE_ELEVATION, Night
 from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
 
+_PATH = "path_radiance_ratio"
+_BELOW = 1e-3  # degree, below the first node of a table whose light ends there
 _SKY, _RISE = "sky_source_elevation", "elevation_above_rise"
 WARM_K = 300.0  # at which thermal radiance is weighed against the other terms
 
@@ -79,22 +82,25 @@ class AirFields:
         """Nodes of that axis [degree]."""
         if self.angle_axis == ANGLE:
             return np.asarray(self.air.root.axes[ANGLE].values, float)
-        return np.asarray(self._rule("path_radiance_ratio", AXES[-1]).nodes, float)
+        return np.asarray(self._rule(_PATH, AXES[-1]).nodes, float)
 
     @cached_property
     def source(self) -> AxisRule:
         """Rule of the source elevation."""
-        return self._rule("path_radiance_ratio", SOURCE_ELEVATION)
+        return self._rule(_PATH, SOURCE_ELEVATION)
 
-    @property
-    def has_dark(self) -> bool:
-        """Whether the table states an elevation below which there is no light of the source."""
-        return bool(np.isfinite(self.source.dark_below)) and self.source.dark_below < self.source.nodes[0]
+    @cached_property
+    def dark(self) -> float | None:
+        """A source elevation [degree] at which the air emits its light alone; None without such a rule."""
+        night = Night(self.source, None) if isinstance(self.air, ChannelTable) else Night.of(self.air.root, _PATH)
+        if night is None:
+            return None
+        return min(night.dark_below, night.lowest - _BELOW)
 
     @property
     def fades(self) -> bool:
         """Whether elevations between that one and the first node are read."""
-        return self.has_dark and float(self.source.nodes[0]) <= CIVIL_TWILIGHT
+        return self.dark is not None and float(self.source.nodes[0]) <= CIVIL_TWILIGHT
 
     def source_nodes(self, term: str) -> Floats:
         """Source elevations [degree] between which a term, ``path``, ``sky`` or ``direct``, is linear or nearly so."""
@@ -110,7 +116,7 @@ class AirFields:
             nodes += [np.asarray(a.values, float) for name, a in axes.items() if name.endswith(SOURCE_ELEVATION)]
         found = np.unique(np.concatenate(nodes))
         found = found[(found >= self.source.nodes[0]) & (found <= self.source.nodes[-1])]
-        return np.concatenate([[self.source.dark_below], found]) if self.has_dark else found
+        return found if self.dark is None else np.concatenate([[self.dark], found])
 
     def transmittance(self, lines: Lines) -> Floats:
         """In-band transmittance (...), equation (9)."""
@@ -130,7 +136,7 @@ class AirFields:
         """Path radiance (..., A) for source angles."""
         where = {name: values[..., None] for name, values in lines.where().items()}
         place: dict[str, Any] = {**where, SOURCE_ELEVATION: np.asarray(elevation), self.angle_axis: angles}
-        ratio = self.air.value("path_radiance_ratio", **place)
+        ratio = self.air.value(_PATH, **place)
         return np.asarray(ratio * (1 - self.transmittance(lines))[..., None])
 
     def met(self, lines: Lines, elevation: float, angles: Floats) -> Floats:
@@ -154,9 +160,9 @@ class AirFields:
 
     def thermal_path(self, lines: Lines) -> Floats:
         """Path radiance (...) without the source; 0 where the table cannot tell it from the rest."""
-        if not self.has_dark:
+        if self.dark is None:
             return np.zeros(lines.range.shape)
-        return self.path(lines, self.source.dark_below, self.angles[:1])[..., 0]
+        return self.path(lines, self.dark, self.angles[:1])[..., 0]
 
     def sky(self, lines: Lines, elevation: float) -> Floats:
         """Reflected ambient light (..., M, 1 + H): of level faces, then by the coefficients of the harmonics."""

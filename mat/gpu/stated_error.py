@@ -81,7 +81,9 @@ def with_stated_error(content: GpuFile, air: AtmosphereTable, band: BandTable, s
     if len(heights) == 1:
         elevations = np.full(_FRAMES, heights[0])
     else:
-        elevations = random.uniform(content.numbers["lowest_source_elevation"], 75.0, _FRAMES)
+        elevations = random.uniform(
+            content.numbers["lowest_source_elevation"], content.numbers["highest_source_elevation"], _FRAMES
+        )
     errors = []
     for elevation in elevations:
         pixels = random_pixels(content, PIXELS // _FRAMES, random, float(elevation))

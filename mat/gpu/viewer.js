@@ -228,6 +228,8 @@
     const below = elevation < own.lowest_source_elevation;
     if (below && (own.dark_below === null || (!own.fades && elevation > own.dark_below)))
       throw new Error(`No table for a source at ${elevation.toFixed(1)} degree; it begins at ${own.lowest_source_elevation}.`);
+    if (elevation > own.highest_source_elevation)
+      throw new Error(`No table for a source at ${elevation.toFixed(1)} degree; it ends at ${own.highest_source_elevation}.`);
     const parts = [texels(name, "emission"), texels(name, "thermal_path")];
     for (const term of ["path", "sky", "direct"]) {
       const nodes = own.source_elevation[term];

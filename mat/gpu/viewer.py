@@ -135,14 +135,14 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
         scale = plan.metres_per_texel * file.width / columns
         _refuse_missing(file, sets, plan.texture)
     for one in sets:
-        exported[one.name] = exported_air(
-            one, None, altitude=plan.altitude_km, range_km=_FARTHEST_KM, texels=TEXELS
-        )
+        exported[one.name] = exported_air(one, None, altitude=plan.altitude_km, range_km=_FARTHEST_KM, texels=TEXELS)
         exported.setdefault(_name(one.band.path), export_band(one.band))
         surface = _name(one.surface.path)
         if surface not in exported:
             exported[surface] = export_surface(one.surface, level=True, altitude=plan.surface_km)
     nearest = plan.altitude_km - plan.surface_km
+    aside = 1e-3 * scale * float(np.hypot(rows, columns))  # corners are farther from the observer than the centre
+    farthest = min(_FARTHEST_KM, *(float(AirCoordinates.of(one.air).range_km[1]) - aside for one in sets))
     settings = {
         "texture": name,
         "columns": columns,
@@ -150,7 +150,7 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
         "metres_per_texel": scale,
         "surface_km": plan.surface_km,
         "altitude_km": plan.altitude_km,
-        "range_km": [nearest, max(min(_FARTHEST_KM, float(AirCoordinates.of(sets[0].air).range_km[1])), nearest)],
+        "range_km": [nearest, max(farthest, nearest)],
         "bands": _bands(sets),
     }
     try:
@@ -162,7 +162,9 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
         photo = _copied(plan.image, folder)
         source = resources.files(__package__)
         write_whole(folder / SCRIPT, source.joinpath(SCRIPT).read_text(encoding="utf-8"))
-        page = _page(plan.texture.name.removesuffix(".tmm.h5"), settings, [f"data/{data}.js" for data in exported], photo)
+        page = _page(
+            plan.texture.name.removesuffix(".tmm.h5"), settings, [f"data/{data}.js" for data in exported], photo
+        )
         write_whole(folder / "index.html", page)
     except OSError as error:
         words = error.strerror or error

@@ -1,8 +1,9 @@
 """The table builder: atmospheric quantities and surface temperatures for infrared scene runtimes.
 
 `build` and `check` take a job as `mat build` and `mat check` do; `open` reads a database; `spectrum`, `temperature` and
-`band` compute one thing without a job's tables; `report` measures how wrong built tables are; `example` names a
-packaged job. Results are small objects; most of them have `to_xarray`.
+`band` compute one thing without a job's tables; `report` measures how wrong built tables are; `Scene` draws pictures
+from built tables, and `contrast` compares two materials through the day; `example` names a packaged job. Results are
+small objects; most of them have `to_xarray`.
 
 Examples
 --------
@@ -23,16 +24,20 @@ if TYPE_CHECKING:
     from skyshine.mat.api.band import band
     from skyshine.mat.api.build import build
     from skyshine.mat.api.check import check
+    from skyshine.mat.api.contrast import contrast
     from skyshine.mat.api.examples import example
     from skyshine.mat.api.report import report
+    from skyshine.mat.api.scene import Scene
     from skyshine.mat.api.spectrum import spectrum
     from skyshine.mat.api.temperature import temperature
     from skyshine.mat.tables.loader import open_table as open
 
 _HOMES = {
+    "Scene": ("api.scene", "Scene"),
     "band": ("api.band", "band"),
     "build": ("api.build", "build"),
     "check": ("api.check", "check"),
+    "contrast": ("api.contrast", "contrast"),
     "example": ("api.examples", "example"),
     "open": ("tables.loader", "open_table"),
     "report": ("api.report", "report"),
@@ -40,7 +45,7 @@ _HOMES = {
     "temperature": ("api.temperature", "temperature"),
 }
 
-__all__ = ["band", "build", "check", "example", "open", "report", "spectrum", "temperature"]
+__all__ = ["Scene", "band", "build", "check", "contrast", "example", "open", "report", "spectrum", "temperature"]
 
 
 def __getattr__(name: str) -> Any:

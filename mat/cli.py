@@ -13,6 +13,8 @@ COMMANDS = {
     "convert": "Write databases of an older format in the present one.",
     "query": "Interpolate one value, with its stated error.",
     "plot": "Draw a database.",
+    "render": "Draw a scene from built databases, by hour and band.",
+    "contrast": "One material against another through the day, with crossovers.",
     "export": "Write databases for engines without HDF5.",
     "view": "Write a page that shows built databases in the infrared.",
     "spectrum": "Transmittance and radiance of one line of sight.",

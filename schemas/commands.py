@@ -27,6 +27,8 @@ EXTRAS = {
     "netCDF4": "spectroscopy",
     "distributed": "dask",
     "lxml": "exchange",
+    "trimesh": "render",
+    "embreex": "render",
     "sklearn": "train",
     "xarray": "xarray",
 }

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skyshine.mat.builder.build import Progress, silent
 from skyshine.mat.builder.build import build as build_files
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.agreement import air_warnings
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.table import Table
+from skyshine.schemas.progress import Progress, silent
 
 
 @dataclass(frozen=True, repr=False)

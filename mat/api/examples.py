@@ -32,7 +32,7 @@ def starter_files(name: str = STARTER) -> list[Path]:
     """
     if name not in example_names():
         raise InputError(f"found the example '{name}'; {nearest(name, example_names())}")
-    files = [path for path in (_root() / name).iterdir() if path.suffix in (".yaml", ".md", ".csv")]
+    files = [path for path in (_root() / name).iterdir() if path.suffix in (".yaml", ".md", ".csv", ".glb", ".py")]
     files.sort(key=lambda path: (path.name != "job.yaml", path.name))
     return [*files, _root() / PHOTOGRAPH] if name == STARTER else files
 

@@ -18,6 +18,7 @@ from skyshine.mat.job.model import Job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.spherical_harmonics import level_share
 from skyshine.mat.runtime.by_wavelength import emitted_share, parts_light, reflected
+from skyshine.mat.runtime.walls import beside_walls
 from skyshine.mat.scene.averages import weighted_transmittance_bands
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables import response
@@ -364,11 +365,8 @@ def _among_walls(
     """Ambient light of faces beside walls, from that in the open, that of level faces, and what black bodies with the
     temperatures of walls and ground emit: (n, 1), or (n, B) by wavelength.
     """
-    emissivity = circumstances.wall_emissivity[:, None]
-    wall = emissivity * wall + (1 - emissivity) * 0.5 * (level + ground)
-    hidden = ((1 - circumstances.sky_view) * 0.5 * (1 + views.normal[:, 2]))[:, None]
-    light: Floats = ambient + hidden * (wall - level)
-    return light
+    upward, emissivity = views.normal[:, 2], circumstances.wall_emissivity
+    return beside_walls(ambient, level, wall, ground, circumstances.sky_view, upward, emissivity)
 
 
 def _path(views: Views, line: Views | ViewLine) -> dict[str, Any]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -24,17 +24,10 @@ from skyshine.mat.scene.check import check_scene
 from skyshine.mat.tables.catalog import write_catalog
 from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.progress import Progress, silent
 from skyshine.schemas.whole_files import PART
 
 LOCK = "build.lock"
-
-# Shows how many tasks are done; a progress bar gives a context manager that says when one more is.
-Advance = Callable[[float], None]
-Progress = Callable[[float, str], AbstractContextManager[Advance]]
-
-
-def silent(total: float, description: str) -> AbstractContextManager[Advance]:
-    return nullcontext(lambda amount: None)
 
 
 def build(

@@ -12,12 +12,14 @@ from pathlib import Path
 import pydantic
 
 from skyshine.mat.job.model import Job
+from skyshine.mat.render.scene_file import SceneModel
 from skyshine.materials.files import SpecularFile, ThermalFile
 from skyshine.materials.library import Index
 from skyshine.tmm.job.model import TmmJob
 
 MODELS: dict[str, type[pydantic.BaseModel]] = {
     "mat-job.schema.json": Job,
+    "mat-scene.schema.json": SceneModel,
     "tmm-job.schema.json": TmmJob,
     "material-index.schema.json": Index,
     "material-ht.schema.json": ThermalFile,

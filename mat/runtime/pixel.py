@@ -12,6 +12,7 @@ from skyshine.mat.quantities.formulas import BETA_FACTOR
 from skyshine.mat.radiometry.lobe import specular_lobe
 from skyshine.mat.runtime.by_wavelength import emitted_share, parts_light, reflected
 from skyshine.mat.runtime.by_wavelength import transmittance as transmittance_of
+from skyshine.mat.runtime.walls import beside_walls
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.atmq import AMBIENT_HARMONICS
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
@@ -71,6 +72,11 @@ class Faces:
         [K], in place of that of the table: in the shade, say, from `TemperatureTable.temperature`.
     ground_material : array of int or str, optional
         Code or name of the ground around, for the sky of tilted faces.
+    lit : array, optional
+        Share of the direct light of Sun or Moon that reaches the face; by default all.
+    sky_view, wall_temperature : array, optional
+        Open share of the sky above the face, and the temperature of the wall that hides the rest [K]; without them the
+        whole sky is open.
     """
 
     codes: Integers
@@ -81,6 +87,9 @@ class Faces:
     time: Floats
     temperature: Floats | None = None
     ground_material: npt.NDArray[Any] | None = None
+    lit: Floats | None = None
+    sky_view: Floats | None = None
+    wall_temperature: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,23 +176,34 @@ def pixel_radiance(
         emitted = (1 - reflectance) * transmittance[:, None]
         sky, beam = reflectance * ambient[:, None], reflectance * direct[:, None]
     sunlit = np.where(incidence > 0, transmittance, 0.0)
+    sunlit = sunlit if faces.lit is None else sunlit * faces.lit
     shape = specular_lobe(shininess, to_source[:, None], to_observer[:, None], normal[:, None])
 
     def over_materials(values: Floats) -> Floats:
         total: Floats = np.sum(faces.shares * values, axis=-1)
         return total
 
-    path = air.value("path_radiance_ratio", **_lit_line(view), source_azimuth=view.source_azimuth)
     return PixelRadiance(
         over_materials(temperature),
         over_materials(blackbody),
         transmittance,
         over_materials(blackbody * emitted),
-        path * -np.expm1(-BETA_FACTOR * view.range / beta),
+        _path(air, view, beta),
         over_materials(sky) * transmittance,
         over_materials(beam * (1 - fraction)) * incidence * sunlit,
         over_materials(beam * shape * fraction * normalisation) * sunlit,
     )
+
+
+def sky_radiance(air: AtmosphereTable, view: View) -> Floats:
+    """Radiance (n,) of lines of sight that end in the air: equation (11) alone [W m^-2 sr^-1].
+
+    Raises
+    ------
+    InputError
+        A value outside an axis.
+    """
+    return _path(air, view, air.value("beta_star", **_line(view)))
 
 
 def pixel_value(radiance: npt.ArrayLike, *, bits: int, gain: float, buffer_gain: float, offset: float) -> Integers:
@@ -219,17 +239,49 @@ def _lit_line(view: View) -> dict[str, Any]:
     return _line(view) | {"source_elevation": view.source_elevation}
 
 
+def _path(air: AtmosphereTable, view: View, beta: Floats) -> Floats:
+    """Path radiance (n,), equation (11)."""
+    ratio = air.value("path_radiance_ratio", **_lit_line(view), source_azimuth=view.source_azimuth)
+    path: Floats = ratio * -np.expm1(-BETA_FACTOR * view.range / beta)
+    return path
+
+
 def _ambient(
     surface: TemperatureTable, band: BandTable, air: AtmosphereTable, faces: Faces, view: View, *, by_wavelength: bool
 ) -> Floats:
     """L_ambient of the faces (n,) or by wavelength (n, B); of level ones where the file or the view says no more."""
-    place = _lit_line(view)
+    place, ground = _lit_line(view), _ground_temperature(surface, air, faces)
+    read = air.value_by_wavelength if by_wavelength else air.value
     if view.source_heading is None or AMBIENT_HARMONICS not in air.quantities:
-        read = air.value_by_wavelength if by_wavelength else air.value
-        return read("ambient_radiance", **place)
-    ground: dict[str, Any] = {}
-    if faces.ground_material is not None:
-        kelvin = surface.temperature(material=faces.ground_material, altitude=faces.altitude, time=faces.time)
-        ground = {"ground_temperature": kelvin, "band": band}
-    turn = faces.azimuth - view.source_heading
-    return air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=by_wavelength, **ground, **place)
+        light = read("ambient_radiance", **place)
+    else:
+        given: dict[str, Any] = {} if faces.ground_material is None else {"ground_temperature": ground, "band": band}
+        turn = faces.azimuth - view.source_heading
+        light = air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=by_wavelength, **given, **place)
+    if faces.sky_view is None or faces.wall_temperature is None:
+        return light
+
+    def glow(kelvin: Floats) -> Floats:
+        """Of black bodies beside the faces, as `light`."""
+        radiance = band.blackbody_radiance(kelvin)
+        if not by_wavelength:
+            return radiance
+        share = band.spectra(material=next(iter(band.materials)), temperature=kelvin).emission
+        depth = air.value_by_wavelength("optical_depth", **_line(view))
+        beta = air.value("beta_star", **_line(view))
+        tau = air.transmittance(range=view.centre_range, beta_star=beta)[:, None]
+        weight = np.divide(np.exp(-depth), tau, out=np.zeros_like(depth), where=tau > 0)
+        return np.asarray(radiance[:, None] * share * weight)
+
+    level = read("ambient_radiance", **place)
+    upward = np.cos(np.radians(faces.slope))
+    walled = beside_walls(light, level, glow(faces.wall_temperature), glow(ground), faces.sky_view, upward)
+    # The sky hidden by a wall may be brighter than all that the face sees, where its own side of the sky is dark.
+    return np.maximum(walled, 0.0)
+
+
+def _ground_temperature(surface: TemperatureTable, air: AtmosphereTable, faces: Faces) -> Floats:
+    """Temperature (n,) of the ground around the faces [K]."""
+    if faces.ground_material is None:
+        return air.ground_temperature(surface, time=faces.time)
+    return surface.temperature(material=faces.ground_material, altitude=faces.altitude, time=faces.time)

@@ -81,9 +81,7 @@ class Surroundings:
         shaded : (n,) ndarray
             Share of the time in the shade, over the last axis.
         """
-        lit = 1.0 - shaded
-        spread = np.minimum(diffuse, even)
-        return direct * lit, self.sky_view * spread + lit * (diffuse - spread)
+        return sunlight_left(direct, diffuse, even, shaded, self.sky_view)
 
     def longwave(self, view: Floats | float, sky: Floats, air_temperature: Floats) -> tuple[Floats, Floats]:
         """Longwave irradiance of the open sky, and of ground and wall [W m^-2].
@@ -98,16 +96,76 @@ class Surroundings:
             [K]
         """
         air = Stefan_Boltzmann * air_temperature**4
-        wall = self.wall_longwave(sky, air)
-        return self.sky_view * view * sky, (1 - view) * air + (1 - self.sky_view) * view * wall
+        return longwave_left(view, sky, air, self.wall_longwave(sky, air), self.sky_view)
 
     def wall_longwave(self, sky: Floats, air: Floats) -> Floats:
         """Longwave that the wall emits and reflects [W m^-2] under a sky, beside air of a black body's radiation
         [W m^-2].
         """
-        emitted = air if self.facing is None else Stefan_Boltzmann * self.facing**4
-        wall: Floats = self.facing_emissivity * emitted + (1 - self.facing_emissivity) * 0.5 * (sky + air)
-        return wall
+        return wall_longwave(sky, air, self.facing, self.facing_emissivity)
+
+
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """Shade and obstructions of P surfaces at n steps of the day, each its own.
+
+    Attributes
+    ----------
+    shaded : (P, n) ndarray
+        Share of each step in which no light comes from the direction of the Sun; P or 1.
+    sky_view : (P, 1) ndarray
+        As in `Surroundings`; P or 1.
+    facing, facing_emissivity : float or None, float
+        As in `Surroundings`.
+    """
+
+    shaded: Floats
+    sky_view: Floats
+    facing: float | None = None
+    facing_emissivity: float = WALL_EMISSIVITY
+
+    @classmethod
+    def of(cls, surroundings: Surroundings, hours: Floats, step: float) -> Exposure:
+        """Of all surfaces in the same surroundings, around clock hours (n,), each `step` [h] long."""
+        shaded = surroundings.shaded(hours, step)[None, :]
+        view = np.array([[surroundings.sky_view]])
+        return cls(shaded, view, surroundings.facing, surroundings.facing_emissivity)
+
+    def sunlight(self, direct: Floats, diffuse: Floats, even: Floats) -> tuple[Floats, Floats]:
+        """As `Surroundings.sunlight`."""
+        return sunlight_left(direct, diffuse, even, self.shaded, self.sky_view)
+
+    def longwave(self, view: Floats, sky: Floats, air_temperature: Floats) -> tuple[Floats, Floats]:
+        """As `Surroundings.longwave`."""
+        air = Stefan_Boltzmann * air_temperature**4
+        wall = wall_longwave(sky, air, self.facing, self.facing_emissivity)
+        return longwave_left(view, sky, air, wall, self.sky_view)
+
+
+def sunlight_left(
+    direct: Floats, diffuse: Floats, even: Floats, shaded: Floats, sky_view: Floats | float
+) -> tuple[Floats, Floats]:
+    """Direct and diffuse irradiance under a shadow and beside a wall, as `Surroundings.sunlight` says."""
+    lit = 1.0 - shaded
+    spread = np.minimum(diffuse, even)
+    return direct * lit, sky_view * spread + lit * (diffuse - spread)
+
+
+def longwave_left(
+    view: Floats | float, sky: Floats, air: Floats, wall: Floats, sky_view: Floats | float
+) -> tuple[Floats, Floats]:
+    """Longwave of the open sky, and of ground and wall, beside a wall, as `Surroundings.longwave` says.
+
+    `air` and `wall` are what black bodies of their temperatures emit [W m^-2].
+    """
+    return sky_view * view * sky, (1 - view) * air + (1 - sky_view) * view * wall
+
+
+def wall_longwave(sky: Floats, air: Floats, facing: float | None, emissivity: float) -> Floats:
+    """Longwave of a wall of the temperature `facing` [K], or of the air's, as `Surroundings.wall_longwave` says."""
+    emitted = air if facing is None else Stefan_Boltzmann * facing**4
+    wall: Floats = emissivity * emitted + (1 - emissivity) * 0.5 * (sky + air)
+    return wall
 
 
 def shaded_share(shade: Sequence[Interval], hours: Floats, step: float) -> Floats:

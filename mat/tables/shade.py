@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.surface.forcing import plane_irradiance
-from skyshine.mat.surface.surroundings import Surroundings
+from skyshine.mat.surface.surroundings import Exposure, Surroundings
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.interpolation import interpolate
 from skyshine.mat.tables.response import DAY_H, FORCING_STEPS, StoredResponse, forcing_hours, need_parts
@@ -62,7 +62,7 @@ class OpenAir:
 
     def absorbed_change(
         self,
-        surroundings: Surroundings,
+        exposure: Exposure,
         altitude: Floats,
         azimuth: Floats,
         slope: Floats,
@@ -73,7 +73,8 @@ class OpenAir:
 
         Parameters
         ----------
-        surroundings : Surroundings
+        exposure : Exposure
+            Of the P surfaces, at the steps of the day.
         altitude, azimuth, slope : (P,) ndarray
             [km], [degree]
         absorptance, emissivity : (P,) ndarray
@@ -104,9 +105,8 @@ class OpenAir:
             self.extraterrestrial,
         )
         view = 0.5 * (1 + np.cos(np.radians(slope)))[:, None]
-        shaded = surroundings.shaded(forcing_hours(), DAY_H / FORCING_STEPS)
-        beam, spread = surroundings.sunlight(direct, diffuse, view * diffuse_level, shaded)
-        sky, others = surroundings.longwave(view, longwave, air)
+        beam, spread = exposure.sunlight(direct, diffuse, view * diffuse_level)
+        sky, others = exposure.longwave(view, longwave, air)
         open_sky, ground = Surroundings().longwave(view, longwave, air)
         change: Floats = absorptance[:, None] * (beam + spread - direct - diffuse)
         change += emissivity[:, None] * (sky + others - open_sky - ground)
@@ -115,7 +115,7 @@ class OpenAir:
 
 def absorbed_change(
     root: Group,
-    surroundings: Surroundings,
+    around: Surroundings | Exposure,
     material: npt.NDArray[Any],
     altitude: Floats,
     azimuth: Floats,
@@ -127,7 +127,8 @@ def absorbed_change(
     ----------
     root : Group
         Of the database.
-    surroundings : Surroundings
+    around : Surroundings or Exposure
+        Of all places, or of each in the order of the broadcast shape.
     material, altitude, azimuth, slope : ndarray
         Codes, [km], [degree], to be broadcast.
 
@@ -146,7 +147,9 @@ def absorbed_change(
     rule = AxisRule.of("material", root.axes["material"])
     at, up, over, tilt = np.broadcast_arrays(rule.locate(material)[0], altitude, azimuth, slope)
     absorptance, emissivity = (root.variables[name].data[at.ravel()] for name in (ABSORPTANCE, EMISSIVITY))
+    if isinstance(around, Surroundings):
+        around = Exposure.of(around, forcing_hours(), DAY_H / FORCING_STEPS)
     change = OpenAir.of(root).absorbed_change(
-        surroundings, up.ravel(), over.ravel(), tilt.ravel(), absorptance.astype(float), emissivity.astype(float)
+        around, up.ravel(), over.ravel(), tilt.ravel(), absorptance.astype(float), emissivity.astype(float)
     )
     return change.reshape(*at.shape, FORCING_STEPS)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Surroundings
+from skyshine.mat.surface.surroundings import WALL_EMISSIVITY, Exposure, Surroundings
 from skyshine.mat.tables import response
 from skyshine.mat.tables.axes import Policy
 from skyshine.mat.tables.band import WAVELENGTH
@@ -99,6 +99,27 @@ class TemperatureTable(Table):
         around = Surroundings(tuple((float(a), float(b)) for a, b in shade), sky_view, facing, facing_emissivity)
         places = [np.asarray(values, float) for values in (altitude, azimuth, slope)]
         return absorbed_change(self.root, around, self.material_codes(material), *places)
+
+    def exposed_change(
+        self,
+        exposure: Exposure,
+        *,
+        material: Any,
+        altitude: npt.ArrayLike = 0.0,
+        azimuth: npt.ArrayLike = 0.0,
+        slope: npt.ArrayLike = 0.0,
+    ) -> npt.NDArray[np.float64]:
+        """As `absorbed_change`, for surfaces each of which has shade and a sky view of its own.
+
+        Parameters
+        ----------
+        exposure : Exposure
+            Of the P surfaces, in 288 steps of the day, each centred on its time, the first on midnight.
+        material, altitude, azimuth, slope
+            As in `temperature`; together of the shape (P,).
+        """
+        places = [np.asarray(values, float) for values in (altitude, azimuth, slope)]
+        return absorbed_change(self.root, exposure, self.material_codes(material), *places)
 
     def sunlit_temperature(self, *, material: Any, **where: Any) -> npt.NDArray[np.float64]:
         """Temperature in kelvin of surfaces on which the Sun shines all day; `where` as in `temperature`."""

@@ -28,6 +28,7 @@ FLOORS = (
     ("mat.plan",),
     ("mat.scene",),
     ("mat.maintain",),
+    ("mat.render",),
     ("mat.job",),
     ("tmm.cli",),
     ("tmm.commands",),

@@ -1,0 +1,69 @@
+"""Contrast of one material against another through the day."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from skyshine.mat.job.fields import clock_interval
+from skyshine.mat.render.contrast import Contrast, Face, Sight
+from skyshine.mat.render.contrast import contrast as contrast_of_faces
+from skyshine.mat.render.contrast_picture import draw_contrast
+from skyshine.schemas.errors import InputError
+
+__all__ = ["Contrast", "contrast", "draw_contrast"]
+
+
+def contrast(
+    folder: str | os.PathLike[str],
+    material: str,
+    background: str,
+    *,
+    band: str | None = None,
+    state: int = 1,
+    source: Literal["sun", "moon"] | str = "sun",
+    range: float = 1.0,
+    elevation: float = -45.0,
+    heading: float = 0.0,
+    altitude: float | None = None,
+    slope: float = 0.0,
+    azimuth: float = 180.0,
+    shade: Sequence[str] = (),
+) -> list[Contrast]:
+    """Contrast of a face of one material against level ground of another, in each band.
+
+    Parameters
+    ----------
+    folder : path
+        Of a finished build.
+    material, background : str
+    band : str, optional
+        One band by its name; by default all.
+    state : int
+        Counted from 1.
+    source : {'sun', 'moon'}
+    range : float
+        From the observer [km].
+    elevation, heading : float
+        Of the line of sight at the observer, and its azimuth [degree].
+    altitude : float, optional
+        Of the surfaces [km]; by default the lowest of the tables.
+    slope, azimuth : float
+        Of the material's face [degree].
+    shade : sequence of str
+        Intervals such as 10:00-14:00 in which no light comes to the material's face from the direction of the Sun.
+
+    Raises
+    ------
+    InputError
+        A database, a material or a place is missing, or a face is turned away from the observer.
+    """
+    try:
+        intervals = tuple(clock_interval(text) for text in shade)
+    except ValueError as error:
+        raise InputError(f"shade: {error}") from None
+    face = Face(material, slope, azimuth, intervals)
+    sight = Sight(range, elevation, heading, altitude)
+    return contrast_of_faces(Path(folder), face, Face(background), sight, band=band, state=state, source=source)

@@ -1,0 +1,126 @@
+"""``mat contrast``: one material against another through the day."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from skyshine.schemas.commands import echo_table, emit_json, json_option
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
+
+if TYPE_CHECKING:
+    from skyshine.mat.render.contrast import Contrast
+
+SHOWN_STEPS = 12  # of the computed ones between the rows of the text
+
+
+@click.command(epilog="Example: mat contrast demo/built asphalt_road grass_green --range 2 --out contrast.png")
+@click.argument("folder", type=click.Path())
+@click.argument("material")
+@click.argument("background")
+@click.option("--band", metavar="NAME", help="One band, b01 where the job gives no name; by default all.")
+@click.option("--state", type=click.IntRange(1), default=1, show_default=True, help="Counted from 1.")
+@click.option("--source", type=click.Choice(["sun", "moon"]), default="sun", show_default=True)
+@click.option("--range", "distance", type=click.FloatRange(0), default=1.0, show_default=True, help="km.")
+@click.option(
+    "--elevation",
+    type=click.FloatRange(-90, 90),
+    default=-45.0,
+    show_default=True,
+    help="Of the line of sight, degree.",
+)
+@click.option(
+    "--heading", type=click.FloatRange(-360, 360), default=0.0, show_default=True, help="Its azimuth, degree."
+)
+@click.option("--altitude", type=float, metavar="KM", help="Of the surfaces; by default the lowest of the tables.")
+@click.option("--slope", type=click.FloatRange(0, 180), default=0.0, show_default=True, help="Of MATERIAL, degree.")
+@click.option("--azimuth", type=click.FloatRange(-360, 360), default=180.0, show_default=True, help="It faces, degree.")
+@click.option(
+    "--shade", multiple=True, metavar="HH:MM-HH:MM", help="Of MATERIAL; repeat for more intervals, also over midnight."
+)
+@click.option("--out", type=click.Path(dir_okay=False), help="PNG to draw.")
+@json_option
+def command(
+    folder: str,
+    material: str,
+    background: str,
+    band: str | None,
+    state: int,
+    source: str,
+    distance: float,
+    elevation: float,
+    heading: float,
+    altitude: float | None,
+    slope: float,
+    azimuth: float,
+    shade: tuple[str, ...],
+    out: str | None,
+    as_json: bool,
+) -> None:
+    """Contrast of MATERIAL against level BACKGROUND through the day, from the databases in FOLDER, and the hours at
+    which it changes its sign.
+
+    Contrast is the difference of the apparent temperatures at the observer, of black bodies of the same radiance in
+    the band.
+    """
+    from skyshine.mat.api.contrast import contrast as contrast_of
+    from skyshine.mat.api.contrast import draw_contrast
+
+    if out is not None and Path(out).suffix.lower() != ".png":
+        raise InputError(f"found --out '{out}'; allowed: a name that ends in .png")
+    results = contrast_of(
+        folder,
+        material,
+        background,
+        band=band,
+        state=state,
+        source=source,
+        range=distance,
+        elevation=elevation,
+        heading=heading,
+        altitude=altitude,
+        slope=slope,
+        azimuth=azimuth,
+        shade=shade,
+    )
+    if out is not None:
+        draw_contrast(results, material, background, Path(out))
+    if as_json:
+        emit_json({"material": material, "background": background, "bands": [_numbers(each) for each in results]})
+        return
+    for result in results:
+        _print(result, material, background)
+    if out is not None:
+        click.echo(out)
+
+
+def _numbers(result: Contrast) -> dict[str, Any]:
+    return {
+        "band": result.band,
+        "time": quantity(result.hours, "h"),
+        "material": quantity(result.material, "K"),
+        "background": quantity(result.background, "K"),
+        "contrast": quantity(result.contrast, "K"),
+        "crossovers": quantity(list(result.crossovers), "h"),
+    }
+
+
+def _print(result: Contrast, material: str, background: str) -> None:
+    from skyshine.mat.job.fields import clock_text
+
+    rows = [
+        (
+            clock_text(result.hours[step]),
+            f"{result.material[step]:.2f}",
+            f"{result.background[step]:.2f}",
+            f"{result.contrast[step]:+.2f}",
+        )
+        for step in range(0, result.hours.size, SHOWN_STEPS)
+    ]
+    click.echo(f"{result.band}: apparent temperature of {material} against {background}")
+    echo_table(("time", f"{material}, K", f"{background}, K", "contrast, K"), rows)
+    times = ", ".join(clock_text(round(hour * 60) / 60 % 24) for hour in result.crossovers)
+    click.echo(f"crossovers: {times or 'none'}\n")

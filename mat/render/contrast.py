@@ -1,0 +1,207 @@
+"""Contrast of one material against another through the day, and the hours at which it vanishes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skyshine.mat.render.databases import SceneTables, refused
+from skyshine.mat.render.surface_mesh import direction
+from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+from skyshine.mat.tables.axes import PERIODIC, AxisRule
+from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.errors import InputError
+
+STEPS = 288  # of a day
+
+
+@dataclass(frozen=True)
+class Face:
+    """A surface of one material.
+
+    Attributes
+    ----------
+    material : str
+    slope, azimuth : float
+        [degree]
+    shade : tuple of (first, last)
+        Clock hours in which no light comes from the direction of the Sun; over midnight where the first is later.
+    """
+
+    material: str
+    slope: float = 0.0
+    azimuth: float = 0.0
+    shade: tuple[tuple[float, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Sight:
+    """From where both faces are seen.
+
+    Attributes
+    ----------
+    range : float
+        [km]
+    elevation : float
+        Of the line of sight at the observer [degree].
+    heading : float
+        Azimuth of the line of sight, from north eastward [degree].
+    altitude : float or None
+        Of the surface [km]; None takes the lowest of the tables.
+    """
+
+    range: float = 1.0
+    elevation: float = -45.0
+    heading: float = 0.0
+    altitude: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Contrast:
+    """Apparent temperatures of two faces through the day.
+
+    Attributes
+    ----------
+    hours : (T,) array
+        Local clock.
+    material, background : (T,) array
+        Apparent temperature [K].
+    crossovers : tuple of float
+        Hours at which the contrast changes its sign.
+    band : str
+    """
+
+    hours: Floats
+    material: Floats
+    background: Floats
+    crossovers: tuple[float, ...]
+    band: str
+
+    @property
+    def contrast(self) -> Floats:
+        """Material minus background (T,) [K]."""
+        return self.material - self.background
+
+
+def contrast(
+    folder: Path, material: Face, background: Face, sight: Sight, *, band: str | None, state: int, source: str
+) -> list[Contrast]:
+    """Contrast in each band.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a finished build.
+    material, background : Face
+    sight : Sight
+    band : str or None
+        One band by its name; by default all.
+    state : int
+        Counted from 1.
+    source : {'sun', 'moon'}
+
+    Raises
+    ------
+    InputError
+        A database, a material or a place is missing.
+    """
+    tables = SceneTables.of(folder, state=state, bands=None if band is None else [band], source=source, refuse=refused)
+    hours, whole = _hours(tables)
+    altitude = sight.altitude
+    if altitude is None:
+        altitude = float(tables.surface.root.axes["altitude"].values[0])
+    track = tables.surface.source_track(source, time=hours)
+    towards = direction(track.elevation, track.azimuth)
+    seen = direction(sight.elevation, sight.heading)
+    observer = altitude - sight.range * np.sin(np.radians(sight.elevation))
+    codes = tables.codes({face.material: () for face in (material, background)})
+    codes = np.resize(codes, 2)  # one code where both faces are of one material
+    results = []
+    for read in tables.bands:
+        nearest = float(read.air.rules("beta_star")[0].nodes[0])
+        apparent = []
+        for face, code in zip((material, background), codes, strict=True):
+            normal = direction(90.0 - face.slope, face.azimuth)
+            if normal @ seen >= 0:
+                raise InputError(
+                    f"the face of {face.material} is turned away from the observer; change its slope or azimuth, or the"
+                    " line of sight"
+                )
+            count = hours.size
+            view = View(
+                range=np.full(count, sight.range),
+                centre_range=np.full(count, max(sight.range, nearest)),
+                centre_elevation=np.full(count, sight.elevation),
+                altitude=np.full(count, observer),
+                source_elevation=track.elevation,
+                source_azimuth=np.mod(track.azimuth - sight.heading, 360.0),
+                normal=np.broadcast_to(normal, (count, 3)),
+                to_source=towards,
+                to_observer=np.broadcast_to(-seen, (count, 3)),
+                source_heading=track.azimuth,
+            )
+            radiance = pixel_radiance(
+                tables.surface, read.band, read.air, _faces(tables, face, int(code), altitude, hours), view
+            ).radiance
+            apparent.append(equivalent_temperature(read.band, radiance))
+        crossovers = crossover_hours(hours, apparent[0] - apparent[1], periodic=whole)
+        results.append(Contrast(hours, apparent[0], apparent[1], crossovers, read.name))
+    return results
+
+
+def crossover_hours(hours: Floats, contrast: Floats, *, periodic: bool) -> tuple[float, ...]:
+    """Hours at which a contrast (T,) changes its sign, linear between its ascending hours.
+
+    A contrast that is 0 over some time changes its sign where it leaves 0.
+    """
+    if periodic:
+        hours, contrast = np.append(hours, hours[0] + 24.0), np.append(contrast, contrast[0])
+    kept = np.flatnonzero(contrast)
+    crossings = []
+    for before, after in pairwise(kept):
+        if contrast[before] * contrast[after] < 0:
+            last = after - 1
+            share = contrast[last] / (contrast[last] - contrast[after])
+            crossings.append(float(np.mod(hours[last] + share * (hours[after] - hours[last]), 24.0)))
+    return tuple(sorted(crossings))
+
+
+def _hours(tables: SceneTables) -> tuple[Floats, bool]:
+    """Clock hours that the temperatures hold, and whether they are the whole day."""
+    rule = AxisRule.of("time", tables.surface.root.axes["time"])
+    hours = np.arange(float(STEPS)) * (24.0 / STEPS)
+    if rule.interpolation == PERIODIC:
+        return hours, True
+    first, last = rule.nodes[[0, -1]]
+    inside: Booleans = np.mod(hours - first, 24.0) <= last - first
+    return hours[inside], False
+
+
+def _faces(tables: SceneTables, face: Face, code: int, altitude: float, hours: Floats) -> Faces:
+    where: dict[str, Any] = {"material": code, "altitude": altitude, "azimuth": face.azimuth, "slope": face.slope}
+    lit, change = np.ones(hours.size), None
+    if face.shade:
+        change = tables.surface.absorbed_change(**where, shade=face.shade)
+        lit = np.asarray([not any(_within(hour, *interval) for interval in face.shade) for hour in hours], float)
+    kelvin = tables.surface.temperature(**where, time=hours, absorbed_change=change)
+    count = hours.size
+    return Faces(
+        codes=np.full((count, 1), code),
+        shares=np.ones((count, 1)),
+        altitude=np.full(count, altitude),
+        azimuth=np.full(count, face.azimuth),
+        slope=np.full(count, face.slope),
+        time=hours,
+        temperature=kelvin[:, None],
+        lit=lit,
+    )
+
+
+def _within(hour: float, first: float, last: float) -> bool:
+    """Whether a clock hour lies in an interval, over midnight where the first is later."""
+    return first <= hour < last if first < last else hour >= first or hour < last

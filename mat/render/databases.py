@@ -1,0 +1,165 @@
+"""The built databases that a scene reads: temperatures, and band and atmosphere of each band."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from skyshine.mat.render.scene_file import LoadedScene
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.mat.tables.table import Table
+from skyshine.schemas.arrays import Integers
+from skyshine.schemas.errors import InputError, nearest
+
+CATALOG = "catalog.json"
+TableType = TypeVar("TableType", bound=Table)
+Place = tuple[str | int, ...]
+Refuse = Callable[[Place, str], InputError]
+
+
+def refused(place: Place, message: str) -> InputError:
+    """The error where no scene file has a line for it."""
+    return InputError(message)
+
+
+@dataclass(frozen=True, eq=False)
+class BandTables:
+    """What one band reads."""
+
+    name: str
+    band: BandTable
+    air: AtmosphereTable
+
+
+@dataclass(frozen=True, eq=False)
+class SceneTables:
+    """The open databases of a scene.
+
+    Attributes
+    ----------
+    surface : TemperatureTable
+    bands : tuple of BandTables
+        In the order of the scene.
+    """
+
+    surface: TemperatureTable
+    bands: tuple[BandTables, ...]
+
+    @classmethod
+    def of(
+        cls, folder: Path, *, state: int, bands: Sequence[str] | None, source: str, refuse: Refuse = refused
+    ) -> SceneTables:
+        """Open databases of a folder.
+
+        Parameters
+        ----------
+        folder : Path
+            Of a finished build.
+        state : int
+            Counted from 1.
+        bands : sequence of str, optional
+            Names; by default all.
+        source : {'sun', 'moon'}
+        refuse : callable
+            Makes the error for a key (``databases``, ``state``, ``bands`` or ``source``) and a message.
+
+        Raises
+        ------
+        InputError
+            The folder, or a state, band or source in it, is missing, or a database is damaged.
+        """
+        entries = _catalog(folder, refuse)
+        states = sorted({entry["state"] for entry in entries if entry.get("filetype") == "htt"})
+        if state not in states:
+            allowed = ", ".join(map(str, states)) or "none; build the job first"
+            raise refuse(("state",), f"{folder} holds no state {state}; allowed: {allowed}")
+        of_state = [entry for entry in entries if entry.get("state", state) == state]
+        numbers = {entry["band_name"]: entry["band"] for entry in of_state if entry.get("filetype") == "band"}
+        names = list(numbers) if bands is None else bands
+        opened = []
+        for place, name in enumerate(names):
+            if name not in numbers:
+                raise refuse(("bands", place), f"found the band '{name}'; {nearest(name, numbers)}")
+            kind = "atmq" if source == "sun" else "lunar_atmq"
+            air = _file(of_state, filetype=kind, band=numbers[name])
+            if air is None:
+                raise refuse(
+                    ("source",), f"{folder} holds no .{kind} of the band '{name}'; build the job with that source"
+                )
+            band = _open(BandTable, folder, _file(of_state, filetype="band", band=numbers[name]))
+            opened.append(BandTables(name, band, _open(AtmosphereTable, folder, air)))
+        return cls(_open(TemperatureTable, folder, _file(of_state, filetype="htt")), tuple(opened))
+
+    @classmethod
+    def of_scene(cls, scene: LoadedScene) -> SceneTables:
+        """Open the databases that a scene names; raises as `of`, at the keys of the scene."""
+        model = scene.model
+        tables = cls.of(scene.databases, state=model.state, bands=model.bands, source=model.source, refuse=scene.error)
+        names = [band.name for band in tables.bands]
+        for name in model.sensors or {}:
+            if name not in names:
+                raise scene.error(("sensors", name), f"found the band '{name}'; {nearest(name, names)}")
+        return tables
+
+    def codes(self, places: Mapping[str, Place], refuse: Refuse = refused) -> Integers:
+        """Codes (K,) of materials in the databases.
+
+        Parameters
+        ----------
+        places : dict
+            K materials, with the key that each comes from.
+        refuse : callable
+            As for `of`.
+
+        Raises
+        ------
+        InputError
+            A database lacks one of them, or has another code for it.
+        """
+        known = self.surface.materials
+        for name, place in places.items():
+            for table in (self.surface, *(tables.band for tables in self.bands)):
+                if name not in table.materials:
+                    raise refuse(
+                        place,
+                        f"{table.path.name} lacks the material '{name}'; {nearest(name, table.materials)}; add it to"
+                        " the job and build again",
+                    )
+                if table.materials[name] != known[name]:
+                    raise InputError(f"has another code for '{name}' than the .htt file; build again", file=table.path)
+        return np.array([known[name] for name in places], int)
+
+
+def _catalog(folder: Path, refuse: Refuse) -> list[dict[str, Any]]:
+    path = folder / CATALOG
+    if not path.is_file():
+        raise refuse(("databases",), f"{folder} holds no {CATALOG}; run mat build, or name the folder it wrote")
+    try:
+        files = json.loads(path.read_text(encoding="utf-8"))["files"]
+        return [dict(entry) for entry in files]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError("is no catalogue of databases; run mat build again", file=path) from None
+
+
+def _file(entries: Sequence[dict[str, Any]], **wanted: Any) -> str | None:
+    """Name of the first file whose entry has all these values."""
+    for entry in entries:
+        if all(entry.get(key) == value for key, value in wanted.items()):
+            return str(entry["file"])
+    return None
+
+
+def _open(kind: type[TableType], folder: Path, name: str | None) -> TableType:
+    if name is None:
+        raise InputError(f"lacks a database that '{CATALOG}' should name; run mat build again", file=folder)
+    table = open_table(folder / name)
+    if not isinstance(table, kind):
+        raise InputError(f"holds a table of type {table.filetype}; run mat build again", file=folder / name)
+    return table

@@ -1,0 +1,105 @@
+"""Shade through the day and open sky of points of a surface, by rays to the Sun and to the sky."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.render.rays import RayCaster
+from skyshine.mat.render.seen import SeenSurface
+from skyshine.mat.render.surface_mesh import SurfaceMesh, direction
+from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.progress import Advance, Progress, silent
+
+SKY_RAYS = 64
+_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # of Vogel's spiral, Mathematical Biosciences 44, 1979
+
+
+@dataclass(frozen=True, eq=False)
+class SeenExposure:
+    """Of n points.
+
+    Attributes
+    ----------
+    shaded : (n, T) bool array
+        Whether the surface hides the Sun at each step of the day; False where the face is turned away from it, or
+        where it is below the horizon.
+    sky_view : (n,) array
+        Open share of the sky above each face, 0 to 1; 1 where it faces no sky.
+    """
+
+    shaded: Booleans
+    sky_view: Floats
+
+
+def exposure_of(
+    seen: SeenSurface,
+    surface: SurfaceMesh,
+    caster: RayCaster,
+    sun_elevation: Floats,
+    sun_azimuth: Floats,
+    progress: Progress = silent,
+) -> SeenExposure:
+    """Trace the shadows of a day and the open sky.
+
+    Parameters
+    ----------
+    seen, surface, caster
+    sun_elevation, sun_azimuth : (T,) array
+        At steps of the day [degree].
+    progress : callable, optional
+    """
+    shaded, view = np.zeros((len(seen), sun_elevation.size), bool), np.ones(len(seen))
+    if not _is_flat(surface):
+        with progress(sun_elevation.size + SKY_RAYS, "tracing shadows") as advance:
+            for step, sun in enumerate(direction(sun_elevation, sun_azimuth)):
+                if sun_elevation[step] > 0:
+                    shaded[:, step] = hidden(seen, caster, sun)
+                advance(1)
+            view = _sky_view(seen, caster, advance)
+    return SeenExposure(shaded, view)
+
+
+def _sky_view(seen: SeenSurface, caster: RayCaster, advance: Advance) -> Floats:
+    """Open share of the sky above each face (n,)."""
+    above, unblocked = np.zeros(len(seen)), np.zeros(len(seen))
+    first, second = _tangents(seen.normal)
+    for across, along, up in _cosine_directions():
+        ray = across * first + along * second + up * seen.normal
+        rows = np.flatnonzero(ray[:, 2] > 0)
+        above[rows] += 1
+        unblocked[rows] += ~caster.blocked(seen.start[rows], ray[rows])
+        advance(1)
+    return np.divide(unblocked, above, out=np.ones(len(seen)), where=above > 0)
+
+
+def hidden(seen: SeenSurface, caster: RayCaster, towards: Floats) -> Booleans:
+    """Points (n,) from which the surface hides a direction (3,) to which their faces are turned."""
+    result = np.zeros(len(seen), bool)
+    rows = np.flatnonzero(seen.normal @ towards > 0)
+    result[rows] = caster.blocked(seen.start[rows], np.broadcast_to(towards, (rows.size, 3)))
+    return result
+
+
+def _is_flat(surface: SurfaceMesh) -> bool:
+    """Whether all triangles lie in one plane, so that none hides the sky from another."""
+    base = surface.triangles[0, 0]
+    size = float(np.max(surface.bounds[1] - surface.bounds[0]))
+    height = (surface.triangles - base) @ surface.normal[0]
+    return bool(np.all(np.abs(height) <= 1e-9 * size))
+
+
+def _cosine_directions() -> Floats:
+    """Directions (SKY_RAYS, 3) about the z axis, as dense as the cosine from it."""
+    number = np.arange(SKY_RAYS) + 0.5
+    radius, turn = np.sqrt(number / SKY_RAYS), number * _GOLDEN
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1 - radius**2)], axis=-1)
+
+
+def _tangents(normal: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors (n, 3) each, at right angles to normals and to each other; the first is level."""
+    level = np.stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))], axis=-1)
+    length = np.linalg.norm(level, axis=-1, keepdims=True)
+    first = np.where(length > 1e-9, level / np.maximum(length, 1e-9), [1.0, 0.0, 0.0])
+    return first, np.cross(normal, first)

@@ -1,0 +1,296 @@
+"""Frames of a scene: the radiance of every pixel by hour and band, from the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from skyshine.mat.job.fields import clock_text
+from skyshine.mat.render.alike import alike
+from skyshine.mat.render.camera import ViewRays, check_above_ground, is_still, view_rays
+from skyshine.mat.render.databases import BandTables, SceneTables
+from skyshine.mat.render.exposure import SeenExposure, exposure_of, hidden
+from skyshine.mat.render.rays import RayCaster, ray_caster
+from skyshine.mat.render.scene_file import LoadedScene
+from skyshine.mat.render.seen import SeenSurface
+from skyshine.mat.render.surface import SurfaceMaterials, surface_of_scene
+from skyshine.mat.render.surface_mesh import SurfaceMesh, direction
+from skyshine.mat.render.temperatures import SeenTemperatures
+from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radiance, sky_radiance
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.night import SOURCE_ELEVATION
+from skyshine.mat.tables.response import forcing_hours
+from skyshine.mat.tables.tracks import SourceTrack
+from skyshine.schemas.arrays import Booleans, Floats, Integers
+from skyshine.schemas.progress import Progress, silent
+
+_BLOCK = 1 << 13  # pixels read together, which bounds what light by wavelength takes
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One picture.
+
+    Attributes
+    ----------
+    hour : float
+        Local clock.
+    band : str
+    wavelength : (first, last)
+        Limits of the band [um].
+    radiance : (rows, columns) array
+        At the observer, equation (1) [W m^-2 sr^-1].
+    apparent_temperature : (rows, columns) array
+        Of a black body of that radiance in the band [K].
+    surface_temperature : (rows, columns) array
+        Mean over the materials of a pixel [K]; not a number where there is no surface.
+    range : (rows, columns) array
+        [km]; infinite where there is no surface.
+    """
+
+    hour: float
+    band: str
+    wavelength: tuple[float, float]
+    radiance: Floats
+    apparent_temperature: Floats
+    surface_temperature: Floats
+    range: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class SeenScene:
+    """What one camera place sees through the day.
+
+    Attributes
+    ----------
+    rays : ViewRays
+    seen : SeenSurface
+    exposure : SeenExposure
+    temperatures : SeenTemperatures
+        At the hours of the frames of this place.
+    """
+
+    rays: ViewRays
+    seen: SeenSurface
+    exposure: SeenExposure
+    temperatures: SeenTemperatures
+
+
+class Renderer:
+    """A scene with its surface, its databases and its textures open.
+
+    Attributes
+    ----------
+    scene : LoadedScene
+    tables : SceneTables
+    surface : SurfaceMesh
+    """
+
+    def __init__(self, scene: LoadedScene, progress: Progress = silent) -> None:
+        """Open all that the scene names.
+
+        Raises
+        ------
+        InputError
+            A file is missing or does not fit the others, or the camera stands below the surface.
+        """
+        self.scene, self._progress = scene, progress
+        self.surface: SurfaceMesh = surface_of_scene(scene)
+        self._caster: RayCaster = ray_caster(self.surface)
+        check_above_ground(scene, self.surface, self._caster)
+        self.tables = SceneTables.of_scene(scene)
+        self._materials = SurfaceMaterials(scene, self.surface)
+        try:
+            self._codes: Integers = self.tables.codes(self._materials.places, scene.error)
+        except BaseException:
+            self.close()
+            raise
+
+    def frames(self) -> Iterator[Frame]:
+        """All frames: for each hour, its bands."""
+        hours = self.scene.hours
+        still = self._see(0, np.array(hours)) if is_still(self.scene) else None
+        with self._progress(len(hours) * len(self.tables.bands), "radiance") as advance:
+            for number, hour in enumerate(hours):
+                place = still or self._see(number, np.array([hour]))
+                for tables in self.tables.bands:
+                    yield self._frame(place, number if still else 0, hour, tables)
+                    advance(1)
+
+    def _see(self, number: int, hours: Floats) -> SeenScene:
+        rays = view_rays(self.scene, self.surface, number)
+        seen = SeenSurface.of(rays, self.surface, self._materials, self._caster)
+        elevation, azimuth = self._sun_of_day
+        exposure = exposure_of(seen, self.surface, self._caster, elevation, azimuth, self._progress)
+        codes, table = self._codes, self.tables.surface
+        return SeenScene(rays, seen, exposure, SeenTemperatures.of(table, seen, exposure, codes, hours, self._progress))
+
+    @cached_property
+    def _sun_of_day(self) -> tuple[Floats, Floats]:
+        """Elevation and azimuth of the Sun at the steps of the day whose light the temperatures follow."""
+        track = self.tables.surface.source_track("sun", time=forcing_hours())
+        return track.elevation, track.azimuth
+
+    def _frame(self, place: SeenScene, number: int, hour: float, tables: BandTables) -> Frame:
+        count, seen = place.rays.size[0] * place.rays.size[1], place.seen
+        source = self.tables.surface.source_track(self.scene.model.source, time=hour)
+        check_reach(self.scene, tables.air, place)
+        check_source(self.scene, tables.air, hour, float(source.elevation))
+        lit = np.asarray(~hidden(seen, self._caster, direction(source.elevation, source.azimuth)), float)
+        kelvin = place.temperatures.at(number)
+        radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
+        distance[seen.pixel] = seen.range
+        pixel, kind = self._kinds(place, lit, kelvin)
+        terms = [
+            self._pixels(place, pixel[start : start + _BLOCK], kelvin, lit, hour, tables, source)
+            for start in range(0, pixel.size, _BLOCK)
+        ]
+        if terms:
+            radiance[seen.pixel] = np.concatenate([part.radiance for part in terms])[kind]
+            mean[seen.pixel] = np.concatenate([part.temperature for part in terms])[kind]
+        self._fill_air(place, radiance, tables.air, source)
+        apparent = equivalent_temperature(tables.band, radiance)
+        shape = place.rays.size[::-1]
+        pictures = (values.reshape(shape) for values in (radiance, apparent, mean, distance))
+        first, last = (float(limit) for limit in tables.air.attributes["wavelength_um"])
+        return Frame(hour, tables.name, (first, last), *pictures)
+
+    def _kinds(self, place: SeenScene, lit: Floats, kelvin: Floats) -> tuple[Integers, Integers]:
+        """Pixels that differ, and the kind of each; the pixels of a perspective all do."""
+        seen, rows = place.seen, np.arange(len(place.seen))
+        if place.rays.side == 0 or not rows.size:
+            return rows, rows
+        mixture = seen.materials
+        return alike(
+            seen.range, seen.altitude, seen.slope, seen.azimuth, mixture.number, mixture.share, kelvin, lit,
+            place.exposure.sky_view,
+        )  # fmt: skip
+
+    def _pixels(
+        self,
+        place: SeenScene,
+        rows: Integers,
+        kelvin: Floats,
+        lit: Floats,
+        hour: float,
+        tables: BandTables,
+        source: SourceTrack,
+    ) -> PixelRadiance:
+        """Radiance of some of the pixels that meet the surface, by their rows."""
+        seen = place.seen
+        faces = self._faces(place, rows, kelvin[rows], lit[rows], hour)
+        view = _view(tables.air, place.rays, seen.pixel[rows], seen.range[rows], seen.normal[rows], source)
+        return pixel_radiance(self.tables.surface, tables.band, tables.air, faces, view)
+
+    def _fill_air(self, place: SeenScene, radiance: Floats, air: AtmosphereTable, source: SourceTrack) -> None:
+        """Write the radiance of pixels that meet nothing: of the air along the longest range of the table."""
+        missed = np.setdiff1d(np.arange(radiance.size), place.seen.pixel)
+        farthest = air.rules("beta_star")[0].nodes[-1]
+        for start in range(0, missed.size, _BLOCK):
+            pixel = missed[start : start + _BLOCK]
+            up = np.broadcast_to([0.0, 0.0, 1.0], (pixel.size, 3))
+            view = _view(air, place.rays, pixel, np.full(pixel.size, farthest), up, source)
+            radiance[pixel] = sky_radiance(air, view)
+
+    def _faces(self, place: SeenScene, rows: Integers, kelvin: Floats, lit: Floats, hour: float) -> Faces:
+        seen, table = place.seen, self.tables.surface
+        view = place.exposure.sky_view[rows]
+        count = view.size
+        wall = None
+        if np.any(view < 1):
+            nodes = np.asarray(table.root.axes["altitude"].values, float)
+            altitude = np.clip(seen.altitude[rows], nodes[0], nodes[-1])
+            wall = table.value("air_temperature", altitude=altitude, forcing_time=hour)
+        return Faces(
+            codes=self._codes[seen.materials.number[rows]],
+            shares=seen.materials.share[rows],
+            altitude=seen.altitude[rows],
+            azimuth=seen.azimuth[rows],
+            slope=seen.slope[rows],
+            time=np.full(count, hour),
+            temperature=kelvin,
+            lit=lit,
+            sky_view=None if wall is None else view,
+            wall_temperature=wall,
+        )
+
+    def close(self) -> None:
+        self._materials.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def check_reach(scene: LoadedScene, air: AtmosphereTable, place: SeenScene) -> None:
+    """Refuse lines of sight that a table does not hold.
+
+    Raises
+    ------
+    InputError
+    """
+    reach = {rule.name: rule.nodes[[0, -1]] for rule in air.rules("beta_star")}
+    asked = {
+        "altitude": (place.rays.altitude, "km of the observer"),
+        "elevation": (place.rays.elevation, "degree of elevation"),
+        "range": (np.maximum(place.seen.range, reach["range"][0]), "km of range"),
+    }
+    for axis, (values, units) in asked.items():
+        low, high = reach[axis]
+        outside: Booleans = (values < low - 1e-9) | (values > high + 1e-9)
+        if outside.any():
+            raise scene.error(
+                ("camera",),
+                f"found {values[outside][0]:.6g} {units}; {air.path.name} holds {low:g} to {high:g}; move the camera,"
+                " or widen atmosphere_grid of the job and build again",
+            )
+
+
+def check_source(scene: LoadedScene, air: AtmosphereTable, hour: float, elevation: float) -> None:
+    """Refuse an hour at which the source stands higher than a table holds; below, the rule of the night is for it.
+
+    Raises
+    ------
+    InputError
+    """
+    highest = min(
+        float(rule.nodes[-1])
+        for quantity in ("direct_radiance", "path_radiance_ratio")
+        for rule in air.rules(quantity)
+        if rule.name == SOURCE_ELEVATION
+    )
+    if elevation > highest:
+        raise scene.error(
+            ("hours",),
+            f"found the {scene.model.source} at {elevation:.3g} degree at {clock_text(hour)}; {air.path.name} holds up"
+            f" to {highest:g}; change the hours, or widen atmosphere_grid.source_elevation_deg of the job and build"
+            " again",
+        )
+
+
+def _view(
+    air: AtmosphereTable, rays: ViewRays, pixel: Integers, distance: Floats, normal: Floats, source: SourceTrack
+) -> View:
+    """Lines of sight of some pixels, over ranges [km]; all tables are read at the pixel itself."""
+    nearest = float(air.rules("beta_star")[0].nodes[0])
+    count = pixel.size
+    towards = direction(source.elevation, source.azimuth)
+    return View(
+        range=distance,
+        centre_range=np.maximum(distance, nearest),
+        centre_elevation=rays.elevation[pixel],
+        altitude=rays.altitude[pixel],
+        source_elevation=np.full(count, float(source.elevation)),
+        source_azimuth=np.mod(source.azimuth - rays.azimuth[pixel], 360.0),
+        normal=normal,
+        to_source=np.broadcast_to(towards, (count, 3)),
+        to_observer=-rays.direction[pixel],
+        source_heading=np.full(count, float(source.azimuth)),
+    )

@@ -1,0 +1,163 @@
+"""The surface of a scene from its plan or its mesh, with the materials that cover it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.render.gltf_surface import mesh_surface
+from skyshine.mat.render.plan_surface import plan_surface
+from skyshine.mat.render.scene_file import LoadedScene
+from skyshine.mat.render.surface_mesh import SurfaceMesh
+from skyshine.schemas.arrays import Floats, Integers
+from skyshine.tmm.database.reader import TmmFile, open_tmm
+
+PARTS = 3  # materials of a texel at most
+
+
+def surface_of_scene(scene: LoadedScene) -> SurfaceMesh:
+    """The triangles of a scene.
+
+    Raises
+    ------
+    InputError
+        A file of the surface cannot be read or does not fit.
+    """
+    plan, mesh = scene.model.surface.plan, scene.model.surface.mesh
+    if plan is not None:
+        return plan_surface(scene, plan)
+    assert mesh is not None
+    return mesh_surface(scene, mesh)
+
+
+@dataclass(frozen=True, eq=False)
+class Mixtures:
+    """Materials of n points, each a mixture of up to `PARTS`.
+
+    Attributes
+    ----------
+    names : tuple of str
+        K materials.
+    number : (n, PARTS) int array
+        Index into `names`; 0 where unused.
+    share : (n, PARTS) array
+        They sum to 1 for each point.
+    """
+
+    names: tuple[str, ...]
+    number: Integers
+    share: Floats
+
+
+class SurfaceMaterials:
+    """The coverings of a surface, with their textures open.
+
+    Attributes
+    ----------
+    names : tuple of str
+        All materials that they name or hold, each once.
+    places : dict of str to tuple
+        Key of the scene file that each comes from.
+    """
+
+    def __init__(self, scene: LoadedScene, surface: SurfaceMesh) -> None:
+        self._scene, self._surface = scene, surface
+        self._textures: dict[int, TmmFile] = {}
+        self._unknown = scene.model.surface.unknown_material
+        places: dict[str, tuple[str | int, ...]] = {}
+        if self._unknown is not None:
+            places[self._unknown] = ("surface", "unknown_material")
+        for number, covering in enumerate(surface.coverings):
+            if covering.texture is None:
+                places.setdefault(str(covering.material), covering.place)
+                continue
+            self._textures[number] = open_tmm(covering.texture)
+            for name, share in self._textures[number].usage.items():
+                if share > 0:
+                    places.setdefault(name, covering.place)
+        self.names, self.places = tuple(places), places
+
+    def textures(self) -> dict[int, TmmFile]:
+        """Open textures by the number of their covering."""
+        return dict(self._textures)
+
+    def texel_size(self, number: int) -> Floats:
+        """Side of a texel of level 0 on each face (F,) [m]; of faces of another covering 0."""
+        surface, size = self._surface, np.zeros(len(self._surface.triangles))
+        if number in self._textures:
+            own = surface.covering == number
+            edges = surface.uv[own, 1:] - surface.uv[own, :1]
+            texels = self._textures[number].width * self._textures[number].height
+            covered = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]) * texels
+            size[own] = np.sqrt(surface.area[own] / np.maximum(covered, 1e-12))
+        return size
+
+    def at(self, face: Integers, weights: Floats, footprint: Floats) -> Mixtures:
+        """Mixtures at points on faces.
+
+        Parameters
+        ----------
+        face : (n,) int array
+        weights : (n, 3) array
+            Of the corners.
+        footprint : (n,) array
+            Side of the pixel on the surface [m]: a texture is read at the mip level of that size.
+
+        Raises
+        ------
+        InputError
+            A texel has no material, and the scene names none for such texels.
+        """
+        number = np.zeros((len(face), PARTS), int)
+        share = np.zeros((len(face), PARTS))
+        share[:, 0] = 1.0
+        covering = self._surface.covering[face]
+        for index, kind in enumerate(self._surface.coverings):
+            own = np.flatnonzero(covering == index)
+            if not own.size:
+                continue
+            if index not in self._textures:
+                number[own, 0] = self.names.index(str(kind.material))
+                continue
+            uv = self._surface.texture_coordinates(face[own], weights[own])
+            size = self.texel_size(index)[face[own]]
+            number[own], share[own] = self._of_texture(index, uv, footprint[own] / size)
+        return Mixtures(self.names, number, share)
+
+    def _of_texture(self, index: int, uv: Floats, texels: Floats) -> tuple[Integers, Floats]:
+        """Numbers and shares (n, PARTS) at texture coordinates (n, 2) of pixels so many texels wide (n,)."""
+        texture = self._textures[index]
+        # A texture repeats beyond its borders, as glTF does by default; the last border belongs to the last texel.
+        place = np.where((uv < -1e-6) | (uv > 1 + 1e-6), uv - np.floor(uv), np.clip(uv, 0.0, 1.0))
+        level = np.clip(np.floor(np.log2(np.maximum(texels, 1.0)) + 0.5), 0, texture.levels - 1).astype(int)
+        codes, shares = np.zeros((len(uv), PARTS), int), np.zeros((len(uv), PARTS))
+        for number in np.unique(level):
+            own = level == number
+            x, y = (place[own] * [texture.width, texture.height]).T
+            codes[own], shares[own] = texture.mixture(x, y, int(number))
+        numbers = np.zeros(1 + max(texture.materials), int)
+        for code, name in texture.materials.items():
+            numbers[code] = self.names.index(name) if name in self.names else 0
+        known = shares.sum(axis=-1) > 0
+        if not known.all():
+            if self._unknown is None:
+                missing = texture.code(*(place[~known][0] * [texture.width, texture.height]))
+                raise self._scene.error(
+                    self._surface.coverings[index].place,
+                    f"{np.sum(~known)} texels that are seen have no material (code {missing}); give"
+                    " surface.unknown_material, or classify the texture without unknown texels",
+                )
+            shares[~known, 0] = 1.0
+        # The first name is that of texels without material.
+        return np.where(known[:, None], numbers[codes], 0), shares / shares.sum(axis=-1, keepdims=True)
+
+    def close(self) -> None:
+        for texture in self._textures.values():
+            texture.close()
+
+    def __enter__(self) -> SurfaceMaterials:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,146 @@
+"""The surface of a scene as triangles with their materials, slopes and azimuths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.schemas.arrays import Floats, Integers
+from skyshine.schemas.errors import InputError
+
+LEAST_AREA = 1e-12  # m^2 below which a triangle has no direction
+
+
+@dataclass(frozen=True)
+class Covering:
+    """What covers some of the triangles: one material, or a texture of materials.
+
+    Attributes
+    ----------
+    material : str or None
+    texture : Path or None
+        A ``.tmm.h5`` file.
+    place : tuple
+        Of the key of the scene file that names it, for errors.
+    """
+
+    material: str | None
+    texture: Path | None
+    place: tuple[str | int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMesh:
+    """F triangles; none of them without area.
+
+    Attributes
+    ----------
+    triangles : (F, 3, 3) array
+        Corners, then east, north and up [m].
+    covering : (F,) int array
+        Index into `coverings`.
+    coverings : tuple of Covering
+    uv : (F, 3, 2) array
+        Texture coordinates of the corners, from the top left corner of the image; 0 where there is no texture.
+    altitude : float
+        Of height 0 [km].
+    """
+
+    triangles: Floats
+    covering: Integers
+    coverings: tuple[Covering, ...]
+    uv: Floats
+    altitude: float
+
+    @cached_property
+    def normal(self) -> Floats:
+        """Unit normals (F, 3), to the side from which the corners go round counterclockwise."""
+        cross = _cross(self.triangles)
+        normal: Floats = cross / np.linalg.norm(cross, axis=-1, keepdims=True)
+        return normal
+
+    @cached_property
+    def area(self) -> Floats:
+        """(F,) [m^2]"""
+        area: Floats = 0.5 * np.linalg.norm(_cross(self.triangles), axis=-1)
+        return area
+
+    @property
+    def slope(self) -> Floats:
+        """(F,) of the normals from the zenith [degree]."""
+        return slope_azimuth(self.normal)[0]
+
+    @property
+    def azimuth(self) -> Floats:
+        """(F,) to which the normals point, from north eastward [degree]; 0 for level triangles."""
+        return slope_azimuth(self.normal)[1]
+
+    @cached_property
+    def bounds(self) -> Floats:
+        """Least and greatest east, north and up, (2, 3) [m]."""
+        corners = self.triangles.reshape(-1, 3)
+        bounds: Floats = np.stack([corners.min(axis=0), corners.max(axis=0)])
+        return bounds
+
+    @property
+    def altitudes(self) -> tuple[float, float]:
+        """Of the lowest and the highest corner [km]."""
+        low, high = self.altitude + self.bounds[:, 2] * 1e-3
+        return float(low), float(high)
+
+    def points(self, face: Integers, weights: Floats) -> Floats:
+        """Points (n, 3) [m] on faces (n,) with weights (n, 3) of their corners."""
+        points: Floats = np.einsum("nc,ncx->nx", weights, self.triangles[face])
+        return points
+
+    def texture_coordinates(self, face: Integers, weights: Floats) -> Floats:
+        """Texture coordinates (n, 2) there."""
+        coordinates: Floats = np.einsum("nc,ncx->nx", weights, self.uv[face])
+        return coordinates
+
+
+def surface_of(
+    triangles: npt.ArrayLike,
+    covering: npt.ArrayLike,
+    coverings: tuple[Covering, ...],
+    uv: npt.ArrayLike,
+    altitude: float,
+    file: Path,
+) -> SurfaceMesh:
+    """A surface without the triangles that have no area.
+
+    Raises
+    ------
+    InputError
+        No triangle has an area, or a corner is not finite.
+    """
+    corners, coordinates = np.asarray(triangles, float).reshape(-1, 3, 3), np.asarray(uv, float).reshape(-1, 3, 2)
+    if not np.all(np.isfinite(corners)) or not np.all(np.isfinite(coordinates)):
+        raise InputError("holds a corner whose place is not finite; repair the file", file=file)
+    kept = 0.5 * np.linalg.norm(_cross(corners), axis=-1) > LEAST_AREA
+    if not kept.any():
+        raise InputError("holds no triangle with an area; allowed: at least one; name another file", file=file)
+    return SurfaceMesh(corners[kept], np.asarray(covering, int)[kept], coverings, coordinates[kept], altitude)
+
+
+def slope_azimuth(normal: Floats) -> tuple[Floats, Floats]:
+    """Slope from the zenith and azimuth from north eastward (...,) of unit vectors (..., 3) [degree]."""
+    level = np.hypot(normal[..., 0], normal[..., 1])
+    slope = np.degrees(np.arctan2(level, normal[..., 2]))
+    azimuth = np.mod(np.degrees(np.arctan2(normal[..., 0], normal[..., 1])), 360.0)
+    return slope, np.where(level > 1e-12, azimuth, 0.0)
+
+
+def direction(elevation: npt.ArrayLike, azimuth: npt.ArrayLike) -> Floats:
+    """Unit vectors (..., 3) to east, north and up of directions in degree."""
+    up, turn = np.radians(np.asarray(elevation, float)), np.radians(np.asarray(azimuth, float))
+    return np.stack([np.cos(up) * np.sin(turn), np.cos(up) * np.cos(turn), np.sin(up) + 0.0 * turn], axis=-1)
+
+
+def _cross(triangles: Floats) -> Floats:
+    cross: Floats = np.cross(triangles[..., 1, :] - triangles[..., 0, :], triangles[..., 2, :] - triangles[..., 0, :])
+    return cross

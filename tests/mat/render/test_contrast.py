@@ -1,0 +1,65 @@
+"""Contrast through the day: crossovers, and the pixels it is made of."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.api.contrast import contrast, draw_contrast
+from skyshine.mat.render.contrast import crossover_hours
+from skyshine.schemas.errors import InputError
+
+HOURS = np.arange(288) / 12
+
+
+def test_crossovers_of_a_sine_are_its_zeros():
+    assert crossover_hours(HOURS, np.sin((HOURS - 7.21) * 2 * np.pi / 24), periodic=True) == pytest.approx(
+        [7.21, 19.21], abs=1e-4
+    )
+
+
+def test_a_crossover_over_midnight_counts_where_the_day_is_whole():
+    wave = np.cos((HOURS - 6.0 - 1 / 48) * 2 * np.pi / 24)  # 0 at 12:01:15 and between 23:55 and 24:00 or so
+    assert len(crossover_hours(HOURS, wave, periodic=True)) == 2
+    half = HOURS < 12.0
+    assert crossover_hours(HOURS[half], wave[half], periodic=False) == pytest.approx([1 / 48], abs=1e-3)
+
+
+def test_contrast_that_touches_zero_is_no_crossover():
+    values = np.array([1.0, 0.0, 2.0, 0.0, 0.0, -1.0, 3.0])
+    hours = np.arange(7.0)
+    assert crossover_hours(hours, values, periodic=False) == pytest.approx([4.0, 5.25])
+
+
+def test_a_material_has_no_contrast_against_itself(one_material):
+    (result,) = contrast(one_material, "asphalt_road", "asphalt_road", range=1.0)
+    assert np.all(result.contrast == 0) and result.crossovers == ()
+    assert np.all((result.material > 250) & (result.material < 350))
+
+
+def test_a_shaded_face_is_colder_by_day_and_after(one_material):
+    (result,) = contrast(one_material, "asphalt_road", "asphalt_road", range=0.2, shade=["08:00-12:00"])
+    assert result.contrast[HOURS == 10.0][0] < -2.0
+    at = {hour: result.contrast[hour == HOURS][0] for hour in (11.0, 13.0, 17.0)}
+    assert at[11.0] < at[13.0] < at[17.0] < -0.05
+    assert at[17.0] < result.contrast[HOURS == 6.0][0] < 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"material": "sea"}, "lacks the material 'sea'"),
+        ({"slope": 45.0, "azimuth": 0.0, "elevation": -10.0, "heading": 0.0}, "turned away from the observer"),
+        ({"shade": ["25:00-26:00"]}, "shade: found '25:00'"),
+        ({"band": "b09"}, "found the band 'b09'"),
+        ({"source": "moon"}, r"holds no \.lunar_atmq"),
+        ({"range": 500.0}, "allowed"),
+    ],
+)
+def test_what_cannot_be_compared_is_one_line(one_material, changes, words):
+    given = {"material": "asphalt_road", "background": "asphalt_road"} | changes
+    with pytest.raises(InputError, match=words):
+        contrast(one_material, **given)
+
+
+def test_the_picture_shows_both_bands(one_material, tmp_path):
+    (result,) = contrast(one_material, "asphalt_road", "asphalt_road", shade=["08:00-12:00"])
+    assert draw_contrast([result, result], "shaded", "sunlit", tmp_path / "c.png").stat().st_size > 10_000

@@ -1,0 +1,312 @@
+"""Frames: their pixels are the library's, shade is where a roof hides the Sun, extremes are finite or one line."""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.render.exposure import exposure_of
+from skyshine.mat.render.frames import Renderer
+from skyshine.mat.render.rays import ray_caster
+from skyshine.mat.render.scene_file import load_scene
+from skyshine.mat.render.surface_mesh import direction
+from skyshine.mat.runtime.misclassification import equivalent_temperature
+from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.response import forcing_hours
+from skyshine.schemas.errors import InputError
+
+GROUND, ROOF_HEIGHT, ROOF_HALF = 40.0, 3.0, 2.0  # m
+
+
+def level(half, height):
+    """Two triangles of a level square, y up."""
+    low, high = -half, half
+    return np.array(
+        [
+            [[low, height, high], [high, height, high], [high, height, low]],
+            [[low, height, high], [high, height, low], [low, height, low]],
+        ],
+        float,
+    )
+
+
+@pytest.fixture
+def roofed(small_build, write_glb, tmp_path):
+    """Factory of a scene of level asphalt under a square roof of grass, with changes of its top keys."""
+    mesh = write_glb(
+        [("ground", level(GROUND, 0.0), None), ("roof", level(ROOF_HALF, ROOF_HEIGHT), None)], tmp_path / "roof.glb"
+    )
+    materials = {"ground": "asphalt_road", "roof": "grass_green"}
+
+    def make(**changes):
+        content = {
+            "skyshine_scene": 1,
+            "name": "roofed",
+            "databases": str(small_build),
+            "surface": {"altitude_km": 0.1, "mesh": {"file": str(mesh), "materials": materials}},
+            "camera": {
+                "perspective": {
+                    "field_of_view_deg": 50.0,
+                    "size": [24, 16],
+                    "position_m": [0.0, -25.0, 30.0],
+                    "look_at_m": [0.0, 0.0, 0.0],
+                }
+            },
+            "hours": [10.0],
+        }
+        return load_scene(content | changes)
+
+    return make
+
+
+@pytest.fixture
+def plan(small_build, scene_of):
+    """Factory of a scene of the plain texture over the small build."""
+    return lambda **changes: scene_of(**({"databases": str(small_build), "hours": [10.0]} | changes))
+
+
+def frames_of(scene):
+    with Renderer(scene) as renderer:
+        return list(renderer.frames())
+
+
+def tables_of(folder):
+    return (open_table(folder / f"{name}.h5") for name in ("s01.htt", "b01.band", "s01b01.atmq"))
+
+
+def library_pixel(folder, *, hour, distance, elevation, azimuth, altitude, surface_altitude, kelvin=None, **faces):
+    """Radiance [W m^-2 sr^-1] of one level pixel of asphalt by the library's own call."""
+    surface, band, air = tables_of(folder)
+    sun = surface.source_track("sun", time=hour)
+
+    def one(value):
+        return np.array([float(value)])
+
+    view = View(
+        range=one(distance),
+        centre_range=one(distance),
+        centre_elevation=one(elevation),
+        altitude=one(altitude),
+        source_elevation=one(sun.elevation),
+        source_azimuth=one(sun.azimuth - azimuth),
+        normal=np.array([[0.0, 0.0, 1.0]]),
+        to_source=direction(sun.elevation, sun.azimuth)[None],
+        to_observer=-direction(elevation, azimuth)[None],
+        source_heading=one(sun.azimuth),
+    )
+    code = surface.materials["asphalt_road"]
+    return pixel_radiance(
+        surface,
+        band,
+        air,
+        Faces(
+            np.array([[code]]),
+            np.array([[1.0]]),
+            one(surface_altitude),
+            one(0),
+            one(0),
+            one(hour),
+            temperature=kelvin,
+            **faces,
+        ),
+        view,
+    ).radiance[0]
+
+
+def test_a_pixel_of_a_plan_is_the_pixel_of_the_library(plan, small_build):
+    (frame,) = frames_of(plan())
+    expected = library_pixel(
+        small_build, hour=10.0, distance=0.5, elevation=-90.0, azimuth=0.0, altitude=0.6, surface_altitude=0.1
+    )
+    assert frame.radiance == pytest.approx(expected, rel=1e-6)
+    band = open_table(small_build / "b01.band.h5")
+    assert frame.apparent_temperature == pytest.approx(equivalent_temperature(band, expected), rel=1e-9)
+
+
+def test_the_roof_shades_the_points_from_which_it_hides_the_sun(roofed):
+    """Against the plane geometry of a square that the line to the Sun crosses or not."""
+    with Renderer(roofed()) as renderer:
+        place = renderer._see(0, np.array([10.0]))
+        track = renderer.tables.surface.source_track("sun", time=forcing_hours())
+        exposure = exposure_of(
+            place.seen, renderer.surface, ray_caster(renderer.surface), track.elevation, track.azimuth
+        )
+    ground = place.seen.point[:, 2] < 1.0
+    up = track.elevation > 1.0
+    towards = direction(track.elevation, track.azimuth)[up]
+    crossing = place.seen.point[ground, None, :2] + ROOF_HEIGHT * towards[None, :, :2] / towards[None, :, 2:]
+    beside = np.abs(crossing).max(axis=-1) - ROOF_HALF
+    clear_cut = np.abs(beside) > 0.05
+    assert (exposure.shaded[ground][:, up] == (beside < 0))[clear_cut].all()
+    assert exposure.shaded[ground].any() and not exposure.shaded[~ground].any()
+    assert not exposure.shaded[:, track.elevation <= 0].any()
+
+
+def test_the_sky_view_under_the_roof_is_its_view_factor(roofed):
+    """Of a square of half side a at height h from below its middle: Howell, Configuration Factors, B-3, four times."""
+    camera = {
+        "perspective": {
+            "field_of_view_deg": 1.0,
+            "size": [1, 1],
+            "position_m": [0.0, -8.0, 1.0],
+            "look_at_m": [0.0, 0.0, 0.0],
+        }
+    }
+    with Renderer(roofed(camera=camera)) as renderer:
+        view = renderer._see(0, np.array([10.0])).exposure.sky_view
+    a = ROOF_HALF / ROOF_HEIGHT
+    corner = 2 * a / np.sqrt(1 + a * a) * np.arctan(a / np.sqrt(1 + a * a)) / (2 * np.pi)
+    assert view == pytest.approx(1 - 4 * corner, abs=0.03)
+
+
+def test_a_shaded_pixel_is_the_pixel_of_the_library_under_the_same_shade(roofed, small_build):
+    scene = roofed()
+    (frame,) = frames_of(scene)
+    with Renderer(scene) as renderer:
+        place = renderer._see(0, np.array([10.0]))
+    seen, shaded = place.seen, place.exposure.shaded
+    now = shaded[:, 120]  # 10:00
+    chosen = int(np.flatnonzero(now & (seen.point[:, 2] < 1.0))[0])
+    hours = forcing_hours()[shaded[chosen]]
+    assert np.ptp(hours) == pytest.approx(hours.size / 12 - 1 / 12)  # one interval
+    interval = (hours[0] - 1 / 24, hours[-1] + 1 / 24)
+    surface, _, _ = tables_of(small_build)
+    view = float(place.exposure.sky_view[chosen])
+    place_of = {"material": "asphalt_road", "altitude": 0.1}
+    change = surface.absorbed_change(**place_of, shade=[interval], sky_view=view)
+    kelvin = surface.temperature(**place_of, time=10.0, absorbed_change=change)
+    pixel = seen.pixel[chosen]
+    rows, columns = divmod(pixel, 24)
+    assert frame.surface_temperature[rows, columns] == pytest.approx(float(kelvin), abs=1e-6)
+    air = surface.value("air_temperature", altitude=0.1, forcing_time=10.0)
+    expected = library_pixel(
+        small_build,
+        hour=10.0,
+        distance=seen.range[chosen],
+        elevation=place.rays.elevation[pixel],
+        azimuth=place.rays.azimuth[pixel],
+        altitude=0.13,
+        surface_altitude=0.1,
+        kelvin=np.array([[float(kelvin)]]),
+        lit=np.array([0.0]),
+        sky_view=np.array([view]),
+        wall_temperature=np.array([float(air)]),
+    )
+    assert frame.radiance[rows, columns] == pytest.approx(expected, rel=1e-6)
+    lit = np.flatnonzero(~now & (seen.point[:, 2] < 1.0) & (place.exposure.sky_view > 0.95))
+    warm = frame.surface_temperature.ravel()[seen.pixel[lit]]
+    assert warm.min() > float(kelvin) + 2.0
+
+
+def test_shade_that_has_left_still_cools(roofed):
+    """A point that the shadow left an hour ago is colder than one that had none, by the kernel of the table."""
+    scene = roofed()
+    (frame,) = frames_of(scene)
+    with Renderer(scene) as renderer:
+        place = renderer._see(0, np.array([10.0]))
+    shaded, ground = place.exposure.shaded, place.seen.point[:, 2] < 1.0
+    left = ground & ~shaded[:, 117:122].any(axis=1) & shaded[:, 100:117].any(axis=1)
+    never = ground & ~shaded.any(axis=1) & (place.exposure.sky_view > 0.97)
+    assert left.any() and never.any()
+    kelvin = frame.surface_temperature.ravel()[place.seen.pixel]
+    assert kelvin[left].max() < kelvin[never].min() - 0.1
+
+
+def test_lines_that_meet_nothing_show_the_air(roofed):
+    camera = {
+        "perspective": {
+            "field_of_view_deg": 60.0,
+            "size": [6, 6],
+            "position_m": [0.0, 0.0, 10.0],
+            "look_at_m": [100.0, 0.0, 10.0],
+        }
+    }
+    (frame,) = frames_of(roofed(camera=camera))
+    missed = ~np.isfinite(frame.range)
+    assert missed.any() and not missed.all()
+    assert np.all(np.isfinite(frame.radiance)) and np.all(frame.radiance > 0)
+    assert np.array_equal(np.isnan(frame.surface_temperature), missed)
+    assert frame.radiance[0].mean() < frame.radiance[2].mean()  # the zenith is colder than the horizon
+
+
+def test_a_camera_that_sees_no_surface_shows_the_air_alone(roofed):
+    camera = roofed().document.data["camera"]["perspective"] | {"look_at_m": [0.0, 0.0, 90.0]}
+    (frame,) = frames_of(roofed(camera={"perspective": camera}))
+    assert not np.isfinite(frame.range).any()
+    assert np.all(np.isfinite(frame.apparent_temperature))
+
+
+def test_a_day_of_a_track_and_a_night_with_the_moon_are_finite(roofed):
+    stations = [
+        {"hour": hour, "position_m": [x, -20.0, 30.0], "look_at_m": [0.0, 0.0, 0.0]}
+        for hour, x in ((0.0, 0.0), (5.5, 5.0), (17.0, 5.0))
+    ]
+    camera = {"perspective": {"field_of_view_deg": 50.0, "size": [5, 4], "track": stations}}
+    content = roofed().document.data | {"camera": camera, "source": "moon"}
+    content.pop("hours")
+    frames = frames_of(load_scene(content))
+    assert [frame.hour for frame in frames] == [0.0, 5.5, 17.0]
+    assert all(np.all(np.isfinite(frame.radiance)) for frame in frames)
+    assert not np.array_equal(frames[1].range, frames[0].range)
+
+
+def test_a_grazing_camera_sees_finite_pixels(roofed):
+    camera = {
+        "perspective": {
+            "field_of_view_deg": 20.0,
+            "size": [8, 8],
+            "position_m": [-39.0, 0.0, 10.0],
+            "look_at_m": [3000.0, 0.0, 0.0],
+        }
+    }
+    (frame,) = frames_of(roofed(camera=camera))
+    assert np.all(np.isfinite(frame.apparent_temperature))
+    assert np.all((frame.apparent_temperature > 150) & (frame.apparent_temperature < 400))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"hours": [13.5]}, "found the sun at 75.4 degree at 13:30; s01b01.atmq.h5 holds up to 60"),
+        ({"state": 2}, "holds no state 2; allowed: 1"),
+        ({"bands": ["b07"]}, "bands.0: found the band 'b07'"),
+        ({"databases": "nowhere"}, "holds no catalog.json; run mat build"),
+        ({"sensors": {"b03": {"gain": 1.0}}}, "sensors.b03: found the band 'b03'"),
+        ({"camera": {"plan_view": {"height_m": 50000.0, "size": [2, 2]}}}, "km of the observer; s01b01.atmq.h5 holds"),
+    ],
+)
+def test_what_the_databases_do_not_hold_is_one_line(plan, changes, words):
+    with pytest.raises(InputError, match=words):
+        frames_of(plan(**changes))
+
+
+def test_a_material_that_the_databases_lack_is_refused_at_its_key(roofed):
+    surface = roofed().document.data["surface"]
+    surface = surface | {"mesh": surface["mesh"] | {"materials": {"ground": "asphalt_road", "roof": "grass_dry"}}}
+    with pytest.raises(InputError, match=r"surface\.mesh\.materials\.roof.*did you mean 'grass_green'"):
+        frames_of(roofed(surface=surface))
+
+
+def test_a_surface_below_the_tables_is_refused(plan, plain_texture):
+    surface = {"altitude_km": -0.2, "plan": {"texture": str(plain_texture), "metres_per_texel": 2.0}}
+    with pytest.raises(InputError, match="altitude: found -0.2"):
+        frames_of(plan(surface=surface))
+
+
+def test_progress_is_reported(roofed):
+    from contextlib import contextmanager
+
+    done = {}
+
+    @contextmanager
+    def progress(total, text):
+        done[text] = [total, 0]
+
+        def advance(count):
+            done[text][1] += count
+
+        yield advance
+
+    with Renderer(roofed(), progress) as renderer:
+        list(renderer.frames())
+    assert set(done) == {"tracing shadows", "surface temperatures", "radiance"}
+    assert all(total == count for total, count in done.values())

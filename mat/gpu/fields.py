@@ -8,7 +8,7 @@ materials reflect and the path lets through. All are in W m^-2 sr^-1 but the fir
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -120,8 +120,7 @@ class AirFields:
 
     def transmittance(self, lines: Lines) -> Floats:
         """In-band transmittance (...), equation (9)."""
-        beta = self.air.value("beta_star", **lines.where())
-        return np.asarray(np.exp(-BETA_FACTOR * lines.range / beta))
+        return _transmittance(self, lines)
 
     def emission(self, lines: Lines) -> Floats:
         """Share of the black body's radiance that materials send through paths, (..., M, T)."""
@@ -167,24 +166,20 @@ class AirFields:
     def sky(self, lines: Lines, elevation: float) -> Floats:
         """Reflected ambient light (..., M, 1 + H): of level faces, then by the coefficients of the harmonics."""
         place = lines.where() | {SOURCE_ELEVATION: np.asarray(elevation)}
-        terms = [self._reflected("ambient_radiance", lines, place)]
+        terms = [self.reflected("ambient_radiance", lines, place)]
         if self.harmonics.size:
-            stated = stated_ground(self.air.path, self.air.attributes)
-            zones = zonal(self.harmonics.size)
+            ground = _ground_light(self, lines)
             for code in self.harmonics:
-                light = self._reflected(AMBIENT_HARMONICS, lines, place | {"harmonic": code})
-                if int(code) in zones:
-                    of_ground = {"ground_temperature": np.asarray(stated.temperature), "zonal_harmonic": code}
-                    ground = self._reflected(GROUND_HARMONICS, lines, lines.where() | of_ground)
-                    light = light + stated.radiance * ground
-                terms.append(light)
+                light = self.reflected(AMBIENT_HARMONICS, lines, place | {"harmonic": code})
+                terms.append(light + ground.get(int(code), 0.0))
         return np.stack(terms, axis=-1)
 
     def direct(self, lines: Lines, elevation: float) -> Floats:
         """Reflected direct light (..., M) of faces normal to it."""
-        return self._reflected("direct_radiance", lines, lines.where() | {SOURCE_ELEVATION: np.asarray(elevation)})
+        return self.reflected("direct_radiance", lines, lines.where() | {SOURCE_ELEVATION: np.asarray(elevation)})
 
-    def _reflected(self, quantity: str, lines: Lines, place: dict[str, Any]) -> Floats:
+    def reflected(self, quantity: str, lines: Lines, place: dict[str, Any]) -> Floats:
+        """Light of a quantity at a place (..., M) that materials reflect and the path lets through."""
         through = self.transmittance(lines)
         if not self.parted:
             reflectance = self.band.value("reflectance", material=self.codes)
@@ -198,3 +193,21 @@ class AirFields:
             if rule.name == axis:
                 return rule
         raise InputError(f"'{quantity}' lacks the axis '{axis}'; build the file again", file=self.air.path)
+
+
+# Source elevations share what does not depend on them: lines are kept by identity.
+@lru_cache(maxsize=8)
+def _transmittance(fields: AirFields, lines: Lines) -> Floats:
+    beta = fields.air.value("beta_star", **lines.where())
+    return np.asarray(np.exp(-BETA_FACTOR * lines.range / beta))
+
+
+@lru_cache(maxsize=4)
+def _ground_light(fields: AirFields, lines: Lines) -> dict[int, Floats]:
+    """What the stated ground emits and materials reflect (..., M), by harmonic."""
+    stated = stated_ground(fields.air.path, fields.air.attributes)
+    light = {}
+    for code in zonal(fields.harmonics.size):
+        place = {"ground_temperature": np.asarray(stated.temperature), "zonal_harmonic": np.asarray(code)}
+        light[code] = stated.radiance * fields.reflected(GROUND_HARMONICS, lines, lines.where() | place)
+    return light

@@ -6,6 +6,7 @@ material, altitude and time, which has a table in single precision.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,11 @@ _TRACKS = ("sun_elevation", "sun_azimuth", "moon_elevation", "moon_azimuth")
 
 
 def export_surface(
-    surface: TemperatureTable, *, hour: float | None = None, level: bool = False, altitude: float | None = None
+    surface: TemperatureTable,
+    *,
+    hour: float | None = None,
+    level: bool = False,
+    altitudes_km: Sequence[float] | None = None,
 ) -> GpuFile:
     """Textures of a table of temperatures.
 
@@ -35,12 +40,12 @@ def export_surface(
         Local clock [h]: with it the textures are those of one frame.
     level : bool
         Level faces alone.
-    altitude : float, optional
-        One altitude of the surface [km]; by default those of the table.
+    altitudes_km : sequence of float, optional
+        Of the surface, ascending; by default those of the table.
     """
     axes = surface.root.axes
     codes = np.asarray(axes["material"].values)
-    altitudes = np.asarray(axes["altitude"].values, float) if altitude is None else np.array([altitude])
+    altitudes = np.asarray(axes["altitude"].values if altitudes_km is None else altitudes_km, float)
     azimuths, slopes = (np.asarray(axes[name].values, float) for name in ("azimuth", "slope"))
     azimuths, slopes = (azimuths[:1], slopes[:1] * 0.0) if level else (azimuths, slopes)
     repeats = AxisRule.of("azimuth", axes["azimuth"]).interpolation == PERIODIC and azimuths.size > 1

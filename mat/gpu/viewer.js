@@ -4,52 +4,7 @@
 (() => {
   const { settings, files } = SKYSHINE;
   const element = (id) => document.getElementById(id);
-  const KINDS = { R16F: [2, 1], RGBA16F: [2, 4], R32F: [4, 1], RGBA32F: [4, 4], R16UI: [2, 1], RGBA16UI: [2, 4] };
-
-  function bytesOf(file) {
-    if (!file.bytes) {
-      const text = atob(file.data);
-      file.bytes = new Uint8Array(text.length);
-      for (let k = 0; k < text.length; k++) file.bytes[k] = text.charCodeAt(k);
-      file.data = null;
-    }
-    return file.bytes;
-  }
-
-  // Texels of a texture: 16-bit words, or single-precision numbers.
-  function texels(name, part) {
-    const entry = files[name].header.textures[part];
-    const [size, channels] = KINDS[entry.format];
-    const [width, height, depth] = entry.size;
-    const count = width * height * depth * channels;
-    const { buffer } = bytesOf(files[name]);
-    return size === 2 ? new Uint16Array(buffer, entry.offset, count) : new Float32Array(buffer, entry.offset, count);
-  }
-
-  const numbers = (name) => files[name].header.numbers;
-
-  function halfToFloat(word) {
-    const [sign, exponent, fraction] = [word & 0x8000 ? -1 : 1, (word >> 10) & 31, word & 1023];
-    if (exponent === 0) return sign * fraction * 2 ** -24;
-    return sign * (1 + fraction / 1024) * 2 ** (exponent - 15);
-  }
-
-  // Lower node of a value clamped to an axis, the node above, and the weight of that one.
-  function cell(nodes, value) {
-    if (nodes.length === 1) return [0, 0, 0];
-    const bounded = Math.min(Math.max(value, nodes[0]), nodes[nodes.length - 1]);
-    let lower = 0;
-    while (lower < nodes.length - 2 && nodes[lower + 1] <= bounded) lower++;
-    return [lower, lower + 1, (bounded - nodes[lower]) / (nodes[lower + 1] - nodes[lower])];
-  }
-
-  // Part of an array along its first axis, mixed of two neighbours.
-  function mixed(values, count, [lower, upper, weight]) {
-    const size = values.length / count;
-    const result = new Float32Array(size);
-    for (let k = 0; k < size; k++) result[k] = values[lower * size + k] * (1 - weight) + values[upper * size + k] * weight;
-    return result;
-  }
+  const { texels, numbers, halfToFloat, cell, mixed, track, termsOf, observerOf } = SKYSHINE.tables;
 
   const canvas = element("picture");
   const gl = canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
@@ -61,62 +16,11 @@
   const renderer = gl.getParameter(debug ? debug.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
   element("renderer").textContent = renderer;
 
-  const CORNERS = `#version 300 es
-    void main() { gl_Position = vec4(float((gl_VertexID & 1) * 4 - 1), float((gl_VertexID & 2) * 2 - 1), 0.0, 1.0); }`;
+  const { WHOLE, PLAN, CORNERS, MESH, PICTURE, camera } = SKYSHINE.surfaces;
 
-  // Radiance, apparent temperature, mean surface temperature and number of the mixture, -1 without material.
-  const SCENE = `#version 300 es
-    ${element("include").textContent}
-    precision highp usampler2D;
-    uniform usampler2D codes;
-    uniform sampler2D mixtures;
-    uniform vec3 observer; // m from the centre of the plan, east, north, up
-    uniform vec3 toSource;
-    uniform vec4 plan; // columns and rows of texels, metres a texel, altitude of the surface in km
-    out vec4 result;
-
-    void main() {
-      ivec2 texel = ivec2(int(gl_FragCoord.x), int(plan.y) - 1 - int(gl_FragCoord.y));
-      int mixture = int(texelFetch(codes, texel, 0).r);
-      ivec2 place = ivec2((mixture & 1023) * 2, mixture >> 10);
-      vec4 rows = texelFetch(mixtures, place, 0);
-      vec4 shares = texelFetch(mixtures, place + ivec2(1, 0), 0);
-      vec2 aside = (gl_FragCoord.xy - 0.5 * plan.xy) * plan.z;
-      vec3 way = observer - vec3(aside, 0.0);
-      SkyshineFace face;
-      face.normal = vec3(0.0, 0.0, 1.0);
-      face.toSource = toSource;
-      face.toObserver = normalize(way);
-      SkyshineAirOfPixel air = skyshineAirAt(length(way) * 0.001, face.toObserver);
-      float radiance = skyshinePath(air, face);
-      float warmth = 0.0;
-      for (int k = 0; k < 3; k++) {
-        if (shares[k] > 0.0) {
-          float temperature = skyshineTemperature(int(rows[k]), plan.w, 0.0, 0.0);
-          radiance += shares[k] * skyshineSurfaceRadiance(air, int(rows[k]), temperature, face);
-          warmth += shares[k] * temperature;
-        }
-      }
-      bool known = shares.x > 0.0;
-      result = known ? vec4(radiance, skyshineApparentTemperature(radiance), warmth, float(mixture))
-                     : vec4(0.0, 0.0, 0.0, -1.0);
-    }`;
-
-  const PICTURE = `#version 300 es
-    precision highp float;
-    uniform highp sampler2D scene;
-    uniform vec3 levels; // black, white, channel
-    out vec4 colour;
-    void main() {
-      vec4 pixel = texelFetch(scene, ivec2(gl_FragCoord.xy), 0);
-      float value = levels.z > 0.5 ? pixel.r : pixel.g;
-      float shade = clamp((value - levels.x) / (levels.y - levels.x), 0.0, 1.0);
-      colour = pixel.a < 0.0 ? vec4(0.35, 0.1, 0.35, 1.0) : vec4(vec3(shade), 1.0);
-    }`;
-
-  function program(fragment) {
+  function program(vertex, fragment) {
     const made = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, fragment]]) {
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
       const shader = gl.createShader(kind);
       gl.shaderSource(shader, text.trim());
       gl.compileShader(shader);
@@ -128,7 +32,7 @@
     const uniforms = {};
     const count = gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS);
     for (let k = 0; k < count; k++) {
-      const { name } = gl.getActiveUniform(made, k);
+      const name = gl.getActiveUniform(made, k).name.replace("[0]", "");
       uniforms[name] = gl.getUniformLocation(made, name);
     }
     return { made, uniforms };
@@ -187,11 +91,58 @@
   const { columns, rows } = settings;
   canvas.width = columns;
   canvas.height = rows;
-  const [scenePass, picturePass] = [program(SCENE), program(PICTURE)];
+  const { mesh } = settings;
+  const [scenePass, picturePass] = [mesh ? program(CORNERS, MESH) : program(WHOLE, PLAN), program(WHOLE, PICTURE)];
   const target = texture("RGBA32F", [columns, rows, 1], null);
   const framebuffer = gl.createFramebuffer();
   gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
   gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target.made, 0);
+
+  // Triangles: corner, normal, texture coordinates and covering of each vertex.
+  const VERTEX = [3, 3, 2, 1];
+  const triangles = mesh ? texels(mesh.data, "corners") : new Float32Array(0);
+  const [vertices, coverings] = [gl.createBuffer(), Array.from({ length: triangles.length / 9 }, (_, k) => triangles[9 * k + 8])];
+  if (mesh) {
+    const depth = gl.createRenderbuffer();
+    gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, columns, rows);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
+  }
+
+  // Triangles whose coverings name rows of the tables of a band in place of codes.
+  function uploadTriangles(materials) {
+    const values = Float32Array.from(triangles);
+    coverings.forEach((code, k) => (values[9 * k + 8] = code < 0 ? code : materials.indexOf(code)));
+    gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
+    gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+    VERTEX.reduce((offset, count, place) => {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, count, gl.FLOAT, false, 36, 4 * offset);
+      return offset + count;
+    }, 0);
+  }
+
+  function drawTriangles(at, materials, stretch) {
+    const { observer, view, above } = camera(mesh, columns, rows, stretch);
+    uploadTriangles(materials);
+    gl.uniformMatrix4fv(at.view, false, view);
+    gl.uniform3f(at.observer, ...observer);
+    gl.uniform2f(at.scene, above, settings.surface_km);
+    if (mesh.parts.length > 0) gl.uniform4fv(at.parts, mesh.parts.flat());
+    gl.enable(gl.DEPTH_TEST);
+    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, -1]);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.drawArrays(gl.TRIANGLES, 0, triangles.length / 9);
+    gl.disable(gl.DEPTH_TEST);
+    VERTEX.forEach((_, place) => gl.disableVertexAttribArray(place));
+  }
+
+  function drawPlan(at, range) {
+    const up = (settings.altitude_km - settings.surface_km) * 1000;
+    gl.uniform3f(at.observer, 0, -Math.sqrt(Math.max((range * 1000) ** 2 - up * up, 0)), up);
+    gl.uniform4f(at.plan, columns, rows, settings.metres_per_texel, settings.surface_km);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
 
   const kept = new Map(); // textures by what they hold
   function keep(name, make) {
@@ -205,14 +156,6 @@
     return made;
   }
 
-  // Where the source stands: elevation and azimuth from north eastward, degree.
-  function track(surface, source, hour) {
-    const { track_time: nodes } = numbers(surface);
-    const place = cell(nodes, hour);
-    const angles = mixed(texels(surface, "tracks"), nodes.length, place);
-    return source === "sun" ? [angles[0], angles[1]] : [angles[2], angles[3]];
-  }
-
   // The air file of a band and the source that stands for an hour.
   function airOf(band, wanted, hour) {
     const has = (source) => band.air[source] !== undefined;
@@ -220,24 +163,6 @@
     if (wanted === "auto") source = track(band.surface, "sun", hour)[0] < -6 && has("moon") ? "moon" : "sun";
     if (!has(source)) source = Object.keys(band.air)[0];
     return { source, name: band.air[source] };
-  }
-
-  // Coefficients of one source elevation, in the order of the rows that the shader reads.
-  function termsOf(name, elevation) {
-    const own = numbers(name);
-    const below = elevation < own.lowest_source_elevation;
-    if (below && (own.dark_below === null || (!own.fades && elevation > own.dark_below)))
-      throw new Error(`No table for a source at ${elevation.toFixed(1)} degree; it begins at ${own.lowest_source_elevation}.`);
-    if (elevation > own.highest_source_elevation)
-      throw new Error(`No table for a source at ${elevation.toFixed(1)} degree; it ends at ${own.highest_source_elevation}.`);
-    const parts = [texels(name, "emission"), texels(name, "thermal_path")];
-    for (const term of ["path", "sky", "direct"]) {
-      const nodes = own.source_elevation[term];
-      parts.push(mixed(texels(name, term), nodes.length, cell(nodes, elevation)));
-    }
-    const values = new Float32Array(parts.reduce((total, part) => total + part.length, 0));
-    parts.reduce((start, part) => (values.set(part, start), start + part.length), 0);
-    return values;
   }
 
   // Nodes of the axes, one a row.
@@ -267,22 +192,6 @@
     const reference = mixed(texels(surface, "reference"), own.time.length, place);
     replaced("temperatures", texture("R16F", [size[0], size[1], layers], above, { solid: true, linear: true }));
     replaced("reference", texture("R32F", [layers, 1, 1], reference));
-  }
-
-  // Height above the ground, effective radius, scale height, and the texture coordinate of the altitude.
-  function observerOf(air, altitude) {
-    const own = numbers(air);
-    const layers = own.axes[2];
-    if (own.coordinates !== "ray") {
-      const [lower, , weight] = cell(layers, altitude);
-      return [0, 0, 0, (lower + weight + 0.5) / layers.length];
-    }
-    const height = Math.max(altitude - own.ground_altitude_km, 0);
-    const root = Math.cbrt(height);
-    const [below, above, weight] = cell(own.height_root, root);
-    const radius = own.effective_radius[below] * (1 - weight) + own.effective_radius[above] * weight;
-    const [lower, , part] = cell(layers, root);
-    return [height, radius, own.scale_height_km, (lower + part + 0.5) / layers.length];
   }
 
   // Draws radiances; returns where the source stands.
@@ -325,13 +234,10 @@
     gl.uniform2i(at.skyshineKind, own.coordinates === "ray" ? 1 : 0, own.angle_axis === "scattering_angle" ? 1 : 0);
     gl.uniform4f(at.skyshineObserver, ...observerOf(name, settings.altitude_km));
     gl.uniform3f(at.skyshineBand, glow.first_temperature, glow.temperature_step, glow.temperatures);
-    const up = (settings.altitude_km - settings.surface_km) * 1000;
-    const aside = Math.sqrt(Math.max((range * 1000) ** 2 - up * up, 0));
-    gl.uniform3f(at.observer, 0, -aside, up);
     const [e, a] = [elevation, azimuth].map((angle) => (angle * Math.PI) / 180);
     gl.uniform3f(at.toSource, Math.cos(e) * Math.sin(a), Math.cos(e) * Math.cos(a), Math.sin(e));
-    gl.uniform4f(at.plan, columns, rows, settings.metres_per_texel, settings.surface_km);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    if (mesh) drawTriangles(at, glow.material, range / settings.range_km[0]);
+    else drawPlan(at, range);
     return { source, elevation, azimuth };
   }
 
@@ -346,7 +252,7 @@
     const channel = band.relative ? 0 : 1;
     const values = readScene(0, 0, columns, rows);
     const sample = [];
-    for (let k = 0; k < values.length; k += 4 * 97) if (values[k + 3] >= 0) sample.push(values[k + channel]);
+    for (let k = 0; k < values.length; k += 4 * 97) if (values[k + 3] !== -1) sample.push(values[k + channel]);
     sample.sort((a, b) => a - b);
     const at = (share) => sample[Math.min(Math.floor(share * sample.length), sample.length - 1)] ?? 0;
     const [low, high] = [at(0.01), at(0.99)];
@@ -408,13 +314,14 @@
     if (!place) return;
     const { band } = chosen();
     const [radiance, apparent, warmth, mixture] = readScene(place[0], rows - 1 - place[1], 1, 1);
-    const none = mixture < 0;
+    const none = mixture === -1;
     element("pointer").textContent = none ? "no material" : shown(band.relative ? radiance : apparent, band);
     element("surface").textContent = none ? "-" : `${warmth.toFixed(2)} K`;
-    element("material").textContent = none ? "-" : namesOf(mixture);
+    element("material").textContent = none ? "-" : namesOf(mixture, band);
   }
 
-  function namesOf(mixture) {
+  function namesOf(mixture, band) {
+    if (mixture < 0) return numbers(band.band).material_name[-2 - mixture];
     const words = texels(settings.texture, "mixtures").subarray(mixture * 8, mixture * 8 + 8);
     const own = numbers(settings.texture);
     const parts = [];

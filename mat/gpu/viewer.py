@@ -28,10 +28,11 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.whole_files import write_whole
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 
-PAGE, SCRIPT = "viewer.html.j2", "viewer.js"
+PAGE = "viewer.html.j2"
+SCRIPTS = ("tables.js", "surfaces.js", "viewer.js")  # in the order in which the page loads them
 TEXELS = 14_000  # of the air at one altitude, for differences from the library below .05 K
 LARGEST = 2048  # columns or rows of a plan; larger textures are shown by a mip level
-_FARTHEST_KM, _ABOVE_KM, _HOUR = 30.0, 1.0, 14.0
+FARTHEST_KM, _ABOVE_KM, _HOUR = 30.0, 1.0, 14.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +62,7 @@ class Plan:
 
 
 def plan_of_folder(
-    folder: Path, *, texture: str | None = None, altitude: float | None = None, metres_per_texel: float = 0.25
+    folder: Path, *, texture: str | None = None, altitude: float | None = None, metres_per_texel: float
 ) -> Plan:
     """The plan of a texture among built databases.
 
@@ -135,14 +136,14 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
         scale = plan.metres_per_texel * file.width / columns
         _refuse_missing(file, sets, plan.texture)
     for one in sets:
-        exported[one.name] = exported_air(one, None, altitude=plan.altitude_km, range_km=_FARTHEST_KM, texels=TEXELS)
-        exported.setdefault(_name(one.band.path), export_band(one.band))
-        surface = _name(one.surface.path)
+        exported[one.name] = exported_air(one, None, altitude=plan.altitude_km, range_km=FARTHEST_KM, texels=TEXELS)
+        exported.setdefault(table_name(one.band.path), export_band(one.band))
+        surface = table_name(one.surface.path)
         if surface not in exported:
-            exported[surface] = export_surface(one.surface, level=True, altitude=plan.surface_km)
+            exported[surface] = export_surface(one.surface, level=True, altitudes_km=[plan.surface_km])
     nearest = plan.altitude_km - plan.surface_km
     aside = 1e-3 * scale * float(np.hypot(rows, columns))  # corners are farther from the observer than the centre
-    farthest = min(_FARTHEST_KM, *(float(AirCoordinates.of(one.air).range_km[1]) - aside for one in sets))
+    farthest = min(FARTHEST_KM, *(float(AirCoordinates.of(one.air).range_km[1]) - aside for one in sets))
     settings = {
         "texture": name,
         "columns": columns,
@@ -151,20 +152,52 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
         "surface_km": plan.surface_km,
         "altitude_km": plan.altitude_km,
         "range_km": [nearest, max(farthest, nearest)],
-        "bands": _bands(sets),
+        "bands": bands_of(sets),
     }
+    return write_page(name.removesuffix(".tmm"), settings, exported, folder, plan.image, report)
+
+
+def write_page(
+    title: str,
+    settings: dict[str, Any],
+    exported: dict[str, GpuFile],
+    folder: Path,
+    image: Path | None,
+    report: Callable[[Path], None] | None,
+    hour: float = _HOUR,
+) -> Path:
+    """Write a page with its data and its scripts.
+
+    Parameters
+    ----------
+    title : str
+    settings : dict
+        What the script reads beside the data.
+    exported : dict of str to GpuFile
+    folder : Path
+    image : Path, optional
+        The photograph that the page shows in place of the picture.
+    report : callable, optional
+        Gets the path of each file of data when it is written.
+    hour : float
+        Local clock [h] that the page begins with.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
     try:
         (folder / "data").mkdir(parents=True, exist_ok=True)
         for data, content in exported.items():
             write_whole(folder / "data" / f"{data}.js", _script(data, content))
             if report is not None:
                 report(folder / "data" / f"{data}.js")
-        photo = _copied(plan.image, folder)
-        source = resources.files(__package__)
-        write_whole(folder / SCRIPT, source.joinpath(SCRIPT).read_text(encoding="utf-8"))
-        page = _page(
-            plan.texture.name.removesuffix(".tmm.h5"), settings, [f"data/{data}.js" for data in exported], photo
-        )
+        photo = _copied(image, folder)
+        for script in SCRIPTS:
+            text = resources.files(__package__).joinpath(script).read_text(encoding="utf-8")
+            write_whole(folder / script, text)
+        page = _page(title, settings, [*(f"data/{data}.js" for data in exported), *SCRIPTS], photo, hour)
         write_whole(folder / "index.html", page)
     except OSError as error:
         words = error.strerror or error
@@ -172,7 +205,8 @@ def write_viewer(plan: Plan, folder: Path, report: Callable[[Path], None] | None
     return folder / "index.html"
 
 
-def _name(path: Path) -> str:
+def table_name(path: Path) -> str:
+    """Name of a database among the data of a page."""
     return path.name.removesuffix(".h5")
 
 
@@ -197,9 +231,10 @@ def _refuse_missing(file: TmmFile, sets: list[AirSet], path: Path) -> None:
             )
 
 
-def _bands(sets: list[AirSet]) -> list[dict[str, Any]]:
+def bands_of(sets: list[AirSet]) -> list[dict[str, Any]]:
     """States and bands with the atmospheres of their sources."""
     bands: dict[str, dict[str, Any]] = {}
+    airs: dict[str, dict[str, str]] = {}
     states = {one.surface.path.name for one in sets}
     for one in sets:
         name = one.name.split(".")[0]
@@ -210,15 +245,17 @@ def _bands(sets: list[AirSet]) -> list[dict[str, Any]]:
         entry = {
             "name": name,
             "title": title,
-            "band": _name(one.band.path),
-            "surface": _name(one.surface.path),
+            "band": table_name(one.band.path),
+            "surface": table_name(one.surface.path),
             "relative": relative(one.air),
-            "air": {},
         }
-        bands.setdefault(name, entry)["air"][str(one.air.attributes.get("source", "sun"))] = one.name
-    for entry in bands.values():  # the Sun first: what stands where no source is chosen
-        entry["air"] = dict(sorted(entry["air"].items(), key=lambda item: item[0] != "sun"))
-    return list(bands.values())
+        bands.setdefault(name, entry)
+        airs.setdefault(name, {})[str(one.air.attributes.get("source", "sun"))] = one.name
+    # The Sun first: it stands where no source is chosen.
+    return [
+        entry | {"air": dict(sorted(airs[name].items(), key=lambda item: item[0] != "sun"))}
+        for name, entry in bands.items()
+    ]
 
 
 def _script(name: str, content: GpuFile) -> str:
@@ -240,7 +277,7 @@ def _copied(image: Path | None, folder: Path) -> str | None:
     return name
 
 
-def _page(title: str, settings: dict[str, Any], scripts: list[str], photo: str | None) -> str:
+def _page(title: str, settings: dict[str, Any], scripts: list[str], photo: str | None, hour: float) -> str:
     import jinja2
     import markupsafe
 
@@ -254,5 +291,5 @@ def _page(title: str, settings: dict[str, Any], scripts: list[str], photo: str |
         include=markupsafe.Markup(shader("GLSL")),
         scripts=scripts,
         photo=photo,
-        hour=_HOUR,
+        hour=hour,
     )

@@ -20,6 +20,7 @@ FLOORS = (
     ("mat.commands",),
     ("mat",),
     ("mat.api",),
+    ("mat.gpu",),
     ("mat.bench",),
     ("mat.budget",),
     ("mat.builder",),

@@ -1,0 +1,181 @@
+"""Exports of whole folders of databases: every state, band and source with its textures, and the shader."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from skyshine.mat.gpu.air import export_air
+from skyshine.mat.gpu.band import export_band
+from skyshine.mat.gpu.codes import export_codes
+from skyshine.mat.gpu.container import ENDING, GpuFile, write_gpu
+from skyshine.mat.gpu.shader import write_shaders
+from skyshine.mat.gpu.stated_error import with_stated_error
+from skyshine.mat.gpu.surface import export_surface
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.reader import open_tmm
+
+_AIR = (".atmq.h5", ".lunar_atmq.h5")
+_FRAME_COMPONENTS = (8, 12)  # between which a frame of a limited size chooses
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One moment of an export.
+
+    Attributes
+    ----------
+    hour : float
+        Local clock [h].
+    altitude : float
+        Of the observer [km].
+    """
+
+    hour: float
+    altitude: float
+
+
+@dataclass(frozen=True, eq=False)
+class AirSet:
+    """An atmosphere with the databases that its export needs."""
+
+    name: str
+    air: AtmosphereTable
+    band: BandTable
+    surface: TemperatureTable
+
+
+def databases(given: Iterable[Path]) -> list[Path]:
+    """Databases of files and folders.
+
+    Raises
+    ------
+    InputError
+        A path does not exist, or a folder holds no database or is half built.
+    """
+    found: list[Path] = []
+    for path in given:
+        if path.is_dir():
+            files = sorted(path.glob("*.h5"))
+            if not files:
+                raise InputError("holds no database; build one with 'mat build'", file=path)
+            _refuse_half_built(path, files)
+            found += files
+        elif path.is_file():
+            found.append(path)
+        else:
+            raise InputError("does not exist; name a database, or a folder of them", file=path)
+    return found
+
+
+def _refuse_half_built(folder: Path, files: list[Path]) -> None:
+    catalog = folder / "catalog.json"
+    if not catalog.is_file():
+        raise InputError("holds databases but no catalog.json: its build has not ended; run 'mat build'", file=folder)
+    try:
+        listed = {str(entry["file"]) for entry in json.loads(catalog.read_text(encoding="utf-8"))["files"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError("is damaged; run 'mat build' again", file=catalog) from None
+    missing = sorted(listed - {file.name for file in files})
+    if missing:
+        raise InputError(f"lists {missing[0]}, which is not there; run 'mat build' again", file=catalog)
+
+
+def air_sets(files: Iterable[Path]) -> list[AirSet]:
+    """The atmospheres among files, each with the band and the temperatures of its name.
+
+    Raises
+    ------
+    InputError
+        A database that an atmosphere needs is not beside it.
+    """
+    sets = []
+    for file in files:
+        if not file.name.endswith(_AIR):
+            continue
+        name = file.name.removesuffix(".h5")
+        stem = name.split(".")[0]
+        state, _, band = stem.partition("b")
+        needed = {kind: file.with_name(f"{part}.{kind}.h5") for kind, part in (("band", f"b{band}"), ("htt", state))}
+        for path in needed.values():
+            if not path.is_file():
+                raise InputError(f"needs {path.name}, which is not beside it; export the whole folder", file=file)
+        air, materials, surface = open_table(file), open_table(needed["band"]), open_table(needed["htt"])
+        assert isinstance(air, AtmosphereTable)
+        assert isinstance(materials, BandTable)
+        assert isinstance(surface, TemperatureTable)
+        sets.append(AirSet(name, air, materials, surface))
+    return sets
+
+
+def export_gpu(
+    given: Iterable[Path], folder: Path, frame: Frame | None = None, report: Callable[[Path], None] | None = None
+) -> list[Path]:
+    """Write databases as textures, with the shader that reads them.
+
+    Parameters
+    ----------
+    given : iterable of Path
+        Databases, or folders of them.
+    folder : Path
+        To write into.
+    frame : Frame, optional
+        One hour and altitude alone.
+    report : callable, optional
+        Gets the path of each header when it is written.
+
+    Raises
+    ------
+    InputError
+        A database is missing, damaged, or not for the frame; the folder cannot be written.
+    """
+    files = databases(given)
+    atmospheres = air_sets(files)
+    written: list[Path] = []
+
+    def write(content: GpuFile, name: str) -> None:
+        written.append(write_gpu(content, folder, name))
+        if report is not None:
+            report(written[-1])
+
+    for one in atmospheres:
+        write(exported_air(one, frame), one.name)
+    for file in files:
+        name = file.name.removesuffix(".h5")
+        if name.endswith(".tmm"):
+            with open_tmm(file) as texture:
+                write(export_codes(texture, file.name), name)
+        elif name.endswith((".band", ".htt")):
+            table = open_table(file)
+            if isinstance(table, TemperatureTable):
+                write(export_surface(table, hour=None if frame is None else frame.hour), name)
+            elif isinstance(table, BandTable):
+                write(export_band(table), name)
+    if not written:
+        raise InputError(f"holds nothing that can be exported ({ENDING})", file=folder)
+    write_shaders(folder)
+    return written
+
+
+def exported_air(one: AirSet, frame: Frame | None, **settings: Any) -> GpuFile:
+    """The textures of an atmosphere, of a frame if one is given, with their stated error."""
+    if frame is None:
+        return with_stated_error(export_air(one.air, one.band, **settings), one.air, one.band, one.surface)
+    source = str(one.air.attributes.get("source", "sun"))
+    track = one.surface.source_track(source, time=frame.hour)
+    elevation, azimuth = float(track.elevation), float(track.azimuth)
+    place = {"altitude": frame.altitude, "source_elevation": elevation, **settings}
+    tried = []
+    for components in _FRAME_COMPONENTS:  # more components leave fewer texels
+        content = export_air(one.air, one.band, most_components=components, **place)
+        numbers = content.numbers | {"hour": frame.hour, "source_azimuth": azimuth}
+        tried.append(with_stated_error(replace(content, numbers=numbers), one.air, one.band, one.surface))
+        if content.numbers["components"] < components:
+            break
+    return min(tried, key=lambda content: float(content.stated_error["p99"]))

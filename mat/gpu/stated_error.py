@@ -1,0 +1,114 @@
+"""Random pixels: how far an exported atmosphere is from the library in double precision."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skyshine.mat.gpu.air import relative
+from skyshine.mat.gpu.container import GpuFile
+from skyshine.mat.gpu.evaluation import GpuAir
+from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
+from skyshine.schemas.arrays import Floats
+
+PIXELS = 4000
+_FRAMES = 16
+_SEED = 17
+_FARTHEST_KM, _NEAREST_KM = 50.0, 0.05
+_SPREAD_K = 25.0  # of surface temperatures about 295 K
+
+
+@dataclass(frozen=True, eq=False)
+class Pixels:
+    """Random pixels of one source elevation."""
+
+    faces: Faces
+    view: View
+
+
+def random_pixels(content: GpuFile, count: int, random: np.random.Generator, source_elevation: float) -> Pixels:
+    """Pixels (count,) of all materials, most of them on the ground, some in the air; some are seen from below."""
+    numbers = content.numbers
+    low, high = numbers["altitude_km"]
+    altitude = random.uniform(low, high, count)
+    ground = numbers.get("ground_altitude_km", low)
+    elevation = -np.degrees(np.arcsin(random.uniform(0.02, 1.0, count)))
+    elevation[: count // 8] = random.uniform(-2.0, 10.0, count // 8)
+    drop = np.maximum(altitude - ground, 1e-3)
+    to_ground = drop / np.maximum(np.sin(np.radians(-elevation)), 1e-3)
+    nearest, farthest = max(numbers["range_km"][0], _NEAREST_KM), min(numbers["range_km"][1], _FARTHEST_KM)
+    free = np.exp(random.uniform(np.log(nearest), np.log(farthest), count))
+    airborne = random.random(count) < 0.25
+    reach = np.clip(np.where(airborne | (elevation > -1), np.minimum(free, to_ground), to_ground), nearest, farthest)
+    codes = random.choice(np.array(numbers["material"]), (count, 1))
+    slope = np.where(random.random(count) < 0.5, 0.0, random.uniform(0.0, 120.0, count))
+    if not numbers["harmonic"]:
+        slope[:] = 0.0
+    azimuth, heading, line = (random.uniform(0.0, 360.0, count) for _ in range(3))
+    tilt, turn, up, along = (np.radians(v) for v in (slope, azimuth, np.full(count, source_elevation), heading))
+    down, way = np.radians(elevation), np.radians(line)
+    normal = np.stack([np.sin(tilt) * np.sin(turn), np.sin(tilt) * np.cos(turn), np.cos(tilt)], -1)
+    to_source = np.stack([np.cos(up) * np.sin(along), np.cos(up) * np.cos(along), np.sin(up)], -1)
+    to_observer = -np.stack([np.cos(down) * np.sin(way), np.cos(down) * np.cos(way), np.sin(down)], -1)
+    temperature = random.uniform(295.0 - _SPREAD_K, 295.0 + _SPREAD_K, (count, 1))
+    view = View(
+        reach,
+        reach,
+        elevation,
+        altitude,
+        np.full(count, source_elevation),
+        heading - line,
+        normal,
+        to_source,
+        to_observer,
+        heading,
+    )
+    zeros = np.zeros(count)
+    return Pixels(Faces(codes, np.ones((count, 1)), zeros, azimuth, slope, zeros, temperature), view)
+
+
+def with_stated_error(content: GpuFile, air: AtmosphereTable, band: BandTable, surface: TemperatureTable) -> GpuFile:
+    """An export with its largest and 99 % difference from the library over random pixels.
+
+    In kelvin of apparent temperature; in percent of the radiance where the band has no thermal radiance.
+    """
+    random = np.random.default_rng(_SEED)
+    gpu = GpuAir.of(content)
+    heights = content.numbers["source_elevation"]["path"]
+    if len(heights) == 1:
+        elevations = np.full(_FRAMES, heights[0])
+    else:
+        elevations = random.uniform(
+            content.numbers["lowest_source_elevation"], content.numbers["highest_source_elevation"], _FRAMES
+        )
+    errors = []
+    for elevation in elevations:
+        pixels = random_pixels(content, PIXELS // _FRAMES, random, float(elevation))
+        exact = pixel_radiance(surface, band, air, pixels.faces, pixels.view).radiance
+        read = gpu.frame(float(elevation)).radiance(band, pixels.faces, pixels.view)
+        errors.append(np.abs(_measure(exact, read, air, band)))
+    error = np.concatenate(errors)
+    units = "%" if relative(air) else "K"
+    stated = {
+        "pixels": int(error.size),
+        "units": units,
+        "largest": float(error.max()),
+        "p99": float(np.quantile(error, 0.99)),
+    }
+    return replace(content, stated_error=stated)
+
+
+def _measure(exact: Floats, read: Floats, air: AtmosphereTable, band: BandTable) -> Floats:
+    if relative(air):
+        return np.asarray(100 * (read / exact - 1))
+    return apparent_temperature(band, read) - apparent_temperature(band, exact)
+
+
+def apparent_temperature(band: BandTable, radiance: Floats) -> Floats:
+    """Temperature [K] of a black body of a radiance, within the table of (7)."""
+    nodes = np.asarray(band.root.axes["temperature"].values, float)
+    values = np.asarray(band.root.variables["blackbody_radiance"].data, float)
+    return np.asarray(np.interp(radiance, values, nodes))

@@ -1,0 +1,377 @@
+// A plan of materials in the infrared, from textures of `mat export --gpu`, by the shader of that export.
+"use strict";
+
+(() => {
+  const { settings, files } = SKYSHINE;
+  const element = (id) => document.getElementById(id);
+  const { texels, numbers, halfToFloat, cell, mixed, track, termsOf, observerOf } = SKYSHINE.tables;
+
+  const canvas = element("picture");
+  const gl = canvas.getContext("webgl2", { antialias: false, preserveDrawingBuffer: true });
+  if (!gl || !gl.getExtension("EXT_color_buffer_float")) {
+    element("message").textContent = "This browser draws no floating-point pictures (WebGL2 with EXT_color_buffer_float).";
+    return;
+  }
+  const debug = gl.getExtension("WEBGL_debug_renderer_info");
+  const renderer = gl.getParameter(debug ? debug.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
+  element("renderer").textContent = renderer;
+
+  const { WHOLE, PLAN, CORNERS, MESH, PICTURE, camera } = SKYSHINE.surfaces;
+
+  function program(vertex, fragment) {
+    const made = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text.trim());
+      gl.compileShader(shader);
+      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+      gl.attachShader(made, shader);
+    }
+    gl.linkProgram(made);
+    if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made));
+    const uniforms = {};
+    const count = gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS);
+    for (let k = 0; k < count; k++) {
+      const name = gl.getActiveUniform(made, k).name.replace("[0]", "");
+      uniforms[name] = gl.getUniformLocation(made, name);
+    }
+    return { made, uniforms };
+  }
+
+  const UPLOADS = {
+    R16F: [gl.R16F, gl.RED, gl.HALF_FLOAT],
+    RGBA16F: [gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT],
+    R32F: [gl.R32F, gl.RED, gl.FLOAT],
+    RGBA32F: [gl.RGBA32F, gl.RGBA, gl.FLOAT],
+    R16UI: [gl.R16UI, gl.RED_INTEGER, gl.UNSIGNED_SHORT],
+  };
+
+  function texture(format, [width, height, depth], values, { solid = false, linear = false } = {}) {
+    const target = solid ? gl.TEXTURE_3D : gl.TEXTURE_2D;
+    const made = gl.createTexture();
+    gl.bindTexture(target, made);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    const filter = linear ? gl.LINEAR : gl.NEAREST;
+    for (const [name, value] of [
+      [gl.TEXTURE_MIN_FILTER, filter],
+      [gl.TEXTURE_MAG_FILTER, filter],
+      [gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE],
+      [gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE],
+      [gl.TEXTURE_WRAP_R, gl.CLAMP_TO_EDGE],
+    ]) gl.texParameteri(target, name, value);
+    let [inside, order, type] = UPLOADS[format];
+    if (values instanceof Float32Array) type = gl.FLOAT; // GL rounds to half floats
+    if (solid) gl.texImage3D(target, 0, inside, width, height, depth, 0, order, type, values);
+    else gl.texImage2D(target, 0, inside, width, height, 0, order, type, values);
+    return { target, made };
+  }
+
+  const stored = (name, part, options) => {
+    const { format, size } = files[name].header.textures[part];
+    return texture(format, size, texels(name, part), options);
+  };
+
+  // Mixtures with rows of the tables in place of material codes.
+  function mixtureTexture(name, materials) {
+    const { size } = files[name].header.textures.mixtures;
+    const words = texels(name, "mixtures");
+    const values = new Float32Array(words.length);
+    const total = numbers(name).share_total;
+    const rows = new Map(materials.map((code, row) => [code, row]));
+    for (let k = 0; k < words.length; k += 8) {
+      for (let part = 0; part < 3; part++) {
+        const share = words[k + 4 + part] / total;
+        values[k + part] = rows.get(words[k + part]) ?? 0;
+        values[k + 4 + part] = rows.has(words[k + part]) ? share : 0;
+      }
+    }
+    return texture("RGBA32F", size, values);
+  }
+
+  const { columns, rows } = settings;
+  canvas.width = columns;
+  canvas.height = rows;
+  const { mesh } = settings;
+  const [scenePass, picturePass] = [mesh ? program(CORNERS, MESH) : program(WHOLE, PLAN), program(WHOLE, PICTURE)];
+  const target = texture("RGBA32F", [columns, rows, 1], null);
+  const framebuffer = gl.createFramebuffer();
+  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target.made, 0);
+
+  // Triangles: corner, normal, texture coordinates and covering of each vertex.
+  const VERTEX = [3, 3, 2, 1];
+  const triangles = mesh ? texels(mesh.data, "corners") : new Float32Array(0);
+  const [vertices, coverings] = [gl.createBuffer(), Array.from({ length: triangles.length / 9 }, (_, k) => triangles[9 * k + 8])];
+  if (mesh) {
+    const depth = gl.createRenderbuffer();
+    gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT24, columns, rows);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
+  }
+
+  // Triangles whose coverings name rows of the tables of a band in place of codes.
+  function uploadTriangles(materials) {
+    const values = Float32Array.from(triangles);
+    coverings.forEach((code, k) => (values[9 * k + 8] = code < 0 ? code : materials.indexOf(code)));
+    gl.bindBuffer(gl.ARRAY_BUFFER, vertices);
+    gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+    VERTEX.reduce((offset, count, place) => {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, count, gl.FLOAT, false, 36, 4 * offset);
+      return offset + count;
+    }, 0);
+  }
+
+  function drawTriangles(at, materials, stretch) {
+    const { observer, view, above } = camera(mesh, columns, rows, stretch);
+    uploadTriangles(materials);
+    gl.uniformMatrix4fv(at.view, false, view);
+    gl.uniform3f(at.observer, ...observer);
+    gl.uniform2f(at.scene, above, settings.surface_km);
+    if (mesh.parts.length > 0) gl.uniform4fv(at.parts, mesh.parts.flat());
+    gl.enable(gl.DEPTH_TEST);
+    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, -1]);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.drawArrays(gl.TRIANGLES, 0, triangles.length / 9);
+    gl.disable(gl.DEPTH_TEST);
+    VERTEX.forEach((_, place) => gl.disableVertexAttribArray(place));
+  }
+
+  function drawPlan(at, range) {
+    const up = (settings.altitude_km - settings.surface_km) * 1000;
+    gl.uniform3f(at.observer, 0, -Math.sqrt(Math.max((range * 1000) ** 2 - up * up, 0)), up);
+    gl.uniform4f(at.plan, columns, rows, settings.metres_per_texel, settings.surface_km);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  const kept = new Map(); // textures by what they hold
+  function keep(name, make) {
+    if (!kept.has(name)) kept.set(name, make());
+    return kept.get(name);
+  }
+  const changing = new Map(); // textures of a frame, replaced by those of the next
+  function replaced(name, made) {
+    if (changing.has(name)) gl.deleteTexture(changing.get(name).made);
+    changing.set(name, made);
+    return made;
+  }
+
+  // The air file of a band and the source that stands for an hour.
+  function airOf(band, wanted, hour) {
+    const has = (source) => band.air[source] !== undefined;
+    let source = wanted;
+    if (wanted === "auto") source = track(band.surface, "sun", hour)[0] < -6 && has("moon") ? "moon" : "sun";
+    if (!has(source)) source = Object.keys(band.air)[0];
+    return { source, name: band.air[source] };
+  }
+
+  // Nodes of the axes, one a row.
+  function nodesOf(air, surface) {
+    const [own, faces] = [numbers(air), numbers(surface)];
+    const axes = [own.axes[0], own.axes[1], own.emission_temperature, own.angle, faces.azimuth, faces.slope, faces.altitude];
+    const width = Math.max(...axes.map((axis) => axis.length));
+    const values = new Float32Array(width * axes.length);
+    axes.forEach((axis, row) => values.set(axis, row * width));
+    return texture("R32F", [width, axes.length, 1], values);
+  }
+
+  // Temperatures of an hour: those of two times of the table, mixed.
+  function temperaturesOf(surface, hour) {
+    const own = numbers(surface);
+    const times = own.time_repeats ? [...own.time, own.time[0] + 24] : own.time;
+    const first = own.time[0];
+    const turned = hour - 24 * Math.floor((hour - first) / 24);
+    if (turned > times[times.length - 1]) throw new Error("The table holds no temperatures of this hour.");
+    const [lower, upper, weight] = cell(times, turned);
+    const place = [lower, upper % own.time.length, weight];
+    const { size } = files[surface].header.textures.temperature;
+    const layers = size[2] / own.time.length;
+    const halves = texels(surface, "temperature");
+    const floats = keep(`floats ${surface}`, () => Float32Array.from(halves, halfToFloat));
+    const above = mixed(floats, own.time.length, place);
+    const reference = mixed(texels(surface, "reference"), own.time.length, place);
+    replaced("temperatures", texture("R16F", [size[0], size[1], layers], above, { solid: true, linear: true }));
+    replaced("reference", texture("R32F", [layers, 1, 1], reference));
+  }
+
+  // Draws radiances; returns where the source stands.
+  function drawScene({ band, hour, wanted, range }) {
+    const { source, name } = airOf(band, wanted, hour);
+    const [elevation, azimuth] = track(band.surface, source, hour);
+    const [own, faces, glow] = [numbers(name), numbers(band.surface), numbers(band.band)];
+    replaced("terms", texture("RGBA32F", [own.components / 4, termsOf(name, elevation).length / own.components, 1], termsOf(name, elevation)));
+    temperaturesOf(band.surface, hour);
+    const groups = own.components / 4;
+    const air = [0, 1, 2, 3].map((k) => {
+      const part = `air${Math.min(k, groups - 1)}`;
+      return keep(`${name} ${part}`, () => stored(name, part, { solid: true, linear: true }));
+    });
+    const bound = {
+      skyshineNodes: keep(`nodes ${name}`, () => nodesOf(name, band.surface)),
+      skyshineTerms: changing.get("terms"),
+      skyshineBlackbody: keep(`blackbody ${band.band}`, () => stored(band.band, "blackbody")),
+      skyshineMaterials: keep(`materials ${band.band}`, () => stored(band.band, "materials")),
+      skyshineTemperatures: changing.get("temperatures"),
+      skyshineReference: changing.get("reference"),
+      codes: keep("codes", () => stored(settings.texture, "level0")),
+      mixtures: keep(`mixtures ${band.band}`, () => mixtureTexture(settings.texture, glow.material)),
+    };
+    air.forEach((part, k) => (bound[`skyshineAir${k}`] = part));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.viewport(0, 0, columns, rows);
+    gl.useProgram(scenePass.made);
+    const at = scenePass.uniforms;
+    Object.entries(bound).forEach(([uniform, part], unit) => {
+      if (at[uniform] === undefined) return;
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(part.target, part.made);
+      gl.uniform1i(at[uniform], unit);
+    });
+    const { axes } = own;
+    gl.uniform4i(at.skyshineSize, axes[0].length, axes[1].length, axes[2].length, groups);
+    gl.uniform4i(at.skyshineCount, own.material.length, own.emission_temperature.length, 1 + own.harmonic.length, own.angle.length);
+    gl.uniform4i(at.skyshineSurface, faces.azimuth.length, faces.slope.length, faces.altitude.length, faces.azimuth_repeats ? 1 : 0);
+    gl.uniform2i(at.skyshineKind, own.coordinates === "ray" ? 1 : 0, own.angle_axis === "scattering_angle" ? 1 : 0);
+    gl.uniform4f(at.skyshineObserver, ...observerOf(name, settings.altitude_km));
+    gl.uniform3f(at.skyshineBand, glow.first_temperature, glow.temperature_step, glow.temperatures);
+    const [e, a] = [elevation, azimuth].map((angle) => (angle * Math.PI) / 180);
+    gl.uniform3f(at.toSource, Math.cos(e) * Math.sin(a), Math.cos(e) * Math.cos(a), Math.sin(e));
+    if (mesh) drawTriangles(at, glow.material, range / settings.range_km[0]);
+    else drawPlan(at, range);
+    return { source, elevation, azimuth };
+  }
+
+  function readScene(x, y, width, height) {
+    const values = new Float32Array(4 * width * height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.readPixels(x, y, width, height, gl.RGBA, gl.FLOAT, values);
+    return values;
+  }
+
+  function drawPicture(band, gain) {
+    const channel = band.relative ? 0 : 1;
+    const values = readScene(0, 0, columns, rows);
+    const sample = [];
+    for (let k = 0; k < values.length; k += 4 * 97) if (values[k + 3] !== -1) sample.push(values[k + channel]);
+    sample.sort((a, b) => a - b);
+    const at = (share) => sample[Math.min(Math.floor(share * sample.length), sample.length - 1)] ?? 0;
+    const [low, high] = [at(0.01), at(0.99)];
+    const middle = (low + high) / 2;
+    const half = Math.max((high - low) / 2, 1e-6 * Math.abs(middle), 1e-9) / 2 ** gain;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, columns, rows);
+    gl.useProgram(picturePass.made);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, target.made);
+    gl.uniform1i(picturePass.uniforms.scene, 0);
+    gl.uniform3f(picturePass.uniforms.levels, middle - half, middle + half, band.relative ? 1 : 0);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    return [middle - half, middle + half];
+  }
+
+  const unitOf = (band) => (band.relative ? "W m⁻² sr⁻¹" : "K");
+  const shown = (value, band) => `${band.relative ? value.toPrecision(4) : value.toFixed(2)} ${unitOf(band)}`;
+  const clock = (hour) => `${String(Math.floor(hour) % 24).padStart(2, "0")}:${String(Math.floor((hour % 1) * 60 + 1e-6)).padStart(2, "0")}`;
+
+  function chosen() {
+    const [near, far] = settings.range_km;
+    return {
+      band: settings.bands[element("band").selectedIndex],
+      hour: Number(element("hour").value),
+      wanted: element("source").value,
+      range: near * (far / near) ** Number(element("range").value),
+      gain: Number(element("gain").value),
+    };
+  }
+
+  function draw() {
+    const now = chosen();
+    element("hourText").textContent = clock(now.hour);
+    element("rangeText").textContent = `${now.range.toFixed(2)} km`;
+    element("gainText").textContent = `× ${(2 ** now.gain).toFixed(2)}`;
+    element("message").textContent = "";
+    try {
+      gl.finish();
+      const begun = performance.now();
+      const { source, elevation, azimuth } = drawScene(now);
+      readScene(0, 0, 1, 1); // waits until the frame is drawn
+      const frame = performance.now() - begun;
+      const levels = drawPicture(now.band, now.gain);
+      element("time").textContent = `${frame.toFixed(1)} ms`;
+      element("levels").textContent = `${shown(levels[1], now.band)}, ${shown(levels[0], now.band)}`;
+      element("stands").textContent = `${source === "sun" ? "Sun" : "Moon"} ${elevation.toFixed(1)}°, ${(azimuth - 360 * Math.floor(azimuth / 360)).toFixed(0)}°`;
+      point(pointed);
+      return frame;
+    } catch (error) {
+      element("message").textContent = error.message;
+      return NaN;
+    }
+  }
+
+  let pointed = null;
+  function point(place) {
+    pointed = place;
+    if (!place) return;
+    const { band } = chosen();
+    const [radiance, apparent, warmth, mixture] = readScene(place[0], rows - 1 - place[1], 1, 1);
+    const none = mixture === -1;
+    element("pointer").textContent = none ? "no material" : shown(band.relative ? radiance : apparent, band);
+    element("surface").textContent = none ? "-" : `${warmth.toFixed(2)} K`;
+    element("material").textContent = none ? "-" : namesOf(mixture, band);
+  }
+
+  function namesOf(mixture, band) {
+    if (mixture < 0) return numbers(band.band).material_name[-2 - mixture];
+    const words = texels(settings.texture, "mixtures").subarray(mixture * 8, mixture * 8 + 8);
+    const own = numbers(settings.texture);
+    const parts = [];
+    for (let k = 0; k < 3; k++) {
+      const share = Math.round((100 * words[4 + k]) / own.share_total);
+      if (share > 0) parts.push(`${own.material_name[own.material.indexOf(words[k])]} ${share} %`);
+    }
+    return parts.join(", ");
+  }
+
+  settings.bands.forEach((band) => element("band").add(new Option(band.title)));
+  let waiting = false;
+  element("controls").addEventListener("input", () => {
+    element("stage").classList.toggle("photo", element("showPhoto").checked);
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => {
+      waiting = false;
+      draw();
+    });
+  });
+  element("stage").addEventListener("pointermove", (event) => {
+    const box = canvas.getBoundingClientRect();
+    const place = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
+    if (place.every((share) => share >= 0 && share < 1)) point([Math.floor(place[0] * columns), Math.floor(place[1] * rows)]);
+  });
+
+  // #probe={...} sets the controls and writes every so many pixels of the frame into the page, for tests.
+  function probe(wanted) {
+    const band = settings.bands.findIndex((one) => one.name === wanted.band);
+    element("band").selectedIndex = band;
+    for (const name of ["hour", "source", "range", "gain"]) if (wanted[name] !== undefined) element(name).value = wanted[name];
+    draw();
+    const frames = Array.from({ length: wanted.frames ?? 1 }, draw);
+    const values = readScene(0, 0, columns, rows);
+    const [picked, stride] = [[], wanted.stride ?? 1];
+    for (let y = 0; y < rows; y += stride) {
+      for (let x = 0; x < columns; x += stride) {
+        const k = 4 * ((rows - 1 - y) * columns + x);
+        picked.push(values[k], values[k + 1], values[k + 2], values[k + 3]);
+      }
+    }
+    const bytes = new Uint8Array(new Float32Array(picked).buffer);
+    let text = "";
+    for (const byte of bytes) text += String.fromCharCode(byte);
+    const now = chosen();
+    const result = { hour: now.hour, range: now.range, renderer, frames, message: element("message").textContent, error: gl.getError(), pixels: btoa(text) };
+    element("probe").textContent = JSON.stringify(result);
+  }
+
+  if (location.hash.startsWith("#probe=")) probe(JSON.parse(decodeURIComponent(location.hash.slice(7))));
+  else draw();
+})();

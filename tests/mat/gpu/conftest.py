@@ -1,0 +1,116 @@
+"""Small builds with a texture, in both layouts of the atmosphere, and a browser without a screen."""
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+import urllib.parse
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from skyshine.mat.job.load import load_job
+
+COMMON = """\
+skyshine: 1
+name: plan
+site: {latitude_deg: 29.7, longitude_deg: -82.0, date: 2026-06-28, utc_offset_h: -5}
+states:
+  - profile: midlatitude_summer
+    visibility_km: 23
+    weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
+bands:
+  - wavelength_um: [10.0, 10.2]
+sources: [sun, moon]
+materials: [asphalt_road, grass_green]
+surface_grid:
+  altitude_km: [0, 1]
+  azimuth_deg: [0, 90, 180, 270]
+  slope_deg: [0, 45]
+  time: [00:00, 03:00, 06:00, 09:00, 12:00, 15:00, 18:00, 21:00]
+output: {folder: built, pictures: false}
+textures:
+  - name: halves
+    image: halves.png
+    seeds:
+      polygons:
+        grass_green: [[[2, 2], [12, 2], [12, 15], [2, 15]]]
+        asphalt_road: [[[25, 3], [38, 3], [38, 12], [25, 12]]]
+"""
+GRIDS = {
+    "classic": """\
+atmosphere_grid:
+  range_km: [0.001, 0.5, 1, 2, 5, 20]
+  altitude_km: [0.01, 0.5, 1]
+  elevation_deg: [-90, -60, -30, -10, -5, -2, 0, 30, 90]
+  source_elevation_deg: [-20, 0, 30, 60, 90]
+  source_azimuth_deg: [0, 90, 180]
+""",
+    "channels": """\
+atmosphere_grid:
+  tolerance: 2 K
+  layout: channels
+  range_km: [0, 20]
+  altitude_km: [0.01, 1]
+  source_elevation_deg: [-8, 90]
+""",
+}
+BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "chrome")
+
+
+@pytest.fixture(scope="session", params=list(GRIDS))
+def plan_build(request, tmp_path_factory, build_inline):
+    """Folder of databases of one band with Sun, Moon and a texture, in one layout of the atmosphere."""
+    folder = tmp_path_factory.mktemp(request.param)
+    random = np.random.default_rng(1)
+    colours = np.empty((20, 40, 3))
+    colours[:, :20], colours[:, 20:] = (60, 140, 50), (120, 120, 125)
+    values = np.clip(colours + random.normal(0, 6, colours.shape), 0, 255).astype(np.uint8)
+    output = oiio.ImageOutput.create(str(folder / "halves.png"))
+    assert output.open(str(folder / "halves.png"), oiio.ImageSpec(40, 20, 3, "uint8"))
+    assert output.write_image(np.ascontiguousarray(values))
+    output.close()
+    (folder / "job.yaml").write_text(COMMON + GRIDS[request.param], encoding="utf-8")
+    build_inline(load_job(folder / "job.yaml"), jobs=1)
+    return folder / "built"
+
+
+class Browser:
+    """Chromium without a screen, drawing in software."""
+
+    def __init__(self, program, folder):
+        self.program, self.folder = program, folder
+
+    def probe(self, page, **wanted):
+        """What the page wrote on `#probe`: its numbers, and pixels (n, 4); then messages, then addresses asked for."""
+        log = self.folder / "net.json"
+        address = f"{page.resolve().as_uri()}#probe={urllib.parse.quote(json.dumps(wanted))}"
+        options = (
+            "--headless",
+            "--no-sandbox",
+            "--use-angle=swiftshader",
+            "--enable-unsafe-swiftshader",
+            "--enable-logging=stderr",
+            f"--log-net-log={log}",
+            f"--user-data-dir={self.folder / 'profile'}",
+            "--dump-dom",
+        )
+        done = subprocess.run([self.program, *options, address], capture_output=True, text=True, timeout=300)
+        found = re.search(r'<pre id="probe"[^>]*>(.*?)</pre>', done.stdout, re.S)
+        assert found, done.stderr[-2000:]
+        result = json.loads(found.group(1))
+        words = base64.b64decode(result.pop("pixels"))
+        messages = [line for line in done.stderr.splitlines() if ":CONSOLE" in line and "GL Driver Message" not in line]
+        requests = set(re.findall(r'"url":"(https?://[^"]*|wss?://[^"]*)"', log.read_text(errors="replace")))
+        return result, np.frombuffer(words, np.float32).reshape(-1, 4).astype(float), messages, requests
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """A browser; the test is skipped where none is installed."""
+    program = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if program is None:
+        pytest.skip(f"no Chromium is installed: looked for {', '.join(BROWSERS)}")
+    return Browser(program, tmp_path_factory.mktemp("browser"))

@@ -19,7 +19,7 @@ from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
-from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
+from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM, GasAmounts
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
@@ -113,7 +113,7 @@ def spectrum(
     above : str
         Standard profile that continues a sounding to space.
     co2_ppm : float, optional
-        Carbon dioxide; by default the profile's own.
+        Carbon dioxide at the ground; by default that of jobs, 420.
     altitude : float, optional
         Of the observer above sea level [km]; by default the ground: 0, or where the sounding begins.
     elevation : float
@@ -174,7 +174,7 @@ def spectrum(
     state = AtmosphericState.from_profile(
         profile,
         surface_altitude=ground,
-        gas_amounts=GasAmounts() if co2_ppm is None else GasAmounts(ppm={"CO2": co2_ppm}),
+        gas_amounts=GasAmounts(ppm={"CO2": CARBON_DIOXIDE_PPM if co2_ppm is None else co2_ppm}),
         aerosol=Aerosol(
             FOG if aerosol == "fog" else aerosol, visibility_km=visibility, wind_speed=wind, stratosphere=stratosphere
         ),

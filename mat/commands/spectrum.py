@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @click.option(
     "--above", default="us_standard", show_default=True, help="Standard profile that continues a sounding to space."
 )
-@click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default the profile's own 330.")
+@click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default that of jobs, 420.")
 @click.option(
     "--altitude",
     type=float,

@@ -16,6 +16,7 @@ from skyshine.mat.atmosphere.particles.aerosol_column import (
 )
 from skyshine.mat.atmosphere.particles.angstrom import EXPONENTS
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
+from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
 from skyshine.mat.job.clouds import Cloud, Rain
 from skyshine.mat.job.default_nodes import ELEVATIONS_DEG, RANGES_KM, SOURCE_AZIMUTHS_DEG, SOURCE_ELEVATIONS_DEG
@@ -137,7 +138,7 @@ class State(StrictModel):
         ),
     )
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")
-    co2_ppm: float = Field(420.0, ge=0, le=5000)
+    co2_ppm: float = Field(CARBON_DIOXIDE_PPM, ge=0, le=5000)
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
     visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default the visibility of the aerosol.")

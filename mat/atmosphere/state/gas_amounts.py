@@ -16,6 +16,9 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError, nearest
 
 DOBSON_UNIT = 2.6867e20  # molecules m^-2: 10 um of ozone at 0 C and 1 atm (Loschmidt constant, CODATA)
+# Where neither job nor command says otherwise: the mean over the Earth in 2023 was 419 ppm, and grows by 2.4 ppm a year
+# (NOAA Global Monitoring Laboratory, marine surface). The profiles have the 330 ppm of their report's time.
+CARBON_DIOXIDE_PPM = 420.0
 _LARGEST_FACTOR = 1e6  # beyond it every level is saturated
 
 

@@ -7,6 +7,7 @@ import pytest
 from scipy.constants import Stefan_Boltzmann
 
 import skyshine.mat
+from skyshine.mat.job.atmosphere import State
 from skyshine.schemas.errors import InputError
 
 JOB = {
@@ -157,3 +158,12 @@ def test_a_report_as_arrays(built, tmp_path):
     assert (tmp_path / "report.json").is_file() and "1 budgets" in repr(measured)
     with pytest.raises(InputError, match="found the band 7; allowed: 1"):
         skyshine.mat.report(JOB, built=built.folder, band=7)
+
+
+def test_carbon_dioxide_is_that_of_jobs_unless_it_is_given():
+    sight = {"wavelength": (4.2, 4.4), "range": 0.05, "source": "none"}
+    of_jobs = State.model_fields["co2_ppm"].default
+    default, same, old = (skyshine.mat.spectrum(**sight, co2_ppm=ppm) for ppm in (None, of_jobs, 330))
+    np.testing.assert_array_equal(default.transmittance, same.transmittance)
+    assert np.all(default.transmittance_by_gas["CO2"] < old.transmittance_by_gas["CO2"])
+    assert f"that of jobs, {of_jobs:g}" in " ".join(str(skyshine.mat.spectrum.__doc__).split())

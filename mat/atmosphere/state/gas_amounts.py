@@ -172,9 +172,9 @@ def columns_above(levels: Floats, density: Floats, per_molecule: Floats, altitud
 
     whole = upper_part(np.arange(depth.size), np.zeros(depth.size))
     above = np.append(np.cumsum(whole[::-1])[::-1], 0.0)
-    altitude = np.clip(np.asarray(altitude, dtype=float), levels[0], levels[-1])
-    layer = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, depth.size - 1)
-    column: Floats = above[layer + 1] + upper_part(layer, (altitude - levels[layer]) / depth[layer])
+    inside: Floats = np.clip(np.asarray(altitude, dtype=float), levels[0], levels[-1])
+    layer = np.clip(np.searchsorted(levels, inside, side="right") - 1, 0, depth.size - 1)
+    column: Floats = above[layer + 1] + upper_part(layer, (inside - levels[layer]) / depth[layer])
     return column
 
 

@@ -1,10 +1,10 @@
-"""Spectra of one line of sight through a standard atmosphere or a sounding."""
+"""Spectra of one line of sight through a standard atmosphere, a sounding or the air of a job's state."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,16 +13,24 @@ import numpy.typing as npt
 
 from skyshine.mat.api.dataset import Column, dataset
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
+from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
+from skyshine.mat.atmosphere.particles.windblown import DEFAULT_WIND
 from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
-from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
+from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM, GasAmounts
 from skyshine.mat.atmosphere.state.profiles import load_profile
 from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.job.load import LoadedJob, load_job
+from skyshine.mat.job.model import Job
+from skyshine.mat.radiometry.blackbody import SpectralResponse
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.ground import over_ground
+from skyshine.mat.scene.sources import source_irradiance
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError
 
@@ -84,17 +92,21 @@ def spectrum(
     *,
     wavenumber: tuple[float, float] | None = None,
     wavelength: tuple[float, float] | None = None,
-    atmosphere: str | os.PathLike[str] = "midlatitude_summer",
-    above: str = "us_standard",
+    job: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    state: int = 1,
+    atmosphere: str | os.PathLike[str] | None = None,
+    above: str | None = None,
     co2_ppm: float | None = None,
     altitude: float | None = None,
     elevation: float = 0.0,
     range: float = math.inf,
     resolution: float | None = None,
-    aerosol: str = "rural",
+    aerosol: str | None = None,
     visibility: float | None = None,
-    wind: float = 10.0,
-    stratosphere: str = "background",
+    aerosol_optical_depth: float | None = None,
+    angstrom_exponent: float | None = None,
+    wind: float | None = None,
+    stratosphere: str | None = None,
     clouds: Sequence[str] = (),
     rain: float | None = None,
     source: Literal["sun", "moon", "none"] = "sun",
@@ -108,38 +120,47 @@ def spectrum(
     ----------
     wavenumber, wavelength : (low, high)
         Limits in cm^-1 or in um; one of both.
-    atmosphere : str or path
-        Standard profile, or a sounding in a CSV file.
-    above : str
-        Standard profile that continues a sounding to space.
+    job : path or mapping, optional
+        Whose state gives air, ground, aerosol, clouds and rain, its day the Sun's distance and the Moon's phase; in
+        place of all that describes the air here.
+    state : int
+        Of the job, counted from 1.
+    atmosphere : str or path, optional
+        Standard profile, or a sounding in a CSV file; by default midlatitude_summer.
+    above : str, optional
+        Standard profile that continues a sounding to space; by default us_standard.
     co2_ppm : float, optional
-        Carbon dioxide; by default the profile's own.
+        Carbon dioxide at the ground; by default that of jobs, 420.
     altitude : float, optional
-        Of the observer above sea level [km]; by default the ground: 0, or where the sounding begins.
+        Of the observer above sea level [km]; by default the ground: 0, where the sounding begins, or the job's site.
     elevation : float
         Of the line of sight above the horizontal [degree].
     range : float
         [km]; infinite for space.
     resolution : float, optional
         Bins [cm^-1], a multiple of the band model's intervals; by default these.
-    aerosol : str
-        Near the ground; ``'none'`` for clear air.
+    aerosol : str, optional
+        Near the ground, by default rural; ``'none'`` for clear air.
     visibility : float, optional
         [km]; by default that of the aerosol.
-    wind : float
-        At 10 m [m/s], of the desert and navy_maritime aerosols.
-    stratosphere : str
-        ``'background'``, or an aerosol after volcanoes.
+    aerosol_optical_depth : float, optional
+        From the ground to space, vertical, at 0.55 um; in place of a visibility.
+    angstrom_exponent : float, optional
+        Slope of the aerosol's extinction up to 1.64 um; by default that of the aerosol.
+    wind : float, optional
+        At 10 m [m/s], of the desert and navy_maritime aerosols; by default 10.
+    stratosphere : str, optional
+        ``'background'``, which is the default, or an aerosol after volcanoes.
     clouds : sequence of str
         Types, such as ``'stratus'``.
     rain : float, optional
         Rate from the ground to 3 km [mm/h].
     source : {'sun', 'moon', 'none'}
-        Sun at 1 au, full Moon at its mean distance.
+        Sun at 1 au, full Moon at its mean distance; with `job` those of its day.
     source_elevation, source_azimuth : float
         Geometric elevation, and azimuth from the line of sight [degree].
     water_continuum : str, optional
-        Of water vapour; by default that of the packaged band model, mt_ckd_4.3.
+        Of water vapour; by default the job's, or that of the packaged band model, mt_ckd_4.3.
 
     Returns
     -------
@@ -148,7 +169,8 @@ def spectrum(
     Raises
     ------
     InputError
-        A name is unknown, a number is not finite or outside its limits, or the line of sight starts below the ground.
+        A name is unknown, a number is not finite or outside its limits, the line of sight starts below the ground, or
+        the air is described beside a job.
 
     Examples
     --------
@@ -159,33 +181,41 @@ def spectrum(
     >>> bool((line.path_scattered == 0).all())
     True
     """
-    profile, ground = _profile(atmosphere, above)
-    altitude = ground / 1e3 if altitude is None else altitude
+    given = {
+        "atmosphere": atmosphere,
+        "above": above,
+        "co2_ppm": co2_ppm,
+        "aerosol": aerosol,
+        "visibility": visibility,
+        "aerosol_optical_depth": aerosol_optical_depth,
+        "angstrom_exponent": angstrom_exponent,
+        "wind": wind,
+        "stratosphere": stratosphere,
+        "clouds": clouds or None,
+        "rain": rain,
+    }
+    described: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    if job is None and state != 1:
+        raise InputError(f"found state {state} without a job; allowed: a state of a job; give the job")
+    low, high = _limits(wavenumber, wavelength)
+    loaded = None if job is None else _on_the_day(job, state, described)
+    air = _described_air(**described) if loaded is None else _air_of(loaded, state, low, high)
+    altitude = air.surface_altitude / 1e3 if altitude is None else altitude
     _finite(
         altitude=altitude,
-        wind=wind,
         elevation=elevation,
         source_elevation=source_elevation,
         source_azimuth=source_azimuth,
     )
     if not range >= 0:
         raise InputError(f"found the range {range}; allowed: at least 0 km, or infinity for space")
-    low, high = _limits(wavenumber, wavelength)
-    state = AtmosphericState.from_profile(
-        profile,
-        surface_altitude=ground,
-        gas_amounts=GasAmounts() if co2_ppm is None else GasAmounts(ppm={"CO2": co2_ppm}),
-        aerosol=Aerosol(
-            FOG if aerosol == "fog" else aerosol, visibility_km=visibility, wind_speed=wind, stratosphere=stratosphere
-        ),
-        clouds=[cloud_type(name) for name in clouds],
-        rain=None if rain is None else RainLayer(rain, RAIN_TOP),
-    )
+    if water_continuum is None and loaded is not None:
+        water_continuum = loaded.trimmed.water_continuum
     points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
     line = line_spectrum(
-        state,
+        air,
         points,
-        _irradiance(source, points),
+        _irradiance(source, points, None if loaded is None else loaded.trimmed),
         altitude=altitude * 1e3,
         elevation=np.radians(elevation),
         distance=range * 1e3,
@@ -194,6 +224,61 @@ def spectrum(
         resolution=resolution,
     )
     return Spectrum(**{field.name: getattr(line, field.name) for field in fields(line)})
+
+
+def _on_the_day(job: str | os.PathLike[str] | Mapping[str, Any], state: int, described: Mapping[str, Any]) -> LoadedJob:
+    """A job on the date of a state; refused beside a description of the air."""
+    if described:
+        raise InputError(
+            f"found job and {' and '.join(described)}; allowed: the air of a job's state, or one that is described"
+            " here; remove one"
+        )
+    loaded = load_job(job)
+    count = len(loaded.trimmed.states)
+    if not 1 <= state <= count:
+        raise InputError(f"found state {state}; allowed: 1 to {count}", file=loaded.file)
+    return loaded.on_date_of_state(state)
+
+
+def _air_of(loaded: LoadedJob, state: int, low: float, high: float) -> AtmosphericState:
+    """The air of a job's state over its ground, as that is between two wavenumbers [cm^-1]."""
+    written = loaded.trimmed.states[state - 1]
+    response = SpectralResponse.rectangular(1e4 / high, 1e4 / low)
+    return over_ground(atmospheric_state(loaded.trimmed.site, written), written, response)
+
+
+def _described_air(
+    *,
+    atmosphere: str | os.PathLike[str] = "midlatitude_summer",
+    above: str = "us_standard",
+    co2_ppm: float = CARBON_DIOXIDE_PPM,
+    aerosol: str = "rural",
+    visibility: float | None = None,
+    aerosol_optical_depth: float | None = None,
+    angstrom_exponent: float | None = None,
+    wind: float = DEFAULT_WIND,
+    stratosphere: str = "background",
+    clouds: Sequence[str] = (),
+    rain: float | None = None,
+) -> AtmosphericState:
+    """The air of the arguments of `spectrum`."""
+    profile, ground = _profile(atmosphere, above)
+    _finite(wind=wind)
+    return AtmosphericState.from_profile(
+        profile,
+        surface_altitude=ground,
+        gas_amounts=GasAmounts(ppm={"CO2": co2_ppm}),
+        aerosol=Aerosol(
+            FOG if aerosol == "fog" else aerosol,
+            visibility_km=visibility,
+            wind_speed=wind,
+            stratosphere=stratosphere,
+            optical_depth=aerosol_optical_depth,
+            angstrom_exponent=angstrom_exponent,
+        ),
+        clouds=[cloud_type(name) for name in clouds],
+        rain=None if rain is None else RainLayer(rain, RAIN_TOP),
+    )
 
 
 def _limits(wavenumber: tuple[float, float] | None, wavelength: tuple[float, float] | None) -> tuple[float, float]:
@@ -206,9 +291,11 @@ def _limits(wavenumber: tuple[float, float] | None, wavelength: tuple[float, flo
     return (low, high) if wavelength is None else (1e4 / high, 1e4 / low)
 
 
-def _irradiance(source: str, points: Any) -> npt.NDArray[np.float64]:
-    """Of the source outside the atmosphere, mean over each point's interval, W m^-2 (cm^-1)^-1."""
+def _irradiance(source: str, points: SpectralPoints, job: Job | None) -> npt.NDArray[np.float64]:
+    """Of the source outside the atmosphere, mean over each point's interval, W m^-2 (cm^-1)^-1; on the day of a job."""
     low, high = points.interval_edges[points.interval].T
+    if job is not None and source in ("sun", "moon"):
+        return source_irradiance(job, source, (low + high) / 2, high - low)
     if source == "sun":
         return solar_irradiance((low + high) / 2, high - low)
     if source == "moon":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
@@ -18,17 +19,15 @@ if TYPE_CHECKING:
 
 
 @click.command("spectrum")
-@click.option(
-    "--atmosphere", default="midlatitude_summer", show_default=True, help="Standard profile, or a sounding FILE.csv."
-)
-@click.option(
-    "--above", default="us_standard", show_default=True, help="Standard profile that continues a sounding to space."
-)
-@click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default the profile's own 330.")
+@click.option("--job", type=click.Path(), help="Air, ground and day of a state, in place of a description of the air.")
+@click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
+@click.option("--atmosphere", show_default="midlatitude_summer", help="Standard profile, or a sounding FILE.csv.")
+@click.option("--above", show_default="us_standard", help="Standard profile that continues a sounding to space.")
+@click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default that of jobs, 420.")
 @click.option(
     "--altitude",
     type=float,
-    help="Observer above sea level, km; by default the ground: 0, or where the sounding begins.",
+    help="Observer above sea level, km; by default the ground: 0, where the sounding begins, or the job's site.",
 )
 @click.option(
     "--elevation", type=float, default=0.0, show_default=True, help="Line of sight above the horizontal, degree."
@@ -41,8 +40,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--aerosol",
-    default="rural",
-    show_default=True,
+    show_default="rural",
     help=(
         "Near the ground: rural, urban, maritime, navy_maritime, tropospheric, desert, fog, fog_advection,"
         " fog_radiation, or none."
@@ -50,12 +48,19 @@ if TYPE_CHECKING:
 )
 @click.option("--visibility", type=float, help="km; by default that of the aerosol (rural: 23).")
 @click.option(
-    "--wind", type=float, default=10.0, show_default=True, help="m/s at 10 m: of the desert and navy_maritime aerosols."
+    "--aerosol-optical-depth",
+    type=float,
+    help="Of all aerosol from the ground to space, vertical, at 0.55 um; in place of a visibility.",
 )
 @click.option(
+    "--angstrom-exponent",
+    type=float,
+    help="Slope of the aerosol's extinction up to 1.64 um; by default that of the aerosol.",
+)
+@click.option("--wind", type=float, show_default="10", help="m/s at 10 m: of the desert and navy_maritime aerosols.")
+@click.option(
     "--stratosphere",
-    default="background",
-    show_default=True,
+    show_default="background",
     help="background, or after volcanoes moderate_aged, moderate_fresh, high_aged, high_fresh, extreme_fresh.",
 )
 @click.option("--cloud", "clouds", multiple=True, help="A type such as stratus, cumulus, cirrus; several may be given.")
@@ -65,14 +70,14 @@ if TYPE_CHECKING:
     type=click.Choice(["sun", "moon", "none"]),
     default="sun",
     show_default=True,
-    help="Sun at 1 au, full Moon.",
+    help="Sun at 1 au, full Moon; with --job those of its day.",
 )
 @click.option("--source-elevation", type=float, default=45.0, show_default=True, help="Geometric, degree.")
 @click.option(
     "--water-continuum",
     type=click.Choice(["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]),
     help="Of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the public domain; default:"
-    " that of the packaged band model.",
+    " the job's, or that of the packaged band model.",
 )
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
 @click.option(
@@ -83,8 +88,10 @@ if TYPE_CHECKING:
 )
 @json_option
 def command(
-    atmosphere: str,
-    above: str,
+    job: str | None,
+    state: int,
+    atmosphere: str | None,
+    above: str | None,
     co2_ppm: float | None,
     altitude: float | None,
     elevation: float,
@@ -92,10 +99,12 @@ def command(
     wavenumber: str | None,
     wavelength: str | None,
     resolution: float | None,
-    aerosol: str,
+    aerosol: str | None,
     visibility: float | None,
-    wind: float,
-    stratosphere: str,
+    aerosol_optical_depth: float | None,
+    angstrom_exponent: float | None,
+    wind: float | None,
+    stratosphere: str | None,
     clouds: tuple[str, ...],
     rain: float | None,
     source: Literal["sun", "moon", "none"],
@@ -110,7 +119,12 @@ def command(
     Prints CSV, or JSON with --json, or draws with --plot. Sky and direct irradiance are those at the end of the line of
     sight, at the observer where it leads into space.
 
+    With --job the air is that of a state of a job, as its tables have it; nothing that describes the air may stand
+    beside it.
+
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
+
+    Example: mat spectrum --job demo/job.yaml --state 2 --range 5 --wavelength 8:12
     """
     from skyshine.mat.api.spectrum import spectrum
 
@@ -119,6 +133,8 @@ def command(
     result = spectrum(
         wavenumber=_limits(wavenumber),
         wavelength=_limits(wavelength),
+        job=job,
+        state=state,
         atmosphere=atmosphere,
         above=above,
         co2_ppm=co2_ppm,
@@ -128,6 +144,8 @@ def command(
         resolution=resolution,
         aerosol=aerosol,
         visibility=visibility,
+        aerosol_optical_depth=aerosol_optical_depth,
+        angstrom_exponent=angstrom_exponent,
         wind=wind,
         stratosphere=stratosphere,
         clouds=clouds,
@@ -143,7 +161,9 @@ def command(
         if not picture.lower().endswith(".png"):
             raise InputError(f"found --plot '{picture}'; allowed: a name that ends in .png")
         observer = "the ground" if altitude is None else f"{altitude:g} km"
-        title = f"{atmosphere}, {aerosol} aerosol, from {observer} at {elevation:g}°, {result.range / 1e3:.4g} km"
+        air = f"{atmosphere or 'midlatitude_summer'}, {aerosol or 'rural'} aerosol"
+        air = air if job is None else f"state {state} of {Path(job).name}"
+        title = f"{air}, from {observer} at {elevation:g}°, {result.range / 1e3:.4g} km"
         click.echo(draw_spectrum(result, title, picture))
         return
     columns = result.columns

@@ -8,8 +8,15 @@ from typing import Annotated, Any, Literal, Self
 import pydantic
 from pydantic import Field
 
-from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, SEASONS, STRATOSPHERES
+from skyshine.mat.atmosphere.particles.aerosol_column import (
+    BOUNDARY_MODELS,
+    LARGEST_OPTICAL_DEPTH,
+    SEASONS,
+    STRATOSPHERES,
+)
+from skyshine.mat.atmosphere.particles.angstrom import EXPONENTS
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
+from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
 from skyshine.mat.job.clouds import Cloud, Rain
 from skyshine.mat.job.default_nodes import ELEVATIONS_DEG, RANGES_KM, SOURCE_AZIMUTHS_DEG, SOURCE_ELEVATIONS_DEG
@@ -131,10 +138,28 @@ class State(StrictModel):
         ),
     )
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")
-    co2_ppm: float = Field(420.0, ge=0, le=5000)
+    co2_ppm: float = Field(CARBON_DIOXIDE_PPM, ge=0, le=5000)
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
     visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default the visibility of the aerosol.")
+    aerosol_optical_depth: float | None = Field(
+        None,
+        ge=0,
+        le=LARGEST_OPTICAL_DEPTH,
+        description=(
+            "Of all aerosol from the ground to space, vertical, at 0.55 um, in place of visibility_km; the profile has"
+            " the shape of the aerosol's own visibility."
+        ),
+    )
+    angstrom_exponent: float | None = Field(
+        None,
+        ge=EXPONENTS[0],
+        le=EXPONENTS[1],
+        description=(
+            "Slope of the aerosol's extinction against wavelength up to 1.64 um, where the spectrum of the aerosol"
+            " follows; by default that of the aerosol."
+        ),
+    )
     air_mass: int = Field(
         DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental."
     )
@@ -218,6 +243,20 @@ class State(StrictModel):
                 and getattr(self, key) != type(self).model_fields[key].default
             ):
                 raise ValueError(f"found {key} and gases.{gas}; allowed: one of them; remove the other")
+        return self
+
+    @pydantic.model_validator(mode="after")
+    def _one_amount_of_aerosol(self) -> Self:
+        if self.aerosol_optical_depth is not None and self.visibility_km is not None:
+            raise ValueError(
+                f"found visibility_km {self.visibility_km:g} and aerosol_optical_depth {self.aerosol_optical_depth:g};"
+                " allowed: one of them; remove the other"
+            )
+        if self.aerosol == "none" and self.aerosol_optical_depth:
+            raise ValueError(
+                f"found aerosol none and aerosol_optical_depth {self.aerosol_optical_depth:g}; allowed: an aerosol"
+                " with an optical depth; name one, or remove it"
+            )
         return self
 
     @pydantic.model_validator(mode="after")

@@ -9,6 +9,9 @@ from skyshine import atmospheres
 from skyshine.schemas.documents import read_yaml
 from skyshine.schemas.errors import nearest
 
+# A state has one of them: what it writes takes the place of the preset's other.
+_AMOUNTS_OF_AEROSOL = ("visibility_km", "aerosol_optical_depth")
+
 
 @lru_cache(maxsize=1)
 def presets() -> dict[str, dict[str, Any]]:
@@ -38,5 +41,8 @@ def with_preset(state: dict[str, Any]) -> dict[str, Any]:
             # Other kinds of weather take the place of the preset's temperatures.
             dropped = {"air_temperature_c"} if {"hourly", "file"} & own.keys() else set()
             base[key] = {k: v for k, v in base[key].items() if k not in dropped} | own
+    for one, other in (_AMOUNTS_OF_AEROSOL, _AMOUNTS_OF_AEROSOL[::-1]):
+        if state.get(one) is not None:
+            base.pop(other, None)
     joined = {key: base[key] for key in ("weather", "gases") if key in base and isinstance(state.get(key, {}), dict)}
     return base | state | joined

@@ -87,6 +87,8 @@ def _aerosol(state: State) -> Aerosol:
         air_mass=state.air_mass,
         stratosphere=state.stratosphere,
         season=aerosol_season(state),
+        optical_depth=state.aerosol_optical_depth,
+        angstrom_exponent=state.angstrom_exponent,
     )
 
 

@@ -48,11 +48,12 @@ def theirs(program, air, haze):
 
 
 def ours(state, wavenumber):
-    """Extinction by particles at the ground, km^-1."""
+    """Extinction by particles at the ground, linear between the wavelengths of the tables as LOWTRAN7 is, km^-1."""
     total = 0.0
     for component in state.particles:
-        relative = component.model.optics(wavenumber, state.relative_humidity[:1]).extinction[0]
-        total = total + 1e3 * component.extinction_550[0] * relative
+        nodes = component.model.wavelength
+        relative = component.model.optics(1e4 / nodes, state.relative_humidity[:1]).extinction[0]
+        total = total + 1e3 * component.extinction_550[0] * np.interp(1e4 / wavenumber, nodes, relative)
     return total
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.particles import tables
-from skyshine.mat.atmosphere.particles.particles import AerosolOptics
+from skyshine.mat.atmosphere.particles.particles import AerosolOptics, between_wavelengths
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -81,9 +81,9 @@ class AerosolModel:
     def optics(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> AerosolOptics:
         """Extinction, single-scattering albedo and asymmetry.
 
-        Interpolation is LOWTRAN7's: logarithm of the property linear in log(100 - humidity), then linear in wavelength.
-        Humidity above 99 % acts as 99 %. Beyond 200 um, the end of the tables, extinction falls as 1 / wavelength
-        (absorption by small particles: Bohren and Huffman 1983, section 5.1), albedo and asymmetry stay.
+        In humidity interpolation is LOWTRAN7's: the logarithm of the property is linear in log(100 - humidity), and
+        humidity above 99 % acts as 99 %. Between wavelengths extinction and absorption follow power laws
+        (`between_wavelengths`), where LOWTRAN7 is linear; asymmetry is linear.
 
         Parameters
         ----------
@@ -102,13 +102,12 @@ class AerosolModel:
             For a wavenumber outside the tables or a humidity that is negative or not a number.
         """
         wavelength = self._wavelength(wavenumber)
-        weights = linear_weights(self.wavelength, wavelength)
         humid = self._log_humidity_weights(relative_humidity)
         extinction, absorption, asymmetry = (
-            interpolate_humidity(humid, table) @ weights for table in (self.extinction, self.absorption, self.asymmetry)
+            interpolate_humidity(humid, table) for table in (self.extinction, self.absorption, self.asymmetry)
         )
-        beyond = np.minimum(1.0, self.wavelength[-1] / wavelength)
-        return AerosolOptics(extinction * beyond, 1.0 - absorption / extinction, asymmetry)
+        extinction, albedo = between_wavelengths(self.wavelength, extinction, absorption, wavelength)
+        return AerosolOptics(extinction, albedo, asymmetry @ linear_weights(self.wavelength, wavelength))
 
     def phase_function(
         self, cos_angle: npt.ArrayLike, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.particles import tables
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
+from skyshine.mat.atmosphere.particles.angstrom import AngstromModel, ParticleModel
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.particles.windblown import (
     DEFAULT_AIR_MASS,
@@ -54,6 +55,7 @@ SEASONS = ("spring_summer", "fall_winter")
 KOSCHMIEDER = 3.912  # -ln 0.02: optical depth at the visibility (Koschmieder 1924, contrast threshold 2 %)
 RAYLEIGH_550 = 0.01159e-3  # m^-1, molecular extinction at 0.55 um at the ground (LOWTRAN7, SUBROUTINE AERTMP)
 VISIBILITY_RANGE = (0.1, 300.0)  # km; above about 330 km the molecules alone would be too much
+LARGEST_OPTICAL_DEPTH = 100.0  # vertical; a visibility of 0.1 km has 46
 # Beyond 2 km the tropospheric model keeps this humidity whatever that of the air (LOWTRAN7, SUBROUTINE EXABIN).
 TROPOSPHERIC_HUMIDITY = 70.0
 # Aerosol follows the ground below this altitude (LOWTRAN7, GNDALT).
@@ -80,6 +82,11 @@ class Aerosol:
         One of `STRATOSPHERES`.
     season : str, optional
         One of `SEASONS`; by default that of the profile's name, spring_summer unless it is a winter's.
+    optical_depth : float, optional
+        Vertical, at 0.55 um, from the ground to space: 0 to 100. The whole profile, which keeps the shape that it has
+        at the model's visibility, is scaled to it.
+    angstrom_exponent : float, optional
+        Of extinction in sunlight; by default that of the models. It holds for all particles of the column.
     """
 
     model: str = "rural"
@@ -88,6 +95,22 @@ class Aerosol:
     air_mass: int = DEFAULT_AIR_MASS
     stratosphere: str = "background"
     season: str | None = None
+    optical_depth: float | None = None
+    angstrom_exponent: float | None = None
+
+    def __post_init__(self) -> None:
+        depth = self.optical_depth
+        if depth is None:
+            return
+        if not 0 <= depth <= LARGEST_OPTICAL_DEPTH:
+            raise InputError(f"aerosol optical depth {depth:g} is outside 0 to {LARGEST_OPTICAL_DEPTH:g}")
+        if self.visibility_km is not None:
+            raise InputError(
+                f"found a visibility of {self.visibility_km:g} km and an aerosol optical depth of {depth:g}; allowed:"
+                " one of them; remove the other"
+            )
+        if self.model == "none" and depth > 0:
+            raise InputError(f"found no aerosol and an aerosol optical depth of {depth:g}; name a model, or remove it")
 
 
 def default_visibility(
@@ -204,7 +227,7 @@ def aerosol_layers(
     visibility_km: float,
     season: str,
     ground_altitude: float = 0.0,
-) -> list[tuple[AerosolModel | HenyeyGreensteinModel, Floats]]:
+) -> list[tuple[ParticleModel, Floats]]:
     """The aerosol models of a column and how much of each there is.
 
     Parameters
@@ -221,10 +244,10 @@ def aerosol_layers(
 
     Returns
     -------
-    list of (AerosolModel, (N,) array)
+    list of (ParticleModel, (N,) array)
         Model and its extinction at 0.55 um, m^-1: boundary layer, troposphere (at 70 % humidity), stratosphere and
         meteoric dust. The arrays add up to `aerosol_extinction_550`; models change over linearly between 2 and 3, 10
-        and 11, 30 and 35 km.
+        and 11, 30 and 35 km. The aerosol's optical depth is not yet in them.
 
     Raises
     ------
@@ -237,7 +260,7 @@ def aerosol_layers(
         if name not in allowed:
             raise InputError(f"no aerosol '{name}'; {nearest(name, allowed)}")
     loading, particles = STRATOSPHERES[aerosol.stratosphere]
-    models = (
+    models: tuple[AerosolModel | HenyeyGreensteinModel, ...] = (
         _boundary_layer(aerosol),
         AerosolModel.load("tropospheric", fixed_humidity=TROPOSPHERIC_HUMIDITY),
         AerosolModel.load(particles),
@@ -247,7 +270,11 @@ def aerosol_layers(
     position = _model_altitude(altitude, ground_altitude)
     above = [np.clip((position - lower) / (upper - lower), 0.0, 1.0) for lower, upper in TRANSITIONS]
     shares = [1.0 - above[0], above[0] - above[1], above[1] - above[2], above[2]]
-    return [(model, extinction * share) for model, share in zip(models, shares, strict=True)]
+    exponent = aerosol.angstrom_exponent
+    return [
+        (model if exponent is None else AngstromModel(model, exponent), extinction * share)
+        for model, share in zip(models, shares, strict=True)
+    ]
 
 
 def _boundary_layer(aerosol: Aerosol) -> AerosolModel | HenyeyGreensteinModel:

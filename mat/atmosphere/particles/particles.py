@@ -58,25 +58,18 @@ class HenyeyGreensteinModel:
         asymmetry: Floats,
     ) -> tuple[HenyeyGreensteinModel, float]:
         """The model of a table (W,) in any measure, and its extinction at 0.55 um in that measure."""
-        at_550 = float(np.interp(0.55, wavelength, extinction))
+        at_550 = float(between_wavelengths(wavelength, extinction, absorption, np.array([0.55]))[0][0])
         return cls(name, wavelength, extinction / at_550, absorption / at_550, asymmetry), at_550
 
     def optics(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> AerosolOptics:
         """Extinction, single-scattering albedo and asymmetry; arguments, result and errors as
         `aerosol.AerosolModel.optics`.
-
-        Linear in wavelength; beyond the table extinction falls as 1 / wavelength, as there.
         """
         wavelength = self._wavelength(wavenumber)
-        extinction, absorption, asymmetry = (
-            np.interp(wavelength, self.wavelength, table)
-            for table in (self.extinction, self.absorption, self.asymmetry)
-        )
-        beyond = np.minimum(1.0, self.wavelength[-1] / wavelength)
+        extinction, albedo = between_wavelengths(self.wavelength, self.extinction, self.absorption, wavelength)
+        asymmetry = np.interp(wavelength, self.wavelength, self.asymmetry)
         shape = (np.size(relative_humidity), wavelength.size)
-        return AerosolOptics(
-            *(np.broadcast_to(part, shape) for part in (extinction * beyond, 1.0 - absorption / extinction, asymmetry))
-        )
+        return AerosolOptics(*(np.broadcast_to(part, shape) for part in (extinction, albedo, asymmetry)))
 
     def phase_function(
         self, cos_angle: npt.ArrayLike, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike
@@ -97,6 +90,44 @@ class HenyeyGreensteinModel:
         if not np.all((wavelength >= self.wavelength[0] * (1 - 1e-9)) & np.isfinite(wavelength)):
             raise InputError(f"'{self.name}' is tabulated from {self.wavelength[0]:g} um on; ask for longer waves")
         return wavelength
+
+
+def between_wavelengths(
+    nodes: Floats, extinction: Floats, absorption: Floats, wavelength: Floats
+) -> tuple[Floats, Floats]:
+    """Extinction and single-scattering albedo at any wavelength, from tables of extinction and absorption.
+
+    Both tables follow power laws of the wavelength between its nodes, as extinction by small particles does (Angstrom
+    1929). Next to a node without absorption the absorbed share of the extinction is linear in the logarithm of the
+    wavelength, so that the albedo stays between those of the nodes. Below the first node the values of that node hold.
+    Beyond the last extinction falls as 1 / wavelength (absorption by small particles: Bohren and Huffman 1983, section
+    5.1), and the albedo stays.
+
+    Parameters
+    ----------
+    nodes : (W,) array
+        Wavelengths of the tables, um, increasing.
+    extinction, absorption : (..., W) arrays
+        Extinction above 0; absorption of at least 0, at most the extinction.
+    wavelength : (P,) array
+        um.
+
+    Returns
+    -------
+    extinction, single_scattering_albedo : (..., P) arrays
+    """
+    log_nodes, log_wavelength = np.log(nodes), np.log(wavelength)
+    upper = np.clip(np.searchsorted(nodes, wavelength, side="right"), 1, nodes.size - 1)
+    step = log_nodes[upper] - log_nodes[upper - 1]
+    share = np.clip((log_wavelength - log_nodes[upper - 1]) / step, 0.0, 1.0)
+    log_extinction = np.log(extinction)
+    between = np.exp((1 - share) * log_extinction[..., upper - 1] + share * log_extinction[..., upper])
+    absorbed = absorption / extinction
+    first, second = absorbed[..., upper - 1], absorbed[..., upper]
+    absorbing = (first > 0) & (second > 0)
+    by_power = np.where(absorbing, first, 1.0) ** (1 - share) * np.where(absorbing, second, 1.0) ** share
+    absorbed = np.where(absorbing, by_power, (1 - share) * first + share * second)
+    return between * np.minimum(1.0, nodes[-1] / wavelength), 1.0 - absorbed
 
 
 def interpolated_table(table: Columns, value: float) -> tuple[Floats, Floats, Floats, Floats]:

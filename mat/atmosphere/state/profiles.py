@@ -1,8 +1,8 @@
 """Standard atmospheric profiles.
 
 The six profiles of Anderson et al. 1986 (AFGL-TR-86-0110) at 50 levels from 0 to 120 km. Mixing ratios are as
-tabulated: carbon dioxide is 330 ppmv, the value of that report; a state scales it to its own year. Halocarbons, which
-the report does not tabulate with the profiles, have the amounts of 2020.
+tabulated: carbon dioxide is 330 ppmv, the value of that report; jobs and commands scale it to the present
+(`gas_amounts`). Halocarbons, which the report does not tabulate with the profiles, have the amounts of 2020.
 """
 
 from __future__ import annotations

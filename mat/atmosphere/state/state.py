@@ -14,14 +14,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy import constants
 
-from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol, aerosol_layers, default_visibility
+from skyshine.mat.atmosphere.particles.angstrom import ParticleModel
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer, check_phase
-from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.state.gas_amounts import (
     DOBSON_UNIT,
     GasAmounts,
+    columns_above,
     layer_columns,
     mean_exponential,
     scaled_gases,
@@ -48,12 +48,12 @@ class AerosolComponent:
 
     Attributes
     ----------
-    model : AerosolModel or HenyeyGreensteinModel
+    model : ParticleModel
     extinction_550 : (N,) array
         At 0.55 um, m^-1, at the levels of the state.
     """
 
-    model: AerosolModel | HenyeyGreensteinModel
+    model: ParticleModel
     extinction_550: Floats
 
 
@@ -172,7 +172,9 @@ class AtmosphericState:
             pressure=pressure,
             temperature=temperature,
             mole_fraction=gases,
-            aerosols=_aerosol_components(aerosol, altitude, profile.name, humidity),
+            aerosols=_aerosol_components(
+                aerosol, altitude, pressure / (constants.k * temperature), profile.name, humidity
+            ),
             surface_temperature=float(temperature[0] if surface_temperature is None else surface_temperature),
             surface_albedo=float(surface_albedo),
             hydrometeors=tuple(
@@ -231,12 +233,12 @@ class AtmosphericState:
 
     def aerosol_optical_depth(self, wavelength_nm: float, altitude: npt.ArrayLike) -> Floats:
         """Vertical aerosol optical depth above altitudes [m] at one wavelength [nm]."""
-        total = np.zeros(np.shape(altitude))
+        extinction = np.zeros(self.altitude.size)
         wavenumber = np.array([1e7 / wavelength_nm])
         for component in self.aerosols:
             relative = component.model.optics(wavenumber, self.relative_humidity).extinction[:, 0]
-            total = total + self._column(component.extinction_550 * relative, altitude)
-        return total
+            extinction = extinction + component.extinction_550 * relative
+        return columns_above(self.altitude, self.number_density, extinction / self.number_density, altitude)
 
     def _column(self, density: Floats, altitude: npt.ArrayLike) -> Floats:
         """Integral of a density [x m^-3], exponential between levels, from altitudes to the top: [x m^-2]."""
@@ -262,7 +264,7 @@ def _check_surface_altitude(surface_altitude: float, profile: Profile) -> None:
 
 
 def _aerosol_components(
-    aerosol: Aerosol, altitude: Floats, profile_name: str, humidity: float
+    aerosol: Aerosol, altitude: Floats, number_density: Floats, profile_name: str, humidity: float
 ) -> tuple[AerosolComponent, ...]:
     """Those of an aerosol that are there at some level; its humidity [percent] is that at the ground."""
     season = aerosol.season
@@ -272,4 +274,12 @@ def _aerosol_components(
     if visibility_km is None:
         visibility_km = default_visibility(aerosol.model, aerosol.wind_speed, humidity, aerosol.air_mass)
     layers = aerosol_layers(altitude, aerosol, visibility_km, season, float(altitude[0]))
-    return tuple(AerosolComponent(model, extinction) for model, extinction in layers if np.any(extinction > 0))
+    factor = 1.0
+    if aerosol.optical_depth is not None and layers:
+        total = sum(extinction for _, extinction in layers)
+        factor = aerosol.optical_depth / float(
+            columns_above(altitude, number_density, total / number_density, altitude[0])
+        )
+    return tuple(
+        AerosolComponent(model, factor * extinction) for model, extinction in layers if factor * np.max(extinction) > 0
+    )

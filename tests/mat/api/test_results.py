@@ -7,6 +7,7 @@ import pytest
 from scipy.constants import Stefan_Boltzmann
 
 import skyshine.mat
+from skyshine.mat.job.atmosphere import State
 from skyshine.schemas.errors import InputError
 
 JOB = {
@@ -157,3 +158,64 @@ def test_a_report_as_arrays(built, tmp_path):
     assert (tmp_path / "report.json").is_file() and "1 budgets" in repr(measured)
     with pytest.raises(InputError, match="found the band 7; allowed: 1"):
         skyshine.mat.report(JOB, built=built.folder, band=7)
+
+
+def test_carbon_dioxide_is_that_of_jobs_unless_it_is_given():
+    sight = {"wavelength": (4.2, 4.4), "range": 0.05, "source": "none"}
+    of_jobs = State.model_fields["co2_ppm"].default
+    default, same, old = (skyshine.mat.spectrum(**sight, co2_ppm=ppm) for ppm in (None, of_jobs, 330))
+    np.testing.assert_array_equal(default.transmittance, same.transmittance)
+    assert np.all(default.transmittance_by_gas["CO2"] < old.transmittance_by_gas["CO2"])
+    assert f"that of jobs, {of_jobs:g}" in " ".join(str(skyshine.mat.spectrum.__doc__).split())
+
+
+def test_the_spectrum_of_a_state_is_that_of_its_air_described():
+    """The same air by a job and by arguments; the Sun of 21 June stands 1.0162 au away (Astronomical Almanac)."""
+    state = {
+        "profile": "tropical",
+        "air": "profile",
+        "aerosol": "urban",
+        "aerosol_optical_depth": 0.3,
+        "angstrom_exponent": 1.1,
+        "weather": {"air_temperature_c": 26.55},
+    }
+    job = JOB | {"states": [JOB["states"][0], state]}
+    sight = {"wavelength": (3.7, 3.8), "altitude": 0.2, "elevation": 20.0}
+    of_job = skyshine.mat.spectrum(job=job, state=2, **sight)
+    described = skyshine.mat.spectrum(
+        atmosphere="tropical", aerosol="urban", aerosol_optical_depth=0.3, angstrom_exponent=1.1, **sight
+    )
+    for name in ("transmittance", "transmittance_aerosol", "path_thermal"):
+        np.testing.assert_allclose(getattr(of_job, name), getattr(described, name), rtol=1e-9)
+    for name in ("path_scattered", "direct_irradiance"):
+        np.testing.assert_allclose(getattr(of_job, name) * 1.0162**2, getattr(described, name), rtol=4e-4, err_msg=name)
+    first = skyshine.mat.spectrum(job=job, **sight)
+    assert np.all(np.abs(first.path_thermal / of_job.path_thermal - 1) > 0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"job": JOB, "aerosol": "rural"}, "found job and aerosol; allowed: the air of a job's state"),
+        ({"job": JOB, "clouds": ["stratus"], "co2_ppm": 400.0}, "found job and co2_ppm and clouds"),
+        ({"job": JOB, "state": 2}, "found state 2; allowed: 1 to 1"),
+        ({"state": 2}, "found state 2 without a job"),
+        ({"visibility": 23.0, "aerosol_optical_depth": 0.1}, "allowed: one of them"),
+        ({"aerosol_optical_depth": float("nan")}, "optical depth nan is outside"),
+        ({"wind": float("inf")}, "found wind inf"),
+    ],
+)
+def test_spectrum_refuses_a_description_that_does_not_fit(arguments, message):
+    with pytest.raises(InputError, match=message):
+        skyshine.mat.spectrum(wavenumber=(900, 1000), **arguments)
+
+
+def test_a_state_seen_spectrally_has_the_numbers_of_its_tables(built):
+    """Transmittance of a level path of 1 km: its mean over the wavelengths of the band, at all points and at few."""
+    line = skyshine.mat.spectrum(job=JOB, wavelength=(8.0, 8.4), altitude=0.1, elevation=0.0, range=1.0)
+    low, high = 1e4 / 8.4, 1e4 / 8.0
+    width = np.minimum(line.wavenumber + 2.5, high) - np.maximum(line.wavenumber - 2.5, low)
+    weight = width / line.wavenumber**2
+    table, place = built.open("s01b01.atmq"), {"range": 1.0, "altitude": 0.1, "elevation": 0.0}
+    stored = table.transmittance(range=1.0, beta_star=table.value("beta_star", **place))
+    assert stored == pytest.approx(np.sum(weight * line.transmittance) / weight.sum(), abs=2e-3)

@@ -41,6 +41,8 @@ def test_keys_beside_a_preset_win(tmp_path):
     state = job(tmp_path, "hazy_urban", "    visibility_km: 3\n    weather: {wind_speed_m_s: 9}\n").states[0]
     assert (state.visibility_km, state.aerosol, state.weather.wind_speed_m_s) == (3.0, "urban", 9.0)
     assert state.weather.air_temperature_c == (20.0, 32.0)
+    measured = job(tmp_path, "hazy_urban", "    aerosol_optical_depth: 0.7\n").states[0]
+    assert (measured.visibility_km, measured.aerosol_optical_depth) == (None, 0.7)
 
 
 def test_weather_and_gases_are_joined_key_by_key(tmp_path):

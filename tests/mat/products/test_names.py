@@ -28,6 +28,15 @@ def state(tmp_path, tiny_job, keys):
             "sounding: kyoto.csv\n    profile: tropical",
             {"state": "sounding", "sounding": "kyoto.csv", "air": "sounding"},
         ),
+        (
+            "profile: tropical\n    visibility_km: null\n    aerosol_optical_depth: 0.12\n    angstrom_exponent: 1.4",
+            {
+                "state": "tropical",
+                "air": "weather, day's mean",
+                "aerosol_optical_depth_550": "0.12",
+                "angstrom_exponent": "1.4",
+            },
+        ),
     ],
 )
 def test_a_state_has_the_name_of_what_it_is_made_from(tmp_path, tiny_job, keys, expected):

@@ -2,12 +2,14 @@
 
 import pytest
 
+import skyshine.mat
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.mat.scene.check import check_scene
+from skyshine.mat.scene.summary import state_summaries, summary_line
 from skyshine.mat.tables.verify import problems
 from skyshine.schemas.errors import InputError
 
@@ -102,3 +104,20 @@ def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_
     check_scene(loaded)
     build_inline(loaded, jobs=1)
     assert [problem for path in (tmp_path / "built").glob("*.h5") for problem in problems(path)] == []
+
+
+def test_an_optical_depth_is_checked_built_and_named_in_the_files(build_inline, tiny_job, tmp_path):
+    haze = "profile: midlatitude_summer\n    aerosol_optical_depth: 0.12\n    angstrom_exponent: 1.4"
+    file = tmp_path / "job.yaml"
+    file.write_text(tiny_job().replace("profile: midlatitude_summer", haze), encoding="utf-8")
+    loaded = load_job(file)
+    check_scene(loaded)
+    summary = state_summaries(loaded.trimmed)[0]
+    assert summary["aerosol_optical_depth_550"]["value"] == pytest.approx(0.12, rel=1e-9)
+    assert "optical depth 0.12 at 0.55 um, Angstrom exponent 1.4" in summary_line(summary)
+    build_inline(loaded, jobs=1)
+    paths = list((tmp_path / "built").glob("s01*.h5"))
+    assert len(paths) > 1 and [problem for path in paths for problem in problems(path)] == []
+    for path in paths:
+        attributes = skyshine.mat.open(path).attributes
+        assert (attributes["aerosol_optical_depth_550"], attributes["angstrom_exponent"]) == ("0.12", "1.4")

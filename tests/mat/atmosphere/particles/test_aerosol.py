@@ -6,6 +6,7 @@ import pytest
 from skyshine.mat.atmosphere.particles import aerosol_column, windblown
 from skyshine.mat.atmosphere.particles.aerosol import MODELS, AerosolModel
 from skyshine.mat.atmosphere.particles.aerosol_column import SEASONS, Aerosol, aerosol_extinction_550, aerosol_layers
+from skyshine.mat.atmosphere.particles.particles import between_wavelengths
 from skyshine.mat.maintain.atmospheres.aerosol import normalised, sphere_mean
 from skyshine.schemas.errors import InputError
 
@@ -40,10 +41,33 @@ def test_rural_figures_of_shettle_and_fenn():
     ],
 )
 def test_optics_of_lowtran7(name, humidity, wavelength, extinction, absorption, asymmetry):
-    optics = AerosolModel.load(name).optics([1e4 / wavelength], [humidity])
-    assert optics.extinction[0, 0] == pytest.approx(extinction, rel=1e-5)
-    assert optics.extinction[0, 0] * (1 - optics.single_scattering_albedo[0, 0]) == pytest.approx(absorption, rel=1e-5)
-    assert optics.asymmetry[0, 0] == pytest.approx(asymmetry, rel=1e-5)
+    """LOWTRAN7 is linear between its wavelengths; at these both must agree."""
+    model = AerosolModel.load(name)
+    optics = model.optics(1e4 / model.wavelength, [humidity])
+    absorbed = optics.extinction * (1 - optics.single_scattering_albedo)
+    for ours, theirs in ((optics.extinction, extinction), (absorbed, absorption), (optics.asymmetry, asymmetry)):
+        assert np.interp(wavelength, model.wavelength, ours[0]) == pytest.approx(theirs, rel=1e-5)
+
+
+def test_extinction_follows_a_power_law_between_wavelengths():
+    """Angstrom 1929: of a table that is one power law, its slope holds everywhere, for absorption too."""
+    nodes = np.array([0.3, 0.55, 1.06, 4.0])
+    wavelength = np.geomspace(0.3, 4.0, 40)
+    extinction, albedo = between_wavelengths(nodes, nodes**-1.3, 0.2 * nodes**-0.9, wavelength)
+    np.testing.assert_allclose(extinction, wavelength**-1.3, rtol=1e-13)
+    np.testing.assert_allclose(extinction * (1 - albedo), 0.2 * wavelength**-0.9, rtol=1e-13)
+    beyond, same = between_wavelengths(nodes, nodes**-1.3, 0.2 * nodes**-0.9, np.array([8.0]))
+    assert beyond[0] == pytest.approx(0.5 * 4.0**-1.3) and same[0] == pytest.approx(albedo[-1])
+
+
+def test_beside_a_wavelength_without_absorption_albedo_stays_between_its_ends():
+    nodes = np.array([0.5, 1.0, 2.0, 4.0])
+    wavelength = np.geomspace(0.5, 4.0, 31)
+    _, albedo = between_wavelengths(nodes, np.array([1.0, 5.0, 1.0, 0.1]), np.array([0.0, 0.0, 1.0, 0.1]), wavelength)
+    np.testing.assert_array_equal(albedo[wavelength <= 1.0], 1.0)
+    assert np.all(np.diff(albedo) <= 0)
+    assert albedo[-1] == 0
+    assert np.interp(np.sqrt(2.0), wavelength, albedo) == pytest.approx(0.5, abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.particles.aerosol_column import RAYLEIGH_550, Aerosol
+from skyshine.mat.atmosphere.particles.angstrom import AngstromModel
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.geometry import Shells, trace
+from skyshine.mat.atmosphere.transfer.optics import particle_sections
+from skyshine.mat.atmosphere.transfer.segments import Segments
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.errors import InputError
 
@@ -130,3 +135,74 @@ def test_repeated_altitudes_are_refused():
     ones = np.ones(4)
     with pytest.raises(InputError, match="without repetition"):
         AtmosphericState("x", levels, ones * 1e5, ones * 280, {"H2O": ones * 0}, (), 280.0, 0.1)
+
+
+def vertical_depth(state, wavelength_um):
+    """Of aerosol alone, along a vertical ray from the ground to space as lines of sight count it."""
+    shells = Shells.of(state.altitude, state.number_density, 1e4)
+    rays = trace(shells, state.altitude[:1], np.array([np.pi / 2]))
+    sections = sum(particle_sections(state, part, 1e4 / np.atleast_1d(wavelength_um))[0] for part in state.aerosols)
+    return Segments.of(rays, 0).column(sections).sum(axis=0)
+
+
+@pytest.mark.parametrize("model", ["rural", "desert", "navy_maritime", "fog_advection"])
+@pytest.mark.parametrize(("depth", "ground"), [(0.12, 0.0), (5.0, 1609.0), (0.003, -400.0)])
+def test_a_vertical_beam_has_the_optical_depth_that_is_asked_for(model, depth, ground):
+    aerosol = Aerosol(model, optical_depth=depth)
+    state = AtmosphericState.from_profile("midlatitude_summer", surface_altitude=ground, aerosol=aerosol)
+    assert np.exp(-vertical_depth(state, 0.55)[0]) == pytest.approx(np.exp(-depth), rel=1e-6)
+    assert state.aerosol_optical_depth(550.0, ground) == pytest.approx(depth, rel=1e-12)
+
+
+def test_an_optical_depth_keeps_the_shape_of_the_profile():
+    plain, scaled = (
+        AtmosphericState.from_profile("us_standard", aerosol=Aerosol("urban", optical_depth=depth))
+        for depth in (None, 0.3)
+    )
+    factor = 0.3 / plain.aerosol_optical_depth(550.0, 0.0)
+    for before, after in zip(plain.aerosols, scaled.aerosols, strict=True):
+        np.testing.assert_allclose(after.extinction_550, factor * before.extinction_550, rtol=1e-12)
+
+
+def test_no_optical_depth_is_no_aerosol():
+    assert AtmosphericState.from_profile("us_standard", aerosol=Aerosol(optical_depth=0.0)).aerosols == ()
+
+
+@pytest.mark.parametrize("model", ["rural", "desert", "fog_radiation"])
+@pytest.mark.parametrize("exponent", [-0.3, 0.0, 1.3, 2.2])
+def test_the_angstrom_exponent_is_the_slope_of_the_column(model, exponent):
+    aerosol = Aerosol(model, optical_depth=0.2, angstrom_exponent=exponent)
+    state = AtmosphericState.from_profile("tropical", aerosol=aerosol)
+    wavelength = np.array([0.34, 0.44, 0.55, 0.87, 1.02, 1.64])
+    np.testing.assert_allclose(vertical_depth(state, wavelength), 0.2 * (wavelength / 0.55) ** -exponent, rtol=1e-6)
+
+
+def test_beyond_sunlight_the_angstrom_exponent_keeps_the_model():
+    """Albedo everywhere, the spectrum of extinction from 1.64 um on; its own exponent changes nothing there."""
+    wavelength = np.array([0.4, 0.55, 0.87, 1.64, 1.641, 3.9, 9.2, 11.0])
+    rural = AerosolModel.load("rural")
+    plain, steep = (model.optics(1e4 / wavelength, [70.0]) for model in (rural, AngstromModel(rural, 2.0)))
+    np.testing.assert_array_equal(steep.single_scattering_albedo, plain.single_scattering_albedo)
+    np.testing.assert_array_equal(steep.asymmetry, plain.asymmetry)
+    ratio = (steep.extinction / plain.extinction)[0]
+    np.testing.assert_allclose(ratio[4:], ratio[3], rtol=1e-12)
+    assert ratio[3] < 0.6
+    own = np.log(plain.extinction[0, 1] / plain.extinction[0, 3]) / np.log(1.64 / 0.55)
+    same = AngstromModel(rural, own).optics(1e4 / wavelength, [70.0])
+    np.testing.assert_allclose(same.extinction[0, 3:], plain.extinction[0, 3:], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"optical_depth": -0.1}, "optical depth -0.1 is outside 0 to 100"),
+        ({"optical_depth": float("nan")}, "optical depth nan is outside"),
+        ({"optical_depth": 0.1, "visibility_km": 23.0}, "23 km and an aerosol optical depth of 0.1; allowed: one"),
+        ({"model": "none", "optical_depth": 0.1}, "name a model"),
+        ({"angstrom_exponent": float("nan")}, "exponent nan is outside -1 to 4"),
+        ({"angstrom_exponent": 4.5}, "exponent 4.5 is outside -1 to 4"),
+    ],
+)
+def test_bad_optical_depths_are_refused(settings, message):
+    with pytest.raises(InputError, match=message):
+        AtmosphericState.from_profile("tropical", aerosol=Aerosol(**settings))

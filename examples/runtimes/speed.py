@@ -86,7 +86,8 @@ def by_library(tables: list[Any], frame: dict[str, Any], count: int) -> np.ndarr
     codes = of["material"][:, None]
     place = (of["surface_altitude"], of["surface_azimuth"], of["surface_slope"])
     faces = Faces(codes, np.ones(codes.shape), *place, whole["time"])
-    return pixel_radiance(*tables, faces, view).radiance
+    surface, band, air = tables
+    return pixel_radiance(surface, band, air, faces, view).radiance
 
 
 def built(language: str, folder: Path) -> list[str] | None:

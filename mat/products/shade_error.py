@@ -106,7 +106,8 @@ def shade_error(
         highest = np.full(kilometres.size, table.highest[number], float)
         columns = response.columns(np.full(kilometres.size, number), kilometres, np.tile(slopes, _PLACES))
         temperature, melts = _solved(material, together)
-        (start, *whole), (melting, *melting_there) = (np.split(each, len(forcings)) for each in (temperature, melts))
+        start, *whole = temperature.reshape(len(forcings), -1, FINE_STEPS)
+        melting, *melting_there = melts.reshape(len(forcings), -1)
         absorbed, *absorbed_there = (Balance(forcing, material).absorbed for forcing in forcings)
         part = []
         for shaded, exact, melted in zip(absorbed_there, whole, melting_there, strict=True):

@@ -121,8 +121,8 @@ class Relaxation:
         return cls._about(
             Balance(forcing, material),
             conduction,
-            _between(about, conduction.steps),
-            None if start is None else _between(start, conduction.steps),
+            _between(about, conduction.steps).astype(float, copy=False),
+            None if start is None else _between(start, conduction.steps).astype(float, copy=False),
         )
 
     @classmethod

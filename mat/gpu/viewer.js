@@ -373,5 +373,8 @@
   }
 
   if (location.hash.startsWith("#probe=")) probe(JSON.parse(decodeURIComponent(location.hash.slice(7))));
-  else draw();
+  else {
+    draw();
+    requestAnimationFrame(draw); // the first frame waits for shaders and textures
+  }
 })();

@@ -22,7 +22,7 @@ states:
     visibility_km: 23
     weather: {air_temperature_c: [22, 33], relative_humidity_percent: 60, wind_speed_m_s: 2}
 bands:
-  - wavelength_um: [10.0, 10.2]
+  - wavelength_um: [3.9, 4.0]
 sources: [sun, moon]
 materials: [asphalt_road, grass_green]
 surface_grid:

@@ -18,6 +18,7 @@ from skyshine.mat.gpu.stated_error import apparent_temperature, random_pixels, w
 from skyshine.mat.gpu.surface import export_surface
 from skyshine.mat.runtime.pixel import pixel_radiance
 from skyshine.schemas.errors import InputError
+from skyshine.schemas.hdf5 import Group, Variable
 from skyshine.tmm import open_tmm
 
 FRAME = Frame(13.0, 0.5)
@@ -88,6 +89,29 @@ def test_the_air_of_a_whole_day_and_of_all_altitudes(tables):
     assert content.stated_error["p99"] <= 0.3
     at_night = GpuAir.of(content).frame(-60.0)
     assert not np.any(np.abs(at_night.terms["direct"]) > 1e-3)
+
+
+def of_one_altitude(air):
+    """A table cut to one altitude."""
+    if "layout" in air.attributes:
+        return replace(air, attributes=air.attributes | {"altitude_km": np.array([0.5, 0.5])})
+    axes = dict(air.root.axes)
+    axes["altitude"] = replace(axes["altitude"], values=np.asarray(axes["altitude"].values)[1:2])
+    variables = {}
+    for name, v in air.root.variables.items():
+        data = np.asarray(v.data)
+        data = data.take([1], v.dims.index("altitude")) if "altitude" in v.dims else data
+        variables[name] = Variable(v.dims, data, v.units, v.long_name, v.attributes)
+    return replace(air, root=Group(axes, variables, air.root.groups, air.root.attributes))
+
+
+def test_a_table_of_one_altitude(tables):
+    surface, band, air = tables
+    cut = of_one_altitude(air)
+    content = with_stated_error(export_air(cut, band, source_elevation=30.0), cut, band, surface)
+    assert content.textures["air0"].size[2] == 1
+    assert content.numbers["altitude_km"] == [0.5, 0.5]
+    assert content.stated_error["p99"] <= 0.06
 
 
 def test_a_source_that_the_table_cannot_tell_of_is_refused(tables):

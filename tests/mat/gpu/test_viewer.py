@@ -11,6 +11,7 @@ import skyshine.mat
 from skyshine.mat.cli import main
 from skyshine.mat.gpu.stated_error import apparent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
+from skyshine.mat.tables.surface_tables import BandTable
 from skyshine.tmm import open_tmm
 
 LARGEST_K = 0.05
@@ -113,6 +114,15 @@ def test_a_half_built_folder_is_refused(plan_build, tmp_path):
     done = CliRunner().invoke(main, ["view", str(tmp_path), "--out", str(tmp_path / "out")])
     assert done.exit_code == 2
     assert "lists s01.htt.h5, which is not there" in done.output
+
+
+def test_a_material_that_a_band_lacks_is_refused(plan_build, tmp_path, monkeypatch):
+    monkeypatch.setattr(BandTable, "materials", {"asphalt_road": 1})
+    with open_tmm(plan_build / "halves.tmm.h5") as file:
+        lacking = next(name for code, name in file.materials.items() if code != 1)
+    done = CliRunner().invoke(main, ["view", str(plan_build), "--out", str(tmp_path)])
+    assert done.exit_code == 2
+    assert f"b01.band.h5: lacks '{lacking}' of the texture halves.tmm.h5" in done.output
 
 
 def test_an_altitude_outside_the_table_and_an_unknown_texture_are_refused(plan_build, tmp_path):

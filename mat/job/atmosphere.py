@@ -142,6 +142,13 @@ class State(StrictModel):
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
     visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default the visibility of the aerosol.")
+    aerosol_table: JobFile | None = Field(
+        None,
+        description=(
+            "CSV of wavelength[um], extinction, single_scattering_albedo and asymmetry of the lowest 2 km, in place of"
+            " those of the aerosol, which then gives the amount by height."
+        ),
+    )
     aerosol_optical_depth: float | None = Field(
         None,
         ge=0,
@@ -251,6 +258,11 @@ class State(StrictModel):
             raise ValueError(
                 f"found visibility_km {self.visibility_km:g} and aerosol_optical_depth {self.aerosol_optical_depth:g};"
                 " allowed: one of them; remove the other"
+            )
+        if self.aerosol == "none" and self.aerosol_table is not None:
+            raise ValueError(
+                "found aerosol none and aerosol_table; allowed: the table with an aerosol, which gives the amount by"
+                " height; name one, or remove the table"
             )
         if self.aerosol == "none" and self.aerosol_optical_depth:
             raise ValueError(

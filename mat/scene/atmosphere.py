@@ -7,6 +7,7 @@ import hashlib
 import numpy as np
 
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, Aerosol
+from skyshine.mat.atmosphere.particles.aerosol_table import parse_aerosol
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.state.climate import blended_profile
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
@@ -80,6 +81,7 @@ def _gas_amounts(state: State) -> GasAmounts:
 
 
 def _aerosol(state: State) -> Aerosol:
+    table = state.aerosol_table
     return Aerosol(
         state.aerosol,
         visibility_km=state.visibility_km,
@@ -89,6 +91,7 @@ def _aerosol(state: State) -> Aerosol:
         season=aerosol_season(state),
         optical_depth=state.aerosol_optical_depth,
         angstrom_exponent=state.angstrom_exponent,
+        optics=None if table is None else parse_aerosol(table.text, table.path),
     )
 
 

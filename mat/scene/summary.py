@@ -34,6 +34,7 @@ def _summary(site: Site, state: State) -> dict[str, Any]:
         "relative_humidity_at_ground": quantity(float(air.relative_humidity[0]), "%"),
         "preset": state.preset,
         "aerosol": state.aerosol,
+        "aerosol_table": None if state.aerosol_table is None else state.aerosol_table.name,
         "angstrom_exponent": None if state.angstrom_exponent is None else quantity(state.angstrom_exponent, "1"),
         "stratosphere": state.stratosphere,
         "water_vapour": quantity(float(air.precipitable_water(ground)), "mm"),
@@ -62,9 +63,11 @@ def _cloud(cloud: Cloud) -> dict[str, Any]:
 
 def state_attributes(state: State) -> dict[str, str]:
     """Root attributes that name a state in its files: a sounding, its preset, or its profile; and what its air near the
-    ground follows; optical depth and Angstrom exponent of the aerosol, where the job writes them.
+    ground follows; optical depth, Angstrom exponent and table of the aerosol, where the job writes them.
     """
     air = {"air": air_text(state)}
+    if state.aerosol_table is not None:
+        air["aerosol_table"] = state.aerosol_table.name
     for name, value in (
         ("aerosol_optical_depth_550", state.aerosol_optical_depth),
         ("angstrom_exponent", state.angstrom_exponent),
@@ -85,6 +88,8 @@ def summary_line(summary: dict[str, Any]) -> str:
     parts.append(
         f"aerosol {summary['aerosol']}, optical depth {summary['aerosol_optical_depth_550']['value']:.2g} at 0.55 um"
     )
+    if summary["aerosol_table"] is not None:
+        parts[-1] += f", optical properties of {summary['aerosol_table']}"
     if summary["angstrom_exponent"] is not None:
         parts[-1] += f", Angstrom exponent {summary['angstrom_exponent']['value']:g}"
     if summary["stratosphere"] != "background":

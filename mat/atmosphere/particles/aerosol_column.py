@@ -87,6 +87,8 @@ class Aerosol:
         at the model's visibility, is scaled to it.
     angstrom_exponent : float, optional
         Of extinction in sunlight; by default that of the models. It holds for all particles of the column.
+    optics : HenyeyGreensteinModel, optional
+        Of the particles of the lowest 2 km, in place of the model's, which then gives the amount by height alone.
     """
 
     model: str = "rural"
@@ -97,8 +99,11 @@ class Aerosol:
     season: str | None = None
     optical_depth: float | None = None
     angstrom_exponent: float | None = None
+    optics: HenyeyGreensteinModel | None = None
 
     def __post_init__(self) -> None:
+        if self.model == "none" and self.optics is not None:
+            raise InputError("found no aerosol and optical properties of one; name the model of its amount by height")
         depth = self.optical_depth
         if depth is None:
             return
@@ -278,6 +283,8 @@ def aerosol_layers(
 
 
 def _boundary_layer(aerosol: Aerosol) -> AerosolModel | HenyeyGreensteinModel:
+    if aerosol.optics is not None:
+        return aerosol.optics
     if aerosol.model == "desert":
         return desert_model(aerosol.wind_speed)
     if aerosol.model == "navy_maritime":

@@ -204,3 +204,21 @@ def test_spectrum_is_drawn(mat, tmp_path):
     assert mat(*arguments, tmp_path / "s.png")[0] == 0 and (tmp_path / "s.png").is_file()
     assert mat(*arguments, tmp_path / "s.jpg")[0] == 2
     assert mat(*arguments, tmp_path / "nowhere" / "s.png")[0] == 2
+
+
+def test_a_state_of_a_job_is_seen_spectrally(mat, tmp_path):
+    folder = tmp_path / "demo"
+    assert mat("init", folder)[0] == 0
+    sight = ("spectrum", "--wavelength", "10:10.1", "--range", 1, "--source", "none")
+    status, shown, message = mat(*sight, "--job", folder / "job.yaml")
+    assert status == 0 and shown.startswith("wavenumber[cm^-1],transmittance[1]"), message
+    status, plain, _ = mat(*sight, "--aerosol-optical-depth", 0.1, "--angstrom-exponent", 1.3)
+    assert status == 0 and plain.splitlines()[1] != shown.splitlines()[1]
+    for more, complaint in (
+        (("--job", folder / "job.yaml", "--aerosol", "rural"), "found job and aerosol; allowed:"),
+        (("--job", folder / "job.yaml", "--state", 99), "job.yaml: found state 99; allowed: 1 to"),
+        (("--aerosol-optical-depth", -1), "aerosol optical depth -1 is outside 0 to 100"),
+        (("--visibility", 5, "--aerosol-optical-depth", 1), "allowed: one of them"),
+    ):
+        status, _, message = mat(*sight, *more)
+        assert status == 2 and complaint in message and message.count("\n") == 1

@@ -108,16 +108,25 @@ def test_weather_that_the_air_cannot_have_is_refused_by_the_check_and_all_other_
 
 def test_an_optical_depth_is_checked_built_and_named_in_the_files(build_inline, tiny_job, tmp_path):
     haze = "profile: midlatitude_summer\n    aerosol_optical_depth: 0.12\n    angstrom_exponent: 1.4"
+    haze += "\n    aerosol_table: dust.csv"
+    rows = "0.25,2,0.9,0.7\n0.55,1,0.9,0.7\n10,0.3,0.5,0.6\n40,0.1,0.3,0.3\n"
+    table = "wavelength[um],extinction,single_scattering_albedo,asymmetry\n" + rows
+    (tmp_path / "dust.csv").write_text(table, encoding="utf-8")
     file = tmp_path / "job.yaml"
     file.write_text(tiny_job().replace("profile: midlatitude_summer", haze), encoding="utf-8")
     loaded = load_job(file)
     check_scene(loaded)
     summary = state_summaries(loaded.trimmed)[0]
     assert summary["aerosol_optical_depth_550"]["value"] == pytest.approx(0.12, rel=1e-9)
-    assert "optical depth 0.12 at 0.55 um, Angstrom exponent 1.4" in summary_line(summary)
+    assert "depth 0.12 at 0.55 um, optical properties of dust.csv, Angstrom exponent 1.4" in summary_line(summary)
     build_inline(loaded, jobs=1)
     paths = list((tmp_path / "built").glob("s01*.h5"))
     assert len(paths) > 1 and [problem for path in paths for problem in problems(path)] == []
     for path in paths:
         attributes = skyshine.mat.open(path).attributes
-        assert (attributes["aerosol_optical_depth_550"], attributes["angstrom_exponent"]) == ("0.12", "1.4")
+        names = ("aerosol_optical_depth_550", "angstrom_exponent", "aerosol_table")
+        assert [attributes[name] for name in names] == ["0.12", "1.4", "dust.csv"]
+    (tmp_path / "dust.csv").write_text(table.replace("0.5,0.6", "1.5,0.6"), encoding="utf-8")
+    with pytest.raises(InputError, match="found 1.5; allowed: 0 to 1") as refused:
+        check_scene(load_job(file))
+    assert (refused.value.file, refused.value.line, refused.value.column) == (tmp_path / "dust.csv", 4, 8)

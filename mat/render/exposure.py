@@ -32,6 +32,23 @@ class SeenExposure:
     shaded: Booleans
     sky_view: Floats
 
+    def of_mixtures(self, shares: Floats, shaded_sky: Floats) -> tuple[Floats, Floats]:
+        """Share of the direct light that the materials of each point let fall on them, and the open share of their sky,
+        (n,) each: means over the materials.
+
+        Parameters
+        ----------
+        shares : (n, M) array
+            Of the materials; they sum to 1.
+        shaded_sky : (n, M) array
+            Open share of the sky above those that are in the shade all day; not a number for others.
+        """
+        shade = np.where(np.isnan(shaded_sky), 0.0, shares)
+        hidden_sky = self.sky_view[:, None] - np.fmin(self.sky_view[:, None], shaded_sky)
+        lit: Floats = np.clip(1.0 - shade.sum(axis=-1), 0.0, 1.0)
+        view: Floats = np.clip(self.sky_view - np.sum(shares * hidden_sky, axis=-1), 0.0, 1.0)
+        return lit, view
+
 
 def exposure_of(
     seen: SeenSurface,

@@ -72,6 +72,8 @@ class SeenScene:
     rays : ViewRays
     seen : SeenSurface
     exposure : SeenExposure
+    lit_share, sky_view : (n,) array
+        Of what is seen: the share that shade of the whole day leaves to direct light, and the open share of the sky.
     temperatures : SeenTemperatures
         At the hours of the frames of this place.
     """
@@ -79,6 +81,8 @@ class SeenScene:
     rays: ViewRays
     seen: SeenSurface
     exposure: SeenExposure
+    lit_share: Floats
+    sky_view: Floats
     temperatures: SeenTemperatures
 
 
@@ -130,7 +134,11 @@ class Renderer:
         elevation, azimuth = self._sun_of_day
         exposure = exposure_of(seen, self.surface, self._caster, elevation, azimuth, self._progress)
         codes, table = self._codes, self.tables.surface
-        return SeenScene(rays, seen, exposure, SeenTemperatures.of(table, seen, exposure, codes, hours, self._progress))
+        shaded_sky = self._materials.shaded_sky
+        mixture = seen.materials
+        lit_share, sky_view = exposure.of_mixtures(mixture.share, shaded_sky[mixture.number])
+        temperatures = SeenTemperatures.of(table, seen, exposure, codes, shaded_sky, hours, self._progress)
+        return SeenScene(rays, seen, exposure, lit_share, sky_view, temperatures)
 
     @cached_property
     def _sun_of_day(self) -> tuple[Floats, Floats]:
@@ -143,7 +151,7 @@ class Renderer:
         source = self.tables.surface.source_track(self.scene.model.source, time=hour)
         check_reach(self.scene, tables.air, place)
         check_source(self.scene, tables.air, hour, float(source.elevation))
-        lit = np.asarray(~hidden(seen, self._caster, direction(source.elevation, source.azimuth)), float)
+        lit = place.lit_share * ~hidden(seen, self._caster, direction(source.elevation, source.azimuth))
         kelvin = place.temperatures.at(number)
         radiance, mean, distance = np.empty(count), np.full(count, np.nan), np.full(count, np.inf)
         distance[seen.pixel] = seen.range
@@ -179,7 +187,7 @@ class Renderer:
         mixture = seen.materials
         return alike(
             seen.range, seen.altitude, seen.slope, seen.azimuth, mixture.number, mixture.share, kelvin, lit,
-            place.exposure.sky_view,
+            place.sky_view,
         )  # fmt: skip
 
     def _pixels(
@@ -210,7 +218,7 @@ class Renderer:
 
     def _faces(self, place: SeenScene, rows: Integers, kelvin: Floats, lit: Floats, hour: float) -> Faces:
         seen, table = place.seen, self.tables.surface
-        view = place.exposure.sky_view[rows]
+        view = place.sky_view[rows]
         count = view.size
         wall = None
         if np.any(view < 1):

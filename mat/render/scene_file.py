@@ -105,6 +105,11 @@ class SurfaceModel(StrictModel):
     replaced_materials: dict[str, str] = Field(
         {}, description="Materials that the databases lack, with those that stand for them; mat needs names them."
     )
+    shaded_materials: dict[str, Annotated[float, Field(ge=0, le=1)]] = Field(
+        {},
+        description="Materials on which no direct light falls all day, as ground under trees, each with the open share"
+        " of its sky.",
+    )
 
     @pydantic.model_validator(mode="after")
     def _one_surface(self) -> Self:

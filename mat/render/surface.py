@@ -59,6 +59,8 @@ class SurfaceMaterials:
         All materials that they name or hold, each once.
     places : dict of str to tuple
         Key of the scene file that each comes from.
+    shaded_sky : (K,) array
+        Open share of the sky above materials that are in the shade all day; not a number for others.
     """
 
     def __init__(self, scene: LoadedScene, surface: SurfaceMesh) -> None:
@@ -79,6 +81,18 @@ class SurfaceMaterials:
                 if share > 0:
                     places.setdefault(self._shown(name), covering.place)
         self.names, self.places = tuple(places), places
+        self.shaded_sky = self._shaded_sky()
+
+    def _shaded_sky(self) -> Floats:
+        open_sky = np.full(len(self.names), np.nan)
+        for name, share in self._scene.model.surface.shaded_materials.items():
+            if self._shown(name) not in self.names:
+                raise self._scene.error(
+                    ("surface", "shaded_materials", name),
+                    f"found '{name}'; allowed: the materials of the surface: {', '.join(self.names)}",
+                )
+            open_sky[self.names.index(self._shown(name))] = share
+        return open_sky
 
     def _shown(self, name: str) -> str:
         """The material that stands for one of the surface."""

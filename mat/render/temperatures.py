@@ -43,6 +43,7 @@ class SeenTemperatures:
         seen: SeenSurface,
         exposure: SeenExposure,
         codes: Integers,
+        shaded_sky: Floats,
         hours: Floats,
         progress: Progress = silent,
     ) -> SeenTemperatures:
@@ -56,6 +57,8 @@ class SeenTemperatures:
             At the 288 steps of the day.
         codes : (K,) int array
             Of the materials by their number in `seen`.
+        shaded_sky : (K,) array
+            As `SurfaceMaterials.shaded_sky`.
         hours : (H,) array
         progress : callable, optional
 
@@ -66,16 +69,20 @@ class SeenTemperatures:
         """
         used = seen.materials.share > 0
         row, part = np.nonzero(used)
-        material = codes[seen.materials.number[row, part]]
-        places: Floats = np.stack([seen.altitude, seen.azimuth, seen.slope, exposure.sky_view], axis=-1)
-        place = np.asarray(np.round(places, _DIGITS), np.float64)
-        first, column = alike(material, place[row] + 0.0, np.packbits(exposure.shaded[row], axis=1))
+        number = seen.materials.number[row, part]
+        material, under = codes[number], np.isfinite(shaded_sky[number])
+        view = np.fmin(exposure.sky_view[row], shaded_sky[number])
+        places: Floats = np.stack([seen.altitude[row], seen.azimuth[row], seen.slope[row], view], axis=-1)
+        place = np.asarray(np.round(places, _DIGITS), np.float64) + 0.0
+        shaded = exposure.shaded[row] | under[:, None]
+        first, column = alike(material, place, np.packbits(shaded, axis=1))
         kelvin = np.empty((first.size, hours.size))
         with progress(first.size, "surface temperatures") as advance:
             for start in range(0, first.size, _BLOCK):
                 chosen = first[start : start + _BLOCK]
-                shaded = exposure.shaded[row[chosen]]
-                kelvin[start : start + _BLOCK] = _columns(surface, material[chosen], place[row[chosen]], shaded, hours)
+                kelvin[start : start + _BLOCK] = _columns(
+                    surface, material[chosen], place[chosen], shaded[chosen], hours
+                )
                 advance(chosen.size)
         return cls(used, column, kelvin)
 

@@ -378,3 +378,28 @@ def test_progress_is_reported(roofed):
         list(renderer.frames())
     assert set(done) == {"tracing shadows", "surface temperatures", "radiance"}
     assert all(total == count for total, count in done.values())
+
+
+def test_materials_in_the_shade_all_day_are_the_library_s_under_that_shade(roofed, small_build):
+    surface_of = roofed().model.surface.model_dump(exclude_unset=True, mode="json")
+    plain, shaded = (
+        frames_of(roofed(surface=surface_of | changes))[0]
+        for changes in ({}, {"shaded_materials": {"grass_green": 0.4}})
+    )
+    with Renderer(roofed()) as renderer:
+        seen = renderer._see(0, np.array([10.0])).seen
+    roof = seen.pixel[seen.point[:, 2] > ROOF_HEIGHT - 0.1]
+    table, _, _ = tables_of(small_build)
+    place = {"material": "grass_green", "altitude": 0.1 + ROOF_HEIGHT / 1e3}
+    change = table.absorbed_change(**place, shade=[(0.0, 24.0)], sky_view=0.4)
+    kelvin = float(table.temperature(**place, time=10.0, absorbed_change=change))
+    assert shaded.surface_temperature.ravel()[roof] == pytest.approx(kelvin, abs=1e-6)
+    assert np.all(plain.radiance.ravel()[roof] > shaded.radiance.ravel()[roof])
+    others = np.setdiff1d(np.arange(plain.radiance.size), roof)
+    np.testing.assert_array_equal(plain.radiance.ravel()[others], shaded.radiance.ravel()[others])
+
+
+def test_shaded_materials_that_the_surface_lacks_are_refused(roofed):
+    surface = roofed().model.surface.model_dump(exclude_unset=True, mode="json")
+    with pytest.raises(InputError, match="found 'concrete'; allowed: the materials of the surface: asphalt_road"):
+        frames_of(roofed(surface=surface | {"shaded_materials": {"concrete": 0.5}}))

@@ -41,7 +41,7 @@ def test_each_material_of_each_point_has_the_temperature_of_the_table(table, poi
     shaded[1:3] = (steps >= SHADE[0]) & (steps < SHADE[1])
     exposure = SeenExposure(shaded, np.array([1.0, 0.8, 1.0, 1.0]))
     codes = np.array([table.materials[name] for name in points.materials.names])
-    read = SeenTemperatures.of(table, points, exposure, codes, hours)
+    read = SeenTemperatures.of(table, points, exposure, codes, np.full(codes.size, np.nan), hours)
     assert len(read.kelvin) == 5  # the last point is the first again
     interval = (SHADE[0] - 1 / 24, SHADE[1] - 1 / 24)
     for place in range(4):

@@ -153,10 +153,19 @@ def _catalog(folder: Path, refuse: Refuse) -> list[dict[str, Any]]:
     if not path.is_file():
         raise refuse(("databases",), f"{folder} holds no {CATALOG}; run mat build, or name the folder it wrote")
     try:
-        files = json.loads(path.read_text(encoding="utf-8"))["files"]
-        return [dict(entry) for entry in files]
+        files = [dict(entry) for entry in json.loads(path.read_text(encoding="utf-8"))["files"]]
     except (OSError, ValueError, KeyError, TypeError):
-        raise InputError("is no catalogue of databases; run mat build again", file=path) from None
+        files = []
+    keys = {"htt": ("state",), "band": ("band", "band_name"), "atmq": ("state", "band")}
+    whole = all(
+        isinstance(entry.get("file"), str)
+        and Path(entry["file"]).name == entry["file"]
+        and all(key in entry for key in keys.get(str(entry.get("filetype")), ()))
+        for entry in files
+    )
+    if not files or not whole:
+        raise InputError("is no catalogue of databases; run mat build again", file=path)
+    return files
 
 
 def _file(entries: Sequence[dict[str, Any]], **wanted: Any) -> str | None:

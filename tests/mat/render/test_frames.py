@@ -336,6 +336,23 @@ def test_what_the_databases_do_not_hold_is_one_line(plan, changes, words):
         frames_of(plan(**changes))
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "no JSON",
+        "{}",
+        '{"files": [1]}',
+        '{"files": []}',
+        '{"files": [{"file": "s01.htt.h5", "filetype": "htt"}]}',
+        '{"files": [{"file": "../s01.htt.h5", "filetype": "htt", "state": 1}]}',
+    ],
+)
+def test_a_damaged_catalogue_is_refused(plan, tmp_path, text):
+    (tmp_path / "catalog.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"catalog\.json: is no catalogue of databases"):
+        frames_of(plan(databases=str(tmp_path)))
+
+
 def test_hours_that_the_temperatures_lack_are_refused_at_their_key(plan, small_build):
     surface = open_table(small_build / "s01.htt.h5")
     axis = surface.root.axes["time"]

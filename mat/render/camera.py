@@ -1,4 +1,4 @@
-"""Cameras of a scene as rays, one a pixel, through its middle."""
+"""Cameras of a scene as rays through the middles of its pixels, or of the parts of each."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ FAR_M = 1e6
 
 @dataclass(frozen=True, eq=False)
 class ViewRays:
-    """Rays of the n = rows x columns pixels of one frame, row by row from the top.
+    """Rays of the n = rows x columns pixels of one frame, or of their parts, row by row from the top.
 
     Attributes
     ----------
     size : tuple
-        Columns and rows.
+        Columns and rows of the rays: those of the picture times the samples of its pixels.
     origin, direction : (n, 3) array
         [m], unit vectors; to east, north and up.
     altitude : (n,) array
@@ -107,7 +107,7 @@ def check_above_ground(scene: LoadedScene, surface: SurfaceMesh, caster: RayCast
 
 
 def _plan_rays(scene: LoadedScene, surface: SurfaceMesh, view: PlanView) -> ViewRays:
-    columns, rows = view.size
+    columns, rows = (count * view.samples for count in view.size)
     plan = scene.model.surface.plan
     top = view.top_azimuth_deg
     if top is None:
@@ -123,11 +123,11 @@ def _plan_rays(scene: LoadedScene, surface: SurfaceMesh, view: PlanView) -> View
     origin = turned(np.stack([x, y, np.full_like(x, view.height_m)], axis=-1).reshape(-1, 3), top) + centre
     down = np.broadcast_to([0.0, 0.0, -1.0], origin.shape)
     altitude = np.full(len(origin), surface.altitude + view.height_m * 1e-3)
-    return ViewRays(view.size, origin, down, altitude, np.zeros(len(origin)), side)
+    return ViewRays((columns, rows), origin, down, altitude, np.zeros(len(origin)), side)
 
 
 def _perspective_rays(base_km: float, camera: Perspective, position: Floats, look_at: Floats) -> ViewRays:
-    columns, rows = camera.size
+    columns, rows = (count * camera.samples for count in camera.size)
     ahead, right, up = camera_axes(look_at - position)
     half = np.tan(np.radians(camera.field_of_view_deg) / 2)
     x, y = np.meshgrid(
@@ -138,7 +138,7 @@ def _perspective_rays(base_km: float, camera: Perspective, position: Floats, loo
     length = np.linalg.norm(along, axis=-1, keepdims=True)
     origin = np.broadcast_to(position, along.shape)
     altitude = np.full(len(along), base_km + position[2] * 1e-3)
-    return ViewRays(camera.size, origin, along / length, altitude, 2 * half / columns / length[:, 0], 0.0)
+    return ViewRays((columns, rows), origin, along / length, altitude, 2 * half / columns / length[:, 0], 0.0)
 
 
 def camera_axes(ahead: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:

@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from skyshine.mat.render.databases import SceneTables, refused
+from skyshine.mat.render.databases import SceneTables, held_hours, refused
 from skyshine.mat.render.surface_mesh import direction
 from skyshine.mat.runtime.misclassification import equivalent_temperature
 from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
-from skyshine.mat.tables.axes import PERIODIC, AxisRule
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 STEPS = 288  # of a day
@@ -111,7 +110,9 @@ def contrast(
         A database, a material or a place is missing.
     """
     tables = SceneTables.of(folder, state=state, bands=None if band is None else [band], source=source, refuse=refused)
-    hours, whole = _hours(tables)
+    day = np.arange(float(STEPS)) * (24.0 / STEPS)
+    held = held_hours(tables.surface, day)
+    hours, whole = day[held], bool(held.all())
     altitude = sight.altitude
     if altitude is None:
         altitude = float(tables.surface.root.axes["altitude"].values[0])
@@ -169,17 +170,6 @@ def crossover_hours(hours: Floats, contrast: Floats, *, periodic: bool) -> tuple
             share = contrast[last] / (contrast[last] - contrast[after])
             crossings.append(float(np.mod(hours[last] + share * (hours[after] - hours[last]), 24.0)))
     return tuple(sorted(crossings))
-
-
-def _hours(tables: SceneTables) -> tuple[Floats, bool]:
-    """Clock hours that the temperatures hold, and whether they are the whole day."""
-    rule = AxisRule.of("time", tables.surface.root.axes["time"])
-    hours = np.arange(float(STEPS)) * (24.0 / STEPS)
-    if rule.interpolation == PERIODIC:
-        return hours, True
-    first, last = rule.nodes[[0, -1]]
-    inside: Booleans = np.mod(hours - first, 24.0) <= last - first
-    return hours[inside], False
 
 
 def _faces(tables: SceneTables, face: Face, code: int, altitude: float, hours: Floats) -> Faces:

@@ -12,10 +12,11 @@ import numpy as np
 
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.axes import PERIODIC, AxisRule
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
-from skyshine.schemas.arrays import Integers
+from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError, nearest
 
 CATALOG = "catalog.json"
@@ -135,6 +136,16 @@ class SceneTables:
                 if table.materials[name] != known[name]:
                     raise InputError(f"has another code for '{name}' than the .htt file; build again", file=table.path)
         return np.array([known[name] for name in places], int)
+
+
+def held_hours(surface: TemperatureTable, hours: Floats) -> Booleans:
+    """Which clock hours (T,) a table of temperatures holds: all, or a part of the day."""
+    rule = AxisRule.of("time", surface.root.axes["time"])
+    if rule.interpolation == PERIODIC:
+        return np.ones(hours.shape, bool)
+    first, last = rule.nodes[[0, -1]]
+    held: Booleans = np.mod(hours - first, 24.0) <= last - first + 1e-9
+    return held
 
 
 def _catalog(folder: Path, refuse: Refuse) -> list[dict[str, Any]]:

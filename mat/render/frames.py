@@ -12,7 +12,7 @@ import numpy as np
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.render.alike import alike
 from skyshine.mat.render.camera import ViewRays, check_above_ground, is_still, view_rays
-from skyshine.mat.render.databases import BandTables, SceneTables
+from skyshine.mat.render.databases import BandTables, SceneTables, held_hours
 from skyshine.mat.render.exposure import SeenExposure, exposure_of, hidden
 from skyshine.mat.render.rays import RayCaster, ray_caster
 from skyshine.mat.render.scene_file import LoadedScene
@@ -25,6 +25,7 @@ from skyshine.mat.runtime.pixel import Faces, PixelRadiance, View, pixel_radianc
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.night import SOURCE_ELEVATION
 from skyshine.mat.tables.response import forcing_hours
+from skyshine.mat.tables.surface_tables import TemperatureTable
 from skyshine.mat.tables.tracks import SourceTrack
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.progress import Progress, silent
@@ -48,9 +49,9 @@ class Frame:
     apparent_temperature : (rows, columns) array
         Of a black body of that radiance in the band [K].
     surface_temperature : (rows, columns) array
-        Mean over the materials of a pixel [K]; not a number where there is no surface.
+        Mean over the materials of a pixel and its rays that meet the surface [K]; not a number where none does.
     range : (rows, columns) array
-        [km]; infinite where there is no surface.
+        Of the nearest point [km]; infinite where there is no surface.
     """
 
     hour: float
@@ -104,6 +105,7 @@ class Renderer:
         self._caster: RayCaster = ray_caster(self.surface)
         check_above_ground(scene, self.surface, self._caster)
         self.tables = SceneTables.of_scene(scene)
+        check_hours(scene, self.tables.surface)
         self._materials = SurfaceMaterials(scene, self.surface)
         try:
             self._codes: Integers = self.tables.codes(self._materials.places, scene.error)
@@ -154,11 +156,20 @@ class Renderer:
             radiance[seen.pixel] = np.concatenate([part.radiance for part in terms])[kind]
             mean[seen.pixel] = np.concatenate([part.temperature for part in terms])[kind]
         self._fill_air(place, radiance, tables.air, source)
-        apparent = equivalent_temperature(tables.band, radiance)
-        shape = place.rays.size[::-1]
-        pictures = (values.reshape(shape) for values in (radiance, apparent, mean, distance))
         first, last = (float(limit) for limit in tables.air.attributes["wavelength_um"])
-        return Frame(hour, tables.name, (first, last), *pictures)
+        parts = [self._parts(place, values) for values in (radiance, mean, distance)]
+        met = np.maximum(np.isfinite(parts[1]).sum(axis=-1), 1)
+        kelvin = np.where(np.isfinite(parts[1]).any(axis=-1), np.nansum(parts[1], axis=-1) / met, np.nan)
+        seen_radiance = parts[0].mean(axis=-1)
+        apparent = equivalent_temperature(tables.band, seen_radiance)
+        return Frame(hour, tables.name, (first, last), seen_radiance, apparent, kelvin, parts[2].min(axis=-1))
+
+    def _parts(self, place: SeenScene, values: Floats) -> Floats:
+        """Values of the rays of each pixel, (rows, columns, rays of a pixel)."""
+        side = self.scene.model.camera.samples
+        columns, rows = (count // side for count in place.rays.size)
+        squares = values.reshape(rows, side, columns, side)
+        return squares.transpose(0, 2, 1, 3).reshape(rows, columns, side * side)
 
     def _kinds(self, place: SeenScene, lit: Floats, kelvin: Floats) -> tuple[Integers, Integers]:
         """Pixels that differ, and the kind of each; the pixels of a perspective all do."""
@@ -227,6 +238,23 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def check_hours(scene: LoadedScene, surface: TemperatureTable) -> None:
+    """Refuse hours at which a table holds no temperatures.
+
+    Raises
+    ------
+    InputError
+    """
+    hours = np.array(scene.hours)
+    missing = hours[~held_hours(surface, hours)]
+    if missing.size:
+        raise scene.error(
+            ("hours",),
+            f"found {clock_text(missing[0])}, at which {surface.path.name} holds no temperatures; change the hours, or"
+            " widen needs.hours or surface_grid.time of the job and build again",
+        )
 
 
 def check_reach(scene: LoadedScene, air: AtmosphereTable, place: SeenScene) -> None:

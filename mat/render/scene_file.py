@@ -20,7 +20,7 @@ from skyshine.schemas.documents import Document, StrictModel, mapping_document, 
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 
-MAX_PIXELS = 1 << 22
+MAX_RAYS = 1 << 22
 MAX_FRAMES = 1000
 
 
@@ -118,6 +118,7 @@ class PlanView(StrictModel):
 
     height_m: float = Field(gt=0, le=1e5, description="Of the observer above surface.altitude_km.")
     size: tuple[Side, Side] = Field(description="Columns and rows.")
+    samples: int = Field(1, ge=1, le=8, description="Rays along each side of a pixel, which is the mean of them.")
     centre_m: tuple[Metres, Metres] = (0.0, 0.0)
     width_m: float | None = Field(None, gt=0, le=1e6, description="Of the picture; by default the surface fits in.")
     top_azimuth_deg: Azimuth | None = Field(
@@ -138,6 +139,7 @@ class Perspective(StrictModel):
 
     field_of_view_deg: float = Field(gt=0, lt=170, description="From the left edge of the picture to the right.")
     size: tuple[Side, Side] = Field(description="Columns and rows.")
+    samples: int = Field(1, ge=1, le=8, description="Rays along each side of a pixel, which is the mean of them.")
     position_m: Point | None = None
     look_at_m: Point | None = Field(None, description="The point in the middle of the picture.")
     track: list[Station] | None = Field(
@@ -167,16 +169,26 @@ class Camera(StrictModel):
     def _one_kind(self) -> Self:
         if (self.perspective is None) == (self.plan_view is None):
             raise ValueError("found both or neither of perspective and plan_view; allowed: one of them")
-        if np.prod(self.size) > MAX_PIXELS:
-            raise ValueError(f"found a picture of {np.prod(self.size)} pixels; allowed: {MAX_PIXELS}; make it smaller")
+        rays = self.size[0] * self.size[1] * self.samples**2
+        if rays > MAX_RAYS:
+            raise ValueError(f"found a picture of {rays} rays; allowed: {MAX_RAYS}; make size or samples smaller")
         return self
 
     @property
     def size(self) -> tuple[int, int]:
         """Columns and rows."""
+        return self._kind.size
+
+    @property
+    def samples(self) -> int:
+        """Rays along each side of a pixel."""
+        return self._kind.samples
+
+    @property
+    def _kind(self) -> Perspective | PlanView:
         kind = self.perspective or self.plan_view
         assert kind is not None
-        return kind.size
+        return kind
 
 
 class HourRange(StrictModel):

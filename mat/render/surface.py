@@ -150,10 +150,9 @@ class SurfaceMaterials:
         known = shares.sum(axis=-1) > 0
         if not known.all():
             if self._unknown is None:
-                missing = texture.code(*(place[~known][0] * [texture.width, texture.height]))
                 raise self._scene.error(
                     self._surface.coverings[index].place,
-                    f"{np.sum(~known)} texels that are seen have no material (code {missing}); give"
+                    f"{np.sum(~known)} texels that are seen have no material; give"
                     " surface.unknown_material, or classify the texture without unknown texels",
                 )
             shares[~known, 0] = 1.0

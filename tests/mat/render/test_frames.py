@@ -1,10 +1,12 @@
 """Frames: their pixels are the library's, shade is where a roof hides the Sun, extremes are finite or one line."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from skyshine.mat.render.exposure import exposure_of
-from skyshine.mat.render.frames import Renderer
+from skyshine.mat.render.frames import Renderer, check_hours
 from skyshine.mat.render.rays import ray_caster
 from skyshine.mat.render.scene_file import load_scene
 from skyshine.mat.render.surface_mesh import direction
@@ -143,6 +145,29 @@ def test_a_pixel_of_a_tilted_face_is_the_pixel_of_the_library(roofed, small_buil
         tilt=(45.0, azimuth),
     )
     assert frame.radiance[1, 1] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_face_is_seen_from_both_of_its_sides(roofed, write_glb, tmp_path):
+    sides = {"front": level(9.0, 0.0), "back": level(9.0, 0.0)[:, ::-1]}
+    camera = {"plan_view": {"height_m": 500.0, "size": [2, 2], "width_m": 6.0}}
+    frames = []
+    for name, corners in sides.items():
+        file = write_glb([("ground", corners, None)], tmp_path / f"{name}.glb")
+        mesh = {"file": str(file), "materials": {"ground": "asphalt_road"}}
+        frames += frames_of(roofed(surface={"altitude_km": 0.1, "mesh": mesh}, camera=camera))
+    assert frames[0].radiance == pytest.approx(frames[1].radiance, rel=1e-12)
+
+
+def test_a_pixel_of_many_rays_is_the_mean_of_their_radiances(roofed):
+    """Under the edge of the roof, where rays of one pixel differ."""
+    camera = roofed().document.data["camera"]["perspective"]
+    (fine,) = frames_of(roofed(camera={"perspective": camera}))
+    (coarse,) = frames_of(roofed(camera={"perspective": camera | {"size": [12, 8], "samples": 2}}))
+    mean = fine.radiance.reshape(8, 2, 12, 2).mean(axis=(1, 3))
+    assert coarse.radiance == pytest.approx(mean, rel=1e-9)
+    assert coarse.range == pytest.approx(fine.range.reshape(8, 2, 12, 2).min(axis=(1, 3)))
+    assert coarse.apparent_temperature.shape == (8, 12)
+    assert np.ptp(fine.radiance) > 0
 
 
 def test_the_roof_shades_the_points_from_which_it_hides_the_sun(roofed):
@@ -309,6 +334,17 @@ def test_a_grazing_camera_sees_finite_pixels(roofed):
 def test_what_the_databases_do_not_hold_is_one_line(plan, changes, words):
     with pytest.raises(InputError, match=words):
         frames_of(plan(**changes))
+
+
+def test_hours_that_the_temperatures_lack_are_refused_at_their_key(plan, small_build):
+    surface = open_table(small_build / "s01.htt.h5")
+    axis = surface.root.axes["time"]
+    evening = {"interpolation": "linear", "out_of_range": "error", "period": 24.0}
+    part = replace(axis, values=np.array([18.0, 22.0, 27.0]), attributes=evening)
+    surface = replace(surface, root=replace(surface.root, axes=surface.root.axes | {"time": part}))
+    check_hours(plan(hours=[18.0, 23.5, 3.0]), surface)
+    with pytest.raises(InputError, match=r"hours: found 03:30, at which s01\.htt\.h5 holds no temperatures"):
+        check_hours(plan(hours=[2.0, 3.5]), surface)
 
 
 def test_a_material_that_the_databases_lack_is_refused_at_its_key(roofed):

@@ -58,7 +58,7 @@ def test_hours_of_a_track_are_those_of_its_stations(written):
         ("TEXTURE", "../../secret.tmm.h5", "5:19", "leads out of the"),
         ("metres_per_texel: 2", "metres_per_texel: .nan", "5:", "finite number"),
         ("metres_per_texel: 2", "metres_per_texel: 0", "5:", "greater than 0"),
-        ("size: [8, 4]", "size: [16384, 16384]", "6:1", "make it smaller"),
+        ("size: [8, 4]", "size: [16384, 16384]", "6:1", "make size or samples smaller"),
         ("name: test", "name: ../test", "2:7", "match pattern"),
         ("name: test", "name: test\nhours: [24]", "3:9", "less than 24"),
         ("name: test", "name: test\nhours: {first: 9, last: 3, step: 1}", "3:1", "last after first"),

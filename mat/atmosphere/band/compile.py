@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.band.points import BandPoints
-from skyshine.mat.atmosphere.band.sample import Sample
+from skyshine.mat.atmosphere.band.sample import Sample, lines_to_space
 from skyshine.mat.atmosphere.band.selection import select_points
 from skyshine.mat.atmosphere.band.targets import (
     Responses,
@@ -219,7 +219,7 @@ def fit_band(
     air = _air(state, band, grid, scope)
     training = _training(air, grid, 1, np.random.default_rng(seed), scope)
     test = _test(air, grid, seed, scope)
-    gases, dropped = _drop_gases([air], band, [training], tolerance * _GAS_SHARE)
+    gases, dropped = _drop_gases([air], band, [training], tolerance * _GAS_SHARE, scope)
     candidates = _candidates([air], [training])
     targets, exact = fitted_and_tested(air, band.weight, irradiance, brightness, training, candidates, test)
     chosen = _chosen([targets], candidates, band, gases, dropped, tolerance, max_points, seed)
@@ -253,7 +253,7 @@ def choose_points(
     irradiance, brightness = _light(source_irradiance)
     airs, generator = [_air(state, band, grid, scope) for state in states], np.random.default_rng(seed)
     training = [_training(air, grid, len(airs), generator, scope) for air in airs]
-    gases, dropped = _drop_gases(airs, band, training, tolerance * _GAS_SHARE)
+    gases, dropped = _drop_gases(airs, band, training, tolerance * _GAS_SHARE, scope)
     candidates = _candidates(airs, training)
     targets = [
         fitted_targets(air, band.weight, irradiance, brightness, sample, candidates)
@@ -395,7 +395,7 @@ def negligible_gases(
     """
     generator = np.random.default_rng(seed)
     training = [_training(air, grid, len(airs), generator, scope) for air in airs]
-    return _drop_gases(airs, band, training, tolerance * _GAS_SHARE)[1]
+    return _drop_gases(airs, band, training, tolerance * _GAS_SHARE, scope)[1]
 
 
 def _size(kind: str, values: Floats) -> Floats:
@@ -418,7 +418,7 @@ def _candidates(airs: Sequence[SpectralAir], samples: Sequence[Sample]) -> Integ
 
 
 def _drop_gases(
-    airs: Sequence[SpectralAir], band: BandPoints, samples: Sequence[Sample], allowed: float
+    airs: Sequence[SpectralAir], band: BandPoints, samples: Sequence[Sample], allowed: float, scope: PathScope
 ) -> tuple[tuple[str, ...], dict[str, float]]:
     """Gases that remain, and those omitted with the largest change each makes in an in-band transmittance; the changes
     sum to at most `allowed`.
@@ -426,7 +426,10 @@ def _drop_gases(
     effect: dict[str, float] = {}
     mean = band.weight / band.weight.sum()
     for air, sample in zip(airs, samples, strict=True):
-        gas_sample = replace(sample, lines=sample.lines[: -(-_GAS_RAYS // len(airs))])
+        lines = sample.lines[: -(-_GAS_RAYS // len(airs))]
+        if scope != ALL_PATHS:  # on which some are so short that gases matter in the light on surfaces alone
+            lines += lines_to_space(air.shells)
+        gas_sample = replace(sample, lines=lines)
         depth = gas_sample.optical_depth(air.optics.extinction)
         transmittance = np.exp(-depth) @ mean
         for gas, section in air.optics.absorption.items():

@@ -16,6 +16,7 @@ from skyshine.schemas.arrays import Floats, Integers
 _RANGES, _SURFACES, _SKY_SOURCES, _DIRECT_SURFACES, _DIRECT_SOURCES = 12, 4, 3, 12, 30
 _LEAST_ELEVATION = np.radians(1.0)  # of lines of sight that must meet air
 _SURFACE_HEIGHTS = (0.0, 1e3, 3e3, 10e3)  # m above the ground
+_TO_SPACE, _SPACE = (90.0, 40.0, 20.0, 10.0, 5.0), 1e7  # degree, and m beyond the air
 _LOW_SKIES = 2  # surfaces under the sky where all are lower than that: their skies differ less
 
 
@@ -122,6 +123,14 @@ class Sample:
             np.add.at(row, line.segments.layer, line.segments.lower)
             np.add.at(row, line.segments.layer + 1, line.segments.upper)
         return air @ per_molecule
+
+
+def lines_to_space(shells: Shells) -> tuple[SampledLine, ...]:
+    """Lines from the ground to space, along which light comes to surfaces however short the paths of a scene are."""
+    elevation = np.radians(_TO_SPACE)
+    none = np.zeros(elevation.size)
+    ranges = np.full((elevation.size, 1), _SPACE)
+    return _lines(shells, np.full(elevation.size, shells.altitude[0]), elevation, ranges, (none, none))
 
 
 def _surface_heights(scope: PathScope) -> Floats:

@@ -63,6 +63,17 @@ def test_points_chosen_for_short_paths_are_fewer_and_hold_the_tolerance_there(tm
     assert all(error["rms"] <= 1e-3 for error in part.errors.values())
 
 
+def test_gases_that_short_paths_do_not_show_stay_for_the_light_on_surfaces(tmp_path):
+    """Ozone in 8-12 um: nothing over 40 m, and a tenth of the light of the sky."""
+    text = JOB.replace("[10.2, 10.8]", "[8, 12]") + NEEDS.replace("[0.02, 0.1]", "[0.016, 0.04]").replace(
+        "[-4, 4]", "[-60, -30]"
+    )
+    (tmp_path / "job.yaml").write_text(text + "accuracy: {spectral_tolerance: 0.002}\n", encoding="utf-8")
+    _, part = compiled(load_job(tmp_path / "job.yaml"))
+    assert "O3" in part.band.gases
+    assert max(part.errors[kind]["rms"] for kind in ("sky_irradiance", "direct_irradiance")) < 5e-3
+
+
 def test_quantities_of_short_paths_agree_with_the_whole_jobs_within_the_tolerance(tmp_path):
     needed, every = job_of(tmp_path, NEEDS), job_of(tmp_path, "")
     grid, tables = path_grid(needed.trimmed), []

@@ -13,7 +13,7 @@ from skyshine.mat.gpu.evaluation import GpuAir
 from skyshine.mat.gpu.export import Frame, export_gpu
 from skyshine.mat.gpu.stated_error import apparent_temperature, random_pixels
 
-RUNTIMES = Path(__file__).parents[2] / "examples" / "runtimes"
+RUNTIMES = Path(__file__).parents[3] / "examples" / "runtimes"
 COUNT = 200
 
 
@@ -34,14 +34,14 @@ def reader(request, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def frame(small_build, tmp_path_factory):
-    """An exported frame, its band, and random pixels of it."""
+def frame(plan_build, tmp_path_factory):
+    """An exported frame in either layout, its band, and random pixels of it."""
     folder = tmp_path_factory.mktemp("frame")
-    export_gpu([small_build], folder, Frame(9.0, 0.5))
+    export_gpu([plan_build], folder, Frame(9.0, 0.5))
     content = read_gpu(folder / "s01b01.atmq.gpu.json")
     elevation = content.numbers["source_elevation"]["path"][0]
     pixels = random_pixels(content, COUNT, np.random.default_rng(4), elevation)
-    return folder, content, skyshine.mat.open(small_build / "b01.band.h5"), pixels
+    return folder, content, skyshine.mat.open(plan_build / "b01.band.h5"), pixels
 
 
 def read(reader, folder, lines):

@@ -25,6 +25,7 @@ LEAST_SHARE = 1e-3  # of the pixels, of a material that is built
 RANGE_MARGIN, HEIGHT_MARGIN_M, ANGLE_MARGIN = 0.02, 1.0, 0.5
 FARTHEST_KM = 100_000.0
 MOST_FACES = 128  # slopes times azimuths that are tabulated by themselves; of more, the span of slopes is
+_UNSEEN_WALL = (90.0, 0.0)
 _CLUSTER_DEG = 0.1  # between slopes or azimuths that count as one
 _COMPARED_UM = np.geomspace(0.3, 14.0, 200)
 _SHOWN = 5  # faces and materials in a reason
@@ -130,6 +131,9 @@ def _of_surfaces(reads: SceneReads, kept: tuple[str, ...], least_share: float) -
     yield Limit("surface_altitude_km", _heights(reads.surface_altitude_km), "of what is seen, above sea level")
     slopes = [slope for slope, _ in reads.faces]
     faces = face_nodes(list(reads.faces))
+    if not reads.level and not any(0 < slope < 180 for slope in slopes):
+        # Walls that no pixel shows send light to what it shows, which tables of level faces alone do not hold.
+        faces.append(_UNSEEN_WALL)
     if len({slope for slope, _ in faces}) * len({azimuth for _, azimuth in faces}) <= MOST_FACES:
         most = ", ".join(f"{slope:.4g}/{azimuth:.4g} {share:.2%}" for (slope, azimuth), share in _first(reads.faces))
         reason = f"slope and azimuth of {len(reads.faces)} kinds of face; {most} of the pixels"

@@ -42,6 +42,8 @@ class SceneReads:
         Share in the pixels that meet the surface, of each slope and azimuth [degree], the largest first.
     materials : dict of str to float
         Likewise of each material that a pixel holds.
+    level : bool
+        All faces of the surface are level, whether they are seen or not.
     named : tuple of str
         All materials that the surface names, whether they are seen or not.
     """
@@ -55,6 +57,7 @@ class SceneReads:
     air: float
     faces: dict[tuple[float, float], float]
     materials: dict[str, float]
+    level: bool
     named: tuple[str, ...]
 
     @property
@@ -118,6 +121,7 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
         1 - met / pixels,
         _largest_first({face: count / met for face, count in faces.items()}),
         _largest_first(seen_materials),
+        bool(np.all(np.isin(np.round(surface.slope, DECIMALS), (0.0, 180.0)))),
         named,
     )
 

@@ -250,12 +250,14 @@ def _ambient(
     surface: TemperatureTable, band: BandTable, air: AtmosphereTable, faces: Faces, view: View, *, by_wavelength: bool
 ) -> Floats:
     """L_ambient of the faces (n,) or by wavelength (n, B); of level ones where the file or the view says no more."""
-    place, ground = _lit_line(view), _ground_temperature(surface, air, faces)
+    place = _lit_line(view)
     read = air.value_by_wavelength if by_wavelength else air.value
     if view.source_heading is None or AMBIENT_HARMONICS not in air.quantities:
         light = read("ambient_radiance", **place)
     else:
-        given: dict[str, Any] = {} if faces.ground_material is None else {"ground_temperature": ground, "band": band}
+        given: dict[str, Any] = {}
+        if faces.ground_material is not None:
+            given = {"ground_temperature": _ground_temperature(surface, air, faces), "band": band}
         turn = faces.azimuth - view.source_heading
         light = air.ambient_radiance(slope=faces.slope, azimuth=turn, by_wavelength=by_wavelength, **given, **place)
     if faces.sky_view is None or faces.wall_temperature is None:
@@ -273,7 +275,7 @@ def _ambient(
         weight = np.divide(np.exp(-depth), tau, out=np.zeros_like(depth), where=tau > 0)
         return np.asarray(radiance[:, None] * share * weight)
 
-    level = read("ambient_radiance", **place)
+    level, ground = read("ambient_radiance", **place), _ground_temperature(surface, air, faces)
     upward = np.cos(np.radians(faces.slope))
     walled = beside_walls(light, level, glow(faces.wall_temperature), glow(ground), faces.sky_view, upward)
     # The sky hidden by a wall may be brighter than all that the face sees, where its own side of the sky is dark.

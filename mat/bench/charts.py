@@ -91,7 +91,7 @@ def front_chart(marks: Sequence[Mark], units: str, floor: float = 0.0, height: f
     units : str
         Of the error.
     floor : float
-        Error that no setting removes, drawn where it is within the chart.
+        Error of means over the band in exact tables, drawn where it is within the chart.
     """
     across = _Scale.of([value for mark in marks for value in (mark.low, mark.high)], _LEFT, WIDTH - _RIGHT)
     errors = [mark.y for mark in marks]

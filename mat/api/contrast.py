@@ -59,6 +59,32 @@ def contrast(
     ------
     InputError
         A database, a material or a place is missing, or a face is turned away from the observer.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> job = {
+    ...     "skyshine": 1,
+    ...     "name": "road and lawn",
+    ...     "site": {"latitude_deg": 45, "longitude_deg": 9, "date": "2026-06-21", "utc_offset_h": 1},
+    ...     "states": [{"profile": "midlatitude_summer", "weather": {"air_temperature_c": [15, 29]}}],
+    ...     "bands": [{"wavelength_um": [10, 11]}],
+    ...     "sources": ["sun"],
+    ...     "materials": ["asphalt_road", "grass_green"],
+    ...     "atmosphere_grid": {
+    ...         "range_km": [0.1, 1, 2],
+    ...         "altitude_km": [0.1, 2],
+    ...         "elevation_deg": [-90, -45, 0],
+    ...         "source_elevation_deg": [-10, 0, 30, 75],
+    ...         "source_azimuth_deg": [0, 90, 180],
+    ...     },
+    ...     "surface_grid": {"altitude_km": [0], "azimuth_deg": [0], "slope_deg": [0]},
+    ...     "output": {"pictures": False},
+    ... }
+    >>> built = skyshine.mat.build(job, out="lawn", jobs=1)
+    >>> (day,) = skyshine.mat.contrast("lawn", "asphalt_road", "grass_green")
+    >>> bool(day.contrast.max() > 10)
+    True
     """
     try:
         intervals = tuple(clock_interval(text) for text in shade)

@@ -68,9 +68,9 @@ static double height_at(double reach, double earth, double height, double angle)
 static double end_height(const struct database *database, const struct line *line, double reach, double rho, double height, double angle)
 {
     if (line->grounded) return 0.0;
-    if (!holds(database, "end_rise")) return fmax(height_at(reach, rho, height, angle), 0.0);
+    if (!sky_holds(database, "end_rise")) return fmax(height_at(reach, rho, height, angle), 0.0);
     const double straight = height_at(reach, EARTH_RADIUS + database->channels.ground_km, height, angle);
-    return fmax(straight + reach * interpolated(database, "end_rise", (double[]){line->share, line->height_root, line->direction}), 0.0);
+    return fmax(straight + reach * sky_interpolated(database, "end_rise", (double[]){line->share, line->height_root, line->direction}), 0.0);
 }
 
 static struct line line_of(const struct database *database, const double *where)

@@ -9,7 +9,10 @@ import skyshine.mat
 
 MODULES = [
     "skyshine.mat",
-    *(f"skyshine.mat.api.{name}" for name in ("band", "build", "check", "examples", "spectrum", "temperature")),
+    *(
+        f"skyshine.mat.api.{name}"
+        for name in ("band", "build", "check", "contrast", "examples", "spectrum", "temperature")
+    ),
 ]
 
 

@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.tables.raw import read_header
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import StrPath
-from skyshine.schemas.regular_files import refuse_special_file
 from skyshine.schemas.whole_files import part_file
 
 FORMAT, FORMAT_VERSION = "skyshine-gpu", "1.0.0"
 ENDING = ".gpu.json"
-HEADER_LIMIT = 64_000_000  # bytes
 ALIGNMENT = 16  # bytes; a row of RGBA32F texels
 # Texel formats by numpy type and number of channels.
 FORMATS = {
@@ -194,19 +193,9 @@ def read_gpu(path: StrPath) -> GpuFile:
         A file is missing, is not of this format, or the two do not fit each other.
     """
     path = Path(path)
-    refuse_special_file(path)
     try:
-        if path.stat().st_size > HEADER_LIMIT:
-            raise InputError(f"is larger than a header may be, {HEADER_LIMIT} bytes", file=path)
-        header = json.loads(path.read_text(encoding="utf-8"))
-        if header["format"] != FORMAT or header["format_version"].split(".")[0] != FORMAT_VERSION.split(".")[0]:
-            kind = f"{header['format']} {header['format_version']}"
-            raise InputError(f"holds {kind}; this reader reads {FORMAT} 1.x; export the database again", file=path)
-        data = path.with_name(Path(header["data"]).name)
-        refuse_special_file(data)
+        header, data = read_header(path, FORMAT, FORMAT_VERSION)
         stored = data.read_bytes()
-        if len(stored) != header["bytes"]:
-            raise InputError(f"has {len(stored)} bytes; its header says {header['bytes']}; export it again", file=data)
         textures = {name: _texture(entry, stored) for name, entry in header["textures"].items()}
         return GpuFile(header["kind"], header["source"], textures, header["numbers"], header["stated_error"])
     except OSError as error:

@@ -126,6 +126,37 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
+def read_header(path: Path, form: str, version: str) -> tuple[dict[str, Any], Path]:
+    """The JSON header of an export, and the file of its data beside it.
+
+    Parameters
+    ----------
+    path : Path
+    form, version : str
+        The format that the header must name, and the version whose major number it must have.
+
+    Raises
+    ------
+    InputError
+        The header is of another format or version, or too large, or the data have another size.
+    OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError
+        It is no such file.
+    """
+    refuse_special_file(path)
+    if path.stat().st_size > HEADER_LIMIT:
+        raise InputError(f"is larger than a header may be, {HEADER_LIMIT} bytes", file=path)
+    header = json.loads(path.read_text(encoding="utf-8"))
+    if header["format"] != form or header["format_version"].split(".")[0] != version.split(".")[0]:
+        kind = f"{header['format']} {header['format_version']}"
+        allowed = f"{form} {version.split('.')[0]}.x"
+        raise InputError(f"holds {kind}; this reader reads {allowed}; export the database again", file=path)
+    data = path.with_name(Path(header["data"]).name)
+    refuse_special_file(data)
+    if (size := data.stat().st_size) != header["bytes"]:
+        raise InputError(f"has {size} bytes; its header says {header['bytes']}; export it again", file=data)
+    return header, data
+
+
 def read_raw(path: StrPath) -> tuple[Group, dict[str, Any]]:
     """Read a flat export; its float arrays stay on disk, memory-mapped.
 
@@ -141,20 +172,8 @@ def read_raw(path: StrPath) -> tuple[Group, dict[str, Any]]:
         A file is missing, is not of this format or version, or the two do not fit each other.
     """
     path = Path(path)
-    refuse_special_file(path)
     try:
-        if path.stat().st_size > HEADER_LIMIT:
-            raise InputError(f"is larger than a header may be, {HEADER_LIMIT} bytes", file=path)
-        header = json.loads(path.read_text(encoding="utf-8"))
-        if header["format"] != FORMAT or header["format_version"].split(".")[0] != FORMAT_VERSION.split(".")[0]:
-            kind = f"{header['format']} {header['format_version']}"
-            raise InputError(f"holds {kind}; this reader reads {FORMAT} 1.x; export the database again", file=path)
-        data = path.with_name(Path(header["data"]).name)
-        refuse_special_file(data)
-        if data.stat().st_size != header["bytes"]:
-            raise InputError(
-                f"has {data.stat().st_size} bytes; its header says {header['bytes']}; export it again", file=data
-            )
+        header, data = read_header(path, FORMAT, FORMAT_VERSION)
         flat = np.memmap(data, np.uint8, "r") if header["bytes"] else np.zeros(0, np.uint8)
         groups = {place: _read_group(entry, flat) for place, entry in header["groups"].items()}
         for place in sorted(groups, key=lambda p: -p.count("/")):

@@ -147,7 +147,9 @@ class ChannelTable(AtmosphereTable):
             return np.unique([nearest_km, *np.geomspace(max(nearest_km, _NEAREST_KM), farthest, _SHOWN)])
         if axis == "altitude":
             ground = float(self.attributes["ground_altitude_km"])
-            return ground + np.asarray(self.root.axes["height_root"].values, float) ** 3
+            heights = np.asarray(self.root.axes["height_root"].values, float) ** 3
+            # The cube of a root rounds beyond the height.
+            return np.clip(ground + heights, *np.asarray(self.attributes["altitude_km"], float))
         if axis == "elevation":
             return np.array(_SHOWN_ELEVATIONS, float)
         if axis == AXES[-1]:

@@ -104,6 +104,17 @@ def test_faces_agree_with_the_integral_over_their_hemispheres(table, air, sun):
     assert np.abs(faces.errors_in_channels(table, SCALE)).max() < 0.1
 
 
+@pytest.mark.parametrize("ends", [(3.599, 3.601), (0.002, 0.003), (1.9, 7.77), (0.3, 0.7)])
+def test_the_altitudes_that_are_shown_are_those_of_the_file(channels, ends):
+    """Nodes hold cube roots of heights, whose cubes round."""
+    grid = replace(BASE, altitude_km=np.linspace(*ends, 3))
+    table = replace(channels, base=grid)
+    table = table.table(table.nodes(NodeCounts(4, 7, 4, 4, 4)))
+    altitudes = table.nodes_of("altitude")
+    assert altitudes.min() >= ends[0] and altitudes.max() <= ends[1]
+    assert np.all(table.value("beta_star", range=1.0, altitude=altitudes, elevation=0.0) > 0)
+
+
 def test_transmittance_starts_at_one_and_falls(table):
     ranges = np.geomspace(1e-3, 100.0, 60)
     for elevation in (0.0, -0.2, 3.0, 90.0):

@@ -132,7 +132,7 @@ def _of_surfaces(reads: SceneReads, kept: tuple[str, ...], least_share: float) -
     slopes = [slope for slope, _ in reads.faces]
     faces = face_nodes(list(reads.faces))
     if not reads.level and not any(0 < slope < 180 for slope in slopes):
-        # Walls that no pixel shows send light to what it shows, which tables of level faces alone do not hold.
+        # Walls and trees that no pixel shows send light to what it shows, which tables of level faces alone lack.
         faces.append(_UNSEEN_WALL)
     if len({slope for slope, _ in faces}) * len({azimuth for _, azimuth in faces}) <= MOST_FACES:
         most = ", ".join(f"{slope:.4g}/{azimuth:.4g} {share:.2%}" for (slope, azimuth), share in _first(reads.faces))

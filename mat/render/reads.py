@@ -43,7 +43,7 @@ class SceneReads:
     materials : dict of str to float
         Likewise of each material that a pixel holds.
     level : bool
-        All faces of the surface are level, whether they are seen or not.
+        All faces of the surface are level, whether they are seen or not, and no material has trees before its sky.
     named : tuple of str
         All materials that the surface names, whether they are seen or not.
     """
@@ -121,7 +121,8 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
         1 - met / pixels,
         _largest_first({face: count / met for face, count in faces.items()}),
         _largest_first(seen_materials),
-        bool(np.all(np.isin(np.round(surface.slope, DECIMALS), (0.0, 180.0)))),
+        not scene.model.surface.shaded_materials
+        and bool(np.all(np.isin(np.round(surface.slope, DECIMALS), (0.0, 180.0)))),
         named,
     )
 

@@ -159,6 +159,9 @@ def test_walls_that_no_pixel_shows_keep_a_tilted_face(yard, plain_texture):
     plan = {"altitude_km": 0.1, "plan": {"texture": str(plain_texture), "metres_per_texel": 2.0}}
     limits, _ = limits_of(yard(surface=plan, camera={"plan_view": {"height_m": 500.0, "size": [8, 4]}}))
     assert limits["faces_deg"] == [[0, 0]] and limits["elevation_deg"] == [-90, -89.5]
+    under_trees = plan | {"shaded_materials": {"asphalt_road": 0.4}}
+    limits, _ = limits_of(yard(surface=under_trees, camera={"plan_view": {"height_m": 500.0, "size": [8, 4]}}))
+    assert limits["faces_deg"] == [[0, 0], [90, 0]]
 
 
 def test_faces_of_nearly_one_direction_are_told_by_the_ends(yard):

@@ -124,7 +124,7 @@ class AirCoordinates:
                 elevations[layer, row], ranges[layer, row] = np.clip(angle, -90.0, 90.0), way
         altitude = np.clip(self.rays.ground_km + third**3, *self.altitude_km)
         return Lines(
-            np.clip(np.nan_to_num(ranges, posinf=self.range_km[1]), *self.range_km),
+            np.clip(ranges, *self.range_km),
             np.broadcast_to(altitude[:, None, None], shape),
             elevations,
         )

@@ -10,6 +10,7 @@ from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.measure.faces import FaceProbes
 from skyshine.mat.measure.scale import Scale
 from skyshine.mat.products.channel_tables import ChannelTables
@@ -102,6 +103,22 @@ def test_reads_agree_with_direct_computation(table, points, name):
 def test_faces_agree_with_the_integral_over_their_hemispheres(table, air, sun):
     faces = FaceProbes.drawn(air, BASE, sun, np.random.default_rng(3))
     assert np.abs(faces.errors_in_channels(table, SCALE)).max() < 0.1
+
+
+def test_the_beam_is_read_within_its_share_of_the_tolerance_between_its_nodes(air, channels):
+    """Half way between elevations above the rise, at the nodes of heights, where no path weakens it."""
+    coarse, fine = (replace(channels, tolerance=kelvin).surface for kelvin in (5.0, 0.05))
+    assert fine.above_rise.size > coarse.above_rise.size
+    assert fine.target_height_km.size >= coarse.target_height_km.size
+    light = air.band.radiance_weight / np.pi * channels.irradiance * SCALE.factor * SCALE.reflectance
+    middle = (fine.above_rise[1:] + fine.above_rise[:-1]) / 2
+    parts = fine.direct.factor.sum(axis=0) * SCALE.factor * SCALE.reflectance
+    at_nodes = np.einsum("kbd,k->bd", fine.direct.value, parts)
+    for row in range(0, fine.rise.size, 12):
+        target = air.air.state.surface_altitude + fine.target_height_km[row : row + 1] * 1e3
+        up = np.minimum(np.radians(fine.rise[row] + middle), np.pi / 2)
+        exact = direct_transmittance(air.air.source_paths, target, up)[0] @ light
+        assert np.abs((at_nodes[row, 1:] + at_nodes[row, :-1]) / 2 - exact).max() < 0.05
 
 
 @pytest.mark.parametrize("ends", [(3.599, 3.601), (0.002, 0.003), (1.9, 7.77), (0.3, 0.7)])

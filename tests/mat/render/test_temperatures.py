@@ -77,3 +77,12 @@ def test_source_and_line_of_sight_of_a_view_span_the_angle_between_their_directi
     between = np.degrees(np.arccos(np.sum(ahead * view.to_source, axis=1)))
     assert scattering_angle(view.centre_elevation, view.source_elevation, view.source_azimuth) == pytest.approx(between)
     assert view.to_observer == pytest.approx(-ahead)
+
+
+def test_a_mixture_gets_the_light_that_its_shaded_materials_leave():
+    exposure = SeenExposure(np.zeros((3, 288), bool), np.array([1.0, 0.3, 0.9]))
+    shares = np.array([[0.75, 0.25], [0.75, 0.25], [0.5, 0.5]])
+    lit, view = exposure.of_mixtures(shares, np.array([[np.nan, 0.4], [np.nan, 0.4], [np.nan, np.nan]]))
+    np.testing.assert_allclose(lit, [0.75, 0.75, 1.0], rtol=1e-12)
+    # The second material sees .4 of the sky at most; where the surface leaves less, that is what it sees.
+    np.testing.assert_allclose(view, [0.75 + 0.25 * 0.4, 0.3, 0.9], rtol=1e-12)

@@ -149,7 +149,8 @@ class ChannelTable(AtmosphereTable):
             ground = float(self.attributes["ground_altitude_km"])
             heights = np.asarray(self.root.axes["height_root"].values, float) ** 3
             # The cube of a root rounds beyond the height.
-            return np.clip(ground + heights, *np.asarray(self.attributes["altitude_km"], float))
+            lowest_km, highest_km = (float(value) for value in self.attributes["altitude_km"])
+            return np.clip(ground + heights, lowest_km, highest_km)
         if axis == "elevation":
             return np.array(_SHOWN_ELEVATIONS, float)
         if axis == AXES[-1]:

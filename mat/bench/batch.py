@@ -14,10 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin
+from skyshine.mat.atmosphere.band.cache import Origin
 from skyshine.mat.builder.build import build
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.plan.cost import choices
+from skyshine.schemas.kept_arrays import CACHE_VARIABLE
 
 _NEW = {Origin.FITTED.value, Origin.SIMILAR.value}  # notes of a task that chose points
 

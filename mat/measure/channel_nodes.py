@@ -27,6 +27,7 @@ from skyshine.schemas.errors import CheckFailed
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 _PASSES = 8
+WORST = 3.0  # tolerances, which the worst reads may err
 _MARGIN, _WORST = 0.95, 2.8  # tolerances that 99 % of the reads hold, and nearly all: others are a little worse
 _NEARLY_ALL = 99.98  # % of the reads
 _PART = 0.4  # of the tolerance, which an interval of a part may leave in 99 % of its reads
@@ -35,6 +36,7 @@ _WORST_SHARE = 2.0  # tolerances that it may leave in its worst read, over what 
 _THINNED, _GROWTH = 0.7, 4.0  # intervals for one, in one pass
 _IDLE = 0.5  # of the nodes that an interval has: where it needs fewer, it is thinned
 _STEADY = 0.75  # of its neighbours' growth, which an interval grows by at least
+_WORTH = 0.8  # of the nodes, at most, for which those that hold the tolerance are thinned once more
 _GAIN = 0.85  # of the error of the pass before, which more nodes must leave at most
 _WORST_LINES, _OTHER_LINES = 80, 160  # on which parts are blamed
 _OF_PATHS = ("beta_star", "path_radiance_ratio")
@@ -92,6 +94,7 @@ def placed_channels(
     tolerance: float,
     *,
     max_nodes: int,
+    fewest: bool = False,
 ) -> PlacedChannels:
     """Few nodes that hold a tolerance.
 
@@ -110,38 +113,56 @@ def placed_channels(
         Of 99 % of the reads of each quantity; all but two in ten thousand are within three times.
     max_nodes : int
         Of one field.
+    fewest : bool
+        Whether nodes are thinned further where those that hold the tolerance are more than the errors ask for.
 
     Raises
     ------
     CheckFailed
         The tolerance cannot be held with so many nodes.
     """
-    all_around, *others = probes
     p99, worst, over, tried, part = np.inf, np.inf, np.inf, nodes.size, _PART
+    placed: PlacedChannels | None = None
     for _ in range(_PASSES):
         if nodes.size > max_nodes:
             break
         before, tried, table = over, nodes.size, table_of(nodes)
-        tables = quantities_of(table)
-        measured = [all_around.errors(tables, scale)]
-        measured += [group.errors({name: tables[name] for name in _OF_PATHS}, scale) for group in others]
-        # Not a number anywhere makes these not a number, which holds no tolerance.
-        p99 = float(np.max([_percentile(error, 99.0) for group in measured for error in group.values()]))
-        pooled = [np.concatenate([group[name] for group in measured if name in group]) for name in tables]
-        worst = float(np.max([_percentile(error, _NEARLY_ALL) for error in pooled]))
+        p99, worst = largest_errors(table, probes, scale)
         if p99 <= _MARGIN * tolerance and worst <= _WORST * tolerance:
-            return PlacedChannels(table, nodes, p99, worst)
+            placed = PlacedChannels(table, nodes, p99, worst)
+            fewer = _placed_anew(nodes, table, probes, scale, _PART * tolerance) if fewest else nodes
+            if fewer.size > _WORTH * nodes.size:
+                break
+            nodes = fewer
+            continue
+        if placed is not None:
+            break
         over = float(np.max([p99 / _MARGIN, worst / _WORST])) / tolerance
         if not over <= _GAIN * before:
             if part < _PART or not np.isfinite(over):
                 break  # what errs is not what nodes hold
             part *= _TIGHTER
         nodes = _placed_anew(nodes, table, probes, scale, part * tolerance)
+    if placed is not None:
+        return placed
     raise CheckFailed(
         f"atmosphere_grid.tolerance {tolerance:g} cannot be held in channels: {tried:,} nodes a field leave an"
         f" error of {p99:.2g} (99 %), {worst:.2g} (worst); raise it, allow more with atmosphere_grid.most_nodes, or"
         " write layout: classic"
     )
+
+
+def largest_errors(table: ChannelTable, probes: Sequence[Probes], scale: Scale) -> tuple[float, float]:
+    """99 and 99.98 % of the errors of a table at random points, of the worst quantity, in the scale's unit; `probes` as
+    `placed_channels`.
+    """
+    tables, (all_around, *others) = quantities_of(table), probes
+    measured = [all_around.errors(tables, scale)]
+    measured += [group.errors({name: tables[name] for name in _OF_PATHS}, scale) for group in others]
+    # Not a number anywhere makes these not a number, which holds no tolerance.
+    p99 = float(np.max([_percentile(error, 99.0) for group in measured for error in group.values()]))
+    pooled = [np.concatenate([group[name] for group in measured if name in group]) for name in tables]
+    return p99, float(np.max([_percentile(error, _NEARLY_ALL) for error in pooled]))
 
 
 def _percentile(error: Floats, share: float) -> float:

@@ -85,12 +85,18 @@ class Probes:
 
     @classmethod
     def along_the_horizon(
-        cls, air: BandAtmosphere, base: PathGrid, irradiance: Floats, generator: np.random.Generator
+        cls,
+        air: BandAtmosphere,
+        base: PathGrid,
+        irradiance: Floats,
+        generator: np.random.Generator,
+        *,
+        count: int = GRAZING,
     ) -> Probes:
         """Draw nearly level lines towards a low source, where path radiance changes most: transmittance and path
         radiance alone.
         """
-        count = air.scope.lines(GRAZING)
+        count = air.scope.lines(count)
         altitude, _, ranges = lines_in_cells(base, count, generator)
         elevation, source, azimuth = (
             np.clip(generator.uniform(*span, shape), nodes[0], nodes[-1])

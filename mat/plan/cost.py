@@ -33,6 +33,7 @@ TABLE_LINE, TABLE_NODE, TABLE_SOURCE, TABLE_POINTS = 8.5e-4, 6.3e-7, 0.028, 44
 HARMONIC_SKY, HARMONIC_SOURCE, HARMONIC_LINE, HARMONIC_FACES = 0.8, 0.11, 1.0e-3, 0.6
 # s for the fields of tables in channels at 0.5 K, and for the lines on which their nodes are placed and measured.
 CHANNEL_LINES, CHANNEL_PROBES = 6.0, 5.0
+SHARED_TABLE, SHARED_PROBES = 0.3, 0.5  # of these, in a state on the nodes of similar airs
 _PARTS = 1000  # lines, to know which share of them samples the part of the paths that needs leave
 COMPILED_POINTS = 64  # the most that a compiled band has
 MEASURED = 0.7  # s for the lines of sight on which a table is measured, at TABLE_POINTS
@@ -66,9 +67,12 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     path_lines, nodes = len(path["altitude_km"]) * len(path["elevation_deg"]), prod(map(len, path.values()))
     one = share * (TABLE_LINE * path_lines + TABLE_NODE * nodes + TABLE_SOURCE * heights)
     tilted = share if job.ambient_harmonics else 0.0
-    measured = MEASURED * share
+    measured, tables, probes = MEASURED * share, float(sets), float(sets)
     if grid.in_channels:
         one, measured = CHANNEL_LINES * part * share, CHANNEL_PROBES * share
+        sharing = sets - shared_cells(loaded.requested).count(None)
+        tables = choices(loaded) + SHARED_TABLE * sharing
+        probes = sets - (1 - SHARED_PROBES) * sharing
     harmonics = tilted * (HARMONIC_SKY + HARMONIC_SOURCE * heights + HARMONIC_LINE * lines)
     surface = job.surface_grid
     level = int(np.sum(np.isin(surface.slope_deg, (0.0, 180.0))))
@@ -86,9 +90,9 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     return {
         "compile": part * choices(loaded) * (CHOICE_BAND * len(points) + CHOICE_POINT * sum(points))
         + part * distinct_airs(job) * (TEST_BAND * len(points) + TEST_POINT * sum(points)),
-        "atmosphere": sets * len(points) * sources * one,
+        "atmosphere": tables * len(points) * sources * one,
         "harmonics": sets * len(points) * sources * harmonics,
-        "accuracy": sets * len(points) * sources * part * (measured + HARMONIC_FACES * tilted),
+        "accuracy": probes * len(points) * sources * part * (measured + HARMONIC_FACES * tilted),
         "weighted transmittance": sets
         * emission
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),

@@ -25,6 +25,7 @@ from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import REFLECTANCE, Scale
 from skyshine.mat.products.channel_tables import ChannelTables
 from skyshine.mat.products.product import Context, TableIdentity, TaskReport
+from skyshine.mat.products.shared_nodes import shared_nodes
 from skyshine.mat.quantities.ambient_harmonics import AmbientHarmonics, ambient_harmonics
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight
@@ -49,6 +50,7 @@ from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 FILE_TYPES = {"sun": ATMQ, "moon": LUNAR_ATMQ}
 _LINES, _SKY = 200, 48  # on which tables in channels are measured, whose nodes were placed on others
+_SHARED_LINES, _SHARED_SKY = 80, 24  # the same for each of many states that share nodes: they err alike
 CHANNEL_TYPES = {"sun": ATMQ_CHANNELS, "moon": LUNAR_ATMQ_CHANNELS}
 
 
@@ -220,19 +222,22 @@ class _SourceTables:
             self._at_all_points(),
             band_wavelengths(self.response),
         )
-        with report.stage("channels"):
-            placed = channels.placed(axes.most_nodes)
+        with report.stage("similar airs"):
+            shared = shared_nodes(self.loaded, self.state, self.response, self.source, self.every)
+        placed = None
+        if shared is not None:
+            with report.stage("accuracy"):
+                probes = self._probes(base, irradiance, _SHARED_LINES, _SHARED_SKY)
+            with report.stage("channels"):
+                placed = channels.on_shared(shared, probes)
+            report.notes.append(f"{self.source}: nodes of similar airs{'' if placed else ' do not hold'}")
+        if placed is None:
+            with report.stage("channels"):
+                placed = channels.placed(axes.most_nodes)
+            with report.stage("accuracy"):
+                probes = self._probes(base, irradiance, _LINES, _SKY)
         with report.stage("accuracy"):
-            quantities = quantities_of(placed.table)
-            probes = Probes.drawn(
-                self.air,
-                base,
-                irradiance,
-                random_stream(seed, Stream.ATMOSPHERE_ERROR),
-                sky=self.air.scope.lines(_SKY),
-                count=self.air.scope.lines(_LINES),
-            )
-            measures = probes.measured(quantities, *self._scales(irradiance))
+            measures = probes.measured(quantities_of(placed.table), *self._scales(irradiance))
             if job.ambient_harmonics:
                 faces = FaceProbes.drawn(self.air, base, irradiance, random_stream(seed, Stream.TILTED_FACES))
                 own, kelvin, percent = (
@@ -244,6 +249,11 @@ class _SourceTables:
         accuracy = _accuracy(measures, self.compiled, seed, notes)
         root = placed.table.root
         return replace(root, groups={"accuracy": accuracy}, attributes=self._attributes(names) | root.attributes)
+
+    def _probes(self, base: PathGrid, irradiance: npt.NDArray[np.float64], lines: int, sky: int) -> Probes:
+        """Random lines of sight on which tables in channels are measured."""
+        generator, scope = random_stream(self.loaded.trimmed.accuracy.seed, Stream.ATMOSPHERE_ERROR), self.air.scope
+        return Probes.drawn(self.air, base, irradiance, generator, sky=scope.lines(sky), count=scope.lines(lines))
 
     def _at_all_points(self) -> tuple[SpectralAir, PartedLight]:
         """The air of the tables at all points of the band, and the light there."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,8 +13,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
-from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
-from skyshine.mat.measure.channel_nodes import PlacedChannels, placed_channels
+from skyshine.mat.measure.channel_nodes import WORST, PlacedChannels, largest_errors, placed_channels
 from skyshine.mat.measure.probes import LINES, Probes, lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.scale import Scale
@@ -25,7 +24,7 @@ from skyshine.mat.quantities.channels.end_heights import largest_change_of_beam
 from skyshine.mat.quantities.channels.nodes import ChannelNodes, NodeCounts, elevation_nodes
 from skyshine.mat.quantities.channels.parts import Parts
 from skyshine.mat.quantities.channels.path_fields import BandLight, path_fields
-from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS, SourceParts, source_parts
+from skyshine.mat.quantities.channels.source_parts import SKY_ELEVATIONS, SourceParts, sampled_radiance, source_parts
 from skyshine.mat.quantities.channels.surface_light import SurfaceLight, surface_light
 from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares
 from skyshine.mat.quantities.emission import lines_of_sight
@@ -35,7 +34,7 @@ from skyshine.mat.radiometry.scattering_angle import azimuth_at
 from skyshine.mat.tables.channel_table import ChannelTable
 from skyshine.mat.tables.channels import ChannelContent, channel_group
 from skyshine.mat.tables.night import dark_elevation
-from skyshine.schemas.arrays import Floats
+from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.hdf5 import Group
 
 _SAMPLE_LINES = 150  # on which absorbers are fitted
@@ -59,6 +58,22 @@ _SHARE_LINES = 120  # on which light is parted by wavelength
 _SHARE_ELEVATIONS = (2.0, 90.0)  # of the source there, degree: lower down its light is faint in the blue alone
 _LIGHT_SHARE = 0.1  # of the tolerance, which light on surfaces may miss at most
 _END_LINES = 100  # on which the heights of the ends of paths are compared
+_LEVEL_LINES = 30  # along the horizon, on which nodes that states share are tried in each
+
+
+@dataclass(frozen=True, eq=False)
+class SharedNodes:
+    """What the tables of several states share.
+
+    Attributes
+    ----------
+    nodes : ChannelNodes
+    sources : SourceParts
+        On the nodes' elevations and scattering angles.
+    """
+
+    nodes: ChannelNodes
+    sources: SourceParts
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,18 +166,22 @@ class ChannelTables:
         return {}
 
     def _sources(self, nodes: ChannelNodes) -> SourceParts:
-        altitude, elevation, ranges = lines_in_cells(
-            self.base, self.air.scope.lines(_SOURCE_LINES), random_stream(self.seed, Stream.CHANNELS, 1)
-        )
+        sample = [self.source_sample(nodes, self.air.scope.lines(_SOURCE_LINES))] if self.is_lit else []
+        allowed = _SOURCE_SHARE * self.tolerance / self.scale.factor
+        return source_parts(nodes.source_elevation, nodes.scattering_angle, sample, allowed)
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether air scatters light of the source."""
+        return bool(self._light.source.any())
+
+    def source_sample(self, nodes: ChannelNodes, count: int) -> tuple[Integers, Floats]:
+        """Path radiance of so many sample lines under all directions of the source."""
+        generator = random_stream(self.seed, Stream.CHANNELS, 1)
+        altitude, elevation, ranges = lines_in_cells(self.base, count, generator)
         step = max(1, ranges.shape[1] // _SOURCE_RANGES)
-        return source_parts(
-            self.air,
-            self._light,
-            nodes.source_elevation,
-            nodes.scattering_angle,
-            (altitude, elevation, ranges[:, ::step]),
-            _SOURCE_SHARE * self.tolerance / self.scale.factor,
-        )
+        lines = altitude, elevation, ranges[:, ::step]
+        return sampled_radiance(self.air, self._light, nodes.source_elevation, nodes.scattering_angle, lines)
 
     @cached_property
     def surface(self) -> SurfaceLight:
@@ -208,15 +227,14 @@ class ChannelTables:
         ground, base = self.air.air.state.surface_altitude / 1e3, self.base
         lowest, highest = (max(float(altitude) - ground, 0.0) for altitude in base.altitude_km[[0, -1]])
         first, last = base.source_elevation_deg[[0, -1]]
-        if self.air.scope != ALL_PATHS:
-            span = float(np.cbrt(highest) - np.cbrt(lowest))
-            most = replace(counts, height=max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN)))
-            counts = min(counts, most, key=lambda those: those.height)
+        span = float(np.cbrt(highest) - np.cbrt(lowest))
+        most = max(_FEWEST_HEIGHTS, math.ceil(counts.height * span / _HEIGHT_SPAN))
+        counts = replace(counts, height=min(counts.height, most))
         return ChannelNodes.of(counts, (lowest, highest), (float(first), float(last)))
 
-    def table(self, nodes: ChannelNodes) -> ChannelTable:
-        """The table on some nodes, in memory."""
-        base, sources = self.base, self.sources(nodes)
+    def table(self, nodes: ChannelNodes, sources: SourceParts | None = None) -> ChannelTable:
+        """The table on some nodes, in memory; by default of the directions of the source that are chosen for it."""
+        base, sources = self.base, sources or self.sources(nodes)
         ends = float(base.altitude_km[0]), float(base.altitude_km[-1])
         rays = RayCoordinates.of(self.air.air.shells, nodes.height_root)
         fields = path_fields(
@@ -247,8 +265,37 @@ class ChannelTables:
         group = channel_group(content, Group(), {})
         return ChannelTable(Path("in memory"), "atmq", group, group.attributes)
 
-    def placed(self, most_nodes: int) -> PlacedChannels:
-        """The table on few nodes that hold the tolerance; most_nodes : of all fields together."""
+    def on_shared(self, shared: SharedNodes, probes: Probes) -> PlacedChannels | None:
+        """The table on nodes that states share, if they hold the tolerance on probes, and along the horizon."""
+        if self.is_lit != bool(shared.sources.chosen_angle.size):
+            return None
+        table = self.table(shared.nodes, shared.sources)
+        generator = random_stream(self.seed, Stream.CHANNELS, 6)
+        level = Probes.along_the_horizon(self.air, self.base, self.irradiance, generator, count=_LEVEL_LINES)
+        p99, worst = largest_errors(table, [probes, level], self.scale)
+        held = p99 <= self.tolerance and worst <= WORST * self.tolerance
+        return PlacedChannels(table, shared.nodes, p99, worst) if held else None
+
+    def shared(self, similar: Sequence[ChannelTables], most_nodes: int) -> SharedNodes:
+        """The fewest nodes that hold the tolerance, with directions of the source for this air and similar ones;
+        most_nodes : of all fields together.
+        """
+        nodes = self.placed(most_nodes, fewest=True).nodes
+        count = math.ceil(self.air.scope.lines(_SOURCE_LINES) / (1 + len(similar)))
+        samples = [tables.source_sample(nodes, count) for tables in (self, *similar) if tables.is_lit]
+        allowed = _SOURCE_SHARE * self.tolerance / self.scale.factor
+        return SharedNodes(nodes, source_parts(nodes.source_elevation, nodes.scattering_angle, samples, allowed))
+
+    def placed(self, most_nodes: int, *, fewest: bool = False) -> PlacedChannels:
+        """The table on few nodes that hold the tolerance.
+
+        Parameters
+        ----------
+        most_nodes : int
+            Of all fields together.
+        fewest : bool
+            As `channel_nodes.placed_channels`.
+        """
         generator, scope = random_stream(self.seed, Stream.CHANNELS, 2), self.air.scope
         probes = [
             Probes.drawn(
@@ -264,7 +311,9 @@ class ChannelTables:
         relative = self.tolerance / (self.scale.background * self.scale.factor)
         nodes = self.nodes(NodeCounts().scaled(float(np.clip(np.sqrt(_START / relative), _FEWEST, 1.0))))
         fields = self._fields(self.sources(nodes).chosen_angle.size)
-        return placed_channels(self.table, probes, nodes, self.scale, self.tolerance, max_nodes=most_nodes // fields)
+        return placed_channels(
+            self.table, probes, nodes, self.scale, self.tolerance, max_nodes=most_nodes // fields, fewest=fewest
+        )
 
     def _fields(self, source_parts: int) -> int:
         """Number of arrays on the nodes of paths."""
@@ -275,7 +324,7 @@ class ChannelTables:
         return {
             "channels": int(self.air.band.weight.size),
             "absorbers": self.absorbers.count,
-            "source_parts": placed.table.root.axes["source_part"].values.size if self._light.source.any() else 0,
+            "source_parts": placed.table.root.axes["source_part"].values.size if self.is_lit else 0,
             "field_nodes": placed.nodes.size,
         }
 

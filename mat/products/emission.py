@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
 from skyshine.mat.measure.probes import lines_in_cells
 from skyshine.mat.measure.random_streams import Stream, random_stream
 from skyshine.mat.measure.sampling import random_places
@@ -56,7 +55,7 @@ class EmissionProduct:
             "water_continuum": job.water_continuum,
             "atmosphere_grid": _lists(path_grid(job, QUANTITY)),
             "grouped_on": _lists(path_grid(job)),
-            **({} if scope == ALL_PATHS else {"path_share": scope.share}),
+            **({"path_share": scope.share} if scope.is_part else {}),
             "accuracy": job.accuracy.model_dump(mode="json", include={"class_tolerance", "seed"}),
             "materials": list(context.materials),
             "materials_sha256": materials_digest(library, context.materials),

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TypedDict
+
 import numpy as np
 
-from skyshine.mat.atmosphere.band.cache import Origin, cached_compile_band
+from skyshine.mat.atmosphere.band.cache import Origin, cached_compile_band, points_for_airs
 from skyshine.mat.atmosphere.band.compile import CompiledBand
 from skyshine.mat.atmosphere.band.points import BandPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.path_axes import PathScope
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
@@ -16,6 +20,7 @@ from skyshine.mat.scene.air_cells import shared_cell, states_of_cell
 from skyshine.mat.scene.bands import absorption_table
 from skyshine.mat.scene.grids import path_grid, path_scope
 from skyshine.mat.scene.sources import source_irradiance, usual_irradiance
+from skyshine.schemas.arrays import Floats
 
 MAX_POINTS = 64
 
@@ -44,20 +49,43 @@ def compiled_band(
     job = loaded.trimmed
     place = everything.wavenumber, everything.width
     on_the_day = np.stack([source_irradiance(job, source, *place) for source in job.sources])
-    usual = np.stack([usual_irradiance(source, *place) for source in job.sources])
     return cached_compile_band(
         absorption_table(job.water_continuum),
         state,
         everything,
         path_grid(job),
         on_the_day,
-        usual,
-        tolerance=job.accuracy.spectral_tolerance,
-        max_points=MAX_POINTS,
-        seed=job.accuracy.seed,
-        scope=path_scope(loaded),
+        _usual(job, everything),
+        **_settings(loaded),
         similar=similar_airs(loaded.requested, written, response),
     )
+
+
+def band_of_airs(loaded: LoadedJob, airs: Sequence[AtmosphericState], everything: BandPoints) -> BandPoints:
+    """All points of a band reduced for similar airs; parameters as `compiled_band`."""
+    job = loaded.trimmed
+    table = absorption_table(job.water_continuum)
+    return points_for_airs(table, airs, everything, path_grid(job), _usual(job, everything), **_settings(loaded)).band
+
+
+class _Settings(TypedDict):
+    tolerance: float
+    max_points: int
+    seed: int
+    scope: PathScope
+
+
+def _settings(loaded: LoadedJob) -> _Settings:
+    """How points are chosen."""
+    accuracy = loaded.trimmed.accuracy
+    return _Settings(
+        tolerance=accuracy.spectral_tolerance, max_points=MAX_POINTS, seed=accuracy.seed, scope=path_scope(loaded)
+    )
+
+
+def _usual(job: Job, everything: BandPoints) -> Floats:
+    """Irradiance of the job's sources on no particular day, (B, P)."""
+    return np.stack([usual_irradiance(source, everything.wavenumber, everything.width) for source in job.sources])
 
 
 def similar_airs(requested: Job, written: State, response: SpectralResponse) -> tuple[AtmosphericState, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import EARTH_RADIUS
-from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
+from skyshine.mat.atmosphere.transfer.path_axes import PathScope
 from skyshine.mat.job.load import LoadedJob
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.trim import read_share
@@ -23,10 +23,8 @@ def path_grid(job: Job, quantity: str | None = None) -> PathGrid:
 
 
 def path_scope(loaded: LoadedJob) -> PathScope:
-    """The part of the paths of a job that is within its query limits."""
+    """The part of the paths of a job that is within its query limits, and how high the surfaces at their ends lie."""
     share, job = read_share(loaded.requested, loaded.trimmed), loaded.trimmed
-    if share == 1.0:
-        return ALL_PATHS
     axes = job.atmosphere_axes()
     reach, steepest = 1e3 * axes["range_km"][-1], np.radians(max(axes["elevation_deg"][-1], 0.0))
     start = 1e3 * (axes["altitude_km"][-1] - job.site.altitude_km)

@@ -7,20 +7,15 @@ before, nor on what is cached.
 
 The key is a hash over all that a compilation depends on: state, points and response, axes, sources, tolerance, the
 absorption table and the source code that compiles. What is kept is what compiling gave, to the last bit. A file is
-believed if it is a regular file of this user, its digest holds over the key and the content, and the content fits the
-band; any other counts as absent and is replaced. The folder may be deleted at any time. `SKYSHINE_CACHE` names another
-folder; leave it empty to disable caching.
+believed as `schemas.kept_arrays` says, and if its content fits the band; any other counts as absent and is replaced.
+The folder may be deleted at any time.
 """
 
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import math
-import os
-import stat
-import tempfile
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
@@ -28,6 +23,7 @@ from enum import Enum
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypedDict
 
 import numpy as np
@@ -50,11 +46,11 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathAxes, PathScope
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.digest import digest_of
+from skyshine.schemas.kept_arrays import keep_arrays, kept_arrays, kept_folder
 
-CACHE_VARIABLE = "SKYSHINE_CACHE"
+FOLDER = "bands"  # of the kept files
 FORMAT = 2  # raised when the layout of the kept files changes
 HEAD = b"skyshine compiled band 2\n"  # then the digest in hexadecimal digits, and the arrays as numpy keeps several
-FILE_LIMIT = 1 << 24  # bytes; a band of a thousand points takes 30 kB
 STATISTICS = ("max", "p95", "rms")
 # Tolerances that shared points may err where the largest number of points, not the tolerance, ended their choice: those
 # fitted to the air of the state alone then miss the tolerance by as much.
@@ -80,16 +76,6 @@ class Origin(Enum):
     SIMILAR = "points chosen for similar airs"
     SHARED_SIMILAR = "points chosen before for similar airs"
     CACHE = "compiled band from the cache"
-
-
-def cache_folder() -> Path | None:
-    """Folder of the cached bands; None if the environment disables caching."""
-    named = os.environ.get(CACHE_VARIABLE)
-    if named is not None:
-        return Path(named) / "bands" if named else None
-    import platformdirs
-
-    return Path(platformdirs.user_cache_dir("skyshine")) / "bands"
 
 
 def cached_compile_band(
@@ -127,12 +113,12 @@ def cached_compile_band(
     compiled : CompiledBand
     origin : Origin
     """
-    folder = cache_folder()
+    folder = kept_folder(FOLDER)
     tolerance, max_points, seed = float(tolerance), int(max_points), int(seed)
     settings = _Settings(tolerance=tolerance, max_points=max_points, seed=seed, scope=scope)
     usual, irradiance = np.asarray(usual_irradiance), np.asarray(source_irradiance)
     airs = [over_air(one) for one in similar]
-    common = (table.content, band.weight, band.points.wavenumber, band.gases, grid, usual, settings)
+    common = _common(table, band, grid, usual, settings)
     key = content_key(*common, over_air(state), airs, state.surface_temperature, irradiance)
     path = None if folder is None else folder / f"{key}.npz"
     compiled = None if path is None else _read(path, key, band)
@@ -141,7 +127,7 @@ def cached_compile_band(
 
     if airs:
         chosen, known = _cached_choice(
-            folder, content_key(*common, airs), band, lambda: choose_points(airs, band, grid, usual, **settings)
+            content_key(*common, airs), band, lambda: choose_points(airs, band, grid, usual, **settings)
         )
         fit, _ = _cached_fit(
             content_key(*common, over_air(state), airs),
@@ -162,12 +148,37 @@ def cached_compile_band(
     return compiled, origin
 
 
-def _cached_choice(
-    folder: Path | None, key: str, band: BandPoints, choice: Callable[[], ChosenPoints]
-) -> tuple[ChosenPoints, bool]:
+def points_for_airs(
+    table: AbsorptionTable,
+    similar: Sequence[AtmosphericState],
+    band: BandPoints,
+    grid: PathAxes,
+    usual_irradiance: Floats,
+    *,
+    tolerance: float,
+    max_points: int,
+    seed: int,
+    scope: PathScope = ALL_PATHS,
+) -> ChosenPoints:
+    """The points that are chosen for similar airs; parameters as `cached_compile_band`."""
+    usual, airs = np.asarray(usual_irradiance), [over_air(one) for one in similar]
+    settings = _Settings(tolerance=float(tolerance), max_points=int(max_points), seed=int(seed), scope=scope)
+    key = content_key(*_common(table, band, grid, usual, settings), airs)
+    return _cached_choice(key, band, lambda: choose_points(airs, band, grid, usual, **settings))[0]
+
+
+def _common(
+    table: AbsorptionTable, band: BandPoints, grid: PathAxes, usual: Floats, settings: _Settings
+) -> tuple[Any, ...]:
+    """What the points of a band depend on beside the air."""
+    return table.content, band.weight, band.points.wavenumber, band.gases, grid, usual, settings
+
+
+def _cached_choice(key: str, band: BandPoints, choice: Callable[[], ChosenPoints]) -> tuple[ChosenPoints, bool]:
     """A choice for similar airs of this process, of the folder, or a new one; whether it was known."""
     if key in _choices:
         return _choices[key], True
+    folder = kept_folder(FOLDER)
     path = None if folder is None else folder / f"{key}.npz"
     kept = None if path is None else _read(path, key, band)
     if kept is None:
@@ -194,14 +205,14 @@ def _cached_fit(key: str, fit: Callable[[], FittedBand]) -> tuple[FittedBand, bo
 
 def content_key(*parts: Any) -> str:
     """SHA-256 over values of any depth, with the code and the libraries that turn them into a compiled band."""
-    return digest_of(FORMAT, _code_digest(), metadata.version("numpy"), metadata.version("scipy"), *parts)
+    return digest_of(FORMAT, code_digest(atmosphere, radiometry), *map(metadata.version, ("numpy", "scipy")), *parts)
 
 
-@lru_cache(maxsize=1)
-def _code_digest() -> str:
-    """Hash of the modules that a compilation runs: the whole trees of the atmosphere and of radiometry."""
+@lru_cache
+def code_digest(*packages: ModuleType) -> str:
+    """Hash of the modules of packages: a compilation runs those of the atmosphere and of radiometry."""
     digest = hashlib.sha256()
-    for package in (atmosphere, radiometry):
+    for package in packages:
         folder = Path(str(package.__file__)).parent
         for path in sorted(folder.rglob("*.py")):
             digest.update(path.relative_to(folder.parent).as_posix().encode() + b"\0" + path.read_bytes())
@@ -209,67 +220,36 @@ def _code_digest() -> str:
 
 
 def _write(path: Path, key: str, compiled: CompiledBand) -> None:
-    """Keep a band: a part file, renamed when it is whole. Where the folder cannot be written nothing is kept."""
+    """Keep a band."""
     about = {
         "gases": compiled.band.gases,
         "total_points": compiled.total_points,
         "errors": compiled.errors,
         "dropped": compiled.dropped,
     }
-    content = io.BytesIO()
-    np.savez(
-        content,
-        index=compiled.index,
-        weight=compiled.band.weight,
-        ladder=compiled.ladder,
-        about=np.array(json.dumps(about)),
-    )
-    part = None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
-            part = Path(file.name)
-            file.write(_with_digest(key, content.getvalue()))
-        os.replace(part, path)
-    except OSError:
-        if part is not None:
-            part.unlink(missing_ok=True)
+    arrays = {
+        "index": compiled.index,
+        "weight": compiled.band.weight,
+        "ladder": compiled.ladder,
+        "about": np.array(json.dumps(about)),
+    }
+    keep_arrays(path, HEAD, key, arrays)
 
 
 def _read(path: Path, key: str, band: BandPoints) -> CompiledBand | None:
     """A kept band, or None where there is none that can be believed."""
+    kept = kept_arrays(path, HEAD, key)
+    if kept is None:
+        return None
     try:
-        stored = _own_bytes(path)
-        content = stored[len(HEAD) + 65 :]
-        if stored != _with_digest(key, content):
-            return None
-        with np.load(io.BytesIO(content), allow_pickle=False) as kept:
-            index, weight, ladder = kept["index"], kept["weight"], kept["ladder"]
-            about = json.loads(str(kept["about"]))
+        index, weight, ladder = kept["index"], kept["weight"], kept["ladder"]
+        about = json.loads(str(kept["about"]))
         if not _fits_band(index, weight, ladder, about, band):
             return None
         few = BandPoints(band.points.subset(index), weight, tuple(about["gases"]))
         return CompiledBand(few, index, about["total_points"], about["errors"], about["dropped"], ladder)
     except Exception:  # whatever a damaged file leads to, the band is compiled again
         return None
-
-
-def _with_digest(key: str, content: bytes) -> bytes:
-    """A kept file: what it is, the digest over key and content, the content."""
-    return HEAD + digest_of(key, content).encode() + b"\n" + content
-
-
-def _own_bytes(path: Path) -> bytes:
-    """Content of a file of this user; of none where it is another's, or no regular file, or too large."""
-    # Without waiting: a pipe may stand in place of the file.
-    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-    descriptor = os.open(path, flags)
-    with open(descriptor, "rb") as file:
-        status = os.fstat(descriptor)
-        foreign = hasattr(os, "geteuid") and status.st_uid != os.geteuid()
-        if foreign or not stat.S_ISREG(status.st_mode) or status.st_size > FILE_LIMIT:
-            return b""
-        return file.read(FILE_LIMIT)
 
 
 def _fits_band(

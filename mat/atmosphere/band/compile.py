@@ -296,7 +296,7 @@ def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathS
     the chosen ones are compared in the same field.
     """
     elevations = np.array(_TWO_STREAM_ELEVATIONS)
-    if scope != ALL_PATHS:  # those around the source
+    if scope.is_part:  # those around the source
         low, high = np.maximum(grid.source_elevation_deg[[0, -1]], 0.0)
         first = int(np.searchsorted(elevations, low - _HORIZON_DROP, side="right")) - 1
         elevations = elevations[first : int(np.searchsorted(elevations, high + _HORIZON_DROP)) + 1]
@@ -427,7 +427,7 @@ def _drop_gases(
     mean = band.weight / band.weight.sum()
     for air, sample in zip(airs, samples, strict=True):
         lines = sample.lines[: -(-_GAS_RAYS // len(airs))]
-        if scope != ALL_PATHS:  # on which some are so short that gases matter in the light on surfaces alone
+        if scope.is_part:  # on which some are so short that gases matter in the light on surfaces alone
             lines += lines_to_space(air.shells)
         gas_sample = replace(sample, lines=lines)
         depth = gas_sample.optical_depth(air.optics.extinction)

@@ -32,6 +32,11 @@ class PathScope:
     share: float = 1.0
     highest_surface: float = math.inf
 
+    @property
+    def is_part(self) -> bool:
+        """Whether scenes read less than all paths."""
+        return self.share < 1
+
     def lines(self, count: int, least: int = _LEAST_LINES) -> int:
         """How many lines sample this part where `count` sample all."""
         return max(math.ceil(max(self.share, _LEAST_SHARE) * count), min(least, count))

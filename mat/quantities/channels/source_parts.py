@@ -7,6 +7,7 @@ others by direction.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,15 +45,14 @@ class SourceParts:
     factor: Floats
 
 
-def source_parts(
+def sampled_radiance(
     atmosphere: BandAtmosphere,
     light: BandLight,
     elevation: Floats,
     angle: Floats,
     lines: tuple[Floats, Floats, Floats],
-    allowed: float,
-) -> SourceParts:
-    """The fewest directions that give the path radiance of sample lines under all.
+) -> tuple[Integers, Floats]:
+    """Scattered path radiance of sample lines under all directions of the source.
 
     Parameters
     ----------
@@ -61,16 +61,15 @@ def source_parts(
     elevation, angle : (SE,), (SA,) arrays
         Nodes of source elevation and of scattering angle, degree.
     lines : altitude, elevation (n,), ranges (n, R)
-        Of the sample, km and degree. Those with odd numbers only test.
-    allowed : float
-        Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1].
+        Of the sample, km and degree.
 
     Returns
     -------
-    SourceParts
+    numbers : (n R,) int array
+        Of the line of each row.
+    radiance : (n R, SE SA) array
+        W m^-2 sr^-1.
     """
-    if not np.any(light.source > 0):
-        return SourceParts(elevation, angle, np.zeros(0), np.zeros(0), np.zeros((0, elevation.size, angle.size)))
     altitude, line_elevation, ranges = lines
     atmosphere.air.prepare()
     paths = list(lines_of_sight(atmosphere.air, ranges * 1e3, altitude * 1e3, np.radians(line_elevation)))
@@ -83,6 +82,30 @@ def source_parts(
         return np.full(ranges.shape[1], number), radiance
 
     numbers, radiance = (np.concatenate(part) for part in zip(*parallel_map(seen, range(len(paths))), strict=True))
+    return numbers, radiance
+
+
+def source_parts(
+    elevation: Floats, angle: Floats, samples: Sequence[tuple[Integers, Floats]], allowed: float
+) -> SourceParts:
+    """The fewest directions that give the path radiance of sample lines under all.
+
+    Parameters
+    ----------
+    elevation, angle : (SE,), (SA,) arrays
+        Nodes of source elevation and of scattering angle, degree.
+    samples : sequence of `sampled_radiance`
+        Of one air or of several; none without light. Lines with odd numbers only test.
+    allowed : float
+        Root mean square error of path radiance on the lines that only test [W m^-2 sr^-1].
+
+    Returns
+    -------
+    SourceParts
+    """
+    if not samples:
+        return SourceParts(elevation, angle, np.zeros(0), np.zeros(0), np.zeros((0, elevation.size, angle.size)))
+    numbers, radiance = (np.concatenate(part) for part in zip(*samples, strict=True))
     fit = numbers % 2 == 0
     order = pivots(radiance[fit])
     most = min(MOST_PARTS, radiance.shape[1], int(np.count_nonzero(fit)))

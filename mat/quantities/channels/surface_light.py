@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.ambient_harmonics import HarmonicSky, ground_emission
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
@@ -199,9 +198,8 @@ def surface_light(
     scope, ground = atmosphere.scope, air.state.surface_altitude
     heights, targets, above = scope.heights(SKY_HEIGHTS), scope.heights(TARGET_HEIGHTS), np.array(ABOVE_RISE, float)
     altitude, elevation, dark = ground + heights, np.radians(source_elevation), np.zeros_like(irradiance)
-    if scope != ALL_PATHS:
-        rise = np.degrees(air.source_rays.rise_at(ground + targets))
-        above = _around(above, source_elevation[0] - rise.max(), source_elevation[-1] - rise.min())
+    rise = np.degrees(air.source_rays.rise_at(ground + targets))
+    above = _around(above, source_elevation[0] - rise.max(), source_elevation[-1] - rise.min())
     targets, above = _beam_nodes(air, (targets, above), weight * irradiance, _NODES_SHARE * allowed)
     beam, rise = _beam(air, targets, above), air.source_rays.rise_at(ground + targets)
     emitted = SkyTable.of(air, altitude, elevation[:1], dark).at(altitude)[:, 0]

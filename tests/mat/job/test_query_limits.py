@@ -193,7 +193,8 @@ def test_a_source_that_is_named_stays_in_a_polar_night(tmp_path):
 
 def test_narrow_paths_are_sampled_as_densely_as_all(tmp_path):
     every = path_scope(loaded(tmp_path, "needs: {bands: [b01], hours: ['10:00', '12:00'], shade: false}\n"))
-    assert every == ALL_PATHS
+    assert every.share == 1.0 and not every.is_part
+    assert every.highest_surface > 1e6
     needs = "needs: {range_km: [0.1, 0.2], observer_altitude_km: [0.05, 0.05], elevation_deg: [-30, 30]}\n"
     part = path_scope(loaded(tmp_path, needs))
     assert part.share == pytest.approx(1 / 28 * 1 / 11 * 18 / 24)

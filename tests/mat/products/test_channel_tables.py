@@ -257,7 +257,7 @@ def test_no_source_gives_no_scattered_light(air, sun):
 def test_over_a_metre_beta_star_is_that_of_the_air_at_the_observer(table, air, sun):
     altitude = np.array([0.01, 0.7, 4.0])
     exact = air.at_points(0.001, altitude, 3.0, 30.0, 40.0, sun).beta_star
-    assert table.value("beta_star", range=0.001, altitude=altitude, elevation=3.0) == pytest.approx(exact, rel=0.02)
+    assert table.value("beta_star", range=0.001, altitude=altitude, elevation=3.0) == pytest.approx(exact, rel=0.03)
 
 
 def test_scattered_light_comes_from_the_channels_that_the_source_lights(table):

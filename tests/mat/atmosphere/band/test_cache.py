@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.band import cache as band_cache
-from skyshine.mat.atmosphere.band.cache import CACHE_VARIABLE, Origin, cache_folder, cached_compile_band, content_key
+from skyshine.mat.atmosphere.band.cache import FOLDER, Origin, cached_compile_band, content_key
 from skyshine.mat.atmosphere.band.compile import fit_band, over_air
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -22,6 +22,7 @@ from skyshine.mat.job.load import load_job
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.schemas.digest import digest_of
+from skyshine.schemas.kept_arrays import CACHE_VARIABLE, FILE_LIMIT, kept_folder
 
 GRID = PathGrid([0.0, 1.0, 10.0], [0.01, 2.0], [-30.0, 0.0, 60.0], [10.0, 50.0], [0.0, 180.0])
 TABLE = AbsorptionTable.open()
@@ -228,7 +229,7 @@ def test_only_a_regular_file_of_this_user_is_read(folder, state, band, monkeypat
     file.symlink_to(folder / "elsewhere")
     assert believed(file, band) is None
     file.unlink()
-    file.write_bytes(whole + bytes(band_cache.FILE_LIMIT))
+    file.write_bytes(whole + bytes(FILE_LIMIT))
     assert believed(file, band) is None
     file.unlink()
     os.mkfifo(file)
@@ -297,7 +298,7 @@ def test_a_folder_that_cannot_be_made_or_is_switched_off_costs_nothing_but_time(
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "file"))
     first, origin = compiled(state, band)
     monkeypatch.setenv(CACHE_VARIABLE, "")
-    assert origin is not Origin.CACHE and cache_folder() is None
+    assert origin is not Origin.CACHE and kept_folder(FOLDER) is None
     second, origin = compiled(state, band)
     assert origin is not Origin.CACHE and same(first, second)
 

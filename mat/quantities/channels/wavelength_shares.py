@@ -22,6 +22,8 @@ from skyshine.schemas.arrays import Floats
 
 _HOLD = 1e-3  # weight of the channel's own wavelength beside the sample paths, of which light counts as 1
 _LEAST_LIGHT = 1e-30
+_LEAST_SHARE = 1e-9  # of each wavelength in each channel, so that none is without a channel
+_BALANCING = 200  # times that rows and columns are scaled
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +108,7 @@ class WavelengthShares:
         (through, lit), (through_few, lit_few) = (paths.transmittances(air) for air, _ in (every, few))
         at, at_few = (parted(1e4 / light.wavenumber, wavelength) for _, light in (every, few))
         thermal = _shares(_samples(through, every[1].thermal) @ at, _samples(through_few, few[1].thermal), at_few)
+        thermal = _balanced(thermal, few[1].thermal, every[1].thermal @ at)
         source = at_few
         if every[1].source.any():
             own = _samples(through * lit, every[1].source) @ at
@@ -131,3 +134,25 @@ def _shares(of_wavelengths: Floats, of_channels: Floats, own: Floats) -> Floats:
     shares = np.stack(columns, axis=1)
     total = shares.sum(axis=1, keepdims=True)
     return np.where(total > 0, shares / np.where(total > 0, total, 1.0), own)
+
+
+def _balanced(shares: Floats, of_channels: Floats, of_wavelengths: Floats) -> Floats:
+    """Shares (P, B) nearest to some, each row of which sums to 1, that make of the channels' light without air (P,)
+    that of the wavelengths (B,): a surface emits so much at each of them, and paths let a part of it through.
+
+    Rows and columns are scaled in turn (Deming and Stephan 1940, Ann. Math. Stat. 11, 427).
+    """
+    rows, columns = (light / light.sum() if light.sum() > 0 else light for light in (of_channels, of_wavelengths))
+    if not (rows.any() and columns.any()):
+        return shares
+    light = (shares + _LEAST_SHARE) * rows[:, None]
+    for _ in range(_BALANCING):
+        light *= _over(columns, light.sum(axis=0))
+        light *= _over(rows, light.sum(axis=1))[:, None]
+    balanced: Floats = np.where(rows[:, None] > 0, light / np.where(rows > 0, rows, 1.0)[:, None], shares)
+    return balanced
+
+
+def _over(wanted: Floats, light: Floats) -> Floats:
+    """Factors that make of some light what is wanted; 1 where there is none."""
+    return np.where(light > 0, wanted / np.where(light > 0, light, 1.0), 1.0)

@@ -8,7 +8,13 @@ from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
-from skyshine.mat.quantities.channels.wavelength_shares import PartedLight, SamplePaths, WavelengthShares, _shares
+from skyshine.mat.quantities.channels.wavelength_shares import (
+    PartedLight,
+    SamplePaths,
+    WavelengthShares,
+    _balanced,
+    _shares,
+)
 from skyshine.mat.radiometry.band_wavelengths import band_wavelengths, parted
 from skyshine.mat.radiometry.blackbody import SpectralResponse
 
@@ -68,3 +74,24 @@ def test_no_source_and_no_path_leave_the_points_own_wavelengths(air):
     shares = WavelengthShares.fitted(nodes, inside, every, every)
     assert shares.source == pytest.approx(parted(1e4 / air.band.wavenumber, nodes))
     assert np.all(np.isfinite(shares.thermal)) and shares.thermal.sum(axis=1) == pytest.approx(1.0)
+
+
+def test_without_air_channels_emit_at_each_wavelength_what_a_black_body_does(air, paths):
+    """Of every seventh point, which alone would leave wavelengths that are opaque to long paths up to a third short."""
+    nodes, dark = band_wavelengths(RESPONSE), np.zeros(air.band.weight.size)
+    every, index = (air.air, light_of(air, dark)), np.arange(0, dark.size, 7)
+    few = PartedLight(*(values[index] for values in vars(every[1]).values()))
+    shares = WavelengthShares.fitted(nodes, paths, every, (air.air.part(index), few))
+    emitted, wanted = few.thermal @ shares.thermal, every[1].thermal @ parted(1e4 / every[1].wavenumber, nodes)
+    assert emitted / emitted.sum() == pytest.approx(wanted / wanted.sum(), rel=1e-3)
+    assert shares.thermal.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_balancing_leaves_balanced_shares_and_gives_a_wavelength_without_channels_its_light():
+    generator = np.random.default_rng(2)
+    light, shares = generator.uniform(1, 2, 5), generator.dirichlet(np.ones(3), 5)
+    assert _balanced(shares, light, light @ shares) == pytest.approx(shares, abs=1e-6)
+    shares = np.column_stack([shares[:, :2] / shares[:, :2].sum(axis=1, keepdims=True), np.zeros(5)])
+    wanted = light.sum() * np.array([0.5, 0.3, 0.2])
+    assert light @ _balanced(shares, light, wanted) == pytest.approx(wanted, rel=1e-6)
+    assert np.array_equal(_balanced(shares, np.zeros(5), wanted), shares)

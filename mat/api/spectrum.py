@@ -43,7 +43,7 @@ IRRADIANCE = "W m^-2 (cm^-1)^-1"
 FOG = "fog_advection"
 RAIN_TOP = 3e3  # m above the ground
 MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
-# A full Moon outside the Earth's shadow: the phase angle of the reflectance model's own limit, in degree.
+# Degree. Full Moons pass beside the Earth's shadow: half of them have less, half more than 3.6.
 FULL_MOON_PHASE = 4.0
 
 

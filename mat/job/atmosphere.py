@@ -187,9 +187,10 @@ class State(StrictModel):
         None,
         description=(
             "Of the ground around tilted faces and below the paths: its temperature by hour, emissivity and albedo in"
-            " the heat balance and in the bands; weather.ground_albedo and surface_albedo, where written, replace its"
-            " albedo. Its table of temperatures is built too. By default the ground has the temperature of the air, the"
-            " day's mean in ambient light."
+            " the heat balance and in the bands, where scattered light and heat see its reflectance by wavelength;"
+            " weather.ground_albedo and surface_albedo, where written, replace it. The same ground is everywhere:"
+            " adjacency is not modelled. Its table of temperatures is built too. By default the ground has the"
+            " temperature of the air, the day's mean in ambient light."
         ),
     )
     # Excluded from dumps: only temperature tables depend on it, and their identity states it.

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
+from importlib import metadata
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+import yaml
 
 from skyshine.mat.api.dataset import Column, dataset
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
@@ -31,6 +33,11 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.sources import source_irradiance
+from skyshine.mat.spectroscopy.continua import Continua
+from skyshine.mat.spectroscopy.gases import LineLibrary
+from skyshine.mat.spectroscopy.line_points import LineByLinePoints
+from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
+from skyshine.mat.tables.spectrum_file import write_spectrum, write_spectrum_csv
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError
 
@@ -47,8 +54,17 @@ MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th editi
 FULL_MOON_PHASE = 4.0
 
 
+@dataclass(frozen=True, eq=False)
 class Spectrum(LineSpectrum):
-    """Spectra of a line of sight; the fields are those of `LineSpectrum`, arrays (B,) over spectral bins."""
+    """Spectra of a line of sight; the fields are those of `LineSpectrum`, arrays (B,) over spectral bins.
+
+    Attributes
+    ----------
+    attributes : dict of str
+        What was computed, and from which data.
+    """
+
+    attributes: dict[str, str] = field(default_factory=dict)
 
     @property
     def wavelength(self) -> npt.NDArray[np.float64]:
@@ -79,6 +95,28 @@ class Spectrum(LineSpectrum):
             {name: (("wavenumber",), units, values) for name, (units, values) in columns.items()},
             {"range_km": self.range / 1e3, "ends_at_ground": int(self.ground)},
         )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a file of the format `spectrum` (HDF5, for a name that ends in .h5) or a CSV file (.csv).
+
+        Raises
+        ------
+        InputError
+            The name ends otherwise, or the file cannot be written.
+        """
+        about = {"range_km": f"{self.range / 1e3:g}", "ends_at_ground": str(self.ground).lower(), **self.attributes}
+        ending = os.path.splitext(path)[1].lower()
+        if ending == ".h5":
+            version, job = about.pop("data_version"), about.pop("job")
+            write_spectrum(path, self.columns, about, version, job)
+        elif ending == ".csv":
+            write_spectrum_csv(
+                path,
+                self.columns,
+                {"filetype": "spectrum", "generator": f"skyshine {metadata.version('skyshine')}", **about},
+            )
+        else:
+            raise InputError("is no name for a spectrum; allowed: a name that ends in .h5 or .csv", file=path)
 
     def __repr__(self) -> str:
         end = "the ground" if self.ground else "space" if math.isinf(self.range) else "its range"
@@ -113,6 +151,8 @@ def spectrum(
     source_elevation: float = 45.0,
     source_azimuth: float = 0.0,
     water_continuum: str | None = None,
+    line_by_line: str | os.PathLike[str] | None = None,
+    continua: str | os.PathLike[str] = LowtranContinua.name,
 ) -> Spectrum:
     """Transmittance and radiance along one line of sight.
 
@@ -138,7 +178,8 @@ def spectrum(
     range : float
         [km]; infinite for space.
     resolution : float, optional
-        Bins [cm^-1], a multiple of the band model's intervals; by default these.
+        Bins [cm^-1], a multiple of the band model's intervals; by default these. With `line_by_line` 0.01 or more, by
+        default 1, a whole number of them between the limits.
     aerosol : str, optional
         Near the ground, by default rural; ``'none'`` for clear air.
     visibility : float, optional
@@ -161,6 +202,12 @@ def spectrum(
         Geometric elevation, and azimuth from the line of sight [degree].
     water_continuum : str, optional
         Of water vapour; by default the job's, or that of the packaged band model, mt_ckd_4.3.
+    line_by_line : path, optional
+        Folder of HITRAN 160-column records (01_*.par, 02_*.par, ...; .gz or .xz too), whose lines are summed in place
+        of the band model: about a second for each cm^-1. The package ships cross sections and no lines. Gases without
+        records over the range are those of the band model, averaged over its intervals.
+    continua : path or 'lowtran7'
+        With `line_by_line`, of N2, O2 and CO2: the packaged ones of LOWTRAN7 (N2, O2), or a folder of MT_CKD's files.
 
     Returns
     -------
@@ -211,7 +258,13 @@ def spectrum(
         raise InputError(f"found the range {range}; allowed: at least 0 km, or infinity for space")
     if water_continuum is None and loaded is not None:
         water_continuum = loaded.trimmed.water_continuum
-    points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
+    table = AbsorptionTable.open(water_continuum=water_continuum)
+    points = table.points(low, high)
+    stated = {"data_version": f"absorption {table.version}", "absorption": f"band model, {table.name}".rstrip(", ")}
+    if line_by_line is not None:
+        points = _summed(points, line_by_line, continua, low, high, 1.0 if resolution is None else resolution)
+        stated["absorption"] = _from_lines(points)
+        resolution = None  # the intervals of these points are the bins
     line = line_spectrum(
         air,
         points,
@@ -223,7 +276,36 @@ def spectrum(
         source_azimuth=np.radians(source_azimuth),
         resolution=resolution,
     )
-    return Spectrum(**{field.name: getattr(line, field.name) for field in fields(line)})
+    whole = {"wavenumber": [low, high], "altitude": altitude, "elevation": elevation, "range": range, **given}
+    whole |= {"source": source, "source_elevation": source_elevation, "source_azimuth": source_azimuth}
+    whole |= {"job": job if isinstance(job, str | None) else "in memory", "state": None if job is None else state}
+    written = {
+        key: value if isinstance(value, str | int | float | list) else str(value)
+        for key, value in whole.items()
+        if value is not None
+    }
+    stated["job"] = yaml.safe_dump(written, sort_keys=False)
+    return Spectrum(**{item.name: getattr(line, item.name) for item in fields(line)}, attributes=stated)
+
+
+def _summed(
+    band: SpectralPoints,
+    lines: str | os.PathLike[str],
+    continua: str | os.PathLike[str],
+    low: float,
+    high: float,
+    width: float,
+) -> LineByLinePoints:
+    """Points of bins of a width [cm^-1] at which the lines of a folder are summed."""
+    of_gases = LowtranContinua() if continua == LowtranContinua.name else Continua(continua)
+    return LineByLinePoints.of(band, LineLibrary(lines), of_gases, low, high, width)
+
+
+def _from_lines(points: LineByLinePoints) -> str:
+    """What absorption is made of, in words."""
+    even = [name for name in points.absorbing if name not in points.summed and name != CONTINUUM]
+    others = f"; by interval means of the band model: {', '.join(even)}" if even else ""
+    return f"line by line: {', '.join(points.summed)}{others}"
 
 
 def _on_the_day(job: str | os.PathLike[str] | Mapping[str, Any], state: int, described: Mapping[str, Any]) -> LoadedJob:

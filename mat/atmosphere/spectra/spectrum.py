@@ -206,7 +206,7 @@ def _bins(points: SpectralPoints, resolution: float | None) -> tuple[Integers, F
     if not (np.isfinite(ratio) and ratio > 0.999 and abs(ratio - round(ratio)) < 1e-6):
         raise InputError(
             f"resolution {resolution:g} cm^-1 is not a multiple of the {width:g} cm^-1 of the absorption table;"
-            " give one"
+            " give one, or line_by_line with a folder of HITRAN records for finer bins"
         )
     place = np.floor((low - low[0]) / resolution + 1e-9).astype(int)
     _, number = np.unique(place, return_inverse=True)

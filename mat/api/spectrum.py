@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -84,6 +84,7 @@ class Spectrum(LineSpectrum):
             "path_scattered": (RADIANCE, self.path_scattered),
             "sky_irradiance": (IRRADIANCE, self.sky_irradiance),
             "direct_irradiance": (IRRADIANCE, self.direct_irradiance),
+            **({"night_sky": (RADIANCE, self.night_sky)} if np.any(self.night_sky > 0) else {}),
         }
 
     def to_xarray(self) -> xarray.Dataset:
@@ -147,6 +148,7 @@ def spectrum(
     stratosphere: str | None = None,
     clouds: Sequence[str] = (),
     rain: float | None = None,
+    night_sky: float | None = None,
     source: Literal["sun", "moon", "none"] = "sun",
     source_elevation: float = 45.0,
     source_azimuth: float = 0.0,
@@ -196,6 +198,8 @@ def spectrum(
         Types, such as ``'stratus'``.
     rain : float, optional
         Rate from the ground to 3 km [mm/h].
+    night_sky : float, optional
+        Airglow over its mean, with starlight, below 2.5 um; by default none of both.
     source : {'sun', 'moon', 'none'}
         Sun at 1 au, full Moon at its mean distance; with `job` those of its day.
     source_elevation, source_azimuth : float
@@ -240,6 +244,7 @@ def spectrum(
         "stratosphere": stratosphere,
         "clouds": clouds or None,
         "rain": rain,
+        "night_sky": night_sky,
     }
     described: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if job is None and state != 1:
@@ -342,11 +347,12 @@ def _described_air(
     stratosphere: str = "background",
     clouds: Sequence[str] = (),
     rain: float | None = None,
+    night_sky: float = 0.0,
 ) -> AtmosphericState:
     """The air of the arguments of `spectrum`."""
     profile, ground = _profile(atmosphere, above)
     _finite(wind=wind)
-    return AtmosphericState.from_profile(
+    air = AtmosphericState.from_profile(
         profile,
         surface_altitude=ground,
         gas_amounts=GasAmounts(ppm={"CO2": co2_ppm}),
@@ -361,6 +367,7 @@ def _described_air(
         clouds=[cloud_type(name) for name in clouds],
         rain=None if rain is None else RainLayer(rain, RAIN_TOP),
     )
+    return replace(air, night_sky=night_sky)
 
 
 def _limits(wavenumber: tuple[float, float] | None, wavelength: tuple[float, float] | None) -> tuple[float, float]:

@@ -68,6 +68,12 @@ if TYPE_CHECKING:
 @click.option("--cloud", "clouds", multiple=True, help="A type such as stratus, cumulus, cirrus; several may be given.")
 @click.option("--rain", type=float, help="mm/h, from the ground to 3 km.")
 @click.option(
+    "--night-sky",
+    type=float,
+    help="Airglow over its mean (1), with starlight: in sky light below 2.5 um, and behind lines into space; none by"
+    " default.",
+)
+@click.option(
     "--source",
     type=click.Choice(["sun", "moon", "none"]),
     default="sun",
@@ -125,6 +131,7 @@ def command(
     stratosphere: str | None,
     clouds: tuple[str, ...],
     rain: float | None,
+    night_sky: float | None,
     source: Literal["sun", "moon", "none"],
     source_elevation: float,
     water_continuum: str | None,
@@ -177,6 +184,7 @@ def command(
         stratosphere=stratosphere,
         clouds=clouds,
         rain=rain,
+        night_sky=night_sky,
         source=source,
         source_elevation=source_elevation,
         source_azimuth=source_azimuth,

@@ -18,6 +18,7 @@ from skyshine.mat.atmosphere.particles.angstrom import EXPONENTS
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
+from skyshine.mat.atmosphere.state.state import MOST_AIRGLOW
 from skyshine.mat.job.clouds import Cloud, Rain
 from skyshine.mat.job.default_nodes import ELEVATIONS_DEG, RANGES_KM, SOURCE_AZIMUTHS_DEG, SOURCE_ELEVATIONS_DEG
 from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, axis, one_of, tolerance
@@ -182,6 +183,15 @@ class State(StrictModel):
         description="Over the whole sky, for paths and surfaces alike, in place of the weather's cloud_fraction.",
     )
     rain: Rain | None = None
+    night_sky: float = Field(
+        0.0,
+        ge=0,
+        le=MOST_AIRGLOW,
+        description=(
+            "Airglow over its mean, with starlight and zodiacal light, in the ambient light of level faces below 2.5"
+            " um; 0 for none of them. Paths do not scatter it."
+        ),
+    )
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
     ground_material: MaterialName | None = Field(
         None,

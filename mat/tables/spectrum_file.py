@@ -25,6 +25,7 @@ LONG_NAMES = {
     "path_thermal": "radiance that the air of the line of sight emits and scatters of emitted light",
     "path_scattered": "radiance of the source's light that the air of the line of sight scatters",
     "sky_irradiance": "diffuse irradiance of a level surface at the end of the line of sight",
+    "night_sky": "radiance of airglow and starlight behind the air of a line of sight into space",
     "direct_irradiance": "irradiance by the source, normal to the beam, at the end of the line of sight",
 }
 

@@ -58,6 +58,9 @@ class AerosolComponent:
     extinction_550: Floats
 
 
+MOST_AIRGLOW = 100.0  # times its mean, as bright as aurora
+
+
 @dataclass(frozen=True, eq=False)
 class AtmosphericState:
     """Air, gases and particles at N levels, and the ground below.
@@ -77,6 +80,8 @@ class AtmosphericState:
         0 to 1, of the ground below the paths.
     hydrometeors : tuple of AerosolComponent
         Cloud and rain.
+    night_sky : float
+        Airglow over its mean, with starlight; 0 for none of both.
     """
 
     name: str
@@ -88,6 +93,7 @@ class AtmosphericState:
     surface_temperature: float
     surface_albedo: float | SpectralAlbedo
     hydrometeors: tuple[AerosolComponent, ...] = ()
+    night_sky: float = 0.0
 
     def __post_init__(self) -> None:
         for label, values in (
@@ -105,6 +111,8 @@ class AtmosphericState:
             raise InputError(f"atmospheric state '{self.name}': pressure and temperature must be above 0")
         if not (isinstance(self.surface_albedo, SpectralAlbedo) or 0.0 <= self.surface_albedo <= 1.0):
             raise InputError(f"surface albedo {self.surface_albedo} is outside 0 to 1")
+        if not 0.0 <= self.night_sky <= MOST_AIRGLOW:
+            raise InputError(f"night sky {self.night_sky} is outside 0 to {MOST_AIRGLOW:g} times mean airglow")
         if not 100.0 <= self.surface_temperature <= 500.0:
             raise InputError(f"surface temperature {self.surface_temperature} K is outside 100 to 500 K")
 

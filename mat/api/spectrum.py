@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, field, fields, replace
+from importlib import metadata
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+import yaml
 
 from skyshine.mat.api.dataset import Column, dataset
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
-from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
+from skyshine.mat.atmosphere.gases.spectral_points import CONTINUUM, SpectralPoints
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
@@ -31,6 +33,11 @@ from skyshine.mat.radiometry.blackbody import SpectralResponse
 from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.ground import over_ground
 from skyshine.mat.scene.sources import source_irradiance
+from skyshine.mat.spectroscopy.continua import Continua
+from skyshine.mat.spectroscopy.gases import LineLibrary
+from skyshine.mat.spectroscopy.line_points import LineByLinePoints
+from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
+from skyshine.mat.tables.spectrum_file import write_spectrum, write_spectrum_csv
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError
 
@@ -43,12 +50,21 @@ IRRADIANCE = "W m^-2 (cm^-1)^-1"
 FOG = "fog_advection"
 RAIN_TOP = 3e3  # m above the ground
 MEAN_MOON_DISTANCE = 384_400e3  # m (Allen's Astrophysical Quantities, 4th edition, 2000)
-# A full Moon outside the Earth's shadow: the phase angle of the reflectance model's own limit, in degree.
+# Degree. Full Moons pass beside the Earth's shadow: half of them have less, half more than 3.6.
 FULL_MOON_PHASE = 4.0
 
 
+@dataclass(frozen=True, eq=False)
 class Spectrum(LineSpectrum):
-    """Spectra of a line of sight; the fields are those of `LineSpectrum`, arrays (B,) over spectral bins."""
+    """Spectra of a line of sight; the fields are those of `LineSpectrum`, arrays (B,) over spectral bins.
+
+    Attributes
+    ----------
+    attributes : dict of str
+        What was computed, and from which data.
+    """
+
+    attributes: dict[str, str] = field(default_factory=dict)
 
     @property
     def wavelength(self) -> npt.NDArray[np.float64]:
@@ -68,6 +84,7 @@ class Spectrum(LineSpectrum):
             "path_scattered": (RADIANCE, self.path_scattered),
             "sky_irradiance": (IRRADIANCE, self.sky_irradiance),
             "direct_irradiance": (IRRADIANCE, self.direct_irradiance),
+            **({"night_sky": (RADIANCE, self.night_sky)} if np.any(self.night_sky > 0) else {}),
         }
 
     def to_xarray(self) -> xarray.Dataset:
@@ -79,6 +96,28 @@ class Spectrum(LineSpectrum):
             {name: (("wavenumber",), units, values) for name, (units, values) in columns.items()},
             {"range_km": self.range / 1e3, "ends_at_ground": int(self.ground)},
         )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a file of the format `spectrum` (HDF5, for a name that ends in .h5) or a CSV file (.csv).
+
+        Raises
+        ------
+        InputError
+            The name ends otherwise, or the file cannot be written.
+        """
+        about = {"range_km": f"{self.range / 1e3:g}", "ends_at_ground": str(self.ground).lower(), **self.attributes}
+        ending = os.path.splitext(path)[1].lower()
+        if ending == ".h5":
+            version, job = about.pop("data_version"), about.pop("job")
+            write_spectrum(path, self.columns, about, version, job)
+        elif ending == ".csv":
+            write_spectrum_csv(
+                path,
+                self.columns,
+                {"filetype": "spectrum", "generator": f"skyshine {metadata.version('skyshine')}", **about},
+            )
+        else:
+            raise InputError("is no name for a spectrum; allowed: a name that ends in .h5 or .csv", file=path)
 
     def __repr__(self) -> str:
         end = "the ground" if self.ground else "space" if math.isinf(self.range) else "its range"
@@ -109,10 +148,13 @@ def spectrum(
     stratosphere: str | None = None,
     clouds: Sequence[str] = (),
     rain: float | None = None,
+    night_sky: float | None = None,
     source: Literal["sun", "moon", "none"] = "sun",
     source_elevation: float = 45.0,
     source_azimuth: float = 0.0,
     water_continuum: str | None = None,
+    line_by_line: str | os.PathLike[str] | None = None,
+    continua: str | os.PathLike[str] = LowtranContinua.name,
 ) -> Spectrum:
     """Transmittance and radiance along one line of sight.
 
@@ -138,7 +180,8 @@ def spectrum(
     range : float
         [km]; infinite for space.
     resolution : float, optional
-        Bins [cm^-1], a multiple of the band model's intervals; by default these.
+        Bins [cm^-1], a multiple of the band model's intervals; by default these. With `line_by_line` 0.01 or more, by
+        default 1, a whole number of them between the limits.
     aerosol : str, optional
         Near the ground, by default rural; ``'none'`` for clear air.
     visibility : float, optional
@@ -155,12 +198,20 @@ def spectrum(
         Types, such as ``'stratus'``.
     rain : float, optional
         Rate from the ground to 3 km [mm/h].
+    night_sky : float, optional
+        Airglow over its mean, with starlight, below 2.5 um; by default none of both.
     source : {'sun', 'moon', 'none'}
         Sun at 1 au, full Moon at its mean distance; with `job` those of its day.
     source_elevation, source_azimuth : float
         Geometric elevation, and azimuth from the line of sight [degree].
     water_continuum : str, optional
         Of water vapour; by default the job's, or that of the packaged band model, mt_ckd_4.3.
+    line_by_line : path, optional
+        Folder of HITRAN 160-column records (01_*.par, 02_*.par, ...; .gz or .xz too), whose lines are summed in place
+        of the band model: about a second for each cm^-1. The package ships cross sections and no lines. Gases without
+        records over the range are those of the band model, averaged over its intervals.
+    continua : path or 'lowtran7'
+        With `line_by_line`, of N2, O2 and CO2: the packaged ones of LOWTRAN7 (N2, O2), or a folder of MT_CKD's files.
 
     Returns
     -------
@@ -193,6 +244,7 @@ def spectrum(
         "stratosphere": stratosphere,
         "clouds": clouds or None,
         "rain": rain,
+        "night_sky": night_sky,
     }
     described: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if job is None and state != 1:
@@ -211,7 +263,13 @@ def spectrum(
         raise InputError(f"found the range {range}; allowed: at least 0 km, or infinity for space")
     if water_continuum is None and loaded is not None:
         water_continuum = loaded.trimmed.water_continuum
-    points = AbsorptionTable.open(water_continuum=water_continuum).points(low, high)
+    table = AbsorptionTable.open(water_continuum=water_continuum)
+    points = table.points(low, high)
+    stated = {"data_version": f"absorption {table.version}", "absorption": f"band model, {table.name}".rstrip(", ")}
+    if line_by_line is not None:
+        points = _summed(points, line_by_line, continua, low, high, 1.0 if resolution is None else resolution)
+        stated["absorption"] = _from_lines(points)
+        resolution = None  # the intervals of these points are the bins
     line = line_spectrum(
         air,
         points,
@@ -223,7 +281,36 @@ def spectrum(
         source_azimuth=np.radians(source_azimuth),
         resolution=resolution,
     )
-    return Spectrum(**{field.name: getattr(line, field.name) for field in fields(line)})
+    whole = {"wavenumber": [low, high], "altitude": altitude, "elevation": elevation, "range": range, **given}
+    whole |= {"source": source, "source_elevation": source_elevation, "source_azimuth": source_azimuth}
+    whole |= {"job": job if isinstance(job, str | None) else "in memory", "state": None if job is None else state}
+    written = {
+        key: value if isinstance(value, str | int | float | list) else str(value)
+        for key, value in whole.items()
+        if value is not None
+    }
+    stated["job"] = yaml.safe_dump(written, sort_keys=False)
+    return Spectrum(**{item.name: getattr(line, item.name) for item in fields(line)}, attributes=stated)
+
+
+def _summed(
+    band: SpectralPoints,
+    lines: str | os.PathLike[str],
+    continua: str | os.PathLike[str],
+    low: float,
+    high: float,
+    width: float,
+) -> LineByLinePoints:
+    """Points of bins of a width [cm^-1] at which the lines of a folder are summed."""
+    of_gases = LowtranContinua() if continua == LowtranContinua.name else Continua(continua)
+    return LineByLinePoints.of(band, LineLibrary(lines), of_gases, low, high, width)
+
+
+def _from_lines(points: LineByLinePoints) -> str:
+    """What absorption is made of, in words."""
+    even = [name for name in points.absorbing if name not in points.summed and name != CONTINUUM]
+    others = f"; by interval means of the band model: {', '.join(even)}" if even else ""
+    return f"line by line: {', '.join(points.summed)}{others}"
 
 
 def _on_the_day(job: str | os.PathLike[str] | Mapping[str, Any], state: int, described: Mapping[str, Any]) -> LoadedJob:
@@ -260,11 +347,12 @@ def _described_air(
     stratosphere: str = "background",
     clouds: Sequence[str] = (),
     rain: float | None = None,
+    night_sky: float = 0.0,
 ) -> AtmosphericState:
     """The air of the arguments of `spectrum`."""
     profile, ground = _profile(atmosphere, above)
     _finite(wind=wind)
-    return AtmosphericState.from_profile(
+    air = AtmosphericState.from_profile(
         profile,
         surface_altitude=ground,
         gas_amounts=GasAmounts(ppm={"CO2": co2_ppm}),
@@ -279,6 +367,7 @@ def _described_air(
         clouds=[cloud_type(name) for name in clouds],
         rain=None if rain is None else RainLayer(rain, RAIN_TOP),
     )
+    return replace(air, night_sky=night_sky)
 
 
 def _limits(wavenumber: tuple[float, float] | None, wavelength: tuple[float, float] | None) -> tuple[float, float]:

@@ -289,7 +289,7 @@ def _cards(state: AtmosphericState, sight: Sight, low: float, high: float, mode:
     """
     scattering = sight.sun is not None
     mode = 2 if scattering else mode
-    ground = (state.surface_temperature, state.surface_albedo) if scattering else (0.0, 0.0)
+    ground = (state.surface_temperature, state.mean_albedo) if scattering else (0.0, 0.0)
     to_space = math.isinf(sight.distance)
     # Its level paths have one pressure. As a slant path of 90 degree they fail: in single precision they hardly rise.
     path_type = 3 if to_space else 1 if sight.elevation == 0 else 2

@@ -36,7 +36,9 @@ if TYPE_CHECKING:
 @click.option("--wavenumber", help="LO:HI in cm-1.")
 @click.option("--wavelength", help="LO:HI in um.")
 @click.option(
-    "--resolution", type=float, help="Bins in cm-1, a multiple of the table's intervals (its own by default)."
+    "--resolution",
+    type=float,
+    help="Bins in cm-1, a multiple of the table's intervals (its own by default); with --line-by-line 0.01 or more.",
 )
 @click.option(
     "--aerosol",
@@ -66,6 +68,12 @@ if TYPE_CHECKING:
 @click.option("--cloud", "clouds", multiple=True, help="A type such as stratus, cumulus, cirrus; several may be given.")
 @click.option("--rain", type=float, help="mm/h, from the ground to 3 km.")
 @click.option(
+    "--night-sky",
+    type=float,
+    help="Airglow over its mean (1), with starlight: in sky light below 2.5 um, and behind lines into space; none by"
+    " default.",
+)
+@click.option(
     "--source",
     type=click.Choice(["sun", "moon", "none"]),
     default="sun",
@@ -80,6 +88,22 @@ if TYPE_CHECKING:
     " the job's, or that of the packaged band model.",
 )
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
+@click.option(
+    "--line-by-line",
+    type=click.Path(),
+    help="Folder of HITRAN 160-column records (01_*.par[.gz|.xz] ...), whose lines are summed in place of the band"
+    " model; the package ships none. Gases without records keep the band model's interval means.",
+)
+@click.option(
+    "--continua",
+    type=click.Path(),
+    help="With --line-by-line, of N2, O2, CO2: a folder of MT_CKD files, or lowtran7 (packaged; the default).",
+)
+@click.option(
+    "--output",
+    type=click.Path(),
+    help="FILE.h5 (format spectrum, for xarray and h5py) or FILE.csv, with units, in place of printing.",
+)
 @click.option(
     "--plot",
     "picture",
@@ -107,10 +131,14 @@ def command(
     stratosphere: str | None,
     clouds: tuple[str, ...],
     rain: float | None,
+    night_sky: float | None,
     source: Literal["sun", "moon", "none"],
     source_elevation: float,
     water_continuum: str | None,
     source_azimuth: float,
+    line_by_line: str | None,
+    continua: str | None,
+    output: str | None,
     picture: str | None,
     as_json: bool,
 ) -> None:
@@ -124,12 +152,18 @@ def command(
 
     Example: mat spectrum --atmosphere tropical --range 5 --wavenumber 700:1250 --json
 
-    Example: mat spectrum --job demo/job.yaml --state 2 --range 5 --wavelength 8:12
+    Example: mat spectrum --job demo/job.yaml --state 2 --range 5 --wavelength 8:12 --output spectrum.h5
+
+    Example: mat spectrum --range 1 --wavenumber 2380:2400 --line-by-line hitran --resolution 0.1
     """
     from skyshine.mat.api.spectrum import spectrum
 
     if (wavenumber is None) == (wavelength is None):
         raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
+    if continua is not None and line_by_line is None:
+        raise InputError("found --continua without --line-by-line; give both or neither")
+    if output is not None and not output.lower().endswith((".h5", ".csv")):
+        raise InputError(f"found --output '{output}'; allowed: a name that ends in .h5 or .csv")
     result = spectrum(
         wavenumber=_limits(wavenumber),
         wavelength=_limits(wavelength),
@@ -150,11 +184,17 @@ def command(
         stratosphere=stratosphere,
         clouds=clouds,
         rain=rain,
+        night_sky=night_sky,
         source=source,
         source_elevation=source_elevation,
         source_azimuth=source_azimuth,
         water_continuum=water_continuum,
+        line_by_line=line_by_line,
+        **({} if continua is None else {"continua": continua}),
     )
+    if output is not None:
+        result.save(output)
+        click.echo(output)
     if picture is not None:
         from skyshine.mat.tables.pictures import draw_spectrum
 
@@ -165,14 +205,15 @@ def command(
         air = air if job is None else f"state {state} of {Path(job).name}"
         title = f"{air}, from {observer} at {elevation:g}°, {result.range / 1e3:.4g} km"
         click.echo(draw_spectrum(result, title, picture))
+    if output is not None or picture is not None:
         return
-    columns = result.columns
     if as_json:
-        _print_json(result, columns)
+        _print_json(result, result.columns)
     else:
-        click.echo(",".join(f"{name}[{unit}]" for name, (unit, _) in columns.items()))
-        for row in zip(*(values for _, values in columns.values()), strict=True):
-            click.echo(",".join(f"{value:.8g}" for value in row))
+        from skyshine.mat.tables.spectrum_file import csv_lines
+
+        for line in csv_lines(result.columns):
+            click.echo(line)
 
 
 def _print_json(result: Spectrum, columns: dict[str, Column]) -> None:

@@ -18,6 +18,7 @@ from skyshine.mat.atmosphere.particles.angstrom import EXPONENTS
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
+from skyshine.mat.atmosphere.state.state import MOST_AIRGLOW
 from skyshine.mat.job.clouds import Cloud, Rain
 from skyshine.mat.job.default_nodes import ELEVATIONS_DEG, RANGES_KM, SOURCE_AZIMUTHS_DEG, SOURCE_ELEVATIONS_DEG
 from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, axis, one_of, tolerance
@@ -182,14 +183,24 @@ class State(StrictModel):
         description="Over the whole sky, for paths and surfaces alike, in place of the weather's cloud_fraction.",
     )
     rain: Rain | None = None
+    night_sky: float = Field(
+        0.0,
+        ge=0,
+        le=MOST_AIRGLOW,
+        description=(
+            "Airglow over its mean, with starlight and zodiacal light, in the ambient light of level faces below 2.5"
+            " um; 0 for none of them. Paths do not scatter it."
+        ),
+    )
     surface_albedo: Fraction = Field(0.1, description="Of the ground below the paths, in the sensor bands.")
     ground_material: MaterialName | None = Field(
         None,
         description=(
             "Of the ground around tilted faces and below the paths: its temperature by hour, emissivity and albedo in"
-            " the heat balance and in the bands; weather.ground_albedo and surface_albedo, where written, replace its"
-            " albedo. Its table of temperatures is built too. By default the ground has the temperature of the air, the"
-            " day's mean in ambient light."
+            " the heat balance and in the bands, where scattered light and heat see its reflectance by wavelength;"
+            " weather.ground_albedo and surface_albedo, where written, replace it. The same ground is everywhere:"
+            " adjacency is not modelled. Its table of temperatures is built too. By default the ground has the"
+            " temperature of the air, the day's mean in ambient light."
         ),
     )
     # Excluded from dumps: only temperature tables depend on it, and their identity states it.

@@ -75,7 +75,7 @@ class FaceProbes:
         through = np.array(
             [np.exp(mean_transmittance(path.depth, band.weight, band.weight.sum())[0][0]) for path in paths]
         )
-        emissivity = 1 - air.state.surface_albedo
+        emissivity = 1 - air.state.mean_albedo
         glow = planck_wavenumber(band.wavenumber, kelvin[kept][:, None]) @ band.radiance_weight
         places = dict(zip(AXES, (values[kept] for values in (distance, altitude, elevation, source)), strict=False))
         truth = np.einsum("nfp,np->nf", light, weight) if paths else np.empty((0, FACES))

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.band.compile import CompiledBand
 from skyshine.mat.atmosphere.band.points import BandPoints, band_points
+from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.bounds import Bounds
 from skyshine.mat.job.atmosphere import AtmosphereGrid, State
@@ -37,7 +38,7 @@ from skyshine.mat.scene.atmosphere import atmospheric_state
 from skyshine.mat.scene.bands import absorption_table, response_of
 from skyshine.mat.scene.compiled import compiled_band
 from skyshine.mat.scene.grids import path_grid, path_scope
-from skyshine.mat.scene.ground import band_albedo, over_ground
+from skyshine.mat.scene.ground import band_albedo, ground_albedo, over_ground
 from skyshine.mat.scene.omission import Omission
 from skyshine.mat.scene.sources import irradiance_of_sources, source_irradiance
 from skyshine.mat.scene.summary import state_attributes
@@ -46,6 +47,7 @@ from skyshine.mat.tables.files import ATMQ, ATMQ_CHANNELS, LUNAR_ATMQ, LUNAR_ATM
 from skyshine.mat.tables.gridded import QUANTITIES, Gridded
 from skyshine.mat.tables.night import dark_elevation
 from skyshine.mat.tables.stated_error import ErrorMeasure, accuracy_group, measure
+from skyshine.schemas.digest import digest_of
 from skyshine.schemas.hdf5 import Axis, Group, Variable
 
 FILE_TYPES = {"sun": ATMQ, "moon": LUNAR_ATMQ}
@@ -64,6 +66,8 @@ class AtmosphereProduct:
         state, response = job.states[task.index - 1], response_of(job.bands[task.band - 1])
         if state.ground_material is not None:
             scope["ground_reflectance"] = band_albedo(state, response)
+            if isinstance(albedo := ground_albedo(state, response), SpectralAlbedo):
+                scope["ground_spectrum_sha256"] = digest_of(albedo)
         if cell := shared_cell(loaded.requested, state):
             scope["points_chosen_for"] = cell.stated
         return tuple(
@@ -266,6 +270,11 @@ class _SourceTables:
         """Root attributes: source, state, band, and the ground where faces may be tilted."""
         edges = [self.response.lower, self.response.upper]
         attributes = {"source": self.source, **state_attributes(self.state), **names, "wavelength_um": edges}
+        if isinstance(self.air.air.state.surface_albedo, SpectralAlbedo):
+            attributes["ground_below_paths"] = (
+                f"reflectance of {self.state.ground_material} by wavelength, the same everywhere; adjacency of other"
+                " ground is not modelled"
+            )
         return attributes | (self._ground() if self.loaded.trimmed.ambient_harmonics else {})
 
     def _scale(self, text: str, irradiance: npt.NDArray[np.float64]) -> tuple[Scale, float]:
@@ -299,7 +308,7 @@ class _SourceTables:
 
     def _ground(self) -> dict[str, Any]:
         """Root attributes of the ground around tilted faces: that of the air."""
-        kelvin, emissivity = self.air.air.state.surface_temperature, 1 - self.air.air.state.surface_albedo
+        kelvin, emissivity = self.air.air.state.surface_temperature, 1 - self.air.air.state.mean_albedo
         glow = float(planck_wavenumber(self.air.band.wavenumber, kelvin) @ self.air.band.radiance_weight)
         stated = {
             "ground_emissivity": emissivity,

@@ -147,6 +147,7 @@ def _weighted_light(
     air.prepare()
     # Of a source so far below the horizon nothing is scattered.
     dark = replace(air, scatters=False)
+    emissivity = 1 - air.state.albedo_at(air.optics.wavenumber)
 
     def one(place: int) -> Floats:
         source = source_elevation[place : place + 1]
@@ -154,7 +155,7 @@ def _weighted_light(
         reflection = GroundReflection.of(lit, source)
         phases = cell_phases(lit, directions, source)
         field = RadianceField.at(lit, float(altitude[place]), source, reflection, directions, phases)
-        emitted = (1 - air.state.surface_albedo) * planck_wavenumber(air.optics.wavenumber, ground_temperature[place])
+        emitted = emissivity * planck_wavenumber(air.optics.wavenumber, ground_temperature[place])
         radiance = field.radiance(irradiance)[:, 0] + (field.to_ground * emitted)[:, None]
         light: Floats = np.einsum("fda,dap->fp", weights[place], radiance, optimize=True)
         return light

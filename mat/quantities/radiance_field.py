@@ -122,7 +122,8 @@ class GroundReflection:
     @classmethod
     def of(cls, air: SpectralAir, source_elevation: Floats) -> GroundReflection:
         """Reflection of the state's ground under a source at elevations (S,) [rad]."""
-        altitude, share = np.array([air.state.surface_altitude]), air.state.surface_albedo / np.pi
+        altitude = np.array([air.state.surface_altitude])
+        share = air.state.albedo_at(air.optics.wavenumber) / np.pi
         sky = sky_irradiance(air, altitude, source_elevation)
         direct = direct_transmittance(air.source_paths, altitude, source_elevation)[0]
         beam = np.maximum(np.sin(source_elevation), 0.0)[:, None] * direct

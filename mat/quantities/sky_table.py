@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.night_light import night_irradiance
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.mat.threads import parallel_map
@@ -76,7 +77,8 @@ class SkyTable:
 
         def total(group: Floats) -> Floats:
             sky = sky_irradiance(air, group, source_elevation)
-            return sky.thermal[:, None] + sky.scattered * irradiance
+            own = sky.thermal + night_irradiance(air, group) if air.state.night_sky else sky.thermal
+            return own[:, None] + sky.scattered * irradiance
 
         groups = np.array_split(altitude, -(-altitude.size // _GROUP))
         irradiances = np.concatenate(parallel_map(total, groups))

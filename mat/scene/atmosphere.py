@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def atmospheric_state(site: Site, state: State, weather_air: GroundAir | None = 
     `weather_air` replaces the air that the state's weather gives.
     """
     follows = state.air == "weather"
-    return AtmosphericState.from_profile(
+    air = AtmosphericState.from_profile(
         profile_of(state),
         surface_altitude=site.altitude_km * 1e3,
         ground_air=(weather_air or ground_air(site, state)) if follows else None,
@@ -44,6 +45,7 @@ def atmospheric_state(site: Site, state: State, weather_air: GroundAir | None = 
         surface_temperature=None if follows else state.weather.mean_air_temperature_c + ZERO_CELSIUS,
         surface_albedo=state.surface_albedo,
     )
+    return replace(air, night_sky=state.night_sky)
 
 
 def air_text(state: State) -> str:

@@ -74,6 +74,8 @@ def state_attributes(state: State) -> dict[str, str]:
     ):
         if value is not None:
             air[name] = f"{value:g}"
+    if state.night_sky:
+        air["night_sky"] = f"{state.night_sky:g}"
     if state.sounding is not None:
         return {"state": "sounding", "sounding": state.sounding.name, **air}
     return {"state": state.preset or blended_profile(state.profile_weights).name, **air}

@@ -110,7 +110,7 @@ def shortwave_targets(states: Sequence[AtmosphericState], points: SpectralPoints
 
     def shares(state: AtmosphericState, part: SpectralPoints) -> Reals:
         altitude = state.surface_altitude + HEIGHTS
-        both = sunlight_shares(state, part, altitude, ELEVATIONS, state.surface_albedo)
+        both = sunlight_shares(state, part, altitude, ELEVATIONS, state.mean_albedo)
         return np.stack(both).reshape(2, altitude.size * ELEVATIONS.size, -1).astype(np.float32)
 
     parts = [_in_chunks(partial(shares, state), points) for state in states]

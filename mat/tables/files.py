@@ -34,7 +34,9 @@ ATMQ_CHANNELS = FileType("atmq", "3.3.0", "Atmospheric quantities with the Sun a
 LUNAR_ATMQ_CHANNELS = FileType("lunar_atmq", "3.3.0", "Atmospheric quantities with the Moon as source, in channels")
 THERMAL_ATMQ = FileType("thermal_atmq", "1.2.0", "Transmittance of the light that classes of material emit")
 BAND = FileType("band", "1.5.0", "Blackbody radiance and material properties of a spectral band")
-# Those that are written, by name; a name may have two, which differ in the major version.
+# Of one line of sight, written by `mat spectrum` and in no catalogue.
+SPECTRUM = FileType("spectrum", "1.0.0", "Spectra of one line of sight")
+# Those of a build, by name; a name may have two, which differ in the major version.
 FORMATS: dict[str, tuple[FileType, ...]] = {
     "htt": (HTT,),
     "atmq": (ATMQ, ATMQ_CHANNELS),

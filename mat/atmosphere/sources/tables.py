@@ -1,4 +1,4 @@
-"""The packaged tables of Sun and Moon: the one module of the folder that reads files."""
+"""The packaged tables of Sun, Moon and night sky: the one module of the folder that reads files."""
 
 from __future__ import annotations
 
@@ -14,6 +14,12 @@ def solar_bins() -> tuple[Floats, Floats]:
     """Edges (N + 1,) [cm^-1] and mean irradiance (N,) [W m^-2 (cm^-1)^-1] of the bins of the solar spectrum."""
     table = read_csv(atmospheres.path("sources/solar.csv"))
     return table["wavenumber[cm-1]"], table["irradiance[W m-2 (cm-1)-1]"][:-1]
+
+
+@cache
+def night_sky_table() -> dict[str, Floats]:
+    """Brightness of the night sky in broad bands, by column."""
+    return read_csv(atmospheres.path("sources/night_sky.csv"))
 
 
 @cache

@@ -10,6 +10,7 @@ from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.geometry import Rays, scattering_cosine, source_cosine, trace
+from skyshine.mat.atmosphere.transfer.night_light import night_irradiance, night_radiance
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
 from skyshine.schemas.arrays import Floats, Integers, Reals
@@ -37,6 +38,9 @@ class LineSpectrum:
     sky_irradiance, direct_irradiance : (B,) arrays
         Diffuse, and direct normal to the beam, at the end of the line of sight; at the observer where that leads into
         space. W m^-2 (cm^-1)^-1.
+    night_sky : (B,) array
+        Radiance of airglow and starlight at the end of a line of sight that leads into space above the horizon, through
+        the air; 0 elsewhere, and where the state has no night sky. W m^-2 sr^-1 (cm^-1)^-1.
     range : float
         m, to the end of the range or to the ground; infinite into space.
     ground : bool
@@ -52,6 +56,7 @@ class LineSpectrum:
     path_scattered: Floats
     sky_irradiance: Floats
     direct_irradiance: Floats
+    night_sky: Floats
     range: float
     ground: bool
 
@@ -118,6 +123,7 @@ def line_spectrum(
         path_scattered=mean("path_scattered"),
         sky_irradiance=mean("sky_irradiance"),
         direct_irradiance=mean("direct_irradiance"),
+        night_sky=mean("night_sky"),
         range=line.length,
         ground=line.ground,
     )
@@ -140,6 +146,8 @@ class _Line:
         The line ends at the ground.
     surface : (1,) array
         Altitude of the end, m; of the observer where the line leads into space.
+    elevation : float
+        At the observer, rad.
     """
 
     rays: Rays
@@ -148,6 +156,7 @@ class _Line:
     length: float
     ground: bool
     surface: Floats
+    elevation: float
 
     @classmethod
     def of(cls, air: SpectralAir, altitude: float, elevation: float, distance: float) -> _Line:
@@ -159,7 +168,7 @@ class _Line:
         segments = Segments.of(rays, 0).within(length)
         end = altitude if np.isinf(distance) and not ground else segments.altitude[-1]
         depths = Depths(segments.column(air.optics.extinction))
-        return cls(rays, segments, depths, length, ground, np.array([end]))
+        return cls(rays, segments, depths, length, ground, np.array([end]), elevation)
 
 
 def _along(air: SpectralAir, line: _Line) -> dict[str, Reals]:
@@ -173,8 +182,18 @@ def _along(air: SpectralAir, line: _Line) -> dict[str, Reals]:
     return {
         "transmittance": np.exp(-line.depths.cumulative[-1]),
         "path_thermal": air.thermal_radiance(segments, line.depths).sum(axis=0),
+        "night_sky": _behind(air, line),
         **{name: np.exp(-segments.column(section).sum(axis=0)) for name, section in sections.items()},
     }
+
+
+def _behind(air: SpectralAir, line: _Line) -> Floats:
+    """Radiance (P,) of the night sky at the end of a line that leads into space, as the air lets it through."""
+    if np.isfinite(line.length) or line.elevation <= 0:
+        return np.zeros(air.optics.wavenumber.size)
+    whole = night_radiance(air, float(np.sin(line.elevation)), float(line.surface[0]))
+    seen: Floats = whole * np.exp(-line.depths.cumulative[-1])
+    return seen
 
 
 def _from_source(
@@ -189,9 +208,10 @@ def _from_source(
         scattered = air.scattered_radiance(segments, line.depths, to_source, deflection)[0] * irradiance
     sky = sky_irradiance(air, line.surface, np.zeros(0) if dark else source_elevation)
     direct = direct_transmittance(air.source_paths, line.surface, source_elevation)[0, 0]
+    night = night_irradiance(air, line.surface)[0]
     return {
         "path_scattered": scattered,
-        "sky_irradiance": sky.thermal[0] + sky.scattered.sum(axis=(0, 1)) * irradiance,
+        "sky_irradiance": sky.thermal[0] + sky.scattered.sum(axis=(0, 1)) * irradiance + night,
         "direct_irradiance": direct * irradiance,
     }
 
@@ -206,7 +226,7 @@ def _bins(points: SpectralPoints, resolution: float | None) -> tuple[Integers, F
     if not (np.isfinite(ratio) and ratio > 0.999 and abs(ratio - round(ratio)) < 1e-6):
         raise InputError(
             f"resolution {resolution:g} cm^-1 is not a multiple of the {width:g} cm^-1 of the absorption table;"
-            " give one"
+            " give one, or line_by_line with a folder of HITRAN records for finer bins"
         )
     place = np.floor((low - low[0]) / resolution + 1e-9).astype(int)
     _, number = np.unique(place, return_inverse=True)

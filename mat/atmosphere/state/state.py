@@ -27,6 +27,7 @@ from skyshine.mat.atmosphere.state.gas_amounts import (
     scaled_gases,
 )
 from skyshine.mat.atmosphere.state.ground_air import GroundAir, with_ground_air
+from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
 from skyshine.mat.atmosphere.state.levels import exponential, level_altitudes, linear
 from skyshine.mat.atmosphere.state.profiles import Profile, load_profile
@@ -57,6 +58,9 @@ class AerosolComponent:
     extinction_550: Floats
 
 
+MOST_AIRGLOW = 100.0  # times its mean, as bright as aurora
+
+
 @dataclass(frozen=True, eq=False)
 class AtmosphericState:
     """Air, gases and particles at N levels, and the ground below.
@@ -72,10 +76,12 @@ class AtmosphericState:
     aerosols : tuple of AerosolComponent
     surface_temperature : float
         K, of the ground below the paths.
-    surface_albedo : float
+    surface_albedo : float or SpectralAlbedo
         0 to 1, of the ground below the paths.
     hydrometeors : tuple of AerosolComponent
         Cloud and rain.
+    night_sky : float
+        Airglow over its mean, with starlight; 0 for none of both.
     """
 
     name: str
@@ -85,8 +91,9 @@ class AtmosphericState:
     mole_fraction: dict[str, Floats]
     aerosols: tuple[AerosolComponent, ...]
     surface_temperature: float
-    surface_albedo: float
+    surface_albedo: float | SpectralAlbedo
     hydrometeors: tuple[AerosolComponent, ...] = ()
+    night_sky: float = 0.0
 
     def __post_init__(self) -> None:
         for label, values in (
@@ -102,8 +109,10 @@ class AtmosphericState:
             )
         if np.any(self.pressure <= 0) or np.any(self.temperature <= 0):
             raise InputError(f"atmospheric state '{self.name}': pressure and temperature must be above 0")
-        if not 0.0 <= self.surface_albedo <= 1.0:
+        if not (isinstance(self.surface_albedo, SpectralAlbedo) or 0.0 <= self.surface_albedo <= 1.0):
             raise InputError(f"surface albedo {self.surface_albedo} is outside 0 to 1")
+        if not 0.0 <= self.night_sky <= MOST_AIRGLOW:
+            raise InputError(f"night sky {self.night_sky} is outside 0 to {MOST_AIRGLOW:g} times mean airglow")
         if not 100.0 <= self.surface_temperature <= 500.0:
             raise InputError(f"surface temperature {self.surface_temperature} K is outside 100 to 500 K")
 
@@ -192,6 +201,17 @@ class AtmosphericState:
     def surface_altitude(self) -> float:
         """m above sea level."""
         return float(self.altitude[0])
+
+    def albedo_at(self, wavenumber: Floats) -> float | Floats:
+        """Reflectance of the ground at wavenumbers (P,) [cm^-1]: one number, or (P,) where it depends on them."""
+        albedo = self.surface_albedo
+        return albedo.at(wavenumber) if isinstance(albedo, SpectralAlbedo) else albedo
+
+    @property
+    def mean_albedo(self) -> float:
+        """Reflectance of the ground, mean over the band where it depends on wavelength."""
+        albedo = self.surface_albedo
+        return albedo.mean if isinstance(albedo, SpectralAlbedo) else albedo
 
     @cached_property
     def number_density(self) -> Floats:

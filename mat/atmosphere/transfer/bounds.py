@@ -52,7 +52,7 @@ class Scattering:
     @classmethod
     def of(cls, air: SpectralAir) -> Scattering:
         """The bounds of a state at the points of its air."""
-        optics, ground = air.optics, air.state.surface_albedo
+        optics, ground = air.optics, air.state.albedo_at(air.optics.wavenumber)
         share = -np.expm1(-_chords(air) * _either(optics.extinction))
         scattering = optics.rayleigh + optics.aerosol_scattering
         with np.errstate(divide="ignore", over="ignore"):
@@ -241,12 +241,12 @@ def _chords(air: SpectralAir) -> Floats:
     return chords
 
 
-def _brightest(source: Floats, share: Floats, ground: float | None = None) -> Floats:
+def _brightest(source: Floats, share: Floats, ground: float | Floats | None = None) -> Floats:
     """Largest weighted mean (P,) of sources (L, P) with weights of at most their shares (L, P) and a sum of at most 1;
     a ground may take all of the weight.
     """
     if ground is not None:
-        source = np.concatenate([source, np.full((1, source.shape[1]), ground)])
+        source = np.concatenate([source, np.broadcast_to(ground, (1, source.shape[1]))])
         share = np.concatenate([share, np.ones((1, share.shape[1]))])
     order = np.argsort(-source, axis=0, kind="stable")
     filled = np.minimum(np.cumsum(np.take_along_axis(share, order, axis=0), axis=0), 1.0)

@@ -96,8 +96,10 @@ class OrdinateLight:
             part = slice(start, start + _CHUNK)
             paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
             beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, (levels, sine.size))).astype(float)
+            of_part = optics.at(part)
+            albedo = state.albedo_at(of_part.wavenumber)
             light, falling[..., part] = _solve(
-                shells, optics.at(part), moments, fraction[:, part], np.swapaxes(beam, 1, 2), sine, state.surface_albedo
+                shells, of_part, moments, fraction[:, part], np.swapaxes(beam, 1, 2), sine, albedo
             )
             source[..., part] = light.transpose(0, 3, 4, 2, 1)
 
@@ -216,7 +218,7 @@ def _solve(
     fraction: Floats,
     beam: Floats,
     sine: Floats,
-    albedo: float,
+    albedo: float | Floats,
 ) -> tuple[Floats, Floats]:
     """Source function (N, P, M, X, U) and falling diffuse flux (N, U, P) at the levels.
 
@@ -232,7 +234,7 @@ def _solve(
         Delta-scaled optical depth from the source to each level.
     sine : (U,) array
         Of the source's elevation.
-    albedo : float
+    albedo : float or (P,) array
         Of the ground.
     """
     levels, cosine = len(beam), np.cos(_DIRECTIONS)

@@ -56,7 +56,9 @@ _EVEN = (np.add.outer(np.arange(AZIMUTHAL), np.arange(MOMENTS)) % 2 == 0)[..., N
 _FACTOR = 2 * np.arange(MOMENTS) + 1
 
 
-def radiances(depth: Floats, scattering: Floats, beam: Floats, sine: Floats, albedo: float) -> tuple[Floats, Floats]:
+def radiances(
+    depth: Floats, scattering: Floats, beam: Floats, sine: Floats, albedo: float | Floats
+) -> tuple[Floats, Floats]:
     """Diffuse radiances at the levels under a source of unit irradiance, none entering from above.
 
     Parameters
@@ -69,7 +71,7 @@ def radiances(depth: Floats, scattering: Floats, beam: Floats, sine: Floats, alb
         Optical depth from the source to each level.
     sine : (U,) array
         Of the source's elevation.
-    albedo : float
+    albedo : float or (P,) array
         Of the ground, Lambertian.
 
     Returns
@@ -81,9 +83,10 @@ def radiances(depth: Floats, scattering: Floats, beam: Floats, sine: Floats, alb
     count = len(depth)
     shape = (count + 1, *upward.shape[1:])
     source, below = np.empty(shape), np.zeros((count + 1, *reflection.shape[1:]))
-    below[0, :, 0] = 2 * albedo * np.outer(_UNIT, _UNIT)
+    reflected = np.reshape(albedo, (-1, 1, 1))  # (P, 1, 1), or (1, 1, 1) for one number
+    below[0, :, 0] = 2 * reflected * np.outer(_UNIT, _UNIT)
     source[0] = 0.0
-    source[0, :, 0] = albedo / np.pi * _UNIT[:, None] * (np.maximum(sine, 0.0) * np.exp(-beam[0]))[:, None]
+    source[0, :, 0] = reflected / np.pi * _UNIT[:, None] * (np.maximum(sine, 0.0) * np.exp(-beam[0]))[:, None]
     identity = np.eye(NODES)
     for k in range(count):
         closed = np.swapaxes(identity - below[k] @ reflection[k], -1, -2)

@@ -83,7 +83,8 @@ def thermal_source(state: AtmosphericState, shells: Shells, optics: SpectralOpti
 def _fluxes(state: AtmosphericState, shells: Shells, optics: SpectralOptics) -> tuple[Floats, Floats]:
     """Upward and downward thermal flux at the levels, (N, P) each, W m^-2 (cm^-1)^-1."""
     emitted = np.pi * planck_wavenumber(optics.wavenumber, state.surface_temperature)
-    return add_layers(*_layers(shells, optics), state.surface_albedo, (1 - state.surface_albedo) * emitted)
+    albedo = state.albedo_at(optics.wavenumber)
+    return add_layers(*_layers(shells, optics), albedo, (1 - albedo) * emitted)
 
 
 def _layers(shells: Shells, optics: SpectralOptics) -> tuple[Floats, Floats, Floats, Floats]:

@@ -75,7 +75,7 @@ def vertical_parts(shells: Shells, per_molecule: Floats) -> tuple[Floats, Floats
 
 
 def add_layers(
-    reflection: Floats, transmission: Floats, upward: Floats, downward: Floats, albedo: float, ground: Floats
+    reflection: Floats, transmission: Floats, upward: Floats, downward: Floats, albedo: float | Floats, ground: Floats
 ) -> tuple[Floats, Floats]:
     """Fluxes at the levels between layers, none entering from above.
 
@@ -85,7 +85,7 @@ def add_layers(
         Of the layers, from the ground up.
     upward, downward : (N-1, ...) arrays
         Flux that each layer itself sends out at its top and bottom.
-    albedo : float
+    albedo : float or (P,) array
         Of the ground.
     ground : array
         Flux that the ground itself sends up.

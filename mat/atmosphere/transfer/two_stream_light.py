@@ -98,7 +98,8 @@ class TwoStreamLight:
         scattering = optics.rayleigh + optics.aerosol_scattering
         first_moment = optics.aerosol_scattering * optics.asymmetry
         divisor = 2 * np.pi * np.where(optics.extinction > 0, optics.extinction, 1.0)
-        fluxes = level_fluxes(state.altitude, shells, optics, scaled, source_paths, sine, state.surface_albedo)
+        albedo = state.albedo_at(optics.wavenumber)
+        fluxes = level_fluxes(state.altitude, shells, optics, scaled, source_paths, sine, albedo)
         for part, rising, falling in fluxes:
             mean[:, :, part[1]] = (scattering / divisor)[part][:, None] * (rising + falling)
             tilt[:, :, part[1]] = (first_moment / divisor)[part][:, None] * (rising - falling)
@@ -194,7 +195,7 @@ def level_fluxes(
     scaled: Floats,
     source_paths: SourcePaths,
     sine: Floats,
-    albedo: float,
+    albedo: float | Floats,
 ) -> Iterator[tuple[tuple[slice, slice], Floats, Floats]]:
     """Diffuse fluxes at the levels under a source of unit irradiance, a few points at a time.
 
@@ -206,7 +207,7 @@ def level_fluxes(
         As `TwoStreamLight.of`.
     sine : (U,) array
         Of the source's elevation, the same at every level.
-    albedo : float
+    albedo : float or (P,) array
         Of the ground.
 
     Yields
@@ -231,7 +232,8 @@ def level_fluxes(
         up = optics.aerosol_scattering[part][:, None] * (particles_up @ optics.phase_share[:, part[1]])
         up = (up + 0.5 * optics.rayleigh[part][:, None]).reshape(count, -1)
         upward = vertical_column(shells, up).reshape(count - 1, sine.size, -1)
-        yield part, *diffuse_fluxes(depth, scattered, moment, upward, beam, sine, albedo)
+        ground = albedo[part[1]] if isinstance(albedo, np.ndarray) else albedo
+        yield part, *diffuse_fluxes(depth, scattered, moment, upward, beam, sine, ground)
 
 
 def upward_share(phase: Floats, sine: Floats) -> Floats:
@@ -266,7 +268,7 @@ def diffuse_fluxes(
     upward: Floats,
     beam: Floats,
     sine: Floats,
-    albedo: float,
+    albedo: float | Floats,
 ) -> tuple[Floats, Floats]:
     """Diffuse fluxes under a beam of unit irradiance.
 
@@ -280,7 +282,7 @@ def diffuse_fluxes(
         Optical depth from the source to each level, delta scaled.
     sine : (U,) array
         Of the source's elevation.
-    albedo : float
+    albedo : float or (P,) array
         Of the ground.
 
     Returns

@@ -344,3 +344,21 @@ def test_a_file_without_shares_says_that_it_cannot_part_its_light(table):
         table.value("optical_depth", **WHERE)
     with pytest.raises(InputError, match="found the quantity 'beta_star'"):
         table.value_by_wavelength("beta_star", **WHERE)
+
+
+def test_the_night_sky_is_in_the_ambient_light():
+    """1.6 um without a source: airglow is all there is, and a runtime reads it as it is computed directly."""
+    response = SpectralResponse.rectangular(1.6, 1.605)
+    band = band_points(AbsorptionTable.open().points(*response.wavenumber_range), response)
+    state = replace(AtmosphericState.from_profile("midlatitude_summer"), night_sky=1.0)
+    air, dark = BandAtmosphere.of(state, band), np.zeros(band.wavenumber.size)
+    light = solar_irradiance(band.wavenumber) * 1e-6
+    every = air.air, PartedLight.of(band.wavenumber, band.radiance_weight, light)
+    scale = Scale.of_unit("K", response, float(light @ band.radiance_weight))
+    tables = ChannelTables(air, BASE, light, scale, 0.05, 0, 1, every, band_wavelengths(response))
+    read = tables.table(tables.nodes(NodeCounts(12, 12, 6, 8, 6)))
+    place = {"range": 0.001, "altitude": 0.002, "elevation": 0.0}
+    found = float(read.value("ambient_radiance", **place, source_elevation=-90.0))
+    expected = air.at_points(0.001, 0.002, 0.0, -90.0, 0.0, dark).ambient[0]
+    assert found == pytest.approx(expected, rel=0.02)
+    assert expected > 1e-8

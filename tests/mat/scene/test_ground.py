@@ -1,5 +1,7 @@
 """The ground of a state in a sensor's band."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -34,7 +36,9 @@ def test_a_material_gives_the_ground_its_reflectance_in_the_band(load):
     response = response_of(job.bands[0])
     assert band_albedo(job.states[0], response) == pytest.approx(expected, rel=1e-3)
     air = over_ground(atmospheric_state(job.site, job.states[0]), job.states[0], response)
-    assert air.surface_albedo == pytest.approx(expected, rel=1e-3)
+    assert air.mean_albedo == pytest.approx(expected, rel=1e-3)
+    seen = air.albedo_at(1e4 / wavelength[::500])
+    np.testing.assert_allclose(seen, np.interp(wavelength[::500], sand.wavelength, sand.reflectance), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -57,3 +61,22 @@ def test_tables_of_a_written_and_of_a_material_albedo_are_told_apart(load):
     assert header(**sand) != header(**sand, surface_albedo=0.1)
     assert header() == header(surface_albedo=0.1) and "ground_reflectance" not in header()
     assert header() == header(surroundings={"horizon_deg": 30})
+
+
+def test_a_changed_spectrum_with_the_same_mean_is_another_table(load, monkeypatch):
+    """Two grounds of one mean reflectance light the air differently; a kept file of one must not serve the other."""
+    from skyshine.mat.products import atmosphere
+    from skyshine.mat.scene.ground import ground_albedo
+
+    loaded, library = load(ground_material="sand_desert"), load_library()
+    plan = make_plan(loaded, library)
+    task = next(task for task in plan.tasks if task.kind is Kind.ATMOSPHERE)
+
+    def header():
+        return AtmosphereProduct().identity(Context(task, loaded, plan.materials, library))[0].header.job
+
+    before = header()
+    real = ground_albedo(loaded.trimmed.states[0], response_of(loaded.trimmed.bands[0]))
+    other = replace(real, reflectance=real.reflectance[::-1].copy())
+    monkeypatch.setattr(atmosphere, "ground_albedo", lambda state, response: other)
+    assert header() != before

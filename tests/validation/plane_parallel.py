@@ -152,7 +152,7 @@ def by_particles(layers, observer, particles):
     return [*groups, *([open_group] if open_group else [])]
 
 
-def solve(layers, streams, cosine_of_sun=0.5, *, sun=0.0, ground=None, corrected=True):
+def solve(layers, streams, cosine_of_sun=0.5, *, sun=0.0, ground=None, albedo=0.0, corrected=True):
     """PythonicDISORT's cosines, upward and downward flux, and radiance functions.
 
     Parameters
@@ -164,6 +164,10 @@ def solve(layers, streams, cosine_of_sun=0.5, *, sun=0.0, ground=None, corrected
         Irradiance normal to the beam; 0 for thermal light alone.
     ground : float, optional
         Blackbody radiance of a black ground; without it, thermal emission is left out.
+    albedo : float
+        Of the ground, for sunlight.
+    corrected : bool
+        Radiances by Nakajima and Tanaka.
     """
     from PythonicDISORT.pydisort import pydisort
 
@@ -188,6 +192,7 @@ def solve(layers, streams, cosine_of_sun=0.5, *, sun=0.0, ground=None, corrected
             f_arr=np.maximum(layers.moments[:, streams], 0.0),
             NT_cor=corrected and sun > 0,
             s_poly_coeffs=source,
+            BDRF_Fourier_modes=[albedo] if albedo else [],
         )
 
 

@@ -42,12 +42,13 @@ CASES = {
 }
 THERMAL, SOLAR = (3.85, 8.5, 10.6), (0.65, 1.6, 3.85)  # um
 STREAMS = 32
+MANY = {("rain", 0.65): 64, ("rain", 1.6): 64, ("rain", 3.85): 128}  # of peaks in which 32 have not converged
 SUN = 1e6  # W m^-2 per cm^-1: no thermal light beside it
 OBSERVER = 20e3  # m, above all particles but those of the stratosphere
-NODES = (15, 12, 10, 7, 5)  # of the 16 in a hemisphere: cosines .995, .91, .77, .5, .31
+VIEWS = (0.99, 0.88, 0.73, 0.45, 0.27)  # cosines of five directions; the truth's nodes nearest to them are taken
 ASIDE = np.radians([0.0, 60.0, 180.0])  # azimuth of the line of sight from the Sun
 # The Sun's zenith angle off that of a line of sight: directions within 3 degrees of it, and next to them.
-SUNS = ((12, 1.0), (7, 2.5))
+SUNS = ((0.88, 1.0), (0.45, 2.5))
 KELVIN, OUTSIDE, WITHIN = 0.3, 0.03, 0.08
 AUREOLE = 3.0  # degree
 
@@ -89,6 +90,11 @@ def seen(state, point, altitude, cosine, *, sun=0.0, elevation=0.5, azimuth=0.0)
         name: float(getattr(line, name)[at])
         for name in ("transmittance", "path_thermal", "path_scattered", "sky_irradiance", "direct_irradiance")
     }
+
+
+def nodes_of(streams):
+    """Numbers of the truth's directions that are looked along."""
+    return [int(np.argmin(np.abs(plane_parallel.cosines(streams) - view))) for view in VIEWS]
 
 
 def observer_of(state):
@@ -156,14 +162,14 @@ def test_thermal_light_from_above_and_below(case):
         cosine, _, down, _, radiance = thermal_truth(state, point, layers)
         cosine = cosine[: cosine.size // 2]
         if not number:
-            print(", ".join(f"{cosine[k]:.2f}" for k in NODES))
+            print(", ".join(f"{cosine[k]:.2f}" for k in nodes_of(STREAMS)))
         bottom = np.cumsum(layers.depth)
         above = radiance(bottom[np.flatnonzero(layers.bottom == observer)[0]], 0.0)[: cosine.size]
         below = radiance(bottom[-1], 0.0)[cosine.size :]
         per_kelvin = np.diff(planck_wavenumber(wavenumber, np.array([299.5, 300.5])))[0]
         ground = planck_wavenumber(wavenumber, state.surface_temperature)[0]
         up, falling = [], []
-        for node in NODES:
+        for node in nodes_of(STREAMS):
             line = seen(state, point, observer, cosine[node])
             up.append(line["path_thermal"] + line["transmittance"] * ground - above[node])
             line = seen(state, point, 0.0, -cosine[node])
@@ -184,13 +190,15 @@ def test_sunlight_reflected_and_transmitted(case, micron):
     state, point, whole = scene(case, micron)
     observer = observer_of(state)
     errors, skies = [], []
-    for node, off in SUNS:
-        zenith = np.arccos(plane_parallel.cosines(STREAMS)[node]) + np.radians(off)
-        layers, (cosine, _, down, _, radiance) = solar_truth(state, whole, np.cos(zenith))
+    streams = MANY.get((case, micron), STREAMS)
+    for view, off in SUNS:
+        near = nodes_of(streams)[VIEWS.index(view)]
+        zenith = np.arccos(plane_parallel.cosines(streams)[near]) + np.radians(off)
+        layers, (cosine, _, down, _, radiance) = solar_truth(state, whole, np.cos(zenith), streams)
         bottom, half = np.cumsum(layers.depth), cosine.size // 2
         above = radiance(bottom[np.flatnonzero(layers.bottom == observer)[0]], ASIDE)[:half]
         below = radiance(bottom[-1], ASIDE)[half:]
-        for k in NODES:
+        for k in nodes_of(streams):
             for column, aside in enumerate(ASIDE):
                 # DISORT's azimuth is that of travel from the beam's, which is that of the look from the Sun's.
                 for height, sign, truth in ((observer, 1, above), (0.0, -1, below)):

@@ -36,12 +36,15 @@ def lowtran_program(peers) -> Path:
 
 @pytest.fixture(scope="module")
 def plane_earth():
-    """A planet of a hundred times the Earth's radius, whose air is plane and does not refract; heights stay."""
+    """A planet of forty times the Earth's radius, whose air is nearly plane and does not refract; heights stay.
+
+    Over a larger one, heights counted from its centre round by more than the micrometre that the ground allows.
+    """
     from skyshine.mat.atmosphere.spectra import spectrum  # noqa: F401 -- all that traces paths is read before the change
     from skyshine.mat.atmosphere.transfer import geometry
 
     with pytest.MonkeyPatch.context() as patch:
-        large = 100 * geometry.EARTH_RADIUS
+        large = 40 * geometry.EARTH_RADIUS
         for name, module in list(sys.modules.items()):
             if name.startswith("skyshine.") and hasattr(module, "EARTH_RADIUS"):
                 patch.setattr(module, "EARTH_RADIUS", large)

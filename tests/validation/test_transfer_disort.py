@@ -2,7 +2,7 @@
 
 The truth takes the levels, gases and particles of the same state at one monochromatic point and computes layers,
 moments and radiances itself (``plane_parallel.py``), with as many streams as its own radiances ask for. It is plane; so
-is the air here, over a planet of a hundred times the radius of the Earth. ``pip install pythonicdisort`` brings the
+is the air here, over a planet of forty times the radius of the Earth. ``pip install pythonicdisort`` brings the
 truth; the tables are printed with ``-s``.
 """
 

@@ -1,9 +1,8 @@
 """Laws that light among particles obeys whatever the particles are: one temperature, Kirchhoff's law, reciprocity.
 
 The ground is black, and the air plane where a law wants it (`plane_earth`). What leaves an enclosure at one temperature
-is Planck's radiance;
-air under a cold space lacks the light that space would send, and sunlight tells how much that is (Chandrasekhar 1950,
-sections 13 and 52).
+is Planck's radiance; air under a cold space lacks the light that space would send, and sunlight tells how much that is
+(Chandrasekhar 1950, sections 13 and 52).
 """
 
 from dataclasses import replace

@@ -1,8 +1,10 @@
 """Peers of the validation suite: packages whose programs or spectra are compared with, and never part of this one."""
 
 import os
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 
@@ -30,3 +32,21 @@ def lowtran_program(peers) -> Path:
     if program is None:
         pytest.skip("gfortran is not installed")
     return program
+
+
+@pytest.fixture(scope="module")
+def plane_earth():
+    """A planet of forty times the Earth's radius, whose air is nearly plane and does not refract; heights stay.
+
+    Over a larger one, heights counted from its centre round by more than the micrometre that the ground allows.
+    """
+    from skyshine.mat.atmosphere.spectra import spectrum  # noqa: F401 -- all that traces paths is read before the change
+    from skyshine.mat.atmosphere.transfer import geometry
+
+    with pytest.MonkeyPatch.context() as patch:
+        large = 40 * geometry.EARTH_RADIUS
+        for name, module in list(sys.modules.items()):
+            if name.startswith("skyshine.") and hasattr(module, "EARTH_RADIUS"):
+                patch.setattr(module, "EARTH_RADIUS", large)
+        patch.setattr(geometry, "refractivity", lambda wavenumber: np.zeros_like(np.asarray(wavenumber, float)))
+        yield

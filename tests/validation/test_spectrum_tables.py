@@ -1,0 +1,146 @@
+"""`mat spectrum` against the atmospheric tables of the same job: one state, one light.
+
+Spectra of single lines are integrated over the response as ``equations.md`` defines the tables' quantities: in-band
+transmittance, (10) path radiance, (20) ambient at the range 0, where no transmittance weighs the sky, and (36) direct
+there. All points of the band stand on the spectrum's side; the tables' own computation is taken with all points and
+with the compiled ones of the built file. The difference of these two is the compiled band's error.
+"""
+
+import numpy as np
+import pytest
+
+from skyshine.mat.api.spectrum import spectrum
+from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.builder.tasks import run_task
+from skyshine.mat.job.load import load_job
+from skyshine.mat.plan.plan import Kind, make_plan
+from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
+from skyshine.mat.scene.atmosphere import atmospheric_state
+from skyshine.mat.scene.bands import absorption_table, response_of
+from skyshine.mat.scene.ground import over_ground
+from skyshine.mat.scene.sources import source_irradiance
+from skyshine.mat.tables.loader import open_table
+from skyshine.materials.library import load_library
+
+pytestmark = pytest.mark.validation
+
+# cm^-1; the limits are those of intervals of the band model.
+BANDS = {"8-12 um": (835.0, 1250.0), "3-5 um": (2000.0, 3335.0), ".4-.7 um": (14300.0, 25000.0)}
+RANGES, ALTITUDES, ELEVATIONS = [0.0, 5.0, 50.0], [0.01, 1.0, 5.0], [-60.0, -8.0, 3.0]  # km, km, degree
+SOURCES, AZIMUTHS = [8.0, 50.0], [0.0, 90.0, 180.0]  # degree
+# Range, altitude, elevation of the line, elevation and azimuth of the Sun from it.
+LINES = [
+    (5.0, 0.01, 3.0, 50.0, 0.0),
+    (50.0, 1.0, 3.0, 8.0, 180.0),
+    (5.0, 5.0, -8.0, 50.0, 180.0),
+    (5.0, 5.0, -60.0, 8.0, 90.0),
+]
+TOLERANCE = 2e-3
+
+
+def job_of(band, folder):
+    return {
+        "skyshine": 1,
+        "name": "lines",
+        "site": {"latitude_deg": 29.7, "longitude_deg": -82.0, "date": "2026-06-28", "utc_offset_h": -5},
+        "states": [{"profile": "midlatitude_summer", "weather": {"air_temperature_c": [22, 33]}}],
+        "bands": [{"wavenumber_cm": list(BANDS[band])}],
+        "sources": ["sun"],
+        "materials": ["asphalt_road"],
+        "accuracy": {"negligible_k": 0},
+        "atmosphere_grid": {
+            "layout": "classic",
+            "range_km": RANGES,
+            "altitude_km": ALTITUDES,
+            "elevation_deg": ELEVATIONS,
+            "source_elevation_deg": SOURCES,
+            "source_azimuth_deg": AZIMUTHS,
+        },
+        "output": {"folder": str(folder / "built"), "pictures": False},
+    }
+
+
+def of_spectra(job, line):
+    """In-band quantities of `mat spectrum`, by name."""
+    distance, altitude, elevation, source, azimuth = line
+
+    def seen(reach):
+        return spectrum(
+            job=job,
+            wavenumber=tuple(job["bands"][0]["wavenumber_cm"]),
+            altitude=altitude,
+            elevation=elevation,
+            range=reach,
+            source_elevation=source,
+            source_azimuth=azimuth,
+        )
+
+    path, surface = seen(distance), seen(0.0)
+    edges = np.append(path.wavenumber[:-1] + path.wavenumber[1:], 0) / 2
+    edges = np.concatenate([[2 * path.wavenumber[0] - edges[0]], edges[:-1], [2 * path.wavenumber[-1] - edges[-2]]])
+    width, micron = np.diff(edges), -np.diff(1e4 / edges)
+    return {
+        "transmittance": path.transmittance @ micron / micron.sum(),
+        "path_radiance": (path.path_thermal + path.path_scattered) @ width,
+        "ambient": surface.sky_irradiance @ width / np.pi,
+        "direct": surface.direct_irradiance @ width / np.pi,
+    }
+
+
+def of_all_points(loaded, lines):
+    """The same by the computation of the tables, with all points of the band; (n,) arrays."""
+    job, response = loaded.trimmed, response_of(loaded.trimmed.bands[0])
+    written = job.states[0]
+    points = band_points(absorption_table(job.water_continuum).points(*response.wavenumber_range), response)
+    state = over_ground(atmospheric_state(job.site, written), written, response)
+    sun = source_irradiance(job, "sun", points.wavenumber, points.width)
+    air = BandAtmosphere.of(state, points)
+    place = np.array(lines).T
+    path = air.spectral_at_points(*place, sun)
+    surface = air.spectral_at_points(np.zeros(len(lines)), *place[1:], sun)
+    return {
+        "transmittance": path.transmittance @ points.weight / points.weight.sum(),
+        "path_radiance": path.path_radiance,
+        "ambient": surface.sky_irradiance @ points.radiance_weight / np.pi,
+        "direct": surface.direct_irradiance @ points.radiance_weight / np.pi,
+    }
+
+
+def of_the_file(loaded, folder, lines):
+    """The same from the nodes of the built .atmq."""
+    plan = make_plan(loaded, load_library())
+    task = next(task for task in plan.tasks if task.kind is Kind.ATMOSPHERE)
+    folder.mkdir(exist_ok=True)
+    run_task(task, loaded, folder, plan.materials, True)
+    table = open_table(folder / task.files[0])
+    distance, altitude, elevation, source, azimuth = np.array(lines).T
+    place = {"altitude": altitude, "elevation": elevation}
+    beta = table.value("beta_star", range=distance, **place)
+    transmittance = table.transmittance(range=distance, beta_star=beta)
+    ratio = table.value("path_radiance_ratio", range=distance, **place, source_elevation=source, source_azimuth=azimuth)
+    return {
+        "transmittance": transmittance,
+        "path_radiance": ratio * (1 - transmittance),
+        "ambient": table.value("ambient_radiance", range=0 * distance, **place, source_elevation=source),
+        "direct": table.value("direct_radiance", range=0 * distance, **place, source_elevation=source),
+    }
+
+
+@pytest.mark.parametrize("band", list(BANDS))
+def test_spectra_of_lines_integrate_to_the_tables(band, tmp_path):
+    job = job_of(band, tmp_path)
+    loaded = load_job(job)
+    spectra = [of_spectra(job, line) for line in LINES]
+    spectra = {name: np.array([values[name] for values in spectra]) for name in spectra[0]}
+    errors = {}
+    for label, table in (
+        ("all points", of_all_points(loaded, LINES)),
+        ("file", of_the_file(loaded, tmp_path / "built", LINES)),
+    ):
+        print(f"\n{band}, spectrum against {label}, %:")
+        for name, values in table.items():
+            scale = 1.0 if name == "transmittance" else values
+            errors[label, name] = (spectra[name] - values) / scale
+            print(f"{name:15s}", " ".join(f"{100 * x:+8.3f}" for x in errors[label, name]))
+    for (label, name), error in errors.items():
+        assert np.abs(error).max() < TOLERANCE, (label, name)

@@ -13,6 +13,7 @@ import pytest
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, AerosolOptics
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.particles.moments import MOMENTS as PARTICLE_MOMENTS
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.atmosphere.transfer import geometry
@@ -142,6 +143,10 @@ class Droplets:
     def phase_function(self, cos_angle, wavenumber, relative_humidity):
         phase = (1 - self.asymmetry**2) / (1 + self.asymmetry**2 - 2 * self.asymmetry * cos_angle) ** 1.5
         return np.tile(phase[:, None, None], (1, len(relative_humidity), len(wavenumber)))
+
+    def phase_moments(self, wavenumber, relative_humidity):
+        moments = self.asymmetry ** np.arange(PARTICLE_MOMENTS)
+        return np.tile(moments[:, None, None], (1, len(relative_humidity), len(wavenumber)))
 
 
 def particles(kind, depth, albedo):

@@ -175,9 +175,9 @@ def _random_amount(generator: np.random.Generator, aerosol: str) -> tuple[float 
 def _random_table(generator: np.random.Generator) -> HenyeyGreensteinModel:
     """Optical properties of a user's aerosol, of any spectrum."""
     wavelength = np.append(np.append(0.25, np.sort(generator.uniform(0.3, 30.0, 6))), 40.0)
-    extinction = np.exp(generator.uniform(-5.0, 5.0, wavelength.size))
+    extinction = np.exp(generator.uniform(-2.0, 2.0, wavelength.size))
     absorbed = generator.choice([0.0, 0.1, 1.0], wavelength.size)
-    asymmetry = generator.uniform(-0.99, 0.99, wavelength.size)
+    asymmetry = generator.uniform(0.0, 0.99, wavelength.size)
     return HenyeyGreensteinModel.of_table("table", wavelength, extinction, absorbed * extinction, asymmetry)[0]
 
 

@@ -141,11 +141,14 @@ def crystal_table(index: npt.NDArray[np.complex128]) -> Floats:
     """As `cloud_table`, of rough aggregates of ice."""
     extinction, absorption, asymmetry = cloud_table(index, ICE_RADII, DENSITY["ice"])
     asymmetry = rough(extinction, absorption, asymmetry)
-    size = 2 * np.pi * np.array(ICE_RADII, float)[:, None] / WAVELENGTHS
+    # Beyond the fit ice refracts less than air in places, where the fit has no meaning.
+    fitted = JOIN[1] > WAVELENGTHS
+    size = 2 * np.pi * np.array(ICE_RADII, float)[:, None] / WAVELENGTHS[fitted]
     first, last = np.log(JOIN)
-    share = np.clip((last - np.log(WAVELENGTHS)) / (last - first), 0.0, 1.0)
-    absorption = (1 - share) * absorption + share * extinction * crystal_coalbedo(size, index)
-    asymmetry = (1 - share) * asymmetry + share * crystal_asymmetry(size, index)
+    share = np.clip((last - np.log(WAVELENGTHS[fitted])) / (last - first), 0.0, 1.0)
+    coalbedo, cosine = crystal_coalbedo(size, index[fitted]), crystal_asymmetry(size, index[fitted])
+    absorption[:, fitted] += share * (extinction[:, fitted] * coalbedo - absorption[:, fitted])
+    asymmetry[:, fitted] += share * (cosine - asymmetry[:, fitted])
     return np.array([extinction, absorption, asymmetry])
 
 

@@ -94,6 +94,17 @@ def test_tables_of_phase_functions_are_whole(kind):
     np.testing.assert_allclose(cosine + (1 - mean), expected, atol=0.02)
 
 
+@pytest.mark.parametrize("layer", [CloudLayer("ice", 9e3, 10e3, 30.0, 1.0), CloudLayer("water", 0.0, 1e3, 9.0, 1.0)])
+def test_clouds_scatter_at_all_wavelengths(layer):
+    """Also where ice refracts less than air, and far beyond the thermal infrared."""
+    wavenumber = 1e4 / np.geomspace(0.2, 1000, 500)
+    optics_of_layer = layer.model.optics(wavenumber, HUMIDITY)
+    phase = layer.model.phase_function(np.cos(np.linspace(0, np.pi, 91)), wavenumber, HUMIDITY)
+    assert np.all(np.isfinite(optics_of_layer.asymmetry)) and np.all(np.abs(optics_of_layer.asymmetry) < 1)
+    assert np.all(np.isfinite(phase)) and np.all(phase > 0)
+    assert np.all(np.abs(layer.model.phase_moments(wavenumber, HUMIDITY)) <= 1 + 1e-9)
+
+
 @pytest.mark.parametrize("rate", [0.1, 5.0, 100.0])
 def test_rain_scatters_as_large_drops(rate):
     """Half of the light that drops of millimetres scatter is diffracted straight ahead; what passes through them has

@@ -196,3 +196,22 @@ def test_an_angstrom_exponent_leaves_the_moments():
     np.testing.assert_array_equal(
         AngstromModel(rural, 1.3).phase_moments([1e4], HUMIDITY), rural.phase_moments([1e4], HUMIDITY)
     )
+
+
+def test_moments_of_crystals_are_those_of_the_published_sum():
+    """Raisanen et al. 2015, equation 31, at 0.65 um and 30 um, from the albedo and asymmetry of the tables."""
+    model = CloudLayer("ice", 9e3, 10e3, 30.0, 1.0).model
+    properties = model.optics(1e4 / 0.65, HUMIDITY)
+    albedo, g = properties.single_scattering_albedo[0, 0], properties.asymmetry[0, 0]
+    coalbedo = 1 - albedo
+    diffraction, share = 1 - 0.6 / (2 * np.pi * 30 / 0.65), 1 / (2 * albedo)
+    ray = (g - share * diffraction) / (1 - share)
+    weight = 1 - 1.53 * max(0.77 - ray, 0.0) ** 1.2
+    residual = {
+        3: -0.13184 - 0.01741 * coalbedo + 0.16890 * g - 0.06365 * coalbedo * g,
+        6: -0.32153 - 0.10691 * coalbedo + 0.41282 * g - 0.07934 * coalbedo * g,
+    }
+    moments = model.phase_moments(1e4 / 0.65, HUMIDITY)[:, 0, 0]
+    for order, rest in residual.items():
+        expected = share * diffraction**order + (1 - share) * weight * (ray / weight) ** order + rest
+        assert moments[order] == pytest.approx(expected, abs=2e-4)

@@ -9,6 +9,9 @@ from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.atmosphere.band.points import band_points
 from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, STRATOSPHERES, Aerosol
+from skyshine.mat.atmosphere.particles.aerosol_layer import HIGHEST, SCALE_HEIGHTS, AerosolLayer
+from skyshine.mat.atmosphere.particles.aerosol_layer import THINNEST as THINNEST_LAYER
+from skyshine.mat.atmosphere.particles.angstrom import EXPONENTS
 from skyshine.mat.atmosphere.particles.cloud import (
     LARGEST_OPTICAL_DEPTH,
     PHASES,
@@ -17,6 +20,7 @@ from skyshine.mat.atmosphere.particles.cloud import (
     TOP_LIMIT,
     CloudLayer,
 )
+from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
 from skyshine.mat.atmosphere.particles.rain import RATES, RainLayer
 from skyshine.mat.atmosphere.sources.ephemeris import SOURCES, position
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
@@ -128,6 +132,7 @@ def _any_state(generator: np.random.Generator) -> AtmosphericState:
     aerosol = str(generator.choice([*BOUNDARY_MODELS, "none"]))
     profile = str(generator.choice(list(PROFILES)))
     sounding = generator.random() < 0.3
+    visibility, depth = _random_amount(generator, aerosol)
     return AtmosphericState.from_profile(
         _random_sounding(generator, profile) if sounding else profile,
         surface_altitude=float(generator.choice([-500.0, 0.0, generator.uniform(0, 5900)])),
@@ -140,11 +145,15 @@ def _any_state(generator: np.random.Generator) -> AtmosphericState:
         ),
         aerosol=Aerosol(
             aerosol,
-            visibility_km=None if aerosol == "none" else float(np.exp(generator.uniform(np.log(0.1), np.log(300.0)))),
+            visibility_km=visibility,
+            optical_depth=depth,
+            angstrom_exponent=float(generator.uniform(*EXPONENTS)) if generator.random() < 0.2 else None,
+            optics=_random_table(generator) if aerosol != "none" and generator.random() < 0.2 else None,
             wind_speed=float(generator.choice([0.0, 4.0, 60.0])),
             air_mass=int(generator.integers(1, 11)),
             stratosphere=str(generator.choice(list(STRATOSPHERES))),
         ),
+        aerosol_layers=[_random_layer(generator) for _ in range(generator.choice([0, 0, 1, 2]))],
         clouds=[_random_cloud(generator) for _ in range(generator.choice([0, 0, 1, 3]))],
         rain=RainLayer(float(np.exp(generator.uniform(*np.log(RATES)))), generator.uniform(20.0, 15e3))
         if generator.random() < 0.3
@@ -152,6 +161,34 @@ def _any_state(generator: np.random.Generator) -> AtmosphericState:
         surface_temperature=float(generator.uniform(180, 350)),
         surface_albedo=float(generator.choice([0.0, 0.1, 1.0])),
     )
+
+
+def _random_amount(generator: np.random.Generator, aerosol: str) -> tuple[float | None, float | None]:
+    """Visibility [km] or optical depth of an aerosol."""
+    if aerosol == "none":
+        return None, None
+    if generator.random() < 0.5:
+        return float(np.exp(generator.uniform(np.log(0.1), np.log(300.0)))), None
+    return None, float(generator.choice([0.0, 0.1, generator.uniform(0, 3), 100.0]))
+
+
+def _random_table(generator: np.random.Generator) -> HenyeyGreensteinModel:
+    """Optical properties of a user's aerosol, of any spectrum."""
+    wavelength = np.append(np.append(0.25, np.sort(generator.uniform(0.3, 30.0, 6))), 40.0)
+    extinction = np.exp(generator.uniform(-2.0, 2.0, wavelength.size))
+    absorbed = generator.choice([0.0, 0.1, 1.0], wavelength.size)
+    asymmetry = generator.uniform(0.0, 0.99, wavelength.size)
+    return HenyeyGreensteinModel.of_table("table", wavelength, extinction, absorbed * extinction, asymmetry)[0]
+
+
+def _random_layer(generator: np.random.Generator) -> AerosolLayer:
+    """A layer of a user's aerosol of any depth, anywhere."""
+    model, depth = _random_table(generator), float(generator.choice([0.0, 0.3, 100.0]))
+    if generator.random() < 0.5:
+        bottom = float(generator.choice([0.0, generator.uniform(0.0, HIGHEST - THINNEST_LAYER)]))
+        top = float(generator.choice([bottom + THINNEST_LAYER, HIGHEST]))
+        return AerosolLayer.even(model, bottom, top, depth)
+    return AerosolLayer.exponential(model, float(np.exp(generator.uniform(*np.log(SCALE_HEIGHTS)))), depth)
 
 
 def _random_cloud(generator: np.random.Generator) -> CloudLayer:

@@ -15,6 +15,7 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.profiles import PROFILES
 from skyshine.mat.bench.extreme_air import random_state
 from skyshine.mat.builder.build import build
+from skyshine.mat.job.aerosols import LAYER_MODELS
 from skyshine.mat.job.load import LoadedJob, load_job
 from skyshine.mat.plan.cost import estimate
 from skyshine.mat.plan.physics import physics_left_out
@@ -120,8 +121,14 @@ def _state(generator: np.random.Generator) -> dict[str, Any]:
     aerosol = str(generator.choice([*BOUNDARY_MODELS, "none"]))
     state: dict[str, Any] = {"profile": str(generator.choice(list(PROFILES))), "aerosol": aerosol}
     state["humidity_scale"] = _some(generator, 1.0, (0.0, 3.0))
-    if aerosol != "none":
+    if aerosol != "none" and generator.random() < 0.5:
         state["visibility_km"] = round(float(np.exp(generator.uniform(np.log(0.1), np.log(300)))), 3)
+    elif aerosol != "none":
+        state["aerosol_optical_depth"] = float(generator.choice([0.0, 0.05, 2.0, 100.0]))
+    if generator.random() < 0.3:
+        state["angstrom_exponent"] = float(generator.choice([-1.0, 1.3, 4.0]))
+    if generator.random() < 0.3:
+        state["aerosol_layers"] = [_aerosol_layer(generator)]
     if generator.random() < 0.3:
         base = round(float(generator.uniform(0.1, 4.0)), 2)
         depth = float(generator.choice([0.0, 0.1, 10.0, 1000.0]))
@@ -131,6 +138,26 @@ def _state(generator: np.random.Generator) -> dict[str, Any]:
     state["surface_albedo"] = _some(generator, 0.1, (0.0, 1.0))
     state["weather"] = _measured(generator) if generator.random() < 0.3 else _weather(generator, "clouds" in state)
     return state
+
+
+def _aerosol_layer(generator: np.random.Generator) -> dict[str, Any]:
+    """A layer of any particles that need no file, anywhere."""
+    layer: dict[str, Any] = {"optical_depth": float(generator.choice([0.0, 0.2, 100.0]))}
+    if generator.random() < 0.5:
+        layer["model"] = str(generator.choice(LAYER_MODELS))
+    else:
+        mode = {
+            "median_radius_um": float(generator.choice([0.001, 0.1, 20.0])),
+            "geometric_sd": float(generator.choice([1.05, 1.6, 4.0])),
+            "refractive_index": [float(generator.choice([0.1, 1.5, 10.0])), float(generator.choice([0.0, 0.01, 10.0]))],
+        }
+        layer["size_distribution"] = [mode]
+    if generator.random() < 0.5:
+        bottom = float(generator.choice([0.0, 3.0, 79.9]))
+        layer["height_km"] = [bottom, float(generator.choice([bottom + 0.02, 80.0]))]
+    else:
+        layer["scale_height_km"] = float(generator.choice([0.05, 1.0, 20.0]))
+    return layer
 
 
 def _weather(generator: np.random.Generator, cloudy: bool) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from skyshine.mat.atmosphere.particles.windblown import DEFAULT_AIR_MASS
 from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES
 from skyshine.mat.atmosphere.state.state import MOST_AIRGLOW
+from skyshine.mat.job.aerosols import MOST_LAYERS, AerosolLayer
 from skyshine.mat.job.clouds import Cloud, Rain
 from skyshine.mat.job.default_nodes import ELEVATIONS_DEG, RANGES_KM, SOURCE_AZIMUTHS_DEG, SOURCE_ELEVATIONS_DEG
 from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, axis, one_of, tolerance
@@ -167,6 +168,11 @@ class State(StrictModel):
             "Slope of the aerosol's extinction against wavelength up to 1.64 um, where the spectrum of the aerosol"
             " follows; by default that of the aerosol."
         ),
+    )
+    aerosol_layers: list[AerosolLayer] = Field(
+        [],
+        max_length=MOST_LAYERS,
+        description="Beside the aerosol, whose optical depth and Angstrom exponent they leave as they are.",
     )
     air_mass: int = Field(
         DEFAULT_AIR_MASS, ge=1, le=10, description="Of navy_maritime: 1 open ocean to 10 continental."

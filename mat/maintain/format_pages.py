@@ -54,6 +54,7 @@ ATTRIBUTES = {
     "angstrom_exponent": "1, of the extinction of the state's aerosol, where the job writes it",
     "aerosol_table": "name of the file of the aerosol's optical properties",
     "night_sky": "airglow over its mean, with starlight, in the ambient light; absent for none",
+    "aerosol_layers": "further layers of aerosol: particles, place and optical depth at 0.55 um of each",
     "air": "what the air near the ground follows: weather (the day's mean, or a time), profile or sounding",
     "band": "name of the band in the job, or b01, b02 ... by its order",
     "date": "day of the state, for which the source's distance and the Moon's phase are taken",

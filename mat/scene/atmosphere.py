@@ -19,9 +19,10 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.site import Site
-from skyshine.mat.job.surface import RADIATION, Weather
+from skyshine.mat.job.surface import RADIATION
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.scene.weather import ground_air
+from skyshine.mat.scene.aerosol_layers import aerosol_layers
+from skyshine.mat.scene.weather import ground_air, mean_wind
 from skyshine.materials.library import MaterialLibrary
 
 _AMOUNTS = ("scale", "ppm", "column_mm", "column_du")
@@ -40,6 +41,7 @@ def atmospheric_state(site: Site, state: State, weather_air: GroundAir | None = 
         ground_air=(weather_air or ground_air(site, state)) if follows else None,
         gas_amounts=_gas_amounts(state),
         aerosol=_aerosol(state),
+        aerosol_layers=aerosol_layers(state),
         clouds=[cloud.layer() for cloud in state.clouds],
         rain=None if state.rain is None else RainLayer(state.rain.rate_mm_h, 1e3 * state.rain.top_km),
         surface_temperature=None if follows else state.weather.mean_air_temperature_c + ZERO_CELSIUS,
@@ -87,7 +89,7 @@ def _aerosol(state: State) -> Aerosol:
     return Aerosol(
         state.aerosol,
         visibility_km=state.visibility_km,
-        wind_speed=_mean_wind(state.weather),
+        wind_speed=mean_wind(state.weather),
         air_mass=state.air_mass,
         stratosphere=state.stratosphere,
         season=aerosol_season(state),
@@ -107,7 +109,9 @@ def air_key(state: State) -> tuple[str, float | None, str]:
     """Cache key of a state's air: the same for states that differ in day, ground temperature and weather alone, as far
     as the air does not follow the weather.
     """
-    wind = _mean_wind(state.weather) if BOUNDARY_MODELS.get(state.aerosol, 0.0) is None else None
+    models = (state.aerosol, *(layer.model or "none" for layer in state.aerosol_layers))
+    windblown = any(BOUNDARY_MODELS.get(model, 0.0) is None for model in models)
+    wind = mean_wind(state.weather) if windblown else None
     followed = ""
     if state.air == "weather":
         date = None if state.air_time is None else state.date  # the hour of the highest temperature is the Sun's
@@ -116,14 +120,6 @@ def air_key(state: State) -> tuple[str, float | None, str]:
         readings = None if table is None else table.model_dump(exclude={"wind_speed_m_s", "cloud_fraction", *RADIATION})
         followed = repr((weather.air_temperature_c, humidity, readings, date))
     return state.model_dump_json(exclude={"date", "series", "weather", "ground_material"}), wind, followed
-
-
-def _mean_wind(weather: Weather) -> float:
-    """Mean of the day, m s^-1."""
-    hourly = weather.hourly
-    if hourly is None or hourly.wind_speed_m_s is None:
-        return weather.wind_speed_m_s
-    return float(np.mean(np.interp(np.arange(0, 24, 0.25), hourly.time, hourly.wind_speed_m_s, period=24)))
 
 
 def materials_digest(library: MaterialLibrary, names: tuple[str, ...]) -> str:

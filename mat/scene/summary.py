@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from skyshine.mat.atmosphere.state.climate import blended_profile
+from skyshine.mat.job.aerosols import AerosolLayer
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.clouds import Cloud
 from skyshine.mat.job.model import Job
@@ -36,6 +37,7 @@ def _summary(site: Site, state: State) -> dict[str, Any]:
         "aerosol": state.aerosol,
         "aerosol_table": None if state.aerosol_table is None else state.aerosol_table.name,
         "angstrom_exponent": None if state.angstrom_exponent is None else quantity(state.angstrom_exponent, "1"),
+        "aerosol_layers": [_aerosol_layer(layer) for layer in state.aerosol_layers],
         "stratosphere": state.stratosphere,
         "water_vapour": quantity(float(air.precipitable_water(ground)), "mm"),
         "ozone": quantity(float(air.ozone_column(ground)), "DU"),
@@ -48,6 +50,19 @@ def _summary(site: Site, state: State) -> dict[str, Any]:
         rate, top = state.rain.rate_mm_h, state.rain.top_km
         summary["rain"] = {"rate": quantity(rate, "mm/h"), "top": quantity(top, "km")}
     return summary
+
+
+def _aerosol_layer(layer: AerosolLayer) -> dict[str, Any]:
+    depth = layer.optical_depth
+    return {
+        "particles": layer.particles,
+        "place": layer.place,
+        "optical_depth_550": None if depth is None else quantity(depth, "1"),
+    }
+
+
+def _layer_text(particles: str, place: str, depth: float | None) -> str:
+    return f"{particles} {place}" + ("" if depth is None else f", optical depth {depth:.3g}")
 
 
 def _cloud(cloud: Cloud) -> dict[str, Any]:
@@ -63,11 +78,15 @@ def _cloud(cloud: Cloud) -> dict[str, Any]:
 
 def state_attributes(state: State) -> dict[str, str]:
     """Root attributes that name a state in its files: a sounding, its preset, or its profile; and what its air near the
-    ground follows; optical depth, Angstrom exponent and table of the aerosol, where the job writes them.
+    ground follows; optical depth, Angstrom exponent, table and layers of the aerosol, where the job writes them.
     """
     air = {"air": air_text(state)}
     if state.aerosol_table is not None:
         air["aerosol_table"] = state.aerosol_table.name
+    if state.aerosol_layers:
+        air["aerosol_layers"] = "; ".join(
+            _layer_text(layer.particles, layer.place, layer.optical_depth) for layer in state.aerosol_layers
+        )
     for name, value in (
         ("aerosol_optical_depth_550", state.aerosol_optical_depth),
         ("angstrom_exponent", state.angstrom_exponent),
@@ -94,6 +113,9 @@ def summary_line(summary: dict[str, Any]) -> str:
         parts[-1] += f", optical properties of {summary['aerosol_table']}"
     if summary["angstrom_exponent"] is not None:
         parts[-1] += f", Angstrom exponent {summary['angstrom_exponent']['value']:g}"
+    for layer in summary["aerosol_layers"]:
+        depth = layer["optical_depth_550"]
+        parts.append("aerosol " + _layer_text(layer["particles"], layer["place"], depth and depth["value"]))
     if summary["stratosphere"] != "background":
         parts.append(f"stratosphere {summary['stratosphere']}")
     for cloud in summary["clouds"]:

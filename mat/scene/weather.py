@@ -97,3 +97,11 @@ def daily_means(weather: Weather) -> tuple[float, float, float | None]:
     vapour = percent / 100.0 * saturation_pressure(np.array(table.air_temperature_c) + ZERO_CELSIUS)
     pressure = None if table.pressure_hpa is None else 100.0 * of_day(np.array(table.pressure_hpa))
     return mean, of_day(vapour), pressure
+
+
+def mean_wind(weather: Weather) -> float:
+    """Wind speed at 10 m, mean of the day, m s^-1."""
+    hourly = weather.hourly
+    if hourly is None or hourly.wind_speed_m_s is None:
+        return weather.wind_speed_m_s
+    return float(np.mean(np.interp(_QUARTERS, hourly.time, hourly.wind_speed_m_s, period=24)))

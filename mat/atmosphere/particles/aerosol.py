@@ -3,7 +3,7 @@
 Models of Shettle and Fenn 1979 (AFGL-TR-79-0214) as tabulated in LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177).
 Extinction is relative to that at 0.55 um; the vertical profile (`aerosol_column`) carries the amount. Phase functions
 are LOWTRAN7's own tables (34 angles, 27 wavelengths from 0.2 to 40 um), not Henyey-Greenstein; those of 40 um stand for
-all longer waves.
+all longer waves. The two fogs, whose droplets are known, have those of Mie theory (`cloud/phase.h5`).
 """
 
 from __future__ import annotations
@@ -16,12 +16,15 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.particles import tables
-from skyshine.mat.atmosphere.particles.particles import AerosolOptics, between_wavelengths
+from skyshine.mat.atmosphere.particles.moments import MOMENTS, moment_weights
+from skyshine.mat.atmosphere.particles.particles import AerosolOptics, between_wavelengths, linear_weights
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
 MODELS: tuple[str, ...] = ("rural", "urban", "maritime", "tropospheric", "fog_advection", "fog_radiation")
 MODELS += ("stratospheric_background", "volcanic_aged", "volcanic_fresh", "meteoric_dust")
+FOGS = ("fog_advection", "fog_radiation")
+_FINE_ANGLES = 1801  # among which the moments of LOWTRAN7's functions take them as linear
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +45,8 @@ class AerosolModel:
         um.
     phase : (A, H, V) array
         Mean over the sphere 1.
+    moments : (`MOMENTS`, H, V) array
+        Legendre moments of the phase functions.
     fixed_humidity : float or None
         Percent; replaces the humidity of the air.
     """
@@ -55,6 +60,7 @@ class AerosolModel:
     phase_angle: Floats
     phase_wavelength: Floats
     phase: Floats
+    moments: Floats
     fixed_humidity: float | None = None
 
     @staticmethod
@@ -147,6 +153,14 @@ class AerosolModel:
         phase: Floats = at_humidity @ linear_weights(self.phase_wavelength, self._wavelength(wavenumber))
         return phase
 
+    def phase_moments(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> Floats:
+        """Legendre moments (`MOMENTS`, L, P) of the phase function; arguments and errors as `phase_function`."""
+        humid = linear_weights(self.humidity, self._humidity(relative_humidity))
+        moments: Floats = np.einsum("hl,mhv->mlv", humid, self.moments) @ linear_weights(
+            self.phase_wavelength, self._wavelength(wavenumber)
+        )
+        return moments
+
     def _wavelength(self, wavenumber: npt.ArrayLike) -> Floats:
         wavenumber = np.atleast_1d(np.asarray(wavenumber, dtype=float))
         limit = 1e4 / self.wavelength[0]
@@ -174,11 +188,6 @@ def _load(name: str, fixed_humidity: float | None) -> AerosolModel:
     extinction, absorption, asymmetry = (
         table[column].reshape(len(humidity), -1) for column in ("extinction", "absorption", "asymmetry")
     )
-    functions, index = tables.phase_function_tables()
-    rows = np.flatnonzero(index["model"] == name)
-    phase_columns = list(index)[2:]
-    number = np.array([index[column][rows] for column in phase_columns], dtype=int).T
-    values = np.array([functions[f"p{n}"] for n in range(1, len(functions))])
     return AerosolModel(
         name=name,
         humidity=humidity,
@@ -186,11 +195,44 @@ def _load(name: str, fixed_humidity: float | None) -> AerosolModel:
         extinction=extinction,
         absorption=absorption,
         asymmetry=asymmetry,
-        phase_angle=functions["angle[degree]"],
-        phase_wavelength=np.array([float(column) for column in phase_columns]),
-        phase=np.moveaxis(values[number - 1], -1, 0),
+        **(_phase_of_droplets(name) if name in FOGS else _phase_of_lowtran(name)),
         fixed_humidity=fixed_humidity,
     )
+
+
+def _phase_of_droplets(name: str) -> dict[str, Floats]:
+    table = tables.phase_table(name)
+    return {
+        "phase_angle": table.angle,
+        "phase_wavelength": table.wavelength,
+        "phase": table.phase,
+        "moments": table.moments,
+    }
+
+
+def _phase_of_lowtran(name: str) -> dict[str, Floats]:
+    functions, index = tables.phase_function_tables()
+    rows = np.flatnonzero(index["model"] == name)
+    phase_columns = list(index)[2:]
+    number = np.array([index[column][rows] for column in phase_columns], dtype=int).T
+    values = np.array([functions[f"p{n}"] for n in range(1, len(functions))])
+    return {
+        "phase_angle": functions["angle[degree]"],
+        "phase_wavelength": np.array([float(column) for column in phase_columns]),
+        "phase": np.moveaxis(values[number - 1], -1, 0),
+        "moments": np.moveaxis(_lowtran_moments()[number - 1], -1, 0),
+    }
+
+
+@cache
+def _lowtran_moments() -> Floats:
+    """Legendre moments (K, `MOMENTS`) of LOWTRAN7's phase functions."""
+    functions, _ = tables.phase_function_tables()
+    values = np.array([functions[f"p{n}"] for n in range(1, len(functions))])
+    angle = np.linspace(0.0, 180.0, _FINE_ANGLES)
+    log_phase = linear_weights(functions["angle[degree]"], angle).T @ np.log(values.T)
+    moments: Floats = (moment_weights(np.radians(angle), MOMENTS) @ np.exp(log_phase)).T
+    return moments / moments[:, :1]
 
 
 def interpolate_humidity(weights: Floats, table: Floats) -> Floats:
@@ -199,16 +241,3 @@ def interpolate_humidity(weights: Floats, table: Floats) -> Floats:
         return np.broadcast_to(table, (weights.shape[1], table.shape[1]))
     interpolated: Floats = np.exp(weights.T @ np.log(table))
     return interpolated
-
-
-def linear_weights(nodes: Floats, points: Floats) -> Floats:
-    """Weights (N, M) of linear interpolation from N increasing nodes to M points, the end values held outside."""
-    if len(nodes) == 1:
-        return np.ones((1, len(points)))
-    upper = np.clip(np.searchsorted(nodes, points, side="right"), 1, len(nodes) - 1)
-    fraction = np.clip((points - nodes[upper - 1]) / (nodes[upper] - nodes[upper - 1]), 0.0, 1.0)
-    weights = np.zeros((len(nodes), len(points)))
-    column = np.arange(len(points))
-    weights[upper - 1, column] = 1.0 - fraction
-    weights[upper, column] = fraction
-    return weights

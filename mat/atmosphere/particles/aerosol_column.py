@@ -15,7 +15,7 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.particles import tables
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.particles.angstrom import AngstromModel, ParticleModel
-from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
+from skyshine.mat.atmosphere.particles.particles import SpectralModel
 from skyshine.mat.atmosphere.particles.windblown import (
     DEFAULT_AIR_MASS,
     DEFAULT_WIND,
@@ -87,7 +87,7 @@ class Aerosol:
         at the model's visibility, is scaled to it.
     angstrom_exponent : float, optional
         Of extinction in sunlight; by default that of the models. It holds for all particles of the column.
-    optics : HenyeyGreensteinModel, optional
+    optics : SpectralModel, optional
         Of the particles of the lowest 2 km, in place of the model's, which then gives the amount by height alone.
     """
 
@@ -99,7 +99,7 @@ class Aerosol:
     season: str | None = None
     optical_depth: float | None = None
     angstrom_exponent: float | None = None
-    optics: HenyeyGreensteinModel | None = None
+    optics: SpectralModel | None = None
 
     def __post_init__(self) -> None:
         if self.model == "none" and self.optics is not None:
@@ -265,8 +265,8 @@ def aerosol_layers(
         if name not in allowed:
             raise InputError(f"no aerosol '{name}'; {nearest(name, allowed)}")
     loading, particles = STRATOSPHERES[aerosol.stratosphere]
-    models: tuple[AerosolModel | HenyeyGreensteinModel, ...] = (
-        _boundary_layer(aerosol),
+    models: tuple[AerosolModel | SpectralModel, ...] = (
+        aerosol.optics or boundary_model(aerosol.model, aerosol.wind_speed, aerosol.air_mass),
         AerosolModel.load("tropospheric", fixed_humidity=TROPOSPHERIC_HUMIDITY),
         AerosolModel.load(particles),
         AerosolModel.load("meteoric_dust"),
@@ -282,11 +282,14 @@ def aerosol_layers(
     ]
 
 
-def _boundary_layer(aerosol: Aerosol) -> AerosolModel | HenyeyGreensteinModel:
-    if aerosol.optics is not None:
-        return aerosol.optics
-    if aerosol.model == "desert":
-        return desert_model(aerosol.wind_speed)
-    if aerosol.model == "navy_maritime":
-        return navy_maritime_model(aerosol.wind_speed, aerosol.air_mass)
-    return AerosolModel.load(aerosol.model)
+def boundary_model(
+    name: str, wind_speed: float = DEFAULT_WIND, air_mass: int = DEFAULT_AIR_MASS
+) -> AerosolModel | SpectralModel:
+    """A packaged aerosol by name, of a wind [m s^-1] and air mass where it depends on them; errors as those of the
+    models.
+    """
+    if name == "desert":
+        return desert_model(wind_speed)
+    if name == "navy_maritime":
+        return navy_maritime_model(wind_speed, air_mass)
+    return AerosolModel.load(name)

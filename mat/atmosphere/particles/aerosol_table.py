@@ -1,18 +1,26 @@
-"""A user's aerosol: extinction, single-scattering albedo and asymmetry by wavelength, from CSV."""
+"""What a user measured of an aerosol, from CSV: optical properties, refractive index, extinction by height."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
-from skyshine.schemas.csv_table import parse_table
+from skyshine.mat.atmosphere.particles.size_distribution import RefractiveIndex
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.csv_table import CsvTable, parse_table
 from skyshine.schemas.errors import nearest
 
 COLUMNS = {"wavelength": "um", "extinction": "", "single_scattering_albedo": "", "asymmetry": ""}
+INDEX_COLUMNS = {"wavelength": "um", "real": "", "imaginary": ""}
+PROFILE_COLUMNS = {"height": "km", "extinction": "km^-1"}
 # The heat balance asks for all light from 0.3 um on; beyond 30 um little is left of what a warm body emits.
 COVERED = (0.299, 30.0)
+LARGEST_INDEX = 10.0
+HIGHEST = 80.0  # km above the ground, of a profile
+MOST_HEIGHTS = 100
 
 
 def parse_aerosol(text: str, file: str | Path) -> HenyeyGreensteinModel:
@@ -37,38 +45,81 @@ def parse_aerosol(text: str, file: str | Path) -> HenyeyGreensteinModel:
         not cover the spectrum.
     """
     table = parse_table(text, file)
+    wavelength, extinction, albedo, asymmetry = _columns(table, COLUMNS)
+    _check_wavelengths(table, wavelength)
+    _check(table, "extinction", extinction > 0, "above 0, in any measure")
+    _check(table, "single_scattering_albedo", (albedo >= 0) & (albedo <= 1), "0 to 1")
+    _check(table, "asymmetry", np.abs(asymmetry) < 1, "between -1 and 1")
+    absorption = extinction * (1 - albedo)
+    return HenyeyGreensteinModel.of_table(Path(file).name, wavelength, extinction, absorption, asymmetry)[0]
+
+
+def parse_refractive_index(text: str, file: str | Path) -> RefractiveIndex:
+    """A refractive index n + ik from CSV with the columns wavelength[um], real and imaginary; parameters and errors as
+    `parse_aerosol`.
+    """
+    table = parse_table(text, file)
+    wavelength, real, imaginary = _columns(table, INDEX_COLUMNS)
+    _check_wavelengths(table, wavelength)
+    _check(table, "real", (real > 0) & (real <= LARGEST_INDEX), f"above 0, up to {LARGEST_INDEX:g}")
+    _check(table, "imaginary", (imaginary >= 0) & (imaginary <= LARGEST_INDEX), f"0 to {LARGEST_INDEX:g}")
+    return RefractiveIndex(tuple(wavelength), tuple(real), tuple(imaginary))
+
+
+def parse_extinction_profile(text: str, file: str | Path) -> tuple[Floats, Floats]:
+    """Heights above the ground [m] and extinction at 0.55 um [m^-1], (K,) each, from CSV with the columns height[km]
+    and extinction[km^-1]; parameters and errors as `parse_aerosol`.
+    """
+    table = parse_table(text, file)
+    height, extinction = _columns(table, PROFILE_COLUMNS)
+    _check_rising(table, "height", height)
+    _check(table, "height", (height >= 0) & (height <= HIGHEST), f"0 to {HIGHEST:g}")
+    _check(table, "extinction", extinction >= 0, "at least 0")
+    if height.size > MOST_HEIGHTS:
+        raise table.error(MOST_HEIGHTS, 0, f"found {height.size} rows; allowed: up to {MOST_HEIGHTS}; thin them out")
+    if not np.any(extinction > 0):
+        raise table.error(0, table.names.index("extinction"), "found no extinction; allowed: some above 0; add it")
+    return 1e3 * height, 1e-3 * extinction
+
+
+def _columns(table: CsvTable, columns: dict[str, str]) -> list[Floats]:
+    """The columns (N,) of a table in the order of `columns`, each with its unit."""
     for index, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
-        if name not in COLUMNS:
-            raise table.error(-1, index, f"found the column '{name}'; {nearest(name, COLUMNS)}")
-        if name == "wavelength" and unit != "um":
+        if name not in columns:
+            raise table.error(-1, index, f"found the column '{name}'; {nearest(name, columns)}")
+        if columns[name] and unit != columns[name]:
             raise table.error(
-                -1, index, f"found {f'the unit {unit!r}' if unit else 'no unit'} of wavelength; allowed: um"
+                -1, index, f"found {f'the unit {unit!r}' if unit else 'no unit'} of {name}; allowed: {columns[name]}"
             )
-    if sorted(table.names) != sorted(COLUMNS):
+    if sorted(table.names) != sorted(columns):
         raise table.error(
-            -1, 0, f"found the columns {', '.join(table.names)}; allowed: {', '.join(COLUMNS)}, each once"
+            -1, 0, f"found the columns {', '.join(table.names)}; allowed: {', '.join(columns)}, each once"
         )
-    place = {name: table.names.index(name) for name in COLUMNS}
-    wavelength, extinction, albedo, asymmetry = (table.values[:, index] for index in place.values())
-    for row in np.flatnonzero(np.diff(wavelength) <= 0)[:1]:
-        found = f"{wavelength[row + 1]:g} after {wavelength[row]:g}"
-        raise table.error(
-            row + 1, place["wavelength"], f"found {found}; allowed: a wavelength that rises; sort the rows"
-        )
+    return [table.values[:, table.names.index(name)] for name in columns]
+
+
+def _check_wavelengths(table: CsvTable, wavelength: Floats) -> None:
+    _check_rising(table, "wavelength", wavelength)
     first, last = wavelength[0], wavelength[-1]
     if not 0 < first <= COVERED[0] or last < COVERED[1]:
         raise table.error(
             0 if not 0 < first <= COVERED[0] else wavelength.size - 1,
-            place["wavelength"],
+            table.names.index("wavelength"),
             f"found wavelengths from {first:g} to {last:g} um; allowed: from {COVERED[0]:g} um or less, above 0, to"
             f" {COVERED[1]:g} um or more; add rows",
         )
-    for name, fits, words in (
-        ("extinction", extinction > 0, "above 0, in any measure"),
-        ("single_scattering_albedo", (albedo >= 0) & (albedo <= 1), "0 to 1"),
-        ("asymmetry", np.abs(asymmetry) < 1, "between -1 and 1"),
-    ):
-        for row in np.flatnonzero(~fits)[:1]:
-            raise table.error(row, place[name], f"found {table.values[row, place[name]]:g}; allowed: {words}")
-    absorption = extinction * (1 - albedo)
-    return HenyeyGreensteinModel.of_table(Path(file).name, wavelength, extinction, absorption, asymmetry)[0]
+
+
+def _check_rising(table: CsvTable, name: str, values: Floats) -> None:
+    for row in np.flatnonzero(np.diff(values) <= 0)[:1]:
+        raise table.error(
+            row + 1,
+            table.names.index(name),
+            f"found {values[row + 1]:g} after {values[row]:g}; allowed: a {name} that rises; sort the rows",
+        )
+
+
+def _check(table: CsvTable, name: str, fits: npt.NDArray[np.bool_], words: str) -> None:
+    column = table.names.index(name)
+    for row in np.flatnonzero(~fits)[:1]:
+        raise table.error(row, column, f"found {table.values[row, column]:g}; allowed: {words}")

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
-from skyshine.mat.atmosphere.particles.particles import AerosolOptics, HenyeyGreensteinModel
+from skyshine.mat.atmosphere.particles.particles import AerosolOptics, SpectralModel
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -33,12 +33,12 @@ class AngstromModel:
 
     Attributes
     ----------
-    model : AerosolModel or HenyeyGreensteinModel
+    model : AerosolModel or SpectralModel
     exponent : float
         Angstrom's, of extinction.
     """
 
-    model: AerosolModel | HenyeyGreensteinModel
+    model: AerosolModel | SpectralModel
     exponent: float
 
     def __post_init__(self) -> None:
@@ -71,5 +71,9 @@ class AngstromModel:
         """As `aerosol.AerosolModel.phase_function`."""
         return self.model.phase_function(cos_angle, wavenumber, relative_humidity)
 
+    def phase_moments(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> Floats:
+        """As `aerosol.AerosolModel.phase_moments`."""
+        return self.model.phase_moments(wavenumber, relative_humidity)
 
-ParticleModel = AerosolModel | HenyeyGreensteinModel | AngstromModel
+
+ParticleModel = AerosolModel | SpectralModel | AngstromModel

@@ -1,8 +1,8 @@
 """Layers of water and ice cloud.
 
-Optical properties by Mie theory (``atmospheres/cloud``), a gamma distribution of drop sizes of effective variance 0.1
-and the phase function of Henyey and Greenstein. A cloud is even between its base and its top; it is part of the
-particles of a state, so that whatever air and aerosol take part in, cloud does too.
+Optical properties (``atmospheres/cloud``) of droplets are by Mie theory, with a gamma distribution of effective
+variance 0.1, those of crystals of rough aggregates (`crystals`). A cloud is even between its base and its top; it is
+part of the particles of a state, so that whatever air and aerosol take part in, cloud does too.
 """
 
 from __future__ import annotations
@@ -14,7 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.particles import tables
-from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel, interpolated_table
+from skyshine.mat.atmosphere.particles.crystals import CrystalModel
+from skyshine.mat.atmosphere.particles.particles import (
+    SpectralModel,
+    SphereModel,
+    interpolated_phase,
+    interpolated_table,
+)
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError, nearest
 
@@ -88,7 +94,7 @@ class CloudLayer:
         return (self.base, inner, self.top - self._fade, self.top)
 
     @property
-    def model(self) -> HenyeyGreensteinModel:
+    def model(self) -> SpectralModel:
         """Optical properties of the droplets or crystals."""
         return self._model[0]
 
@@ -113,7 +119,7 @@ class CloudLayer:
         return min(_EDGE, _EDGE_SHARE * (self.top - self.base))
 
     @property
-    def _model(self) -> tuple[HenyeyGreensteinModel, float]:
+    def _model(self) -> tuple[SpectralModel, float]:
         return _cloud_model(self.phase, self.effective_radius)
 
 
@@ -150,9 +156,12 @@ def check_phase(layer: CloudLayer, temperature: Floats) -> None:
 
 
 @lru_cache(maxsize=32)
-def _cloud_model(phase: str, radius: float) -> tuple[HenyeyGreensteinModel, float]:
+def _cloud_model(phase: str, radius: float) -> tuple[SpectralModel, float]:
     """The model, and its extinction at 0.55 um in m^2 kg^-1."""
-    return HenyeyGreensteinModel.of_table(f"{phase} cloud", *interpolated_table(tables.cloud_table(phase), radius))
+    columns = interpolated_table(tables.cloud_table(phase), radius)
+    if phase == "ice":
+        return CrystalModel.of_table("ice cloud", *columns, effective_radius=radius)
+    return SphereModel.of_table("water cloud", *columns, **interpolated_phase(tables.phase_table("water"), radius))
 
 
 @lru_cache(maxsize=1)

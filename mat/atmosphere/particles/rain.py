@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.particles import tables
-from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel, interpolated_table
+from skyshine.mat.atmosphere.particles.particles import SphereModel, interpolated_phase, interpolated_table
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -54,7 +54,7 @@ class RainLayer:
         return (self.top - _EDGE, self.top)
 
     @property
-    def model(self) -> HenyeyGreensteinModel:
+    def model(self) -> SphereModel:
         """Optical properties of the drops."""
         return _model(self.rate)[0]
 
@@ -68,6 +68,7 @@ class RainLayer:
 
 
 @lru_cache(maxsize=16)
-def _model(rate: float) -> tuple[HenyeyGreensteinModel, float]:
+def _model(rate: float) -> tuple[SphereModel, float]:
     """The model, and its extinction at 0.55 um over twice the cross section of the drops."""
-    return HenyeyGreensteinModel.of_table("rain", *interpolated_table(tables.rain_table(), rate))
+    phase = interpolated_phase(tables.phase_table("rain"), rate)
+    return SphereModel.of_table("rain", *interpolated_table(tables.rain_table(), rate), **phase)

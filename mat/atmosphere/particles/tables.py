@@ -2,16 +2,48 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from skyshine import atmospheres
+from skyshine.mat.atmosphere.particles.moments import log_linear_mean
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import read_csv
+from skyshine.schemas.hdf5 import open_database, sound
 
 # Column name with its unit in brackets to values; numbers, but for the names of models and types of cloud.
 Columns = dict[str, npt.NDArray[Any]]
+PHASE_FILETYPE, PHASE_FORMAT = "phase_functions", "1.0"
+_RESOLVED = 0.05  # error of the mean of a phase function whose angles resolve it
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseTable:
+    """Phase functions of one kind of particle.
+
+    Attributes
+    ----------
+    node : (E,) array
+        Effective radius [um] of droplets, rate [mm/h] of rain; one node of fog.
+    wavelength : (W,) array
+        um.
+    angle : (A,) array
+        Degree.
+    phase : (A, E, W) array
+        Mean over the sphere 1.
+    moments : (M, E, W) array
+        Legendre moments; the first is 1.
+    """
+
+    node: Floats
+    wavelength: Floats
+    angle: Floats
+    phase: Floats
+    moments: Floats
 
 
 def aerosol_table(model: str) -> Columns:
@@ -57,6 +89,22 @@ def cloud_types_table() -> Columns:
 def rain_table() -> Columns:
     """Extinction, absorption and asymmetry of rain by rate and wavelength."""
     return _columns("cloud/rain.csv")
+
+
+@cache
+def phase_table(kind: str) -> PhaseTable:
+    """Phase functions of droplets of "water", "fog_advection" or "fog_radiation", or of drops of "rain"."""
+    path = atmospheres.path("cloud/phase.h5")
+    with open_database(path, PHASE_FILETYPE, int(PHASE_FORMAT.partition(".")[0])) as file, sound(path):
+        group = file[kind]
+        node, wavelength, angle, phase, moments = (
+            np.asarray(group[name][:], float) for name in ("node", "wavelength", "angle", "phase", "moments")
+        )
+    phase = np.moveaxis(phase, -1, 0)
+    mean = log_linear_mean(np.radians(angle), phase)
+    # Peaks narrower than the angles leave light out, which the moments have: all else is the error of the angles.
+    phase = np.where(np.abs(mean - 1) < _RESOLVED, phase / mean, phase)
+    return PhaseTable(node, wavelength, angle, phase, np.moveaxis(moments, -1, 0))
 
 
 @cache

@@ -14,8 +14,8 @@ from functools import lru_cache
 import numpy as np
 
 from skyshine.mat.atmosphere.particles import tables
-from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, interpolate_humidity, linear_weights
-from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel
+from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, interpolate_humidity
+from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel, linear_weights
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -72,6 +72,7 @@ def navy_maritime_with_amount(wind_speed: float, air_mass: int) -> tuple[Aerosol
     at_550 = extinction[:, np.searchsorted(wavelength, 0.55)]
     sea = AerosolModel.load("maritime")
     humid = linear_weights(-np.log(100 - sea.humidity), -np.log(100 - HUMIDITY))
+    phase_humid = linear_weights(sea.humidity, HUMIDITY)
     model = AerosolModel(
         name="navy_maritime",
         humidity=HUMIDITY,
@@ -81,7 +82,8 @@ def navy_maritime_with_amount(wind_speed: float, air_mass: int) -> tuple[Aerosol
         asymmetry=interpolate_humidity(humid, sea.asymmetry) @ linear_weights(sea.wavelength, wavelength),
         phase_angle=sea.phase_angle,
         phase_wavelength=sea.phase_wavelength,
-        phase=np.einsum("ahv,hn->anv", sea.phase, linear_weights(sea.humidity, HUMIDITY)),
+        phase=np.einsum("ahv,hn->anv", sea.phase, phase_humid),
+        moments=np.einsum("mhv,hn->mnv", sea.moments, phase_humid),
     )
     return model, at_550
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from scipy import constants
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol, aerosol_layers, default_visibility
+from skyshine.mat.atmosphere.particles.aerosol_layer import AerosolLayer
 from skyshine.mat.atmosphere.particles.angstrom import ParticleModel
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer, check_phase
 from skyshine.mat.atmosphere.particles.rain import RainLayer
@@ -125,6 +126,7 @@ class AtmosphericState:
         ground_air: GroundAir | None = None,
         gas_amounts: GasAmounts = _AS_IN_PROFILE,
         aerosol: Aerosol = _RURAL,
+        aerosol_layers: Sequence[AerosolLayer] = (),
         clouds: Sequence[CloudLayer] = (),
         rain: RainLayer | None = None,
         surface_temperature: float | None = None,
@@ -144,6 +146,8 @@ class AtmosphericState:
             By default those of the profile.
         aerosol : Aerosol
             By default rural, of 23 km visibility.
+        aerosol_layers : sequence of AerosolLayer
+            Beside that aerosol, which neither its optical depth nor its Angstrom exponent includes.
         clouds : sequence of CloudLayer
         rain : RainLayer, optional
         surface_temperature : float, optional
@@ -161,7 +165,7 @@ class AtmosphericState:
         if ground_air is not None:
             profile = with_ground_air(profile, surface_altitude, ground_air)
         hydrometeors: list[CloudLayer | RainLayer] = [*clouds, *([] if rain is None else [rain])]
-        edges = [surface_altitude + height for layer in hydrometeors for height in layer.edges]
+        edges = [surface_altitude + height for layer in (*hydrometeors, *aerosol_layers) for height in layer.edges]
         altitude = level_altitudes(surface_altitude, profile, edges)
         temperature = linear(altitude, profile.altitude, profile.temperature)
         pressure = np.exp(linear(altitude, profile.altitude, np.log(profile.pressure)))
@@ -175,15 +179,15 @@ class AtmosphericState:
         gases = scaled_gases(fractions, gas_amounts, altitude, pressure, temperature, in_water_cloud)
         vapour_pressure = gases["H2O"][0] * pressure[0]
         humidity = float(100 * vapour_pressure / saturation_pressure(temperature[0]))
+        number_density = pressure / (constants.k * temperature)
         return cls(
             name=profile.name,
             altitude=altitude,
             pressure=pressure,
             temperature=temperature,
             mole_fraction=gases,
-            aerosols=_aerosol_components(
-                aerosol, altitude, pressure / (constants.k * temperature), profile.name, humidity
-            ),
+            aerosols=_aerosol_components(aerosol, altitude, number_density, profile.name, humidity)
+            + _layer_components(aerosol_layers, altitude, number_density),
             surface_temperature=float(temperature[0] if surface_temperature is None else surface_temperature),
             surface_albedo=float(surface_albedo),
             hydrometeors=tuple(
@@ -303,3 +307,17 @@ def _aerosol_components(
     return tuple(
         AerosolComponent(model, factor * extinction) for model, extinction in layers if factor * np.max(extinction) > 0
     )
+
+
+def _layer_components(
+    layers: Sequence[AerosolLayer], altitude: Floats, number_density: Floats
+) -> tuple[AerosolComponent, ...]:
+    components = []
+    for layer in layers:
+        extinction = layer.extinction_550(altitude - altitude[0])
+        if layer.optical_depth is not None:
+            column = columns_above(altitude, number_density, extinction / number_density, altitude[0])
+            extinction = extinction * (layer.optical_depth / float(column))
+        if np.max(extinction) > 0:
+            components.append(AerosolComponent(layer.model, extinction))
+    return tuple(components)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
+from skyshine.mat.atmosphere.particles.moments import MOMENTS, moment_weights
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import STANDARD_DENSITY, refractivity
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
@@ -28,27 +29,7 @@ _PHASE_WAVELENGTH_RATIO = 1.25
 PHASE_ANGLES = np.radians(np.linspace(0.0, 180.0, 361))
 
 
-def _moment_weights(angle: Floats, count: int) -> Floats:
-    """Weights (count, A) of values at angles (A,) [rad] in the Legendre moments of a function linear between them; the
-    first row gives its mean.
-    """
-    point, weight = np.polynomial.legendre.leggauss(4)
-    part, width = 0.5 * (point + 1), np.diff(angle)[:, None]
-    node = angle[:-1, None] + part * width
-    share = (
-        0.25
-        * weight
-        * width
-        * np.sin(node)
-        * np.moveaxis(np.polynomial.legendre.legvander(np.cos(node), count - 1), -1, 0)
-    )
-    result = np.zeros((count, angle.size))
-    result[:, :-1] += np.sum(share * (1 - part), axis=-1)
-    result[:, 1:] += np.sum(share * part, axis=-1)
-    return result
-
-
-_SPHERE = _moment_weights(PHASE_ANGLES, 1)[0]
+_SPHERE = moment_weights(PHASE_ANGLES, 1)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +51,9 @@ class SpectralOptics:
         Of the particles: mean cosine of their scattering angle.
     phase : (A, N, C) array
         Phase function of the particles at `PHASE_ANGLES`, levels and C wavelengths; mean over the sphere 1.
+    moments : (`MOMENTS`, N, C) array
+        Its Legendre moments, from the particles' own: forward peaks of droplets and drops are narrower than the steps
+        of the angles.
     phase_share : (C, P) array
         Weight of each of those wavelengths at each point.
     emission : (N, P) array
@@ -86,6 +70,7 @@ class SpectralOptics:
     aerosol_scattering: Floats
     asymmetry: Floats
     phase: Floats
+    moments: Floats
     phase_share: Floats
     emission: Floats
     extinction: Floats
@@ -138,7 +123,7 @@ def spectral_optics(
     section, anisotropy = rayleigh_scattering(wavenumber, co2_percent)
     rayleigh = np.broadcast_to(section, (state.altitude.size, wavenumber.size))
     aerosol_extinction, aerosol_scattering, asymmetry = _particles(state, wavenumber)
-    phase, phase_share = _mixed_phase(state, wavenumber)
+    phase, moments, phase_share = _mixed_phase(state, wavenumber)
     return SpectralOptics(
         wavenumber=wavenumber,
         absorption=absorption,
@@ -148,6 +133,7 @@ def spectral_optics(
         aerosol_scattering=aerosol_scattering,
         asymmetry=asymmetry,
         phase=phase,
+        moments=moments,
         phase_share=phase_share,
         emission=planck_wavenumber(wavenumber, state.temperature[:, None]),
         extinction=rayleigh + aerosol_extinction + sum(absorption.values()),
@@ -236,22 +222,30 @@ def _particles(state: AtmosphericState, wavenumber: Floats) -> tuple[Floats, Flo
     return extinction, scattering, np.where(scattering > 0, forward / np.where(scattering > 0, scattering, 1.0), 0.0)
 
 
-def _mixed_phase(state: AtmosphericState, wavenumber: Floats) -> tuple[Floats, Floats]:
-    """Phase function (A, N, C) of the mixture of particles at each level, weights (C, P) of its wavelengths."""
+def _mixed_phase(state: AtmosphericState, wavenumber: Floats) -> tuple[Floats, Floats, Floats]:
+    """Phase function (A, N, C) of the mixture of particles at each level, its moments (`MOMENTS`, N, C), weights (C, P)
+    of its wavelengths.
+    """
     nodes, share = _phase_wavelengths(wavenumber)
     phase = np.zeros((PHASE_ANGLES.size, state.altitude.size, nodes.size))
+    moments = np.zeros((MOMENTS, state.altitude.size, nodes.size))
     total = np.zeros((state.altitude.size, nodes.size))
     for component in state.particles:
         _, scattering, _ = particle_sections(state, component, nodes)
         phase += scattering * component.model.phase_function(np.cos(PHASE_ANGLES), nodes, state.relative_humidity)
+        moments += scattering * component.model.phase_moments(nodes, state.relative_humidity)
         total += scattering
-    phase = normalised(np.where(total > 0, phase / np.where(total > 0, total, 1.0), 1.0))
+    scatters, divisor = total > 0, np.where(total > 0, total, 1.0)
+    phase = normalised(np.where(scatters, phase / divisor, 1.0))
+    isotropic = (np.arange(MOMENTS) == 0).astype(float)[:, None, None]
+    moments = np.where(scatters, moments / divisor, isotropic)
     # Layers are linear between levels: at the edge of a cloud the level without particles must not add a phase function
     # of its own, and takes that of the nearest level with particles.
-    filled = np.flatnonzero(np.all(total > 0, axis=1))
+    filled = np.flatnonzero(np.all(scatters, axis=1))
     if filled.size:
-        phase = phase[:, filled[np.argmin(np.abs(np.arange(total.shape[0])[:, None] - filled), axis=1)]]
-    return phase, share
+        nearest = filled[np.argmin(np.abs(np.arange(total.shape[0])[:, None] - filled), axis=1)]
+        phase, moments = phase[:, nearest], moments[:, nearest]
+    return phase, moments, share
 
 
 def particle_sections(
@@ -275,15 +269,6 @@ def normalised(phase: Floats) -> Floats:
     missing = 1 - np.tensordot(_SPHERE, phase, axes=1)
     phase[0] = np.maximum(phase[0] + missing / _SPHERE[0], np.minimum(phase[0], phase[1]))
     scaled: Floats = phase / np.tensordot(_SPHERE, phase, axes=1)
-    return scaled
-
-
-def phase_moments(phase: Floats, count: int) -> Floats:
-    """Legendre moments (count, ...) of phase functions (A, ...) at `PHASE_ANGLES`, linear between the angles; the first
-    is 1.
-    """
-    moments = np.tensordot(_moment_weights(PHASE_ANGLES, count), phase, axes=1)
-    scaled: Floats = moments / moments[0]
     return scaled
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import ordinates
 from skyshine.mat.atmosphere.transfer.geometry import Shells
-from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, phase_moments
+from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, layer_weights, source_nodes
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
@@ -90,7 +90,7 @@ class OrdinateLight:
         levels, points = state.altitude.size, optics.wavenumber.size
         source = np.empty((levels, _DIRECTIONS.size, sine.size, ordinates.AZIMUTHAL, points), np.float32)
         falling = np.empty((levels, sine.size, points))
-        moments = phase_moments(optics.phase, ordinates.MOMENTS)
+        moments = optics.moments[: ordinates.MOMENTS]
 
         def solve(start: int) -> None:
             part = slice(start, start + _CHUNK)
@@ -260,7 +260,7 @@ def delta_fraction(optics: SpectralOptics) -> Floats:
     ----------
     Wiscombe 1977, J. Atmos. Sci. 34, 1408.
     """
-    moment = phase_moments(optics.phase, ordinates.MOMENTS + 1)[-1]
+    moment = optics.moments[ordinates.MOMENTS]
     fraction: Floats = np.clip(moment @ optics.phase_share, 0.0, None)
     return fraction
 

@@ -5,7 +5,8 @@
 FOLDER holds H2O__Segelstein.yml (Segelstein 1981: water at 25 C) and H2O__Warren-2008.yml (Warren and Brandt 2008: ice
 at -7 C) of the refractiveindex.info database. Droplets and crystals have gamma distributions of effective variance 0.1
 (Hansen and Travis 1974), rain that of Marshall and Palmer 1948. Crystals are taken as spheres of their ratio of volume
-to area (Grenfell and Warren 1999).
+to area (Grenfell and Warren 1999); below 2.7 um their absorption and asymmetry are those of rough aggregates (Raisanen
+et al. 2015).
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
+from skyshine.mat.atmosphere.particles.crystals import JOIN, crystal_asymmetry, crystal_coalbedo
+from skyshine.mat.atmosphere.particles.mie import sphere_efficiencies
 from skyshine.mat.atmosphere.particles.rain import SLOPE_EXPONENT, SLOPE_PER_CM
 from skyshine.mat.maintain.atmospheres.fortran import block_data
-from skyshine.mat.maintain.atmospheres.mie import sphere_efficiencies
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import write_csv
 
@@ -57,9 +59,9 @@ HEIGHTS = np.array([0.0, 0.16, 0.33, 0.66, 1.0, 1.5, 2.0, 2.4, 2.7, 3.0, 3.5, 4.
 # Cirrus of LOWTRAN7 (SUBROUTINE CIRR18): base in mid-latitudes, thickness, km, and 0.14 km^-1 times the thickness in km
 # as extinction at 0.55 um. The radii stand for its two distributions, with modes of 64 and 4 um (BLOCK DATA EXTDTA).
 CIRRUS = {"cirrus": (10.0, 1.0, 64.0), "thin_cirrus": (10.0, 0.2, 5.0)}
-# Roughened crystals scatter sunlight with an asymmetry near 0.76 (Yang et al. 2013, J. Atmos. Sci. 70, 330), spheres
-# with 0.87. The difference lies in light that has passed through the crystal; where ice is black, spheres and crystals
-# agree (diffraction).
+# Beyond the fit of rough aggregates: roughened crystals scatter sunlight with an asymmetry near 0.76 (Yang et al. 2013,
+# J. Atmos. Sci. 70, 330), spheres with 0.87. The difference lies in light that has passed through the crystal; where
+# ice is black, spheres and crystals agree (diffraction).
 ROUGHNESS = 0.11
 
 
@@ -72,28 +74,39 @@ def main(folder: Path, source: Path, out: Path) -> None:
     droplets = cloud_table(water, WATER_RADII, DENSITY["water"])
     write_table(
         out / "water.csv",
-        "droplets of liquid water",
+        "droplets of liquid water by Mie theory",
         "Segelstein 1981 (water)",
         "effective_radius[um]",
         WATER_RADII,
         droplets,
     )
-    crystals = cloud_table(ice, ICE_RADII, DENSITY["ice"])
-    crystals[2] = rough(*crystals)
+    crystals = crystal_table(ice)
     write_table(
-        out / "ice.csv", "ice crystals", "Warren and Brandt 2008 (ice)", "effective_radius[um]", ICE_RADII, crystals
+        out / "ice.csv",
+        "ice crystals by Mie theory and, below 2.7 um, by Raisanen et al. 2015",
+        "Warren and Brandt 2008 (ice)",
+        "effective_radius[um]",
+        ICE_RADII,
+        crystals,
     )
-    write_table(out / "rain.csv", "rain", "Segelstein 1981 (water)", "rain_rate[mm/h]", RAIN_RATES, rain_table(water))
+    write_table(
+        out / "rain.csv",
+        "rain by Mie theory",
+        "Segelstein 1981 (water)",
+        "rain_rate[mm/h]",
+        RAIN_RATES,
+        rain_table(water),
+    )
     write_types(out / "types.csv", block_data(source, "MDTA"), droplets[0][:, WAVELENGTHS == 0.55][:, 0])
 
 
-def refractive_index(file: Path) -> npt.NDArray[np.complex128]:
-    """Refractive index (W,) at `WAVELENGTHS` from a file of refractiveindex.info; the logarithm of its imaginary part
-    is interpolated.
+def refractive_index(file: Path, wavelengths: Floats = WAVELENGTHS) -> npt.NDArray[np.complex128]:
+    """Refractive index (W,) at wavelengths [um] from a file of refractiveindex.info; the logarithm of its imaginary
+    part is interpolated.
     """
     rows = yaml.safe_load(file.read_text(encoding="utf-8"))["DATA"][0]["data"]
     wavelength, real, imaginary = np.array([line.split() for line in rows.splitlines() if line.strip()], float).T
-    log = np.log(WAVELENGTHS)
+    log = np.log(wavelengths)
     absorbed = np.exp(np.interp(log, np.log(wavelength), np.log(imaginary)))
     return np.asarray(np.interp(log, np.log(wavelength), real) + 1j * absorbed)
 
@@ -124,6 +137,21 @@ def cloud_table(index: npt.NDArray[np.complex128], effective_radii: Sequence[flo
     return np.array(result).transpose(1, 0, 2)
 
 
+def crystal_table(index: npt.NDArray[np.complex128]) -> Floats:
+    """As `cloud_table`, of rough aggregates of ice."""
+    extinction, absorption, asymmetry = cloud_table(index, ICE_RADII, DENSITY["ice"])
+    asymmetry = rough(extinction, absorption, asymmetry)
+    # Beyond the fit ice refracts less than air in places, where the fit has no meaning.
+    fitted = JOIN[1] > WAVELENGTHS
+    size = 2 * np.pi * np.array(ICE_RADII, float)[:, None] / WAVELENGTHS[fitted]
+    first, last = np.log(JOIN)
+    share = np.clip((last - np.log(WAVELENGTHS[fitted])) / (last - first), 0.0, 1.0)
+    coalbedo, cosine = crystal_coalbedo(size, index[fitted]), crystal_asymmetry(size, index[fitted])
+    absorption[:, fitted] += share * (extinction[:, fitted] * coalbedo - absorption[:, fitted])
+    asymmetry[:, fitted] += share * (cosine - asymmetry[:, fitted])
+    return np.array([extinction, absorption, asymmetry])
+
+
 def rough(extinction: Floats, absorption: Floats, asymmetry: Floats) -> Floats:
     """Asymmetry of roughened crystals from that of spheres."""
     albedo = 1 - absorption / extinction
@@ -145,7 +173,7 @@ def rain_table(index: npt.NDArray[np.complex128]) -> Floats:
 def write_table(path: Path, particles: str, source: str, axis: str, nodes: Sequence[float], table: Floats) -> None:
     """Write one CSV: extinction, absorption and asymmetry against the axis and wavelength."""
     header = (
-        f"Optical properties of {particles} by Mie theory; refractive index of {source}, from the"
+        f"Optical properties of {particles}; refractive index of {source}, from the"
         " refractiveindex.info database (CC0).",
         "Derived by skyshine.mat.maintain.atmospheres.cloud.",
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.particles import aerosol_column, windblown
-from skyshine.mat.atmosphere.particles.aerosol import MODELS, AerosolModel
+from skyshine.mat.atmosphere.particles.aerosol import FOGS, MODELS, AerosolModel
 from skyshine.mat.atmosphere.particles.aerosol_column import SEASONS, Aerosol, aerosol_extinction_550, aerosol_layers
 from skyshine.mat.atmosphere.particles.particles import between_wavelengths
 from skyshine.mat.maintain.atmospheres.aerosol import normalised, sphere_mean
@@ -111,7 +111,8 @@ def test_phase_function_conserves_energy(model):
 def test_phase_function_is_continuous_and_forward(model):
     cosine = np.cos(np.radians(np.linspace(0, 180, 3601)))
     phase = model.phase_function(cosine, [1e4 / 0.55], [50.0])[:, 0, 0]
-    assert np.abs(np.diff(np.log(phase))).max() < 0.15  # no jump in a twentieth of a degree
+    # No jump in a twentieth of a degree; droplets of fog have forward peaks of a degree.
+    assert np.abs(np.diff(np.log(phase))).max() < (0.3 if model.name in FOGS else 0.15)
     assert phase[0] > 10 * phase[-1]
 
 

@@ -42,8 +42,9 @@ STATES = {
     "polar night": {"name": "subarctic_winter", "surface_temperature": 220.0, "surface_albedo": 0.6},
     "no particles": {"name": "us_standard", "aerosol": Aerosol("none")},
 }
-# How far above the largest light a bound may lie: far where light is scattered many times, near elsewhere.
-LOOSENESS = {"thick cloud": 1500.0, "visibility 0.1 km": 100.0}
+# How far above the largest light a bound may lie: far where light is scattered many times or, by large droplets, in a
+# narrow peak, near elsewhere.
+LOOSENESS = {"thick cloud": 6000.0, "visibility 0.1 km": 100.0}
 
 
 def made(name, **more):

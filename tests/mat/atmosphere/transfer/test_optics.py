@@ -5,6 +5,7 @@ import pytest
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
+from skyshine.mat.atmosphere.particles.moments import moment_weights
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import optics
@@ -117,7 +118,8 @@ def test_light_that_a_phase_function_misses_stands_in_its_forward_peak():
 def test_moments_of_the_phase_function_of_henyey_and_greenstein_are_powers(asymmetry):
     cosine = np.cos(optics.PHASE_ANGLES)
     phase = (1 - asymmetry**2) / (1 + asymmetry**2 - 2 * asymmetry * cosine) ** 1.5
-    np.testing.assert_allclose(optics.phase_moments(phase, 8), asymmetry ** np.arange(8.0), atol=2e-4)
+    moments = moment_weights(optics.PHASE_ANGLES, 8) @ phase
+    np.testing.assert_allclose(moments, asymmetry ** np.arange(8.0), atol=2e-4)
 
 
 @pytest.fixture
@@ -133,7 +135,7 @@ def clouds(synthetic_points):
 
 def test_the_mean_cosine_of_particles_is_that_of_their_phase_function(clouds):
     filled = np.all(clouds.aerosol_scattering > 0, axis=1)
-    cosine = np.einsum("nc,cp->np", optics.phase_moments(clouds.phase, 2)[1], clouds.phase_share)
+    cosine = np.einsum("nc,cp->np", clouds.moments[1], clouds.phase_share)
     np.testing.assert_allclose(cosine[filled], clouds.asymmetry[filled], atol=2e-3)
     assert np.all(clouds.asymmetry[~filled] == 0) and np.ptp(clouds.asymmetry[filled]) > 0.02
 
@@ -142,6 +144,7 @@ def test_levels_without_particles_scatter_as_the_nearest_with_some(clouds):
     filled = np.flatnonzero(np.all(clouds.aerosol_scattering > 0, axis=1))
     assert np.array_equal(clouds.phase[:, 0], clouds.phase[:, filled[0]])
     assert np.array_equal(clouds.phase[:, -1], clouds.phase[:, filled[-1]])
+    assert np.array_equal(clouds.moments[:, -1], clouds.moments[:, filled[-1]])
     assert not np.allclose(clouds.phase[:, 0], clouds.phase[:, -1])
 
 

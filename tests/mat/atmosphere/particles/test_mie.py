@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("numba")
-
-from skyshine.mat.maintain.atmospheres.mie import sphere_efficiencies
+from skyshine.mat.atmosphere.particles.mie import sphere_efficiencies
 
 
 # Wiscombe 1979, NCAR/TN-140+STR, test cases of MIEV: extinction, scattering, asymmetry.

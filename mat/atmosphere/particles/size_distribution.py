@@ -1,0 +1,139 @@
+"""Aerosols of spheres of known sizes and refractive indices, by Mie theory.
+
+References
+----------
+Hess et al. 1998, Bull. Am. Meteorol. Soc. 79, 831 (log-normal components). Hansen and Travis 1974, Space Sci. Rev. 16,
+527.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from skyshine.mat.atmosphere.particles.mie import Complexes, phase_of_spheres
+from skyshine.mat.atmosphere.particles.moments import MOMENTS
+from skyshine.mat.atmosphere.particles.particles import SphereModel
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
+
+MEDIAN_RADII = (0.001, 20.0)  # um
+GEOMETRIC_SDS = (1.05, 4.0)
+# Radii that are integrated over, um: smaller spheres hardly scatter, larger ones fall within minutes.
+RADII = (0.0005, 100.0)
+_STEPS_PER_SD, _MOST_RADII = 60, 600
+# Standard deviations of the distribution of cross sections, and of volumes where spheres are small, that are kept.
+_KEPT = 4.5
+# um; properties follow power laws between them.
+_WAVELENGTHS = np.unique(np.append(np.geomspace(0.25, 40.0, 64), 0.55))
+_ANGLES = np.unique(
+    np.concatenate([np.arange(0, 2, 0.1), np.arange(2, 10, 0.5), np.arange(10, 170, 2), np.arange(170, 180.1, 1)])
+)
+
+
+@dataclass(frozen=True)
+class RefractiveIndex:
+    """n + ik at wavelengths [um] that increase; the logarithm of an absorbing k is linear in that of wavelength."""
+
+    wavelength: tuple[float, ...]
+    real: tuple[float, ...]
+    imaginary: tuple[float, ...]
+
+    def at(self, wavelength: Floats) -> Complexes:
+        """(P,) at wavelengths (P,)."""
+        nodes, log = np.log(self.wavelength), np.log(wavelength)
+        real, imaginary = np.interp(log, nodes, self.real), np.interp(log, nodes, self.imaginary)
+        if min(self.imaginary) > 0:
+            imaginary = np.exp(np.interp(log, nodes, np.log(self.imaginary)))
+        return np.asarray(real + 1j * imaginary)
+
+
+@dataclass(frozen=True)
+class LogNormalMode:
+    """Spheres of one material.
+
+    Attributes
+    ----------
+    median_radius : float
+        Of their number, um.
+    geometric_sd : float
+        Geometric standard deviation of the radius.
+    number : float
+        Of spheres, in a measure common to all modes.
+    refractive_index : RefractiveIndex
+    """
+
+    median_radius: float
+    geometric_sd: float
+    number: float
+    refractive_index: RefractiveIndex
+
+    def __post_init__(self) -> None:
+        for name, value, (low, high) in (
+            ("median radius", self.median_radius, MEDIAN_RADII),
+            ("geometric standard deviation", self.geometric_sd, GEOMETRIC_SDS),
+        ):
+            if not low <= value <= high:
+                raise InputError(f"{name} {value:g} is outside {low:g} to {high:g}")
+        if not 0 < self.number < np.inf:
+            raise InputError(f"number {self.number:g} of a mode is not allowed; give one above 0")
+
+    def radii(self) -> Floats:
+        """Radii (K,) [um] to integrate over."""
+        log_sd = np.log(self.geometric_sd)
+        middle = np.log(self.median_radius)
+        low = max(middle - _KEPT * log_sd, np.log(RADII[0]))
+        high = min(middle + 6 * log_sd**2 + _KEPT * log_sd, np.log(RADII[1]))
+        steps = int(np.clip(_STEPS_PER_SD * (high - low) / log_sd, 100, _MOST_RADII))
+        return np.exp(np.linspace(low, high, steps))
+
+    def number_per_radius(self, radius: Floats) -> Floats:
+        """At radii (K,) [um]."""
+        log_sd = np.log(self.geometric_sd)
+        exponent = -0.5 * (np.log(radius / self.median_radius) / log_sd) ** 2
+        return np.asarray(self.number * np.exp(exponent) / (np.sqrt(2 * np.pi) * log_sd * radius))
+
+
+@lru_cache(maxsize=16)
+def sphere_mixture(name: str, modes: tuple[LogNormalMode, ...]) -> SphereModel:
+    """The aerosol of some modes together, each of spheres of its own material.
+
+    Parameters
+    ----------
+    name : str
+    modes : tuple of LogNormalMode
+
+    Returns
+    -------
+    SphereModel
+        From 0.25 to 40 um.
+    """
+    extinction, absorption = np.zeros(_WAVELENGTHS.size), np.zeros(_WAVELENGTHS.size)
+    phase = np.zeros((_ANGLES.size, _WAVELENGTHS.size))
+    moments = np.zeros((MOMENTS, _WAVELENGTHS.size))
+    for mode in modes:
+        radius = mode.radii()
+        number = mode.number_per_radius(radius)[None]
+        for place, index in enumerate(mode.refractive_index.at(_WAVELENGTHS)):
+            sections, at_angle, legendre = phase_of_spheres(
+                radius, number, complex(index), float(_WAVELENGTHS[place]), np.radians(_ANGLES), MOMENTS
+            )
+            scattering = min(sections[1, 0], sections[0, 0])
+            extinction[place] += sections[0, 0]
+            absorption[place] += sections[0, 0] - scattering
+            phase[:, place] += scattering * at_angle[0]
+            moments[:, place] += scattering * legendre[0]
+    scattering = moments[0].copy()
+    return SphereModel.of_table(
+        name,
+        _WAVELENGTHS,
+        extinction,
+        absorption,
+        moments[1] / scattering,
+        phase_angle=_ANGLES,
+        phase_wavelength=_WAVELENGTHS,
+        phase=phase / scattering,
+        moments=moments / scattering,
+    )[0]

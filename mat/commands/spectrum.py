@@ -79,6 +79,12 @@ if TYPE_CHECKING:
     help="Of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the public domain; default:"
     " the job's, or that of the packaged band model.",
 )
+@click.option(
+    "--compare-continua",
+    is_flag=True,
+    help="Print what each water vapour continuum makes of the range as a whole, in K, before a black body of 300 K;"
+    " with --job and no range, of the job's band.",
+)
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
 @click.option(
     "--plot",
@@ -110,6 +116,7 @@ def command(
     source: Literal["sun", "moon", "none"],
     source_elevation: float,
     water_continuum: str | None,
+    compare_continua: bool,
     source_azimuth: float,
     picture: str | None,
     as_json: bool,
@@ -128,33 +135,39 @@ def command(
     """
     from skyshine.mat.api.spectrum import spectrum
 
-    if (wavenumber is None) == (wavelength is None):
+    if (wavenumber is None) == (wavelength is None) and not (compare_continua and job is not None and not wavenumber):
         raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
-    result = spectrum(
-        wavenumber=_limits(wavenumber),
-        wavelength=_limits(wavelength),
-        job=job,
-        state=state,
-        atmosphere=atmosphere,
-        above=above,
-        co2_ppm=co2_ppm,
-        altitude=altitude,
-        elevation=elevation,
-        range=_range(range_text),
-        resolution=resolution,
-        aerosol=aerosol,
-        visibility=visibility,
-        aerosol_optical_depth=aerosol_optical_depth,
-        angstrom_exponent=angstrom_exponent,
-        wind=wind,
-        stratosphere=stratosphere,
-        clouds=clouds,
-        rain=rain,
-        source=source,
-        source_elevation=source_elevation,
-        source_azimuth=source_azimuth,
-        water_continuum=water_continuum,
-    )
+    arguments: dict[str, Any] = {
+        "wavenumber": _limits(wavenumber),
+        "wavelength": _limits(wavelength),
+        "job": job,
+        "state": state,
+        "atmosphere": atmosphere,
+        "above": above,
+        "co2_ppm": co2_ppm,
+        "altitude": altitude,
+        "elevation": elevation,
+        "range": _range(range_text),
+        "resolution": resolution,
+        "aerosol": aerosol,
+        "visibility": visibility,
+        "aerosol_optical_depth": aerosol_optical_depth,
+        "angstrom_exponent": angstrom_exponent,
+        "wind": wind,
+        "stratosphere": stratosphere,
+        "clouds": clouds,
+        "rain": rain,
+        "source": source,
+        "source_elevation": source_elevation,
+        "source_azimuth": source_azimuth,
+        "water_continuum": water_continuum,
+    }
+    if compare_continua:
+        from skyshine.mat.commands.continua import print_comparison
+
+        print_comparison(arguments, as_json=as_json)
+        return
+    result = spectrum(**arguments)
     if picture is not None:
         from skyshine.mat.tables.pictures import draw_spectrum
 

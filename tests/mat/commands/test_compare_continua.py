@@ -1,0 +1,52 @@
+"""`mat spectrum --compare-continua`: what the water vapour continuum is worth, in kelvin."""
+
+import json
+
+import pytest
+
+import skyshine.mat
+from skyshine.mat.api.continua import compare_continua
+from skyshine.mat.cli import main
+
+
+@pytest.fixture
+def mat(capsys):
+    """Run ``mat`` with arguments that succeed: its standard output."""
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            main.main([str(argument) for argument in arguments])
+        assert stop.value.code == 0
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_the_older_self_continuum_absorbs_more_in_the_window(mat):
+    sight = (
+        *"spectrum --atmosphere tropical --aerosol none --altitude 10 --elevation -60 --wavelength 10:10.5".split(),
+    )
+    about = json.loads(mat(*sight, "--source", "none", "--compare-continua", "--json"))
+    assert list(about) == ["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]
+    own, older = about["mt_ckd_4.3"], about["mt_ckd_2.4"]
+    assert own["difference"]["value"] == 0
+    assert older["transmittance"]["value"] < own["transmittance"]["value"] - 0.01
+    # Seen from 10 km the air is colder than the ground: what absorbs more lowers the temperature, by less than a few K.
+    assert -3 < older["difference"]["value"] < -0.02
+    lines = mat(*sight, "--source", "none", "--compare-continua").splitlines()
+    assert lines[0] == "water_continuum,transmittance[1],apparent_temperature[K],difference[K]"
+    assert [line.split(",")[0] for line in lines[1:]] == list(about)
+
+
+def test_a_clear_line_of_sight_has_the_temperature_of_its_background():
+    effects = compare_continua(
+        background=320.0, range=0.0, wavelength=(10.0, 10.5), source="none", atmosphere="subarctic_winter"
+    )
+    assert [effect.temperature for effect in effects] == pytest.approx([320.0] * 3, abs=0.02)
+
+
+def test_the_transmittance_is_that_of_the_spectrum():
+    sight = {"wavelength": (4.0, 4.1), "range": 2.0, "source": "none"}
+    effects = {effect.name: effect for effect in compare_continua(**sight)}
+    older = skyshine.mat.spectrum(**sight, water_continuum="mt_ckd_2.4")
+    assert effects["mt_ckd_2.4"].transmittance == pytest.approx(older.transmittance.mean())

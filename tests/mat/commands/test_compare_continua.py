@@ -24,7 +24,19 @@ def mat(capsys):
 
 def test_the_older_self_continuum_absorbs_more_in_the_window(mat):
     sight = (
-        *"spectrum --atmosphere tropical --aerosol none --altitude 10 --elevation -60 --wavelength 10:10.5".split(),
+        *[
+            "spectrum",
+            "--atmosphere",
+            "tropical",
+            "--aerosol",
+            "none",
+            "--altitude",
+            "10",
+            "--elevation",
+            "-60",
+            "--wavelength",
+            "10:10.5",
+        ],
     )
     about = json.loads(mat(*sight, "--source", "none", "--compare-continua", "--json"))
     assert list(about) == ["mt_ckd_4.3", "mt_ckd_2.4", "lowtran7"]

@@ -13,6 +13,7 @@ from skyshine.mat.atmosphere.gases.absorption import available_water_continua, p
 from skyshine.mat.job.load import load_job
 from skyshine.mat.radiometry.blackbody import SpectralResponse, brightness_temperature, planck_wavenumber
 from skyshine.mat.scene.bands import response_of
+from skyshine.schemas.errors import InputError
 
 BACKGROUND = 300.0  # K
 
@@ -47,16 +48,15 @@ def compare_continua(*, background: float = BACKGROUND, **arguments: Any) -> lis
     background : float
         Temperature of the black body at the end of the range [K].
     **arguments
-        Those of `skyshine.mat.spectrum`, without `water_continuum`; with `job` and no limits the band is the job's.
+        Those of `skyshine.mat.spectrum`, without `water_continuum`; with `job` and no limits those of its only band.
 
     Raises
     ------
     InputError
-        As `skyshine.mat.spectrum`.
+        As `skyshine.mat.spectrum`, or a job without limits has several bands.
     """
     if arguments.get("job") is not None and arguments.get("wavenumber") is None and arguments.get("wavelength") is None:
-        response = response_of(load_job(arguments["job"]).trimmed.band)
-        arguments["wavenumber"] = response.wavenumber_range
+        arguments["wavenumber"] = _limits_of_band(arguments["job"])
     effects: list[ContinuumEffect] = []
     for name in available_water_continua(packaged_water_continuum()):
         line = spectrum(**{**arguments, "water_continuum": name})
@@ -64,6 +64,18 @@ def compare_continua(*, background: float = BACKGROUND, **arguments: Any) -> lis
         first = effects[0].temperature if effects else temperature
         effects.append(ContinuumEffect(name, float(line.transmittance.mean()), temperature, temperature - first))
     return effects
+
+
+def _limits_of_band(job: Any) -> tuple[float, float]:
+    """Limits of the only band of a job, cm^-1."""
+    loaded = load_job(job)
+    bands = loaded.trimmed.bands
+    if len(bands) != 1:
+        raise InputError(
+            f"found {len(bands)} bands; allowed: one band, or limits beside the job; give wavenumber or wavelength",
+            file=loaded.file,
+        )
+    return response_of(bands[0]).wavenumber_range
 
 
 def _apparent_temperature(line: Spectrum, background: float) -> float:

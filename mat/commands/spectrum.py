@@ -83,7 +83,7 @@ if TYPE_CHECKING:
     "--compare-continua",
     is_flag=True,
     help="Print what each water vapour continuum makes of the range as a whole, in K, before a black body of 300 K;"
-    " with --job and no range, of the job's band.",
+    " with --job and no range, of the job's only band.",
 )
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
 @click.option(

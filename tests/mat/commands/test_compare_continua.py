@@ -3,10 +3,12 @@
 import json
 
 import pytest
+import yaml
 
 import skyshine.mat
 from skyshine.mat.api.continua import compare_continua
 from skyshine.mat.cli import main
+from skyshine.mat.job.load import load_job
 
 
 @pytest.fixture
@@ -49,3 +51,27 @@ def test_the_transmittance_is_that_of_the_spectrum():
     effects = {effect.name: effect for effect in compare_continua(**sight)}
     older = skyshine.mat.spectrum(**sight, water_continuum="mt_ckd_2.4")
     assert effects["mt_ckd_2.4"].transmittance == pytest.approx(older.transmittance.mean())
+
+
+def test_a_job_of_several_bands_asks_for_limits(mat, tmp_path, capsys):
+    mat("init", tmp_path / "demo")
+    job = tmp_path / "demo" / "job.yaml"
+    sight = ("spectrum", "--job", job, "--range", 1, "--source", "none", "--compare-continua")
+    assert len(mat(*sight, "--wavelength", "10:10.2").splitlines()) == 4
+    with pytest.raises(SystemExit) as stop:
+        main.main([str(argument) for argument in sight])
+    assert stop.value.code == 2
+    assert "bands; allowed: one band, or limits beside the job" in capsys.readouterr().err
+
+
+def test_a_job_of_one_band_gives_the_limits(mat, tmp_path):
+    mat("init", tmp_path / "demo")
+    job = tmp_path / "demo" / "job.yaml"
+    text = job.read_text(encoding="utf-8")
+    loaded = load_job(job).trimmed
+    assert len(loaded.bands) > 1
+    one = {**yaml.safe_load(text), "bands": [{"wavelength_um": [10.0, 10.2]}]}
+    job.write_text(yaml.safe_dump(one), encoding="utf-8")
+    effects = compare_continua(job=job, range=1.0, source="none")
+    limited = compare_continua(job=job, range=1.0, source="none", wavelength=(10.0, 10.2))
+    assert [effect.temperature for effect in effects] == pytest.approx([effect.temperature for effect in limited])

@@ -46,6 +46,9 @@ def _ranges(_context: click.Context, _parameter: click.Parameter, texts: tuple[s
     "--lookups", type=click.Path(), help="Folder of REPTRAN lookups, for O3 and N2O where there are no lines."
 )
 @click.option("--lowtran", type=click.Path(), help="lowtran7.f; gives the lookups their shape within a band.")
+@click.option(
+    "--generated", type=click.Path(), help="Folder of `mat lines generate`, for O3 and N2O where --lines has none."
+)
 @click.option("--cross-sections", type=click.Path(), help="Folder of measured cross sections (xs/*.gz, crs_*.dat.gz).")
 @click.option(
     "--wavenumber", "ranges", required=True, multiple=True, callback=_ranges, help="LO:HI in cm-1; may be repeated."
@@ -61,6 +64,7 @@ def build(
     continua: str,
     lookups: str | None,
     lowtran: str | None,
+    generated: str | None,
     cross_sections: str | None,
     ranges: list[tuple[float, float]],
     points: int,
@@ -91,11 +95,48 @@ def build(
             lookups=lookups,
             lowtran=lowtran,
             cross_sections=cross_sections,
+            generated=generated,
             parts=parts,
             settings=Settings(tolerance=tolerance, max_points=points),
             progress=lambda *_: advance(1),
         )
     click.echo(f"{out}: {total} intervals, content {digest[:16]}")
+
+
+@command.command()
+@click.option("--out", required=True, type=click.Path(), help="The folder to write; it is made where it is missing.")
+def generate(out: str) -> None:
+    """Compute lines of ozone and nitrous oxide from published constants and band strengths.
+
+    Writes HITRAN records and a table of their bands and sources. About a minute.
+
+    \b
+    Example:
+      mat lines generate --out generated
+    """
+    from pathlib import Path
+
+    from skyshine.mat.spectroscopy.rotors.records import write_all
+
+    for path in write_all(Path(out)):
+        click.echo(path)
+
+
+@command.command()
+@click.argument("table", type=click.Path())
+@click.argument("part", type=click.Path())
+@click.option("--out", required=True, type=click.Path(), help="The table to write.")
+def splice(table: str, part: str, out: str) -> None:
+    """Put the intervals of one absorption table (PART) into another (TABLE); all others stay as they are.
+
+    \b
+    Example:
+      mat lines splice absorption.h5 ozone.h5 --out spliced.h5
+    """
+    from skyshine.mat.spectroscopy.splice import splice
+
+    digest = splice(table, part, out)
+    click.echo(f"{out}: content {digest[:16]}")
 
 
 @command.command()

@@ -87,6 +87,12 @@ if TYPE_CHECKING:
     help="Of water vapour: mt_ckd_2.4 for comparison with codes of its time, lowtran7 in the public domain; default:"
     " the job's, or that of the packaged band model.",
 )
+@click.option(
+    "--compare-continua",
+    is_flag=True,
+    help="Print what each water vapour continuum makes of the range as a whole, in K, before a black body of 300 K;"
+    " with --job and no range, of the job's only band.",
+)
 @click.option("--source-azimuth", type=float, default=0.0, show_default=True, help="From the line of sight, degree.")
 @click.option(
     "--line-by-line",
@@ -135,6 +141,7 @@ def command(
     source: Literal["sun", "moon", "none"],
     source_elevation: float,
     water_continuum: str | None,
+    compare_continua: bool,
     source_azimuth: float,
     line_by_line: str | None,
     continua: str | None,
@@ -158,40 +165,47 @@ def command(
     """
     from skyshine.mat.api.spectrum import spectrum
 
-    if (wavenumber is None) == (wavelength is None):
+    if (wavenumber is None) == (wavelength is None) and not (compare_continua and job is not None and not wavenumber):
         raise InputError("give either --wavenumber LO:HI (cm-1) or --wavelength LO:HI (um)")
     if continua is not None and line_by_line is None:
         raise InputError("found --continua without --line-by-line; give both or neither")
     if output is not None and not output.lower().endswith((".h5", ".csv")):
         raise InputError(f"found --output '{output}'; allowed: a name that ends in .h5 or .csv")
-    result = spectrum(
-        wavenumber=_limits(wavenumber),
-        wavelength=_limits(wavelength),
-        job=job,
-        state=state,
-        atmosphere=atmosphere,
-        above=above,
-        co2_ppm=co2_ppm,
-        altitude=altitude,
-        elevation=elevation,
-        range=_range(range_text),
-        resolution=resolution,
-        aerosol=aerosol,
-        visibility=visibility,
-        aerosol_optical_depth=aerosol_optical_depth,
-        angstrom_exponent=angstrom_exponent,
-        wind=wind,
-        stratosphere=stratosphere,
-        clouds=clouds,
-        rain=rain,
-        night_sky=night_sky,
-        source=source,
-        source_elevation=source_elevation,
-        source_azimuth=source_azimuth,
-        water_continuum=water_continuum,
-        line_by_line=line_by_line,
-        **({} if continua is None else {"continua": continua}),
-    )
+    arguments: dict[str, Any] = {
+        "wavenumber": _limits(wavenumber),
+        "wavelength": _limits(wavelength),
+        "job": job,
+        "state": state,
+        "atmosphere": atmosphere,
+        "above": above,
+        "co2_ppm": co2_ppm,
+        "altitude": altitude,
+        "elevation": elevation,
+        "range": _range(range_text),
+        "resolution": resolution,
+        "aerosol": aerosol,
+        "visibility": visibility,
+        "aerosol_optical_depth": aerosol_optical_depth,
+        "angstrom_exponent": angstrom_exponent,
+        "wind": wind,
+        "stratosphere": stratosphere,
+        "clouds": clouds,
+        "rain": rain,
+        "night_sky": night_sky,
+        "source": source,
+        "source_elevation": source_elevation,
+        "source_azimuth": source_azimuth,
+        "water_continuum": water_continuum,
+    }
+    if compare_continua:
+        from skyshine.mat.commands.continua import print_comparison
+
+        others = {"--line-by-line": line_by_line, "--output": output, "--plot": picture}
+        for option in (name for name, value in others.items() if value is not None):
+            raise InputError(f"found --compare-continua with {option}; leave one out")
+        print_comparison(arguments, as_json=as_json)
+        return
+    result = spectrum(**arguments, line_by_line=line_by_line, **({} if continua is None else {"continua": continua}))
     if output is not None:
         result.save(output)
         click.echo(output)

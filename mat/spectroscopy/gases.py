@@ -65,7 +65,15 @@ GASES = {
 class LineLibrary:
     """The line lists of a folder; files are named after the HITRAN molecule number: ``01_*.par``, ``.par.gz``,
     ``.par.xz``.
+
+    Attributes
+    ----------
+    provenance, terms : str
+        Of the lines, as tables name them.
     """
+
+    provenance, terms = HITRAN, "figures computed from HITRAN, which asks to be cited (Rothman et al. 2013)"
+    needed: tuple[str, ...] = ("H2O", "CO2")
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder)
@@ -77,7 +85,7 @@ class LineLibrary:
     def gases(self) -> list[Gas]:
         """The gases whose lines are here, in the order of the HITRAN numbers."""
         listed = [gas for gas in GASES.values() if gas.molecule and self._paths(gas)]
-        missing = [name for name in ("H2O", "CO2") if GASES[name] not in listed]
+        missing = [name for name in self.needed if GASES[name] not in listed]
         if missing:
             raise InputError(f"has no line list of {', '.join(missing)} (files 01_*.par, 02_*.par)", file=self.folder)
         return sorted(listed, key=lambda gas: gas.molecule)
@@ -121,6 +129,17 @@ class LineLibrary:
         """The lines of a gas that reach into [low, high] cm^-1 (a pressure shift's width is added)."""
         margin = linebyline.CUT_OFF + 0.5
         return self.lines(name).between(low - margin, high + margin)
+
+
+class GeneratedLibrary(LineLibrary):
+    """The lists that `mat lines generate` writes: they stand in where the user's lists have no lines of a gas."""
+
+    provenance = (
+        "lines generated from published constants and band strengths (skyshine.mat.spectroscopy.rotors); partition sums"
+        " TIPS-2021 (Gamache et al. 2021)"
+    )
+    terms = "figures computed from published constants, to be cited"
+    needed = ()
 
 
 def strongest(lines: LineList) -> Floats:

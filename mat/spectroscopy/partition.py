@@ -38,6 +38,12 @@ def partition_ratio(molecule: int, isotopologue: int, temperature: float) -> flo
 
 
 @functools.cache
+def reference_sum(molecule: int, isotopologue: int) -> float:
+    """Partition sum of one isotopologue at 296 K, TIPS-2021."""
+    return float(_hapi().partitionSum(molecule, isotopologue, REFERENCE_TEMPERATURE))
+
+
+@functools.cache
 def molar_mass(molecule: int, isotopologue: int) -> float:
     """Molar mass in g mol^-1 (HITRAN's isotopologue table)."""
     return float(_hapi().molecularMass(molecule, isotopologue))

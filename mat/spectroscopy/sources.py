@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from skyshine.mat.spectroscopy import linebyline, nodes
 from skyshine.mat.spectroscopy.continua import ContinuumModel
-from skyshine.mat.spectroscopy.gases import GASES, HITRAN, LineLibrary
+from skyshine.mat.spectroscopy.gases import GASES, LineLibrary
 from skyshine.schemas.arrays import Floats
 
 
@@ -65,12 +65,14 @@ class LineSource:
     @property
     def provenance(self) -> str:
         """The line list, and the continuum that is added to it."""
-        return HITRAN + (f"; {self.name} continuum of {self._continua.label}" if self._continuum else "")
+        return self._library.provenance + (
+            f"; {self.name} continuum of {self._continua.label}" if self._continuum else ""
+        )
 
     @property
     def terms(self) -> str:
         """Terms of the lines and of the continua."""
-        return f"figures computed from HITRAN, which asks to be cited (Rothman et al. 2013); {self._continua.terms}"
+        return f"{self._library.terms}; {self._continua.terms}"
 
     def covers(self, low: float, high: float) -> bool:
         """Whether there are line lists for [low, high] cm^-1."""

@@ -18,7 +18,7 @@ from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DA
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.continua import Continua, ContinuumModel
 from skyshine.mat.spectroscopy.cross_sections import read_cross_sections
-from skyshine.mat.spectroscopy.gases import LineLibrary
+from skyshine.mat.spectroscopy.gases import GeneratedLibrary, LineLibrary
 from skyshine.mat.spectroscopy.intervals import CANDIDATES, EXCHANGES, FLOOR, IntervalPoints, build_interval
 from skyshine.mat.spectroscopy.lookups import LookupSource
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
@@ -74,6 +74,8 @@ class Builder:
         The netCDF files of MT_CKD, or the packaged continua of LOWTRAN7.
     lookups, lowtran : folder and file, optional
         REPTRAN lookups and the Fortran source of LOWTRAN7, for O3 and N2O where there are no lines.
+    generated : folder, optional
+        Records of `mat lines generate`, for O3 and N2O where `lines` has none.
     cross_sections : folder, optional
         Measured cross sections, see `skyshine.mat.spectroscopy.cross_sections`; used where a gas has no other source,
         at the points that were chosen for the others.
@@ -88,12 +90,17 @@ class Builder:
         lowtran: PathLike | None = None,
         cross_sections: PathLike | None = None,
         settings: Settings = Settings(),
+        generated: PathLike | None = None,
     ) -> None:
         self.library, self.settings = LineLibrary(lines), settings
         self.continua: ContinuumModel = LowtranContinua() if continua == LowtranContinua.name else Continua(continua)
         sources: dict[str, list[SpectralSource]] = {
             gas.name: [LineSource(gas.name, self.library, self.continua)] for gas in self.library.gases
         }
+        if generated is not None:
+            stand_in = GeneratedLibrary(generated)
+            for gas in stand_in.gases:
+                sources.setdefault(gas.name, []).append(LineSource(gas.name, stand_in, self.continua))
         if lookups is not None:
             if lowtran is None:
                 raise InputError("--lookups needs --lowtran too, the Fortran source of LOWTRAN7 (lowtran7.f)")
@@ -341,6 +348,7 @@ def build(
     lookups: PathLike | None = None,
     lowtran: PathLike | None = None,
     cross_sections: PathLike | None = None,
+    generated: PathLike | None = None,
     settings: Settings = Settings(),
     parts: PathLike | None = None,
     progress: Callable[[int, int], object] | None = None,
@@ -352,7 +360,7 @@ def build(
     ranges : list of (low, high), cm^-1
         Widened to whole intervals.
     out : path
-    lines, continua, lookups, lowtran, cross_sections
+    lines, continua, lookups, lowtran, cross_sections, generated
         See `Builder`.
     parts : path, optional
         Folder of the finished intervals; by default `out` with ``.parts`` added.
@@ -366,7 +374,7 @@ def build(
     """
     folder = Path(parts) if parts else Path(f"{out}.parts")
     edges = np.unique(np.concatenate([interval_edges(*pair) for pair in ranges]), axis=0)
-    builder = Builder(lines, continua, lookups, lowtran, cross_sections, settings)
+    builder = Builder(lines, continua, lookups, lowtran, cross_sections, settings, generated)
     for done, (low, high) in enumerate(edges.tolist()):
         key = builder.key(low, high)
         if not part_is_done(folder, low, key):

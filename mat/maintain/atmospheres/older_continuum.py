@@ -5,7 +5,8 @@
 writes `atmospheres/continuum/mt_ckd_2.4.csv` from the coefficients before MT_CKD 4 in the folder of the continua, with
 the self continuum of 2000 to 3200 cm^-1 that MT_CKD 2.5 replaced. Against the figures printed with release 2.5.3 the
 self continuum agrees from 750 cm^-1 on (below, later releases changed it), and the foreign continuum to 3 % (its scale
-factor of MT_CKD 2.4 is left out).
+factor of MT_CKD 2.4 is left out). From 3300 to 5000 cm^-1 nothing was printed: both parts are those of the last release
+before MT_CKD 4.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import read_csv, write_csv
 
 NAME, REPLACED = "continuum/mt_ckd_2.4.csv", "continuum/mt_ckd_1.00_self.csv"
-LOW, HIGH, STEP = 750.0, 3300.0, 10.0  # cm^-1
+LOW, HIGH, STEP = 750.0, 5000.0, 10.0  # cm^-1
 COLD = 260.0  # K, the second temperature of the self continuum
 UNIT = 1e-20 * CM2_TO_M2  # of the coefficients, m2/molecule per cm^-1
 

@@ -1,0 +1,1 @@
+"""Lines of small molecules from their published constants and band strengths."""

@@ -1,0 +1,85 @@
+"""Lines of vibration-rotation bands: strengths from transition moments, and lists of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.mat.radiometry.constants import C2
+from skyshine.mat.spectroscopy.lines import LineList
+from skyshine.mat.spectroscopy.partition import REFERENCE_TEMPERATURE
+from skyshine.schemas.arrays import Floats
+
+# 8 pi^3 / (3 h c) for moments in Debye, cm^2 (CODATA 2018).
+MOMENT_FACTOR = 4.162379e-19
+
+
+@dataclass(frozen=True)
+class BandLines:
+    """Lines (N,) of one band.
+
+    Attributes
+    ----------
+    molecule, isotopologue : int
+        HITRAN numbers.
+    upper, lower : str
+        Vibrational states.
+    wavenumber, lower_energy : (N,) arrays, cm^-1
+    strength : (N,) array
+        cm/molecule at 296 K, natural abundance included.
+    air_width, self_width, temperature_exponent, shift : (N,) arrays
+        As in `LineList`.
+    upper_rotation, lower_rotation : (N,) str arrays
+        Rotational quantum numbers as HITRAN writes them, 15 characters.
+    source : str
+        Where constants, strength and widths come from.
+    """
+
+    molecule: int
+    isotopologue: int
+    upper: str
+    lower: str
+    wavenumber: Floats
+    strength: Floats
+    lower_energy: Floats
+    air_width: Floats
+    self_width: Floats
+    temperature_exponent: Floats
+    shift: Floats
+    upper_rotation: npt.NDArray[np.str_]
+    lower_rotation: npt.NDArray[np.str_]
+    source: str
+
+
+def strength(
+    wavenumber: Floats, lower_energy: Floats, squared_moment: Floats, partition_sum: float, share: float
+) -> Floats:
+    """Line strengths at 296 K, cm/molecule (L. S. Rothman et al. 1998, JQSRT 60, 665, equation A5).
+
+    Parameters
+    ----------
+    wavenumber, lower_energy : (N,) arrays, cm^-1
+    squared_moment : (N,) array
+        Squared transition moments summed over the orientations of both levels, Debye^2.
+    partition_sum : float
+        At 296 K, without the weights of nuclear spin that `squared_moment` lacks.
+    share : float
+        Natural abundance.
+    """
+    reference = REFERENCE_TEMPERATURE
+    occupied = np.exp(-C2 * lower_energy / reference) / partition_sum
+    return np.asarray(
+        share * MOMENT_FACTOR * wavenumber * squared_moment * occupied * -np.expm1(-C2 * wavenumber / reference)
+    )
+
+
+def line_list(bands: Sequence[BandLines]) -> LineList:
+    """All lines of bands of one molecule, ordered by wavenumber."""
+    isotopologue = np.concatenate([np.full(band.wavenumber.size, band.isotopologue, np.int16) for band in bands])
+    names = ("wavenumber", "strength", "air_width", "self_width", "lower_energy", "temperature_exponent", "shift")
+    arrays = {name: np.concatenate([getattr(band, name) for band in bands]) for name in names}
+    lines = LineList(molecule=bands[0].molecule, isotopologue=isotopologue, **arrays)
+    return lines.select(np.argsort(lines.wavenumber, kind="stable"))

@@ -10,14 +10,15 @@ import numpy as np
 
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.diffuse_field import delta_fraction
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
-from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight, delta_fraction
+from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
 from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, scattered_spectral, segment_attenuation
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
-from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource, thermal_source
+from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource
 from skyshine.mat.atmosphere.transfer.two_stream_light import TwoStreamLight
 from skyshine.schemas.arrays import Floats, Integers, Reals
 
@@ -99,7 +100,7 @@ class SpectralAir:
     @cached_property
     def thermal(self) -> ThermalSource:
         """The source function of thermal radiation."""
-        return thermal_source(self.state, self.shells, self.optics)
+        return ThermalSource.of(self.state, self.shells, self.optics)
 
     def thermal_radiance(self, segments: Segments, depths: Depths) -> Reals:
         """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths'
@@ -111,12 +112,14 @@ class SpectralAir:
         depths : Depths
         """
         thermal = self._single_thermal if depths.per_segment.dtype == np.float32 else self.thermal
-        near, far = segments.source_ends(thermal.mean, thermal.tilt, self.shells.altitude)
+        # Where particles scatter, the source is not that of the air alone: their edges count by their extinction.
+        share = None if thermal.isotropic else segments.upper_part(self.optics.extinction, depths.per_segment)
+        near, far = segments.source_ends(*thermal.toward_observer(segments), self.shells.altitude, share)
         return emitted(depths, near, far)
 
     @cached_property
     def _single_thermal(self) -> ThermalSource:
-        return ThermalSource(self.thermal.mean.astype(np.float32), self.thermal.tilt.astype(np.float32))
+        return self.thermal.single
 
     @cached_property
     def scaled_extinction(self) -> Floats:

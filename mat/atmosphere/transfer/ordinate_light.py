@@ -1,15 +1,12 @@
-"""Light of Sun or Moon scattered more than once, from four streams a hemisphere: for the few points of a compiled band.
+"""Light of Sun or Moon scattered more than once, by discrete ordinates.
 
-As `two_stream_light`, with discrete ordinates and azimuthal moments in place of two streams. The phase functions are
-truncated after as many moments as there are streams; the fraction of the particles' scattering that goes straight
-forward is the next moment (delta-M). `single_scattering` adds light scattered once, with the true phase function and
-the scaled extinction from the source to the observer. Here all extinction applies between the last scattering and the
-observer, and diffuse light scattered straight forward into the line of sight is part of the source function; light
-scattered once has no such part, which matters only to paths that end inside a cloud.
+`single_scattering` adds light scattered once, with the true phase function and the scaled extinction from the source to
+the observer. Here all extinction applies between the last scattering and the observer, and diffuse light scattered
+straight forward into the line of sight is part of the source function; light scattered once has no such part, which
+matters only to paths that end inside a cloud.
 
 References
 ----------
-Wiscombe 1977, J. Atmos. Sci. 34, 1408 (delta-M).
 Nakajima and Tanaka 1988, J. Quant. Spectrosc. Radiat. Transfer 40, 51 (exact first scattering with scaled extinction).
 Dahlback and Stamnes 1991, Planet. Space Sci. 39, 671 (beam through spherical layers over a plane diffuse field).
 """
@@ -22,18 +19,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer import ordinates
+from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers
+from skyshine.mat.atmosphere.transfer.directions import COSINES, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
-from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, phase_moments
+from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
+from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, layer_weights, source_nodes
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
-from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column, vertical_parts
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
-# Angles from the vertical at which the source function is tabulated; between them it is linear in the angle.
-_DIRECTIONS = np.linspace(0.0, np.pi, 16)
 # Points solved together: bounds memory to about 200 MB a thread.
 _CHUNK = 32
 _GATHERED = 1 << 18  # numbers of the source function copied at once for the segments of a ray
@@ -82,24 +78,24 @@ class OrdinateLight:
         shells : Shells
         optics : SpectralOptics
         fraction : (N, P) array
-            `delta_fraction` of the optics.
+            `diffuse_field.delta_fraction` of the optics.
         source_paths : source_paths.SourcePaths
             Through the extinction without that fraction.
         """
         sine = np.sin(np.radians(ELEVATIONS))
         levels, points = state.altitude.size, optics.wavenumber.size
-        source = np.empty((levels, _DIRECTIONS.size, sine.size, ordinates.AZIMUTHAL, points), np.float32)
+        source = np.empty((levels, COSINES.size, sine.size, AZIMUTHAL, points), np.float32)
         falling = np.empty((levels, sine.size, points))
-        moments = phase_moments(optics.phase, ordinates.MOMENTS)
+        albedo = np.broadcast_to(np.asarray(state.surface_albedo, dtype=float), (points,))
 
         def solve(start: int) -> None:
             part = slice(start, start + _CHUNK)
+            layers = ScaledLayers.of(shells, optics.at(part), fraction[:, part], molecules=True, azimuthal=True)
             paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
             beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, (levels, sine.size))).astype(float)
-            light, falling[..., part] = _solve(
-                shells, optics.at(part), moments, fraction[:, part], np.swapaxes(beam, 1, 2), sine, state.surface_albedo
-            )
-            source[..., part] = light.transpose(0, 3, 4, 2, 1)
+            field = layers.sunlight(beam, sine, albedo[part])
+            falling[..., part] = layers.ordinates.flux(field[1])
+            source[..., part] = layers.source(*field).transpose(0, 2, 3, 1, 4)
 
         parallel_map(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
@@ -167,7 +163,7 @@ class OrdinateLight:
         direction = np.array([upward_cosine])
         nodes, weight = source_nodes(self.sine, np.stack([cosine, cosine]))
         azimuth = _azimuth_cosines(direction, cosine[None], deflection[None])[0]  # (S, M)
-        first, next_share = _place(direction)
+        first, next_share = place(direction)
         table = self.source[layer : layer + 2, first[0] : first[0] + 2, nodes]
         corner = np.outer([1 - share, share], [1 - next_share[0], next_share[0]])
         light = np.tensordot(corner, table, 2)  # (V, M, P)
@@ -198,7 +194,7 @@ class OrdinateLight:
         """Of some segments at a time: the source function (k, 2, 2, V, M, P) at their levels and directions, with
         weights of the directions (k, 1, 2, 1, 1) and of the levels (k, 2, P).
         """
-        first, next_share = _place(segments.upward_cosine)
+        first, next_share = place(segments.upward_cosine)
         by_level = np.stack(layer_weights(segments, self.levels, self.extinction, depths), axis=1)
         by_direction = np.stack([1 - next_share, next_share], axis=-1).astype(np.float32)[:, None, :, None, None]
         step = np.arange(2)[:, None]
@@ -209,84 +205,6 @@ class OrdinateLight:
             yield self.source[levels[part], directions[part], nodes], by_direction[part], by_level[part]
 
 
-def _solve(
-    shells: Shells,
-    optics: SpectralOptics,
-    moments: Floats,
-    fraction: Floats,
-    beam: Floats,
-    sine: Floats,
-    albedo: float,
-) -> tuple[Floats, Floats]:
-    """Source function (N, P, M, X, U) and falling diffuse flux (N, U, P) at the levels.
-
-    Parameters
-    ----------
-    shells : Shells
-    optics : SpectralOptics
-    moments : (L, N, C) array
-        Of the particles' phase function.
-    fraction : (N, P) array
-        `delta_fraction`.
-    beam : (N, P, U) array
-        Delta-scaled optical depth from the source to each level.
-    sine : (U,) array
-        Of the source's elevation.
-    albedo : float
-        Of the ground.
-    """
-    levels, cosine = len(beam), np.cos(_DIRECTIONS)
-    scattering = _scattering(optics, moments, fraction)
-    scaled = optics.extinction - optics.aerosol_scattering * fraction
-    lower, upper = vertical_parts(shells, scaled)
-    columns = vertical_column(shells, scattering.reshape(levels, -1)).reshape(levels - 1, *scattering.shape[1:])
-    rising, falling = ordinates.radiances(lower + upper, columns, beam, sine, albedo)
-    light = ordinates.scattered_into(scattering, rising, falling, cosine)
-    light /= _divisor(scaled)
-    radiance = ordinates.along_directions(lower, upper, light, rising[0, :, 0, 0], cosine)
-    light *= scaled[..., None, None, None]
-    light += (optics.aerosol_scattering * fraction)[..., None, None, None] * radiance
-    light /= _divisor(optics.extinction)
-    return light, np.swapaxes(ordinates.flux(falling), 1, 2)
-
-
-def delta_fraction(optics: SpectralOptics) -> Floats:
-    """Fraction (N, P) of the scattering by particles that goes straight forward: f of delta-M, the first moment of the
-    phase function beyond those of the solution.
-
-    References
-    ----------
-    Wiscombe 1977, J. Atmos. Sci. 34, 1408.
-    """
-    moment = phase_moments(optics.phase, ordinates.MOMENTS + 1)[-1]
-    fraction: Floats = np.clip(moment @ optics.phase_share, 0.0, None)
-    return fraction
-
-
-def _scattering(optics: SpectralOptics, moments: Floats, fraction: Floats) -> Floats:
-    """Scattering times moments of the phase function at the levels, (N, P, L) m^2 per molecule, without the fraction
-    (N, P) that goes straight forward; from the moments (L, N, C) of the particles' phase function.
-    """
-    particles = np.moveaxis(moments @ optics.phase_share, 0, -1) - fraction[..., None]
-    result: Floats = optics.aerosol_scattering[..., None] * particles
-    gamma = optics.rayleigh_anisotropy
-    result[..., 0] += optics.rayleigh
-    result[..., 2] += optics.rayleigh * 0.1 * (1 - gamma) / (1 + 2 * gamma)  # of `optics.rayleigh_phase`
-    return result
-
-
-def _divisor(extinction: Floats) -> Floats:
-    """Extinction (N, P) with 1 where it is 0, (N, P, 1, 1, 1)."""
-    return np.where(extinction > 0, extinction, 1.0)[..., None, None, None]
-
-
-def _place(upward_cosine: Floats) -> tuple[Integers, Floats]:
-    """Lower neighbour (K,) of directions among `_DIRECTIONS`, and the weight (K,) of the next."""
-    place = np.arccos(np.clip(upward_cosine, -1.0, 1.0)) / _DIRECTIONS[1]
-    first = np.minimum(place.astype(int), _DIRECTIONS.size - 2)
-    return first, place - first
-
-
 def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats) -> Singles:
     """Cosines (K, S, M) of multiples of the azimuth between scattered light and the beam, from cosines: of the light's
     angle from the vertical (K,), of the source's zenith angle (K, S) and of the scattering angle (K, S).
@@ -294,5 +212,5 @@ def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Float
     rise = upward_cosine[:, None]
     across = np.sqrt(np.maximum((1 - rise**2) * (1 - to_source**2), 1e-12))
     azimuth = np.arccos(np.clip((deflection + rise * to_source) / across, -1.0, 1.0))
-    cosines: Singles = np.cos(azimuth[..., None] * np.arange(ordinates.AZIMUTHAL)).astype(np.float32)
+    cosines: Singles = np.cos(azimuth[..., None] * np.arange(AZIMUTHAL)).astype(np.float32)
     return cosines

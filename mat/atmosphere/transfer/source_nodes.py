@@ -57,8 +57,7 @@ def layer_weights(segments: Segments, levels: Floats, extinction: Floats, depths
     near, far = depths.source_weights
     total = near + far
     climb = (0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]).astype(near.dtype)[:, None]
-    of_upper = segments.upper.astype(extinction.dtype, copy=False)[:, None] * extinction[segments.layer + 1]
-    upper = (of_upper / np.maximum(depths.per_segment, np.finfo(np.float32).tiny)).astype(near.dtype, copy=False)
+    upper = segments.upper_part(extinction, depths.per_segment)
     above = np.clip(total * upper + (far - near) * climb, 0, total)
     below = total - above
     transmittance = depths.transmittance

@@ -26,15 +26,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.geometry import Shells
+from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, SpectralOptics
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, mean_attenuation
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, layer_weights, source_nodes
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
-from skyshine.mat.atmosphere.transfer.thermal_source import tilt_weight
-from skyshine.mat.atmosphere.transfer.two_stream_layers import TwoStreamLayers, add_layers, vertical_column
+from skyshine.mat.atmosphere.transfer.two_stream_layers import TwoStreamLayers, add_layers
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 # Without absorption lambda is 0, by which the closed form of a layer divides. This much absorption removes 1e-4 of the
@@ -58,7 +59,8 @@ class TwoStreamLight:
     extinction : (N, P) array
         m^2 per molecule; single or double precision.
     mean, tilt : (N, U, P) arrays
-        As those of `thermal_source.ThermalSource`; single precision.
+        The source is mean + tilt for light straight up, mean - tilt straight down, mean + `tilt_weight` * tilt
+        between; single precision.
     """
 
     levels: Floats
@@ -183,8 +185,19 @@ class TwoStreamLight:
         of the source.
         """
         rows = layer[:, None], nodes
-        source: Singles = self.mean[rows] + segments.tilt_weight[:, None, None].astype(np.float32) * self.tilt[rows]
+        source: Singles = (
+            self.mean[rows] + tilt_weight(segments.upward_cosine)[:, None, None].astype(np.float32) * self.tilt[rows]
+        )
         return source
+
+
+def tilt_weight(cosine: npt.ArrayLike) -> Floats:
+    """Weight of the tilt, -1 to 1, for radiation that travels at a cosine of the angle from the vertical.
+
+    3/2 of the cosine is the first moment of Eddington's field; beyond 1 it would make the source negative.
+    """
+    weight: Floats = np.clip(1.5 * np.asarray(cosine), -1.0, 1.0)
+    return weight
 
 
 def level_fluxes(

@@ -82,7 +82,7 @@ def test_ice_crystals_scatter_sunlight_less_forward_than_spheres():
 def test_the_layer_holds_its_optical_depth(layer):
     state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("none"), clouds=[layer])
     from skyshine.mat.atmosphere.transfer.geometry import Shells
-    from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column
+    from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column
 
     shells = Shells.of(state.altitude, state.number_density, 900.0)
     per_molecule = (state.hydrometeors[0].extinction_550 / state.number_density)[:, None]

@@ -31,6 +31,13 @@ NODES = 4
 _THIN = 0.3
 
 
+def solved_moments(optics: SpectralOptics) -> Floats:
+    """Legendre moments (L, N, C) of the particles' phase function that the solution has, at `optics.phase_share`'s
+    wavelengths.
+    """
+    return phase_moments(optics.phase, 2 * NODES)
+
+
 def delta_fraction(optics: SpectralOptics) -> Floats:
     """Fraction (N, P) of the scattering by particles that goes straight forward: f of delta-M, the first moment of the
     phase function beyond those of the solution.
@@ -72,7 +79,14 @@ class ScaledLayers:
 
     @classmethod
     def of(
-        cls, shells: Shells, optics: SpectralOptics, fraction: Floats, *, molecules: bool, azimuthal: bool
+        cls,
+        shells: Shells,
+        optics: SpectralOptics,
+        moments: Floats,
+        fraction: Floats,
+        *,
+        molecules: bool,
+        azimuthal: bool,
     ) -> ScaledLayers:
         """The layers of a state.
 
@@ -80,6 +94,8 @@ class ScaledLayers:
         ----------
         shells : Shells
         optics : SpectralOptics
+        moments : (L, N, C) array
+            `solved_moments` of the particles.
         fraction : (N, P) array
             `delta_fraction` of the optics.
         molecules : bool
@@ -89,7 +105,7 @@ class ScaledLayers:
         """
         directions = ordinates(NODES)
         directions = directions if azimuthal else directions.flat()
-        scattering = _scattering(optics, fraction, directions.moments, molecules)  # (N, L, P)
+        scattering = _scattering(optics, moments, fraction, molecules)  # (N, L, P)
         straight = optics.aerosol_scattering * fraction
         scaled = optics.extinction - straight
         lower, upper = vertical_parts(shells, scaled)
@@ -163,11 +179,11 @@ class ScaledLayers:
         return light
 
 
-def _scattering(optics: SpectralOptics, fraction: Floats, count: int, molecules: bool) -> Floats:
+def _scattering(optics: SpectralOptics, moments: Floats, fraction: Floats, molecules: bool) -> Floats:
     """Scattering times moments of the phase function at the levels, (N, L, P) m^2 per molecule, without the fraction
     (N, P) that goes straight forward.
     """
-    particles = np.einsum("lnc,cp->nlp", phase_moments(optics.phase, count), optics.phase_share) - fraction[:, None]
+    particles = np.swapaxes(moments @ optics.phase_share, 0, 1) - fraction[:, None]
     result: Floats = optics.aerosol_scattering[:, None] * particles
     if molecules:
         gamma = optics.rayleigh_anisotropy

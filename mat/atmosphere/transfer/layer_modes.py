@@ -136,8 +136,8 @@ class LayerModes:
         """Thermal radiation that the layers send up and down, (N-1, P, 1, n, 1) each, of light that does not depend on
         azimuth.
 
-        With a blackbody radiance B linear in depth, radiances B + cosine * dB / dtau / (1 - albedo * asymmetry) solve
-        the equations; the layer alone lacks what would enter it.
+        With a blackbody radiance B linear in depth, radiances B + z dB / dtau solve the equations. z is odd in the
+        cosine: cosine / (1 - albedo * asymmetry), but for the quadrature. The layer alone lacks what would enter it.
 
         Parameters
         ----------
@@ -151,8 +151,8 @@ class LayerModes:
         bottom, top = (part[..., None, None, None] * unit for part in (emission[:-1], emission[1:]))
         depth = self.depth[..., None, None, None]
         thin = depth < _THIN
-        slope = (bottom - top) / np.where(thin, 1.0, depth) * directions.node[:, None]
-        slope /= 1 - self.weighted[..., 1, None, None] / directions.factor[1]
+        gradient = (emission[:-1] - emission[1:])[..., None, None, None] / np.where(thin, 1.0, depth)
+        slope = gradient * np.linalg.solve(self.upper, np.linalg.solve(self.lower, unit))
         mean = 0.5 * (bottom + top)
         isothermal = mean - (reflection + transmission) @ mean
         upward = top + slope - reflection @ (top - slope) - transmission @ (bottom + slope)

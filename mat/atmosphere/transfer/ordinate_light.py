@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers
+from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers, solved_moments
 from skyshine.mat.atmosphere.transfer.directions import COSINES, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
@@ -87,10 +87,13 @@ class OrdinateLight:
         source = np.empty((levels, COSINES.size, sine.size, AZIMUTHAL, points), np.float32)
         falling = np.empty((levels, sine.size, points))
         albedo = np.broadcast_to(np.asarray(state.surface_albedo, dtype=float), (points,))
+        moments = solved_moments(optics)
 
         def solve(start: int) -> None:
             part = slice(start, start + _CHUNK)
-            layers = ScaledLayers.of(shells, optics.at(part), fraction[:, part], molecules=True, azimuthal=True)
+            layers = ScaledLayers.of(
+                shells, optics.at(part), moments, fraction[:, part], molecules=True, azimuthal=True
+            )
             paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
             beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, (levels, sine.size))).astype(float)
             field = layers.sunlight(beam, sine, albedo[part])

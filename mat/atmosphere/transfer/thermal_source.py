@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers, delta_fraction
+from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers, delta_fraction, solved_moments
 from skyshine.mat.atmosphere.transfer.directions import COSINES, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
@@ -47,11 +47,12 @@ class ThermalSource:
         source = np.empty((state.altitude.size, COSINES.size, points))
         albedo = np.broadcast_to(np.asarray(state.surface_albedo, dtype=float), (points,))
         ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
+        moments, fraction = solved_moments(optics), delta_fraction(optics)
 
         def solve(start: int) -> None:
             part = slice(start, start + _CHUNK)
             few = optics.at(part)
-            layers = ScaledLayers.of(shells, few, delta_fraction(few), molecules=False, azimuthal=False)
+            layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=False)
             rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
             source[..., part] = layers.source(rising, falling, few.emission)[:, 0, :, 0]
 

@@ -62,7 +62,7 @@ def test_a_source_linear_in_altitude_has_its_values_at_the_ends_of_segments(
     _, segments, _ = path(air, altitude, elevation, distance)
     levels = air.state.altitude
     mean = (100.0 + 1e-3 * levels)[:, None]
-    near, far = segments.source_ends(mean, np.zeros_like(mean), levels)
+    near, far = segments.source_ends(mean[segments.layer], mean[segments.layer + 1], levels)
     assert (far - near)[:, 0] == pytest.approx(1e-3 * np.diff(segments.altitude), abs=1e-12)
     assert (far + near)[:, 0] / 2 == pytest.approx(segments.mean(mean)[:, 0], rel=1e-12)
 

@@ -190,37 +190,32 @@ def peer_seconds(program: Path, state: AtmosphericState, grid: PathGrid, limits:
 
 
 def points_ladder(state: AtmosphericState, everything: BandPoints, grid: PathGrid, sun: Floats) -> list[AtmosphereRung]:
-    """Compiled bands of a few points to many, against all points; by two streams, as bands are compiled."""
-    exact = BandAtmosphere.of(state, everything, streams=False).table(_SMALL, sun)
+    """Compiled bands of a few points to many, against all points."""
+    exact = BandAtmosphere.of(state, everything).table(_SMALL, sun)
     rungs = []
     for count in POINTS:
         few = compile_band(state, everything, grid, sun, tolerance=1e-6, max_points=count)
-        table, seconds = _timed(partial(_small_table, state, few.band, sun[few.index], streams=False))
+        table, seconds = _timed(partial(_small_table, state, few.band, sun[few.index]))
         rungs.append(AtmosphereRung(f"{few.index.size} points", seconds, _errors(table, exact)))
     return rungs
 
 
-def _small_table(
-    state: AtmosphericState, band: BandPoints, sun: Floats, *, streams: bool = True
-) -> AtmosphericQuantities:
+def _small_table(state: AtmosphericState, band: BandPoints, sun: Floats) -> AtmosphericQuantities:
     """The quantities on the cells of the ladders."""
-    return BandAtmosphere.of(state, band, streams=streams).table(_SMALL, sun)
+    return BandAtmosphere.of(state, band).table(_SMALL, sun)
 
 
 def directions_ladder(state: AtmosphericState, band: BandPoints) -> list[AtmosphereRung]:
-    """Sky irradiance of two streams by directions of its quadrature, zenith angles by azimuths, against 24 x 24."""
-    air = BandAtmosphere.of(state, band, streams=False).air
+    """Thermal sky irradiance by zenith angles of its quadrature, against 24."""
+    air = BandAtmosphere.of(state, band).air
     air.prepare()
-    place = np.array([0.0, 2e3]), np.radians([5.0, 30.0, 70.0])
-    exact = sky_irradiance(air, *place, zeniths=24, azimuths=24)
+    place = np.array([0.0, 2e3]), np.zeros(0)
+    exact = sky_irradiance(air, *place, zeniths=24).thermal @ band.radiance_weight
     rungs = []
     for count in DIRECTIONS:
-        sky, seconds = _timed(partial(sky_irradiance, air, *place, zeniths=count, azimuths=count // 2))
-        errors = {}
-        for name in ("thermal", "scattered"):
-            ours, theirs = (getattr(one, name) @ band.radiance_weight for one in (sky, exact))
-            errors[name] = float(np.sqrt(np.mean((ours / theirs - 1) ** 2)))
-        rungs.append(AtmosphereRung(f"{count} x {count // 2}", seconds, errors))
+        sky, seconds = _timed(partial(sky_irradiance, air, *place, zeniths=count))
+        error = float(np.sqrt(np.mean((sky.thermal @ band.radiance_weight / exact - 1) ** 2)))
+        rungs.append(AtmosphereRung(str(count), seconds, {"thermal": error}))
     return rungs
 
 

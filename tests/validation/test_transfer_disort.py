@@ -97,7 +97,7 @@ def test_sky_irradiance(band, visibility, record_property):
     points = AbsorptionTable.open().points(*BANDS[band])
     air = SpectralAir.of(state, points.subset(np.arange(0, points.wavenumber.size, 6)))
     elevations = np.radians([20.0, 45.0, 75.0])
-    ours = sky_irradiance(air, np.zeros(1), elevations, zeniths=24, azimuths=16)
+    ours = sky_irradiance(air, np.zeros(1), elevations, zeniths=24)
     count = air.optics.wavenumber.size
     ground = planck_wavenumber(air.optics.wavenumber, state.surface_temperature)
     thermal = np.array([disort(air, p, 0.5, 0.0, air.optics.emission[:, p], ground[p]) for p in range(count)])
@@ -156,7 +156,7 @@ def particles(kind, depth, albedo):
             np.where(altitude <= 5000, np.exp(-altitude / 1200), 0.0) * 1e-9,
         )
     for _ in range(2):  # the first time to find the optical depth
-        air = SpectralAir.of(replace(state, aerosols=(AerosolComponent(model, shape),)), OnePoint(), streams=True)
+        air = SpectralAir.of(replace(state, aerosols=(AerosolComponent(model, shape),)), OnePoint())
         up = Segments.of(geometry.trace(air.shells, np.zeros(1), np.array([np.pi / 2])), 0)
         shape = shape * depth / up.column(air.optics.aerosol_extinction).sum()
     return air

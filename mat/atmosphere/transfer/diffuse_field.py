@@ -86,7 +86,7 @@ class ScaledLayers:
         fraction: Floats,
         *,
         molecules: bool,
-        azimuthal: bool,
+        azimuthal: int,
     ) -> ScaledLayers:
         """The layers of a state.
 
@@ -100,11 +100,10 @@ class ScaledLayers:
             `delta_fraction` of the optics.
         molecules : bool
             They scatter; otherwise their scattering counts as absorption.
-        azimuthal : bool
-            Light depends on azimuth.
+        azimuthal : int
+            Azimuthal moments of the light; 1 where it does not depend on azimuth.
         """
-        directions = ordinates(NODES)
-        directions = directions if azimuthal else directions.flat()
+        directions = ordinates(NODES, azimuthal)
         scattering = _scattering(optics, moments, fraction, molecules)  # (N, L, P)
         straight = optics.aerosol_scattering * fraction
         scaled = optics.extinction - straight

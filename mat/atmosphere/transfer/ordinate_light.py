@@ -13,10 +13,11 @@ Dahlback and Stamnes 1991, Planet. Space Sci. 39, 671 (beam through spherical la
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers, solved_moments
@@ -69,6 +70,8 @@ class OrdinateLight:
         optics: SpectralOptics,
         fraction: Floats,
         source_paths: SourcePaths,
+        elevations: Sequence[float] = ELEVATIONS,
+        azimuthal: int = AZIMUTHAL,
     ) -> OrdinateLight:
         """Solve the field of a state.
 
@@ -81,25 +84,25 @@ class OrdinateLight:
             `diffuse_field.delta_fraction` of the optics.
         source_paths : source_paths.SourcePaths
             Through the extinction without that fraction.
+        elevations : sequence of float
+            Of the source, at which the field is solved, degree, increasing.
+        azimuthal : int
+            Azimuthal moments of the field.
         """
-        sine = np.sin(np.radians(ELEVATIONS))
+        sine = np.sin(np.radians(elevations))
         levels, points = state.altitude.size, optics.wavenumber.size
-        source = np.empty((levels, COSINES.size, sine.size, AZIMUTHAL, points), np.float32)
+        source = np.empty((levels, COSINES.size, sine.size, azimuthal, points), np.float32)
         falling = np.empty((levels, sine.size, points))
-        albedo = np.broadcast_to(np.asarray(state.surface_albedo, dtype=float), (points,))
-        moments = solved_moments(optics)
 
         def solve(start: int) -> None:
             part = slice(start, start + _CHUNK)
-            layers = ScaledLayers.of(
-                shells, optics.at(part), moments, fraction[:, part], molecules=True, azimuthal=True
+            layers, rising, down = _field(
+                state, shells, optics, moments, fraction, source_paths, sine, part, azimuthal, state.surface_albedo
             )
-            paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
-            beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, (levels, sine.size))).astype(float)
-            field = layers.sunlight(beam, sine, albedo[part])
-            falling[..., part] = layers.ordinates.flux(field[1])
-            source[..., part] = layers.source(*field).transpose(0, 2, 3, 1, 4)
+            falling[..., part] = layers.ordinates.flux(down)
+            source[..., part] = layers.source(rising, down).transpose(0, 2, 3, 1, 4)
 
+        moments = solved_moments(optics)
         parallel_map(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
 
@@ -150,6 +153,20 @@ class OrdinateLight:
         np.cumsum(np.maximum(np.sum(by_azimuth * azimuth, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
         return radiance
 
+    def by_segment(self, segments: Segments, depths: Depths, cosine: Floats, deflection: Floats) -> Singles:
+        """Radiance of each segment of a ray at the observer, (K, P) sr^-1, for one source; arguments as `spectral`."""
+        nodes, share, azimuth = self._along(segments, cosine, deflection)
+        weight = (share[:, 0, :, None] * azimuth[:, 0, None])[:, None]  # (K, 1, V, M)
+        radiance = np.empty(depths.per_segment.shape, np.float32)
+        start = 0
+        for table, by_direction, by_level in self._tables(nodes, segments, depths):
+            part = slice(start, start + len(table))
+            start = part.stop
+            both = (by_direction[:, 0] * weight[part]).reshape(len(table), 1, 1, -1)
+            light = np.matmul(both, table.reshape(*table.shape[:2], -1, table.shape[-1]))[:, :, 0]
+            radiance[part] = np.sum(np.maximum(light, 0.0) * by_level, axis=1)
+        return radiance
+
     def at(self, layer: int, share: float, upward_cosine: float, cosine: Floats, deflection: Floats) -> Floats:
         """Source function at one place, (S, P).
 
@@ -165,7 +182,7 @@ class OrdinateLight:
         """
         direction = np.array([upward_cosine])
         nodes, weight = source_nodes(self.sine, np.stack([cosine, cosine]))
-        azimuth = _azimuth_cosines(direction, cosine[None], deflection[None])[0]  # (S, M)
+        azimuth = _azimuth_cosines(direction, cosine[None], deflection[None], self.source.shape[3])[0]  # (S, M)
         first, next_share = place(direction)
         table = self.source[layer : layer + 2, first[0] : first[0] + 2, nodes]
         corner = np.outer([1 - share, share], [1 - next_share[0], next_share[0]])
@@ -189,7 +206,7 @@ class OrdinateLight:
         """
         nodes, share = source_nodes(self.sine, cosine)
         to_source, angle = (0.5 * (part[1:] + part[:-1]) for part in (cosine, deflection))
-        return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle)
+        return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle, self.source.shape[3])
 
     def _tables(
         self, nodes: Integers, segments: Segments, depths: Depths
@@ -208,12 +225,59 @@ class OrdinateLight:
             yield self.source[levels[part], directions[part], nodes], by_direction[part], by_level[part]
 
 
-def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats) -> Singles:
+def falling_fluxes(
+    state: AtmosphericState,
+    shells: Shells,
+    optics: SpectralOptics,
+    fraction: Floats,
+    source_paths: SourcePaths,
+    sine: Floats,
+    albedo: npt.ArrayLike,
+) -> Floats:
+    """Falling diffuse flux (N, U, P) on the levels, under a source of unit irradiance at elevations of sines (U,).
+
+    Other arguments as of `OrdinateLight.of`; `albedo` of the ground, one number or (P,). Light scattered straight
+    forward counts as beam.
+    """
+    falling = np.empty((state.altitude.size, sine.size, optics.wavenumber.size))
+    moments = solved_moments(optics)
+
+    def solve(start: int) -> None:
+        part = slice(start, start + _CHUNK)
+        layers, _, down = _field(state, shells, optics, moments, fraction, source_paths, sine, part, 1, albedo)
+        falling[..., part] = layers.ordinates.flux(down)
+
+    parallel_map(solve, range(0, optics.wavenumber.size, _CHUNK))
+    return falling
+
+
+def _field(
+    state: AtmosphericState,
+    shells: Shells,
+    optics: SpectralOptics,
+    moments: Floats,
+    fraction: Floats,
+    source_paths: SourcePaths,
+    sine: Floats,
+    part: slice,
+    azimuthal: int,
+    albedo: npt.ArrayLike,
+) -> tuple[ScaledLayers, Floats, Floats]:
+    """The layers of a state at a part of the points, and the radiances that rise and fall at their levels."""
+    layers = ScaledLayers.of(shells, optics.at(part), moments, fraction[:, part], molecules=True, azimuthal=azimuthal)
+    paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
+    shape = state.altitude.size, sine.size
+    beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, shape)).astype(float)
+    ground = np.broadcast_to(np.asarray(albedo, dtype=float), (optics.wavenumber.size,))[part]
+    return layers, *layers.sunlight(beam, sine, ground)
+
+
+def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats, count: int) -> Singles:
     """Cosines (K, S, M) of multiples of the azimuth between scattered light and the beam, from cosines: of the light's
     angle from the vertical (K,), of the source's zenith angle (K, S) and of the scattering angle (K, S).
     """
     rise = upward_cosine[:, None]
     across = np.sqrt(np.maximum((1 - rise**2) * (1 - to_source**2), 1e-12))
     azimuth = np.arccos(np.clip((deflection + rise * to_source) / across, -1.0, 1.0))
-    cosines: Singles = np.cos(azimuth[..., None] * np.arange(AZIMUTHAL)).astype(np.float32)
+    cosines: Singles = np.cos(azimuth[..., None] * np.arange(count)).astype(np.float32)
     return cosines

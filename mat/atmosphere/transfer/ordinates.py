@@ -11,14 +11,14 @@ Stamnes, Tsay, Wiscombe and Jayaweera 1988, Appl. Opt. 27, 2502.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 from scipy.special import lpmv
 
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Booleans, Floats, Reals
 
 # Azimuthal moments of light scattered more than once.
 AZIMUTHAL = 6
@@ -74,16 +74,36 @@ class Ordinates:
         """
         return _legendre(np.asarray(cosine, dtype=float), self.azimuthal, self.moments)
 
-    def flat(self) -> Ordinates:
-        """The same directions for light that does not depend on azimuth."""
-        return replace(self, at_nodes=self.at_nodes[:1])
-
-    def flux(self, radiance: Floats) -> Floats:
+    def flux(self, radiance: Reals) -> Reals:
         """Flux (N, ...) through the levels, of the radiances (N, M, n, ...) of one hemisphere."""
-        flux: Floats = 2 * np.pi * np.tensordot(self.weight * self.node, radiance[:, 0], axes=(0, 1))
+        flux: Reals = 2 * np.pi * np.tensordot(self.weight * self.node, radiance[:, 0], axes=(0, 1))
         return flux
 
-    def scattered_into(self, weighted: Floats, rising: Floats, falling: Floats, cosine: Floats | None = None) -> Floats:
+    def moments_at_levels(self, rising: Reals, falling: Reals) -> tuple[Reals, Reals]:
+        """Legendre moments (N, M, L, U, P) of the radiances (N, M, n, U, P), halved: those of functions even in the
+        cosine, 0 for the others, and those of odd functions.
+        """
+        shape = rising.shape
+        parts = []
+        for parity, radiance in ((self.even, rising + falling), (~self.even, rising - falling)):
+            weights = (np.where(parity, 0.5 * self.at_nodes, 0.0) * self.weight).astype(rising.dtype)  # (M, L, n)
+            moments = weights @ radiance.reshape(*shape[:3], -1)
+            parts.append(moments.reshape(*shape[:2], self.moments, *shape[3:]))
+        return parts[0], parts[1]
+
+    def from_moments(self, weighted: Reals, even: Reals, odd: Reals) -> tuple[Reals, Reals]:
+        """Light (N, M, n, U, P) scattered into the nodes going up and going down, from `moments_at_levels`; `weighted`
+        as of `scattered_into`.
+        """
+        shape = even.shape
+        outgoing = np.swapaxes(self.at_nodes, -1, -2).astype(even.dtype)
+        both, difference = (
+            (outgoing @ (part * weighted[:, None, :, None]).reshape(*shape[:3], -1)).reshape(*shape[:2], -1, *shape[3:])
+            for part in (even, odd)
+        )
+        return both + difference, both - difference
+
+    def scattered_into(self, weighted: Floats, rising: Floats, falling: Floats, cosine: Floats) -> Floats:
         """Diffuse radiation scattered into directions.
 
         Parameters
@@ -92,27 +112,19 @@ class Ordinates:
             Scattering times 2 l + 1 times the moments of the phase function, in any unit.
         rising, falling : (N, M, n, U, P) arrays
             Radiances.
-        cosine : (X,) array, optional
-            Of the directions, positive up; by default the nodes, going up and then going down, 2 n of them.
+        cosine : (X,) array
+            Of the directions, positive up.
 
         Returns
         -------
         (N, M, X, U, P) array
             In the product of both units.
         """
-        shape = rising.shape
-        weights = 0.5 * self.at_nodes * self.weight  # (M, L, n)
-        rising, falling = (part.reshape(*shape[:3], -1) for part in (rising, falling))
-        moments = weights @ rising
-        opposite = weights @ falling
-        moments += np.where(self.even, opposite, -opposite)
-        moments = moments.reshape(*shape[:2], self.moments, *shape[3:]) * weighted[:, None, :, None]
-        if cosine is None:
-            outgoing = np.concatenate([self.at_nodes, np.where(self.even, self.at_nodes, -self.at_nodes)], axis=2)
-        else:
-            outgoing = self.legendre(cosine)
-        scattered = np.swapaxes(outgoing, -1, -2) @ moments.reshape(*shape[:2], self.moments, -1)
-        result: Floats = scattered.reshape(*shape[:2], -1, *shape[3:])
+        even, odd = self.moments_at_levels(rising, falling)
+        moments = (even + odd) * weighted[:, None, :, None]
+        outgoing = np.swapaxes(self.legendre(cosine), -1, -2)
+        scattered = outgoing @ moments.reshape(*even.shape[:3], -1)
+        result: Floats = scattered.reshape(*even.shape[:2], -1, *even.shape[3:])
         return result
 
     def out_of_beam(self, weighted: Floats, sine: Floats) -> Floats:

@@ -52,7 +52,7 @@ class ThermalSource:
         def solve(start: int) -> None:
             part = slice(start, start + _CHUNK)
             few = optics.at(part)
-            layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=False)
+            layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1)
             rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
             source[..., part] = layers.source(rising, falling, few.emission)[:, 0, :, 0]
 

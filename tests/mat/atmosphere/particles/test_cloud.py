@@ -216,20 +216,6 @@ def test_a_cloud_of_optical_depth_ten_thousand(thin_air, layer, albedo):
     assert within == pytest.approx(planck_wavenumber(902.5, float(state.temperature_at(inside))), rel=0.01)
 
 
-def test_conservative_cloud_passes_on_all_light():
-    """Energy of sunlight: what falls on a black ground and what rises at the top add up to what came in."""
-    from skyshine.mat.atmosphere.transfer.two_stream_light import diffuse_fluxes
-
-    layer = CloudLayer("water", 600.0, 1400.0, 8.0, 40.0)
-    depth = np.full((1, 1), layer.optical_depth * (1 - 0.86**2))
-    forward = depth * 0.86 / (1 + 0.86)
-    sine = np.array([0.7])
-    beam = np.stack([depth / 0.7, 0 * depth])[:, :, :]
-    rising, falling = diffuse_fluxes(depth, depth * (1 - 1e-12), forward, 0.3 * depth[:, None], beam, sine, 0.0)
-    direct = 0.7 * np.exp(-beam[0, 0, 0])
-    assert rising[-1, 0, 0] + falling[0, 0, 0] + direct == pytest.approx(0.7, rel=1e-3)
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -8,7 +8,7 @@ from skyshine.mat.atmosphere.transfer.ordinates import ordinates
 
 SUN = np.array([0.2, 0.6, 1.0])
 DIRECTIONS = ordinates(4)
-FLAT = DIRECTIONS.flat()
+FLAT = ordinates(4, 1)
 DEPTHS = [0.0, 1e-12, 1e-3, 0.1, 1.0, 10.0, 100.0, 1e4]
 
 

@@ -21,6 +21,7 @@ from skyshine.mat.atmosphere.band.compile import compile_band
 from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
@@ -40,6 +41,8 @@ QUICK_BANDS = {"10-10.5 um": (10.0, 10.5)}
 PROFILE, VISIBILITY = "midlatitude_summer", 23.0  # km
 POINTS = (4, 16, 64)
 DIRECTIONS = (2, 4, 8, 16)
+STREAMS, _MOST_NODES = (2, 4, 8), 16  # nodes of a hemisphere
+_CLOUD = (1e3, 1.5e3, 10.0, 5.0)  # base and top, m; effective radius, um; optical depth
 _PEER_CELLS = 24
 # m; with levels above, or with as many levels as it takes otherwise, its multiple scattering gives no numbers.
 _PEER_TOP = 60e3
@@ -84,7 +87,7 @@ class AtmosphereBench:
     peer_seconds : float or None
         Of LOWTRAN7 for each cell, mean.
     ladders : dict of list of AtmosphereRung
-        "points", "directions", "layers".
+        "points", "directions", "layers", "streams".
     """
 
     band: str
@@ -127,7 +130,7 @@ def bench_band(
     quick : bool
         A table of the few cells of the ladders in place of the full one.
     advance : callable, optional
-        Called after each of the five stages.
+        Called after each of the six stages.
     """
     grid = _SMALL if quick else default_grid()
     state = AtmosphericState.from_profile(PROFILE, aerosol=Aerosol("rural", visibility_km=VISIBILITY))
@@ -148,6 +151,8 @@ def bench_band(
     rungs["directions"] = directions_ladder(state, compiled.band)
     advance(1)
     rungs["layers"] = layers_ladder(state, compiled.band, sun[compiled.index])
+    advance(1)
+    rungs["streams"] = streams_ladder(compiled.band, sun[compiled.index])
     advance(1)
     cells = int(np.prod(grid.shape))
     return AtmosphereBench(name, cells, compiled.index.size, compiled.total_points, seconds, peak, peer, rungs)
@@ -216,6 +221,25 @@ def directions_ladder(state: AtmosphericState, band: BandPoints) -> list[Atmosph
         sky, seconds = _timed(partial(sky_irradiance, air, *place, zeniths=count))
         error = float(np.sqrt(np.mean((sky.thermal @ band.radiance_weight / exact - 1) ** 2)))
         rungs.append(AtmosphereRung(str(count), seconds, {"thermal": error}))
+    return rungs
+
+
+def streams_ladder(band: BandPoints, sun: Floats) -> list[AtmosphereRung]:
+    """Discrete ordinates of few nodes to many, under water cloud, against more of them; a hemisphere has n nodes."""
+    cloud = CloudLayer("water", *_CLOUD)
+    state = AtmosphericState.from_profile(PROFILE, aerosol=Aerosol("rural", visibility_km=VISIBILITY), clouds=[cloud])
+
+    def table(nodes: int) -> AtmosphericQuantities:
+        of_four = BandAtmosphere.of(state, band)
+        return replace(of_four, air=replace(of_four.air, nodes=nodes)).table(_SMALL, sun)
+
+    exact = table(_MOST_NODES)
+    rungs = []
+    for nodes in STREAMS:
+        quantities, seconds = _timed(partial(table, nodes))
+        errors = _errors(quantities, exact)
+        errors = {name: errors[name] for name in ("path_radiance_ratio", "ambient")}
+        rungs.append(AtmosphereRung(f"{2 * nodes} streams", seconds, errors))
     return rungs
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.diffuse_field import delta_fraction
+from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, delta_fraction
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
@@ -41,6 +41,8 @@ class SpectralAir:
         Of the source, at which the field of light scattered more than once is solved, degree, increasing.
     azimuthal : int
         Azimuthal moments of that field.
+    nodes : int
+        Of each hemisphere, of the discrete ordinates of scattered light.
     """
 
     state: AtmosphericState
@@ -50,6 +52,7 @@ class SpectralAir:
     scatters: bool = True
     elevations: tuple[float, ...] = ELEVATIONS
     azimuthal: int = AZIMUTHAL
+    nodes: int = NODES
 
     @classmethod
     def of(
@@ -95,7 +98,7 @@ class SpectralAir:
     @cached_property
     def thermal(self) -> ThermalSource:
         """The source function of thermal radiation."""
-        return ThermalSource.of(self.state, self.shells, self.optics)
+        return ThermalSource.of(self.state, self.shells, self.optics, self.nodes)
 
     def thermal_radiance(self, segments: Segments, depths: Depths) -> Reals:
         """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths'
@@ -124,7 +127,7 @@ class SpectralAir:
     @cached_property
     def delta_fraction(self) -> Floats:
         """Fraction (N, P) of the scattering by particles that counts as straight forward."""
-        return delta_fraction(self.optics)
+        return delta_fraction(self.optics, self.nodes)
 
     @cached_property
     def scaled_source_paths(self) -> SourcePaths:
@@ -144,6 +147,7 @@ class SpectralAir:
             self.scaled_source_paths,
             self.elevations,
             self.azimuthal,
+            self.nodes,
         )
 
     def scattered_radiance(

@@ -26,19 +26,20 @@ from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, phase_moment
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
 from skyshine.schemas.arrays import Booleans, Floats
 
+# Nodes of each hemisphere: `mat bench atmosphere` shows the error of fewer and more.
 NODES = 4
 # Vertical optical depth of scattering up to which orders of scattering converge quicker than layers are added.
 _THIN = 0.3
 
 
-def solved_moments(optics: SpectralOptics) -> Floats:
-    """Legendre moments (L, N, C) of the particles' phase function that the solution has, at `optics.phase_share`'s
-    wavelengths.
+def solved_moments(optics: SpectralOptics, nodes: int) -> Floats:
+    """Legendre moments (L, N, C) of the particles' phase function that a solution of so many nodes has, at
+    `optics.phase_share`'s wavelengths.
     """
-    return phase_moments(optics.phase, 2 * NODES)
+    return phase_moments(optics.phase, 2 * nodes)
 
 
-def delta_fraction(optics: SpectralOptics) -> Floats:
+def delta_fraction(optics: SpectralOptics, nodes: int = NODES) -> Floats:
     """Fraction (N, P) of the scattering by particles that goes straight forward: f of delta-M, the first moment of the
     phase function beyond those of the solution.
 
@@ -46,7 +47,7 @@ def delta_fraction(optics: SpectralOptics) -> Floats:
     ----------
     Wiscombe 1977, J. Atmos. Sci. 34, 1408.
     """
-    moment = phase_moments(optics.phase, 2 * NODES + 1)[-1]
+    moment = phase_moments(optics.phase, 2 * nodes + 1)[-1]
     fraction: Floats = np.clip(moment @ optics.phase_share, 0.0, None)
     return fraction
 
@@ -103,7 +104,7 @@ class ScaledLayers:
         azimuthal : int
             Azimuthal moments of the light; 1 where it does not depend on azimuth.
         """
-        directions = ordinates(NODES, azimuthal)
+        directions = ordinates(len(moments) // 2, azimuthal)
         scattering = _scattering(optics, moments, fraction, molecules)  # (N, L, P)
         straight = optics.aerosol_scattering * fraction
         scaled = optics.extinction - straight

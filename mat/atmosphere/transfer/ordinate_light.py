@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers, solved_moments
+from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, solved_moments
 from skyshine.mat.atmosphere.transfer.directions import COSINES, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
@@ -72,6 +72,7 @@ class OrdinateLight:
         source_paths: SourcePaths,
         elevations: Sequence[float] = ELEVATIONS,
         azimuthal: int = AZIMUTHAL,
+        nodes: int = NODES,
     ) -> OrdinateLight:
         """Solve the field of a state.
 
@@ -88,6 +89,8 @@ class OrdinateLight:
             Of the source, at which the field is solved, degree, increasing.
         azimuthal : int
             Azimuthal moments of the field.
+        nodes : int
+            Of each hemisphere, for which the fraction is.
         """
         sine = np.sin(np.radians(elevations))
         levels, points = state.altitude.size, optics.wavenumber.size
@@ -102,7 +105,7 @@ class OrdinateLight:
             falling[..., part] = layers.ordinates.flux(down)
             source[..., part] = layers.source(rising, down).transpose(0, 2, 3, 1, 4)
 
-        moments = solved_moments(optics)
+        moments = solved_moments(optics, nodes)
         parallel_map(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
 
@@ -233,6 +236,7 @@ def falling_fluxes(
     source_paths: SourcePaths,
     sine: Floats,
     albedo: npt.ArrayLike,
+    nodes: int = NODES,
 ) -> Floats:
     """Falling diffuse flux (N, U, P) on the levels, under a source of unit irradiance at elevations of sines (U,).
 
@@ -240,7 +244,7 @@ def falling_fluxes(
     forward counts as beam.
     """
     falling = np.empty((state.altitude.size, sine.size, optics.wavenumber.size))
-    moments = solved_moments(optics)
+    moments = solved_moments(optics, nodes)
 
     def solve(start: int) -> None:
         part = slice(start, start + _CHUNK)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers, delta_fraction, solved_moments
+from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, delta_fraction, solved_moments
 from skyshine.mat.atmosphere.transfer.directions import COSINES, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
@@ -37,9 +37,9 @@ class ThermalSource:
     by_direction: Reals
 
     @classmethod
-    def of(cls, state: AtmosphericState, shells: Shells, optics: SpectralOptics) -> ThermalSource:
+    def of(cls, state: AtmosphericState, shells: Shells, optics: SpectralOptics, nodes: int = NODES) -> ThermalSource:
         """The source function of a state, whose ground emits and reflects from below: the blackbody radiance alone
-        where no particles scatter.
+        where no particles scatter; with so many nodes of each hemisphere.
         """
         if not np.any(optics.aerosol_scattering):
             return cls(optics.emission[:, None])
@@ -47,7 +47,7 @@ class ThermalSource:
         source = np.empty((state.altitude.size, COSINES.size, points))
         albedo = np.broadcast_to(np.asarray(state.surface_albedo, dtype=float), (points,))
         ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
-        moments, fraction = solved_moments(optics), delta_fraction(optics)
+        moments, fraction = solved_moments(optics, nodes), delta_fraction(optics, nodes)
 
         def solve(start: int) -> None:
             part = slice(start, start + _CHUNK)

@@ -42,7 +42,7 @@ _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend 
 # Elevations of the source at which the field of light scattered more than once is solved, degree, and its azimuthal
 # moments: fewer than in tables, as points are many and all of them are compared in the same field.
 _ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
-_AZIMUTHAL = 2
+_AZIMUTHAL = 1
 _HORIZON_DROP = 1.0  # degree by which the Sun is lower, or higher, at the far end of a long line of sight
 # Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40

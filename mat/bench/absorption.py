@@ -160,11 +160,12 @@ def line_quantities(
         m.
     """
     through, radiance = [], []
-    tilt = np.zeros_like(emission)  # nothing scatters
     for part in segments:
         depths = Depths(part.column(extinction))
         through.append(np.exp(-depths.cumulative[-1]))
-        radiance.append(emitted(depths, *part.source_ends(emission, tilt, levels)).sum(axis=0))
+        radiance.append(
+            emitted(depths, *part.source_ends(emission[part.layer], emission[part.layer + 1], levels)).sum(axis=0)
+        )
     return np.array(through), np.array(radiance)
 
 

@@ -21,6 +21,7 @@ from skyshine.mat.atmosphere.band.compile import compile_band
 from skyshine.mat.atmosphere.band.points import BandPoints, band_points
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
@@ -40,6 +41,8 @@ QUICK_BANDS = {"10-10.5 um": (10.0, 10.5)}
 PROFILE, VISIBILITY = "midlatitude_summer", 23.0  # km
 POINTS = (4, 16, 64)
 DIRECTIONS = (2, 4, 8, 16)
+STREAMS, _MOST_NODES = (2, 4, 8), 16  # nodes of a hemisphere
+_CLOUD = (1e3, 1.5e3, 10.0, 5.0)  # base and top, m; effective radius, um; optical depth
 _PEER_CELLS = 24
 # m; with levels above, or with as many levels as it takes otherwise, its multiple scattering gives no numbers.
 _PEER_TOP = 60e3
@@ -84,7 +87,7 @@ class AtmosphereBench:
     peer_seconds : float or None
         Of LOWTRAN7 for each cell, mean.
     ladders : dict of list of AtmosphereRung
-        "points", "directions", "layers".
+        "points", "directions", "layers", "streams".
     """
 
     band: str
@@ -127,7 +130,7 @@ def bench_band(
     quick : bool
         A table of the few cells of the ladders in place of the full one.
     advance : callable, optional
-        Called after each of the five stages.
+        Called after each of the six stages.
     """
     grid = _SMALL if quick else default_grid()
     state = AtmosphericState.from_profile(PROFILE, aerosol=Aerosol("rural", visibility_km=VISIBILITY))
@@ -148,6 +151,8 @@ def bench_band(
     rungs["directions"] = directions_ladder(state, compiled.band)
     advance(1)
     rungs["layers"] = layers_ladder(state, compiled.band, sun[compiled.index])
+    advance(1)
+    rungs["streams"] = streams_ladder(compiled.band, sun[compiled.index])
     advance(1)
     cells = int(np.prod(grid.shape))
     return AtmosphereBench(name, cells, compiled.index.size, compiled.total_points, seconds, peak, peer, rungs)
@@ -190,37 +195,51 @@ def peer_seconds(program: Path, state: AtmosphericState, grid: PathGrid, limits:
 
 
 def points_ladder(state: AtmosphericState, everything: BandPoints, grid: PathGrid, sun: Floats) -> list[AtmosphereRung]:
-    """Compiled bands of a few points to many, against all points; by two streams, as bands are compiled."""
-    exact = BandAtmosphere.of(state, everything, streams=False).table(_SMALL, sun)
+    """Compiled bands of a few points to many, against all points."""
+    exact = BandAtmosphere.of(state, everything).table(_SMALL, sun)
     rungs = []
     for count in POINTS:
         few = compile_band(state, everything, grid, sun, tolerance=1e-6, max_points=count)
-        table, seconds = _timed(partial(_small_table, state, few.band, sun[few.index], streams=False))
+        table, seconds = _timed(partial(_small_table, state, few.band, sun[few.index]))
         rungs.append(AtmosphereRung(f"{few.index.size} points", seconds, _errors(table, exact)))
     return rungs
 
 
-def _small_table(
-    state: AtmosphericState, band: BandPoints, sun: Floats, *, streams: bool = True
-) -> AtmosphericQuantities:
+def _small_table(state: AtmosphericState, band: BandPoints, sun: Floats) -> AtmosphericQuantities:
     """The quantities on the cells of the ladders."""
-    return BandAtmosphere.of(state, band, streams=streams).table(_SMALL, sun)
+    return BandAtmosphere.of(state, band).table(_SMALL, sun)
 
 
 def directions_ladder(state: AtmosphericState, band: BandPoints) -> list[AtmosphereRung]:
-    """Sky irradiance of two streams by directions of its quadrature, zenith angles by azimuths, against 24 x 24."""
-    air = BandAtmosphere.of(state, band, streams=False).air
+    """Thermal sky irradiance by zenith angles of its quadrature, against 24."""
+    air = BandAtmosphere.of(state, band).air
     air.prepare()
-    place = np.array([0.0, 2e3]), np.radians([5.0, 30.0, 70.0])
-    exact = sky_irradiance(air, *place, zeniths=24, azimuths=24)
+    place = np.array([0.0, 2e3]), np.zeros(0)
+    exact = sky_irradiance(air, *place, zeniths=24).thermal @ band.radiance_weight
     rungs = []
     for count in DIRECTIONS:
-        sky, seconds = _timed(partial(sky_irradiance, air, *place, zeniths=count, azimuths=count // 2))
-        errors = {}
-        for name in ("thermal", "scattered"):
-            ours, theirs = (getattr(one, name) @ band.radiance_weight for one in (sky, exact))
-            errors[name] = float(np.sqrt(np.mean((ours / theirs - 1) ** 2)))
-        rungs.append(AtmosphereRung(f"{count} x {count // 2}", seconds, errors))
+        sky, seconds = _timed(partial(sky_irradiance, air, *place, zeniths=count))
+        error = float(np.sqrt(np.mean((sky.thermal @ band.radiance_weight / exact - 1) ** 2)))
+        rungs.append(AtmosphereRung(str(count), seconds, {"thermal": error}))
+    return rungs
+
+
+def streams_ladder(band: BandPoints, sun: Floats) -> list[AtmosphereRung]:
+    """Discrete ordinates of few nodes to many, under water cloud, against more of them; a hemisphere has n nodes."""
+    cloud = CloudLayer("water", *_CLOUD)
+    state = AtmosphericState.from_profile(PROFILE, aerosol=Aerosol("rural", visibility_km=VISIBILITY), clouds=[cloud])
+
+    def table(nodes: int) -> AtmosphericQuantities:
+        of_four = BandAtmosphere.of(state, band)
+        return replace(of_four, air=replace(of_four.air, nodes=nodes)).table(_SMALL, sun)
+
+    exact = table(_MOST_NODES)
+    rungs = []
+    for nodes in STREAMS:
+        quantities, seconds = _timed(partial(table, nodes))
+        errors = _errors(quantities, exact)
+        errors = {name: errors[name] for name in ("path_radiance_ratio", "ambient")}
+        rungs.append(AtmosphereRung(f"{2 * nodes} streams", seconds, errors))
     return rungs
 
 

@@ -91,10 +91,10 @@ def from_atmosphere(result: dict[str, Any]) -> list[Ladder]:
     """Ladders of directions of the sky and of layers from ``mat bench atmosphere --json``; the error of the worst
     quantity.
     """
-    from skyshine.mat.atmosphere.transfer.sky import AZIMUTHS, ZENITHS
+    from skyshine.mat.atmosphere.transfer.sky import ZENITHS
 
     why = {
-        "directions": "each further rung takes four times the directions",
+        "directions": "each further rung takes twice the directions",
         "layers": "the levels of the state, as they are given",
     }
     ladders = []
@@ -105,9 +105,7 @@ def from_atmosphere(result: dict[str, Any]) -> list[Ladder]:
                     rung["name"],
                     rung["time"]["value"],
                     max(error["value"] for error in rung["errors_rms"].values()),
-                    rung["name"] == f"{ZENITHS} x {AZIMUTHS}"
-                    if name == "directions"
-                    else rung is content["ladders"][name][-1],
+                    rung["name"] == str(ZENITHS) if name == "directions" else rung is content["ladders"][name][-1],
                 )
                 for rung in content["ladders"][name]
             ]

@@ -29,7 +29,7 @@ def atmosphere(lowtran_path: str | None, out: str | None, quick: bool, as_json: 
     """Atmospheric tables: time of the full default table, LOWTRAN7 cell by cell, and ladders of error against time.
 
     LOWTRAN7 computes cells of the same table with multiple scattering. The ladders change the number of spectral
-    points, of directions of the sky and of layers.
+    points, of directions of the sky, of layers and of streams.
 
     \b
     Example:
@@ -41,7 +41,7 @@ def atmosphere(lowtran_path: str | None, out: str | None, quick: bool, as_json: 
 
     program, origin = lowtran.built_program(lowtran_path)
     bands = bench.QUICK_BANDS if quick else bench.BANDS
-    with progress(5 * len(bands), "measuring") as advance:
+    with progress(6 * len(bands), "measuring") as advance:
         measured = [
             bench.bench_band(name, limits, program=program, quick=quick, advance=advance)
             for name, limits in bands.items()

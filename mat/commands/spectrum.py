@@ -205,7 +205,11 @@ def command(
             raise InputError(f"found --compare-continua with {option}; leave one out")
         print_comparison(arguments, as_json=as_json)
         return
-    result = spectrum(**arguments, line_by_line=line_by_line, **({} if continua is None else {"continua": continua}))
+    if line_by_line is not None:
+        arguments["line_by_line"] = line_by_line
+    if continua is not None:
+        arguments["continua"] = continua
+    result = spectrum(**arguments)
     if output is not None:
         result.save(output)
         click.echo(output)

@@ -64,11 +64,10 @@ class BandAtmosphere:
         state: AtmosphericState,
         band: BandPoints,
         *,
-        streams: bool = True,
         scope: PathScope = ALL_PATHS,
     ) -> BandAtmosphere:
-        """Prepare a state for a band; `streams` as in `SpectralAir.of`."""
-        air = SpectralAir.of(state, band.points, band.gases, band.weight, streams=streams)
+        """Prepare a state for a band."""
+        air = SpectralAir.of(state, band.points, band.gases, band.weight)
         return cls(band, air, scope)
 
     def table(

@@ -13,7 +13,6 @@ from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight
 from skyshine.mat.atmosphere.transfer.segments import Segments
 from skyshine.mat.atmosphere.transfer.single_scattering import scattered_spectral
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
-from skyshine.mat.atmosphere.transfer.thermal_source import tilt_weight
 from skyshine.mat.quantities.formulas import mean_transmittance
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.quantities.scattering_points import ScatteringPoints
@@ -67,7 +66,7 @@ def thermal_light(air: SpectralAir, band: BandPoints, path: LineOfSight) -> Path
     def limit() -> Floats:
         point = _short_path(path)
         extinction = point.column(air.optics.extinction)
-        source = point.mean(air.thermal.mean) + tilt_weight(-np.sin(path.elevation)) * point.mean(air.thermal.tilt)
+        source = air.thermal.at(path.local_layer, path.local_share, -np.sin(path.elevation))
         return _over_absorptance((extinction * source) @ band.radiance_weight, extinction, band)
 
     return PathLight(along, limit)

@@ -247,7 +247,7 @@ def test_scattered_sunlight(spectra, state):
         response = SpectralResponse.rectangular(first, last)
         band = band_points(table.points(*response.wavenumber_range), response)
         albedo = float(np.interp(0.5 * (first + last), *FOREST.T))
-        air = SpectralAir.of(replace(state, surface_albedo=albedo), band.points, streams=True)
+        air = SpectralAir.of(replace(state, surface_albedo=albedo), band.points)
         weight = (
             band.radiance_weight * solar_irradiance(band.wavenumber, band.width) / SUN_DISTANCE**2 / band.weight.sum()
         )

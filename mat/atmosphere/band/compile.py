@@ -39,8 +39,10 @@ _TRAINING_RAYS, _TEST_RAYS = 160, 40
 # The same for each of many states that share points: they err alike.
 _SHARED_TEST_RAYS, _SHARED_TEST_SKIES = 16, 2
 _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend on what it was fitted to
-# Elevations of the source at which the field of light scattered more than once is solved, degree.
-_TWO_STREAM_ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
+# Elevations of the source at which the field of light scattered more than once is solved, degree, and its azimuthal
+# moments: fewer than in tables, as points are many and all of them are compared in the same field.
+_ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
+_AZIMUTHAL = 1
 _HORIZON_DROP = 1.0  # degree by which the Sun is lower, or higher, at the far end of a long line of sight
 # Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40
@@ -295,13 +297,13 @@ def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathS
     """Air at all points of a band, in which the field of the source's light is solved at few elevations: all points and
     the chosen ones are compared in the same field.
     """
-    elevations = np.array(_TWO_STREAM_ELEVATIONS)
+    elevations = np.array(_ELEVATIONS)
     if scope.is_part:  # those around the source
         low, high = np.maximum(grid.source_elevation_deg[[0, -1]], 0.0)
         first = int(np.searchsorted(elevations, low - _HORIZON_DROP, side="right")) - 1
         elevations = elevations[first : int(np.searchsorted(elevations, high + _HORIZON_DROP)) + 1]
     air = SpectralAir.of(state, band.points, band.gases, band.weight)
-    return replace(air, two_stream_elevations=tuple(elevations.tolist()))
+    return replace(air, elevations=tuple(elevations.tolist()), azimuthal=_AZIMUTHAL)
 
 
 def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.Generator, scope: PathScope) -> Sample:

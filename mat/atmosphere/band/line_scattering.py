@@ -9,11 +9,11 @@ import numpy as np
 from skyshine.mat.atmosphere.band.sample import SampledLine
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
+from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.mat.atmosphere.transfer.single_scattering import scattering_of_segments, segment_attenuation
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
-from skyshine.mat.atmosphere.transfer.two_stream_light import TwoStreamLight
-from skyshine.schemas.arrays import Singles
+from skyshine.schemas.arrays import Floats, Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,29 +23,32 @@ class LineScattering:
     Attributes
     ----------
     optics : SpectralOptics
+    scaled : (N, P) array
+        Delta-scaled extinction, m^2 per molecule.
     paths : SourcePaths
         Delta scaled.
-    diffuse : TwoStreamLight
+    diffuse : OrdinateLight
     """
 
     optics: SpectralOptics
+    scaled: Floats
     paths: SourcePaths
-    diffuse: TwoStreamLight
+    diffuse: OrdinateLight
 
     @classmethod
     def of(cls, air: SpectralAir) -> LineScattering:
-        """Of air with two streams."""
-        optics, diffuse = air.optics.single, air.diffuse_light
-        if not isinstance(diffuse, TwoStreamLight):
-            raise TypeError("points are chosen with two streams")
-        return cls(optics, air.scaled_source_paths, replace(diffuse, extinction=optics.extinction))
+        """What the light is computed from, of the air at its points."""
+        optics = air.optics.single
+        diffuse = replace(air.diffuse_light, extinction=optics.extinction)
+        return cls(optics, air.scaled_extinction, air.scaled_source_paths, diffuse)
 
     def radiance(self, line: SampledLine, depths: Depths) -> Singles:
         """Light of the source that each segment of a line scatters to the observer, (K, P), per unit of its
         irradiance.
         """
-        attenuation = segment_attenuation(line.segments, depths, self.paths, line.to_source)
+        scaled = Depths(line.segments.column(self.scaled))
+        attenuation = segment_attenuation(line.segments, scaled, self.paths, line.to_source)
         once = attenuation * scattering_of_segments(line.segments, self.optics, line.deflection)
         once /= np.float32(4 * np.pi)
-        radiance: Singles = (once + self.diffuse.by_segment(line.segments, depths, line.to_source))[:, 0]
+        radiance: Singles = once[:, 0] + self.diffuse.by_segment(line.segments, depths, line.to_source, line.deflection)
         return radiance

@@ -22,9 +22,8 @@ from skyshine.schemas.arrays import Floats, Integers
 
 KINDS = ("transmittance", "path_thermal", "path_radiance", "sky_irradiance", "direct_irradiance")
 DIRECT = KINDS[-1]
-# Directions of the sky. The cells of their quadrature take the mean of the phase function; all else depends on azimuth
-# only through the curvature of the Earth.
-_ZENITHS, _AZIMUTHS = 3, 1
+# Directions of the thermal sky.
+_ZENITHS = 3
 # K; of the ground whose radiance is the unit of `Responses.ground`.
 GROUND = 300.0
 # Points whose targets are computed together: the arrays of a path then fit into a processor's cache.
@@ -352,7 +351,7 @@ def _from_above(
     air: SpectralAir, dark: SpectralAir | None, sample: Sample, sources: int, per_micron: Floats
 ) -> tuple[_Rows, _Rows]:
     """Rows of sky and direct irradiance at the sample's surfaces: all for the first source, then all for the next."""
-    sky = sky_irradiance(air, sample.surface_altitude, sample.sky_elevation, zeniths=_ZENITHS, azimuths=_AZIMUTHS)
+    sky = sky_irradiance(air, sample.surface_altitude, sample.sky_elevation, zeniths=_ZENITHS)
     elevations = sample.sky_elevation.size
     thermal, ground = np.repeat(sky.thermal * per_micron, elevations, axis=0), None
     if dark is not None:

@@ -4,7 +4,7 @@ the Sun.
 A few spectral points represent the whole thermal and the whole solar spectrum. They are chosen from the points of the
 absorption table by `skyshine.mat.spectroscopy.broadband`, with fluxes of many states as targets; their file states the
 errors. At a point everything is as in a sensor's band: layers with their gases, particles and cloud,
-refracted beams through spherical shells, two streams of diffuse light with the ground's reflection.
+refracted beams through spherical shells, diffuse light by discrete ordinates with the ground's reflection.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.ordinate_light import falling_fluxes
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, forward_scattered, sky_irradiance
-from skyshine.mat.atmosphere.transfer.two_stream_light import level_fluxes
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
@@ -205,11 +205,10 @@ def sunlight_shares(
     place = np.clip(np.searchsorted(levels, altitude, side="right") - 1, 0, levels.size - 2)
     share = ((altitude - levels[place]) / np.diff(levels)[place])[:, None, None]
     sine = np.sin(elevation)
-    fluxes = level_fluxes(
-        levels, air.shells, air.optics, air.scaled_extinction, air.scaled_source_paths, sine, ground_albedo
+    falling = falling_fluxes(
+        state, air.shells, air.optics, air.delta_fraction, air.scaled_source_paths, sine, ground_albedo
     )
-    for part, _, falling in fluxes:
-        diffuse[..., part[1]] += falling[place] * (1 - share) + falling[place + 1] * share
+    diffuse += falling[place] * (1 - share) + falling[place + 1] * share
     return direct, diffuse
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from skyshine.mat.atmosphere.transfer.geometry import Rays, scattering_cosine, s
 from skyshine.mat.atmosphere.transfer.night_light import night_irradiance, night_radiance
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.transfer.source_nodes import elevations_around
 from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import InputError
 
@@ -202,8 +203,10 @@ def _from_source(
     """Scattered path radiance and irradiances of the surface at the end of the line, (P,) by name."""
     scattered, segments = np.zeros(irradiance.size), line.segments
     dark = not np.any(irradiance > 0)
+    along = source_cosine(line.rays, source_elevation, source_azimuth)
+    air = replace(air, elevations=elevations_around(np.append(along, np.sin(source_elevation))))
     if segments.index.size and not dark:
-        to_source = source_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
+        to_source = along[0, segments.ends]
         deflection = scattering_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
         scattered = air.scattered_radiance(segments, line.depths, to_source, deflection)[0] * irradiance
     sky = sky_irradiance(air, line.surface, np.zeros(0) if dark else source_elevation)

@@ -18,6 +18,9 @@ SPACING = ((3e3, 250.0), (12e3, 500.0), (26e3, 1e3), (50e3, 2.5e3), (TOP, 10e3))
 _CLOSE = 40.0
 # Levels of a profile are added until the air between levels follows it this closely.
 _TEMPERATURE_TOLERANCE, _WATER_TOLERANCE, _MAX_ADDED = 0.5, 0.1, 30  # K, relative
+# Optical depth at 0.55 um of a layer of particles at their edge, its share of the depth from there further inside, and
+# least distance [m] between levels: light that is scattered changes most where particles begin.
+_EDGE_DEPTH, _DEPTH_SHARE, _LEAST_STEP = 0.1, 0.7, 1.0
 _STRUCTURE_TOP = 20e3  # m; above, water vapour and temperature change too little over a regular step to need more
 
 
@@ -61,6 +64,45 @@ def level_altitudes(surface_altitude: float, profile: Profile, edges: Sequence[f
         altitude = _with(altitude, [level], keep=kept)
         kept.append(level)  # close levels of a profile are its structure: none gives way to another
     return altitude
+
+
+def with_particles(altitude: Floats, extinction: Floats) -> Floats:
+    """Levels with further ones where particles are dense, as scattered light needs them.
+
+    Parameters
+    ----------
+    altitude : (N,) array
+        m.
+    extinction : (N,) array
+        Of one kind of particle at 0.55 um at the levels, m^-1; linear between.
+
+    Returns
+    -------
+    (more,) array
+        m, increasing.
+    """
+    layer = 0.5 * (extinction[1:] + extinction[:-1]) * np.diff(altitude)
+    depth = np.append(0.0, np.cumsum(layer))
+    total = depth[-1]
+    inside = np.minimum(depth, total - depth)
+    coarse = layer > np.maximum(_EDGE_DEPTH, _DEPTH_SHARE * np.minimum(inside[1:], inside[:-1]))
+    if not np.any(coarse):
+        return altitude
+    steps = [0.0]
+    while steps[-1] < 0.5 * total:
+        steps.append(steps[-1] + max(_EDGE_DEPTH, _DEPTH_SHARE * steps[-1]))
+    wanted = np.unique(np.clip([*steps, *(total - np.array(steps))], 0.0, total))
+    fine = np.linspace(0.0, 1.0, 65)[:-1]
+    added: list[float] = []
+    for k in np.flatnonzero(coarse):
+        # Depth is a square of altitude inside a layer; a table of it is inverted.
+        slope = 0.5 * (extinction[k + 1] - extinction[k]) * fine
+        through = depth[k] + (extinction[k] + slope) * fine * (altitude[k + 1] - altitude[k])
+        for level in np.interp(wanted[(wanted > depth[k]) & (wanted < depth[k + 1])], through, fine):
+            place = altitude[k] + level * (altitude[k + 1] - altitude[k])
+            if np.min(np.abs(np.append(altitude, added) - place)) >= _LEAST_STEP:
+                added.append(float(place))
+    return np.sort(np.append(altitude, added))
 
 
 def linear(points: npt.ArrayLike, nodes: Floats, values: Floats) -> Floats:

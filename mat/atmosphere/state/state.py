@@ -30,7 +30,7 @@ from skyshine.mat.atmosphere.state.gas_amounts import (
 from skyshine.mat.atmosphere.state.ground_air import GroundAir, with_ground_air
 from skyshine.mat.atmosphere.state.ground_albedo import SpectralAlbedo
 from skyshine.mat.atmosphere.state.humidity import WATER_MOLAR_MASS
-from skyshine.mat.atmosphere.state.levels import exponential, level_altitudes, linear
+from skyshine.mat.atmosphere.state.levels import exponential, level_altitudes, linear, with_particles
 from skyshine.mat.atmosphere.state.profiles import Profile, load_profile
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
@@ -167,34 +167,43 @@ class AtmosphericState:
         hydrometeors: list[CloudLayer | RainLayer] = [*clouds, *([] if rain is None else [rain])]
         edges = [surface_altitude + height for layer in (*hydrometeors, *aerosol_layers) for height in layer.edges]
         altitude = level_altitudes(surface_altitude, profile, edges)
-        temperature = linear(altitude, profile.altitude, profile.temperature)
-        pressure = np.exp(linear(altitude, profile.altitude, np.log(profile.pressure)))
-        in_water_cloud = np.zeros(altitude.shape, dtype=bool)
-        for cloud in clouds:
-            heights = np.linspace(cloud.base, cloud.top, 20) + surface_altitude
-            check_phase(cloud, np.interp(heights, altitude, temperature))
-            if cloud.phase == "water":
-                in_water_cloud |= cloud.extinction_550(altitude - surface_altitude) > 0
-        fractions = {gas: exponential(altitude, profile.altitude, x) for gas, x in profile.mole_fraction.items()}
-        gases = scaled_gases(fractions, gas_amounts, altitude, pressure, temperature, in_water_cloud)
-        vapour_pressure = gases["H2O"][0] * pressure[0]
-        humidity = float(100 * vapour_pressure / saturation_pressure(temperature[0]))
-        number_density = pressure / (constants.k * temperature)
-        return cls(
-            name=profile.name,
-            altitude=altitude,
-            pressure=pressure,
-            temperature=temperature,
-            mole_fraction=gases,
-            aerosols=_aerosol_components(aerosol, altitude, number_density, profile.name, humidity)
-            + _layer_components(aerosol_layers, altitude, number_density),
-            surface_temperature=float(temperature[0] if surface_temperature is None else surface_temperature),
-            surface_albedo=float(surface_albedo),
-            hydrometeors=tuple(
-                AerosolComponent(layer.model, layer.extinction_550(altitude - surface_altitude))
-                for layer in hydrometeors
-            ),
-        )
+        for layer in hydrometeors:
+            altitude = with_particles(altitude, layer.extinction_550(altitude - surface_altitude))
+
+        def at_levels(altitude: Floats) -> AtmosphericState:
+            temperature = linear(altitude, profile.altitude, profile.temperature)
+            pressure = np.exp(linear(altitude, profile.altitude, np.log(profile.pressure)))
+            in_water_cloud = np.zeros(altitude.shape, dtype=bool)
+            for cloud in clouds:
+                heights = np.linspace(cloud.base, cloud.top, 20) + surface_altitude
+                check_phase(cloud, np.interp(heights, altitude, temperature))
+                if cloud.phase == "water":
+                    in_water_cloud |= cloud.extinction_550(altitude - surface_altitude) > 0
+            fractions = {gas: exponential(altitude, profile.altitude, x) for gas, x in profile.mole_fraction.items()}
+            gases = scaled_gases(fractions, gas_amounts, altitude, pressure, temperature, in_water_cloud)
+            vapour_pressure = gases["H2O"][0] * pressure[0]
+            humidity = float(100 * vapour_pressure / saturation_pressure(temperature[0]))
+            number_density = pressure / (constants.k * temperature)
+            return cls(
+                name=profile.name,
+                altitude=altitude,
+                pressure=pressure,
+                temperature=temperature,
+                mole_fraction=gases,
+                aerosols=_aerosol_components(aerosol, altitude, number_density, profile.name, humidity)
+                + _layer_components(aerosol_layers, altitude, number_density),
+                surface_temperature=float(temperature[0] if surface_temperature is None else surface_temperature),
+                surface_albedo=float(surface_albedo),
+                hydrometeors=tuple(
+                    AerosolComponent(layer.model, layer.extinction_550(altitude - surface_altitude))
+                    for layer in hydrometeors
+                ),
+            )
+
+        state = at_levels(altitude)
+        extinction = sum((part.extinction_550 for part in state.aerosols), start=np.zeros(altitude.size))
+        finer = with_particles(altitude, extinction)
+        return state if finer.size == altitude.size else at_levels(finer)
 
     @property
     def particles(self) -> tuple[AerosolComponent, ...]:

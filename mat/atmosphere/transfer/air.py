@@ -10,15 +10,16 @@ import numpy as np
 
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, delta_fraction
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
-from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight, delta_fraction
+from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
+from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
 from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, scattered_spectral, segment_attenuation
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
-from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource, thermal_source
-from skyshine.mat.atmosphere.transfer.two_stream_light import TwoStreamLight
+from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource
 from skyshine.schemas.arrays import Floats, Integers, Reals
 
 
@@ -33,23 +34,25 @@ class SpectralAir:
         Refracting as at the mean wavenumber of the points.
     optics : SpectralOptics
     source_rays : SourceRays
-    streams : bool
-        Light scattered more than once is computed with discrete ordinates (`OrdinateLight`) instead of two streams
-        (`TwoStreamLight`).
     scatters : bool
         Light of the source is scattered; with False, path and sky radiance are thermal only and surfaces receive direct
         light.
-    two_stream_elevations : tuple of float
-        Elevations of the source at which `TwoStreamLight` is solved, degree, increasing.
+    elevations : tuple of float
+        Of the source, at which the field of light scattered more than once is solved, degree, increasing.
+    azimuthal : int
+        Azimuthal moments of that field.
+    nodes : int
+        Of each hemisphere, of the discrete ordinates of scattered light.
     """
 
     state: AtmosphericState
     shells: Shells
     optics: SpectralOptics
     source_rays: SourceRays
-    streams: bool = False
     scatters: bool = True
-    two_stream_elevations: tuple[float, ...] = ELEVATIONS
+    elevations: tuple[float, ...] = ELEVATIONS
+    azimuthal: int = AZIMUTHAL
+    nodes: int = NODES
 
     @classmethod
     def of(
@@ -58,8 +61,6 @@ class SpectralAir:
         points: SpectralPoints,
         gases: Sequence[str] | None = None,
         weight: Floats | None = None,
-        *,
-        streams: bool = False,
     ) -> SpectralAir:
         """Prepare a state.
 
@@ -71,13 +72,11 @@ class SpectralAir:
             Those that absorb; by default all.
         weight : (P,) array, optional
             For the mean wavenumber; by default that of the points.
-        streams : bool
-            For some hundred points at most: a field takes 1 MB a point.
         """
         optics = spectral_optics(state, points, gases)
         mean = float(np.average(optics.wavenumber, weights=points.weight if weight is None else weight))
         shells = Shells.of(state.altitude, state.number_density, mean)
-        return cls(state, shells, optics, SourceRays.of(shells), streams)
+        return cls(state, shells, optics, SourceRays.of(shells))
 
     def part(self, points: slice | Integers) -> SpectralAir:
         """The same air at some of the points."""
@@ -99,7 +98,7 @@ class SpectralAir:
     @cached_property
     def thermal(self) -> ThermalSource:
         """The source function of thermal radiation."""
-        return thermal_source(self.state, self.shells, self.optics)
+        return ThermalSource.of(self.state, self.shells, self.optics, self.nodes)
 
     def thermal_radiance(self, segments: Segments, depths: Depths) -> Reals:
         """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths'
@@ -111,12 +110,14 @@ class SpectralAir:
         depths : Depths
         """
         thermal = self._single_thermal if depths.per_segment.dtype == np.float32 else self.thermal
-        near, far = segments.source_ends(thermal.mean, thermal.tilt, self.shells.altitude)
+        # Where particles scatter, the source is not that of the air alone: their edges count by their extinction.
+        share = None if thermal.isotropic else segments.upper_part(self.optics.extinction, depths.per_segment)
+        near, far = segments.source_ends(*thermal.toward_observer(segments), self.shells.altitude, share)
         return emitted(depths, near, far)
 
     @cached_property
     def _single_thermal(self) -> ThermalSource:
-        return ThermalSource(self.thermal.mean.astype(np.float32), self.thermal.tilt.astype(np.float32))
+        return self.thermal.single
 
     @cached_property
     def scaled_extinction(self) -> Floats:
@@ -126,7 +127,7 @@ class SpectralAir:
     @cached_property
     def delta_fraction(self) -> Floats:
         """Fraction (N, P) of the scattering by particles that counts as straight forward."""
-        return delta_fraction(self.optics) if self.streams else self.optics.asymmetry**2
+        return delta_fraction(self.optics, self.nodes)
 
     @cached_property
     def scaled_source_paths(self) -> SourcePaths:
@@ -136,13 +137,17 @@ class SpectralAir:
         return SourcePaths.of(self.source_rays, self.scaled_extinction)
 
     @cached_property
-    def diffuse_light(self) -> OrdinateLight | TwoStreamLight:
-        """Light of the source scattered more than once."""
-        paths = self.scaled_source_paths
-        if self.streams:
-            return OrdinateLight.of(self.state, self.shells, self.optics, self.delta_fraction, paths)
-        return TwoStreamLight.of(
-            self.state, self.shells, self.optics, self.scaled_extinction, paths, self.two_stream_elevations
+    def diffuse_light(self) -> OrdinateLight:
+        """Light of the source scattered more than once; with all elevations and moments it takes 1 MB a point."""
+        return OrdinateLight.of(
+            self.state,
+            self.shells,
+            self.optics,
+            self.delta_fraction,
+            self.scaled_source_paths,
+            self.elevations,
+            self.azimuthal,
+            self.nodes,
         )
 
     def scattered_radiance(
@@ -186,4 +191,8 @@ class SpectralAir:
 
     def _scaled_depths(self, segments: Segments, depths: Depths) -> Depths:
         """Depths for light scattered once: with delta-M, light then scattered straight forward is not lost."""
-        return Depths(segments.column(self.scaled_extinction)) if self.streams else depths
+        return depths if self._is_unscaled else Depths(segments.column(self.scaled_extinction))
+
+    @property
+    def _is_unscaled(self) -> bool:
+        return self.scaled_source_paths is self.source_paths

@@ -15,11 +15,11 @@ import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AerosolComponent
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.diffuse_field import delta_fraction
 from skyshine.mat.atmosphere.transfer.geometry import trace
+from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, particle_sections
-from skyshine.mat.atmosphere.transfer.ordinate_light import delta_fraction
 from skyshine.mat.atmosphere.transfer.path_axes import PathAxes
-from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.schemas.arrays import Floats, Integers
 

@@ -1,39 +1,36 @@
-"""Light of Sun or Moon scattered more than once, from four streams a hemisphere: for the few points of a compiled band.
+"""Light of Sun or Moon scattered more than once, by discrete ordinates.
 
-As `two_stream_light`, with discrete ordinates and azimuthal moments in place of two streams. The phase functions are
-truncated after as many moments as there are streams; the fraction of the particles' scattering that goes straight
-forward is the next moment (delta-M). `single_scattering` adds light scattered once, with the true phase function and
-the scaled extinction from the source to the observer. Here all extinction applies between the last scattering and the
-observer, and diffuse light scattered straight forward into the line of sight is part of the source function; light
-scattered once has no such part, which matters only to paths that end inside a cloud.
+`single_scattering` adds light scattered once, with the true phase function and the scaled extinction from the source to
+the observer. Here all extinction applies between the last scattering and the observer, and diffuse light scattered
+straight forward into the line of sight is part of the source function; light scattered once has no such part, which
+matters only to paths that end inside a cloud.
 
 References
 ----------
-Wiscombe 1977, J. Atmos. Sci. 34, 1408 (delta-M).
 Nakajima and Tanaka 1988, J. Quant. Spectrosc. Radiat. Transfer 40, 51 (exact first scattering with scaled extinction).
 Dahlback and Stamnes 1991, Planet. Space Sci. 39, 671 (beam through spherical layers over a plane diffuse field).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer import ordinates
+from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, solved_moments
+from skyshine.mat.atmosphere.transfer.directions import COSINES, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
+from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, layer_weights, source_nodes
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
-from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column, vertical_parts
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
-# Angles from the vertical at which the source function is tabulated; between them it is linear in the angle.
-_DIRECTIONS = np.linspace(0.0, np.pi, 16)
 # Points solved together: bounds memory to about 200 MB a thread.
 _CHUNK = 32
 _GATHERED = 1 << 18  # numbers of the source function copied at once for the segments of a ray
@@ -73,6 +70,9 @@ class OrdinateLight:
         optics: SpectralOptics,
         fraction: Floats,
         source_paths: SourcePaths,
+        elevations: Sequence[float] = ELEVATIONS,
+        azimuthal: int = AZIMUTHAL,
+        nodes: int = NODES,
     ) -> OrdinateLight:
         """Solve the field of a state.
 
@@ -82,27 +82,40 @@ class OrdinateLight:
         shells : Shells
         optics : SpectralOptics
         fraction : (N, P) array
-            `delta_fraction` of the optics.
+            `diffuse_field.delta_fraction` of the optics.
         source_paths : source_paths.SourcePaths
             Through the extinction without that fraction.
+        elevations : sequence of float
+            Of the source, at which the field is solved, degree, increasing.
+        azimuthal : int
+            Azimuthal moments of the field.
+        nodes : int
+            Of each hemisphere, for which the fraction is.
         """
-        sine = np.sin(np.radians(ELEVATIONS))
+        sine = np.sin(np.radians(elevations))
         levels, points = state.altitude.size, optics.wavenumber.size
-        source = np.empty((levels, _DIRECTIONS.size, sine.size, ordinates.AZIMUTHAL, points), np.float32)
+        source = np.empty((levels, COSINES.size, sine.size, azimuthal, points), np.float32)
         falling = np.empty((levels, sine.size, points))
-        moments = optics.moments[: ordinates.MOMENTS]
+        albedo = state.albedo_at(optics.wavenumber)
 
         def solve(start: int) -> None:
             part = slice(start, start + _CHUNK)
-            paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
-            beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, (levels, sine.size))).astype(float)
-            of_part = optics.at(part)
-            albedo = state.albedo_at(of_part.wavenumber)
-            light, falling[..., part] = _solve(
-                shells, of_part, moments, fraction[:, part], np.swapaxes(beam, 1, 2), sine, albedo
+            layers, rising, down = _field(
+                state,
+                shells,
+                optics,
+                moments,
+                fraction,
+                source_paths,
+                sine,
+                part,
+                azimuthal,
+                albedo,
             )
-            source[..., part] = light.transpose(0, 3, 4, 2, 1)
+            falling[..., part] = layers.ordinates.flux(down)
+            source[..., part] = layers.source(rising, down).transpose(0, 2, 3, 1, 4)
 
+        moments = solved_moments(optics, nodes)
         parallel_map(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
 
@@ -153,6 +166,20 @@ class OrdinateLight:
         np.cumsum(np.maximum(np.sum(by_azimuth * azimuth, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
         return radiance
 
+    def by_segment(self, segments: Segments, depths: Depths, cosine: Floats, deflection: Floats) -> Singles:
+        """Radiance of each segment of a ray at the observer, (K, P) sr^-1, for one source; arguments as `spectral`."""
+        nodes, share, azimuth = self._along(segments, cosine, deflection)
+        weight = (share[:, 0, :, None] * azimuth[:, 0, None])[:, None]  # (K, 1, V, M)
+        radiance = np.empty(depths.per_segment.shape, np.float32)
+        start = 0
+        for table, by_direction, by_level in self._tables(nodes, segments, depths):
+            part = slice(start, start + len(table))
+            start = part.stop
+            both = (by_direction[:, 0] * weight[part]).reshape(len(table), 1, 1, -1)
+            light = np.matmul(both, table.reshape(*table.shape[:2], -1, table.shape[-1]))[:, :, 0]
+            radiance[part] = np.sum(np.maximum(light, 0.0) * by_level, axis=1)
+        return radiance
+
     def at(self, layer: int, share: float, upward_cosine: float, cosine: Floats, deflection: Floats) -> Floats:
         """Source function at one place, (S, P).
 
@@ -168,8 +195,8 @@ class OrdinateLight:
         """
         direction = np.array([upward_cosine])
         nodes, weight = source_nodes(self.sine, np.stack([cosine, cosine]))
-        azimuth = _azimuth_cosines(direction, cosine[None], deflection[None])[0]  # (S, M)
-        first, next_share = _place(direction)
+        azimuth = _azimuth_cosines(direction, cosine[None], deflection[None], self.source.shape[3])[0]  # (S, M)
+        first, next_share = place(direction)
         table = self.source[layer : layer + 2, first[0] : first[0] + 2, nodes]
         corner = np.outer([1 - share, share], [1 - next_share[0], next_share[0]])
         light = np.tensordot(corner, table, 2)  # (V, M, P)
@@ -192,7 +219,7 @@ class OrdinateLight:
         """
         nodes, share = source_nodes(self.sine, cosine)
         to_source, angle = (0.5 * (part[1:] + part[:-1]) for part in (cosine, deflection))
-        return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle)
+        return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle, self.source.shape[3])
 
     def _tables(
         self, nodes: Integers, segments: Segments, depths: Depths
@@ -200,7 +227,7 @@ class OrdinateLight:
         """Of some segments at a time: the source function (k, 2, 2, V, M, P) at their levels and directions, with
         weights of the directions (k, 1, 2, 1, 1) and of the levels (k, 2, P).
         """
-        first, next_share = _place(segments.upward_cosine)
+        first, next_share = place(segments.upward_cosine)
         by_level = np.stack(layer_weights(segments, self.levels, self.extinction, depths), axis=1)
         by_direction = np.stack([1 - next_share, next_share], axis=-1).astype(np.float32)[:, None, :, None, None]
         step = np.arange(2)[:, None]
@@ -211,90 +238,60 @@ class OrdinateLight:
             yield self.source[levels[part], directions[part], nodes], by_direction[part], by_level[part]
 
 
-def _solve(
+def falling_fluxes(
+    state: AtmosphericState,
+    shells: Shells,
+    optics: SpectralOptics,
+    fraction: Floats,
+    source_paths: SourcePaths,
+    sine: Floats,
+    albedo: npt.ArrayLike,
+    nodes: int = NODES,
+) -> Floats:
+    """Falling diffuse flux (N, U, P) on the levels, under a source of unit irradiance at elevations of sines (U,).
+
+    Other arguments as of `OrdinateLight.of`; `albedo` of the ground, one number or (P,). Light scattered straight
+    forward counts as beam.
+    """
+    falling = np.empty((state.altitude.size, sine.size, optics.wavenumber.size))
+    moments = solved_moments(optics, nodes)
+
+    def solve(start: int) -> None:
+        part = slice(start, start + _CHUNK)
+        layers, _, down = _field(state, shells, optics, moments, fraction, source_paths, sine, part, 1, albedo)
+        falling[..., part] = layers.ordinates.flux(down)
+
+    parallel_map(solve, range(0, optics.wavenumber.size, _CHUNK))
+    return falling
+
+
+def _field(
+    state: AtmosphericState,
     shells: Shells,
     optics: SpectralOptics,
     moments: Floats,
     fraction: Floats,
-    beam: Floats,
+    source_paths: SourcePaths,
     sine: Floats,
-    albedo: float | Floats,
-) -> tuple[Floats, Floats]:
-    """Source function (N, P, M, X, U) and falling diffuse flux (N, U, P) at the levels.
-
-    Parameters
-    ----------
-    shells : Shells
-    optics : SpectralOptics
-    moments : (L, N, C) array
-        Of the particles' phase function.
-    fraction : (N, P) array
-        `delta_fraction`.
-    beam : (N, P, U) array
-        Delta-scaled optical depth from the source to each level.
-    sine : (U,) array
-        Of the source's elevation.
-    albedo : float or (P,) array
-        Of the ground.
-    """
-    levels, cosine = len(beam), np.cos(_DIRECTIONS)
-    scattering = _scattering(optics, moments, fraction)
-    scaled = optics.extinction - optics.aerosol_scattering * fraction
-    lower, upper = vertical_parts(shells, scaled)
-    columns = vertical_column(shells, scattering.reshape(levels, -1)).reshape(levels - 1, *scattering.shape[1:])
-    rising, falling = ordinates.radiances(lower + upper, columns, beam, sine, albedo)
-    light = ordinates.scattered_into(scattering, rising, falling, cosine)
-    light /= _divisor(scaled)
-    radiance = ordinates.along_directions(lower, upper, light, rising[0, :, 0, 0], cosine)
-    light *= scaled[..., None, None, None]
-    light += (optics.aerosol_scattering * fraction)[..., None, None, None] * radiance
-    light /= _divisor(optics.extinction)
-    return light, np.swapaxes(ordinates.flux(falling), 1, 2)
+    part: slice,
+    azimuthal: int,
+    albedo: npt.ArrayLike,
+) -> tuple[ScaledLayers, Floats, Floats]:
+    """The layers of a state at a part of the points, and the radiances that rise and fall at their levels."""
+    layers = ScaledLayers.of(shells, optics.at(part), moments, fraction[:, part], molecules=True, azimuthal=azimuthal)
+    paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
+    shape = state.altitude.size, sine.size
+    beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, shape)).astype(float)
+    ground = np.broadcast_to(np.asarray(albedo, dtype=float), (optics.wavenumber.size,))[part]
+    return layers, *layers.sunlight(beam, sine, ground)
 
 
-def delta_fraction(optics: SpectralOptics) -> Floats:
-    """Fraction (N, P) of the scattering by particles that goes straight forward: f of delta-M, the first moment of the
-    phase function beyond those of the solution.
-
-    References
-    ----------
-    Wiscombe 1977, J. Atmos. Sci. 34, 1408.
-    """
-    moment = optics.moments[ordinates.MOMENTS]
-    fraction: Floats = np.clip(moment @ optics.phase_share, 0.0, None)
-    return fraction
-
-
-def _scattering(optics: SpectralOptics, moments: Floats, fraction: Floats) -> Floats:
-    """Scattering times moments of the phase function at the levels, (N, P, L) m^2 per molecule, without the fraction
-    (N, P) that goes straight forward; from the moments (L, N, C) of the particles' phase function.
-    """
-    particles = np.moveaxis(moments @ optics.phase_share, 0, -1) - fraction[..., None]
-    result: Floats = optics.aerosol_scattering[..., None] * particles
-    gamma = optics.rayleigh_anisotropy
-    result[..., 0] += optics.rayleigh
-    result[..., 2] += optics.rayleigh * 0.1 * (1 - gamma) / (1 + 2 * gamma)  # of `optics.rayleigh_phase`
-    return result
-
-
-def _divisor(extinction: Floats) -> Floats:
-    """Extinction (N, P) with 1 where it is 0, (N, P, 1, 1, 1)."""
-    return np.where(extinction > 0, extinction, 1.0)[..., None, None, None]
-
-
-def _place(upward_cosine: Floats) -> tuple[Integers, Floats]:
-    """Lower neighbour (K,) of directions among `_DIRECTIONS`, and the weight (K,) of the next."""
-    place = np.arccos(np.clip(upward_cosine, -1.0, 1.0)) / _DIRECTIONS[1]
-    first = np.minimum(place.astype(int), _DIRECTIONS.size - 2)
-    return first, place - first
-
-
-def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats) -> Singles:
+def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats, count: int) -> Singles:
     """Cosines (K, S, M) of multiples of the azimuth between scattered light and the beam, from cosines: of the light's
     angle from the vertical (K,), of the source's zenith angle (K, S) and of the scattering angle (K, S).
     """
     rise = upward_cosine[:, None]
     across = np.sqrt(np.maximum((1 - rise**2) * (1 - to_source**2), 1e-12))
     azimuth = np.arccos(np.clip((deflection + rise * to_source) / across, -1.0, 1.0))
-    cosines: Singles = np.cos(azimuth[..., None] * np.arange(ordinates.AZIMUTHAL)).astype(np.float32)
+    cosines: Singles = np.cos(azimuth[..., None] * np.arange(count)).astype(np.float32)
     return cosines

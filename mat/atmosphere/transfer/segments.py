@@ -12,7 +12,6 @@ from functools import cached_property
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.geometry import Rays
-from skyshine.mat.atmosphere.transfer.thermal_source import tilt_weight
 from skyshine.schemas.arrays import Floats, Integers, Reals
 
 # Below this optical depth the weight of a segment's far end is proportional to the depth, by type of number: a larger
@@ -98,16 +97,17 @@ class Segments:
         """Share of each segment's air that counts with the upper level of its layer, (K,)."""
         return self.upper / (self.lower + self.upper)
 
+    def upper_part(self, per_molecule: Reals, column: Reals) -> Reals:
+        """Part (K, P) of the integral `column` of a property (N, P) that counts with the upper level of each layer."""
+        upper = self.upper.astype(per_molecule.dtype, copy=False)[:, None] * per_molecule[self.layer + 1]
+        part: Reals = (upper / np.maximum(column, np.finfo(np.float32).tiny)).astype(column.dtype, copy=False)
+        return part
+
     def mean(self, values: Reals) -> Reals:
         """Mean over each segment's air of a property (N, ...) at the levels, (K, ...)."""
         share = self.upper_share.reshape(-1, *(1,) * (values.ndim - 1))
         between: Reals = values[self.layer] * (1 - share) + values[self.layer + 1] * share
         return between
-
-    @cached_property
-    def tilt_weight(self) -> Floats:
-        """`thermal_source.tilt_weight` of radiation that travels towards the observer, (K,)."""
-        return tilt_weight(self.upward_cosine)
 
     @property
     def upward_cosine(self) -> Floats:
@@ -116,28 +116,31 @@ class Segments:
         cosine: Floats = -np.cos(0.5 * (zenith[1:] + zenith[:-1]))
         return cosine
 
-    def source_ends(self, mean: Reals, tilt: Reals, levels: Floats) -> tuple[Reals, Reals]:
+    def source_ends(
+        self, below: Reals, above: Reals, levels: Floats, upper_share: Reals | None = None
+    ) -> tuple[Reals, Reals]:
         """A source function at the ends of each segment, linear between.
 
         Parameters
         ----------
-        mean, tilt : (N, P) arrays
-            At the levels, linear in altitude between them: `thermal_source.ThermalSource`.
+        below, above : (K, P) arrays
+            At the lower and at the upper level of each segment's layer, linear in altitude between them.
         levels : (N,) array
             m.
+        upper_share : (K, P) array, optional
+            Weight of the upper level in the mean of the source over the segment; by default its share of the air.
 
         Returns
         -------
         near, far : (K, P) arrays
-            The line has the mean of the source over the segment's air and its difference between the segment's ends.
+            The line has the mean of the source over the segment and its difference between the segment's ends.
         """
-        weight = self.tilt_weight.astype(mean.dtype)[:, None]
-        below = mean[self.layer] + weight * tilt[self.layer]
-        above = mean[self.layer + 1] + weight * tilt[self.layer + 1]
+        if upper_share is None:
+            upper_share = self.upper_share.astype(below.dtype)[:, None]
         climb = 0.5 * np.diff(self.altitude) / np.diff(levels)[self.layer]
         difference = above - below
-        middle = below + difference * self.upper_share.astype(mean.dtype)[:, None]
-        half = np.clip(difference * climb.astype(mean.dtype)[:, None], -middle, middle)  # a source is never negative
+        middle = below + difference * upper_share
+        half = np.clip(difference * climb.astype(below.dtype)[:, None], -middle, middle)  # a source is never negative
         return middle - half, middle + half
 
 

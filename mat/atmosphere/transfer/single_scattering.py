@@ -1,7 +1,7 @@
 """Light of Sun or Moon scattered once into a line of sight, with the true phase functions.
 
 Inside a segment the optical depth from the source through the segment to the observer is linear in distance.
-Light scattered more often is in `two_stream_light` and `ordinate_light`.
+Light scattered more often is in `ordinate_light`.
 """
 
 from __future__ import annotations

@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 # Elevations of the source at which the field is solved, degree; between them it is linear in the sine.
-ELEVATIONS = (-20, -14, -10, -7, -5, -3.5, -2, -1, 0, 1, 2, 3.5, 5.5, 8, 12, 17, 23, 30, 38, 47, 57, 70, 90)
+ELEVATIONS: tuple[float, ...] = (
+    *(-20, -14, -10, -7, -5, -3.5, -2, -1, 0, 1, 2, 3.5),
+    *(5.5, 8, 12, 17, 23, 30, 38, 47, 57, 70, 90),
+)
+
+
+def elevations_around(sine: npt.ArrayLike) -> tuple[float, ...]:
+    """Those of `ELEVATIONS` [degree] between which sources stand whose elevations have these sines."""
+    nodes = np.sin(np.radians(ELEVATIONS))
+    low, high = np.min(sine), np.max(sine)
+    first = np.clip(np.searchsorted(nodes, low, side="right") - 1, 0, nodes.size - 2)
+    last = np.clip(np.searchsorted(nodes, high, side="left"), first + 1, nodes.size - 1)
+    return ELEVATIONS[first : last + 1]
 
 
 def source_nodes(sine: Floats, cosine: Floats) -> tuple[Integers, Singles]:
@@ -57,8 +70,7 @@ def layer_weights(segments: Segments, levels: Floats, extinction: Floats, depths
     near, far = depths.source_weights
     total = near + far
     climb = (0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]).astype(near.dtype)[:, None]
-    of_upper = segments.upper.astype(extinction.dtype, copy=False)[:, None] * extinction[segments.layer + 1]
-    upper = (of_upper / np.maximum(depths.per_segment, np.finfo(np.float32).tiny)).astype(near.dtype, copy=False)
+    upper = segments.upper_part(extinction, depths.per_segment)
     above = np.clip(total * upper + (far - near) * climb, 0, total)
     below = total - above
     transmittance = depths.transmittance

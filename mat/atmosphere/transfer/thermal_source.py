@@ -1,34 +1,26 @@
 """Thermal source function of air that scatters: emission, and diffuse radiation scattered into a line of sight.
 
-The diffuse thermal field comes from the delta-scaled two-stream equations with hemispheric-mean closure, layer by
-layer, joined by adding from the ground up. The scattered part of the source follows the first two moments of the phase
-function. Scattering by molecules is negligible at thermal wavelengths and is counted as absorption.
-
-References
-----------
-Toon et al. 1989, J. Geophys. Res. 94, 16287 (two-stream coefficients, linear thermal source).
-Joseph, Wiscombe and Weinman 1976, J. Atmos. Sci. 33, 2452 (delta scaling).
+Scattering by molecules is negligible at thermal wavelengths and is counted as absorption.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
+from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, delta_fraction, solved_moments
+from skyshine.mat.atmosphere.transfer.directions import COSINES, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
-from skyshine.mat.atmosphere.transfer.two_stream_layers import TwoStreamLayers, add_layers, vertical_column
+from skyshine.mat.atmosphere.transfer.segments import Segments
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
-from skyshine.schemas.arrays import Floats, Reals
+from skyshine.mat.threads import parallel_map
+from skyshine.schemas.arrays import Floats, Integers, Reals
 
-# Without absorption lambda is 0, by which the closed form of a layer divides; this much absorption changes no result
-# otherwise.
-_LARGEST_ALBEDO = 1 - 1e-9
-# Below this optical depth a layer emits as if it had its mean temperature.
-_THIN = 1e-3
+# Points solved together: their arrays fit into a processor's cache.
+_CHUNK = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,95 +29,81 @@ class ThermalSource:
 
     Attributes
     ----------
-    mean : (N, P) array
-        For horizontal radiation; single or double precision.
-    tilt : (N, P) array
-        The source is mean + tilt for radiation straight up, mean - tilt straight down, mean + `tilt_weight` * tilt
-        between.
+    by_direction : (N, X, P) array
+        For radiation that travels in each of `directions.DIRECTIONS`, or X = 1 where it is the same in all of them;
+        single or double precision.
     """
 
-    mean: Reals
-    tilt: Reals
+    by_direction: Reals
 
+    @classmethod
+    def of(cls, state: AtmosphericState, shells: Shells, optics: SpectralOptics, nodes: int = NODES) -> ThermalSource:
+        """The source function of a state, whose ground emits and reflects from below: the blackbody radiance alone
+        where no particles scatter; with so many nodes of each hemisphere.
+        """
+        if not np.any(optics.aerosol_scattering):
+            return cls(optics.emission[:, None])
+        points = optics.wavenumber.size
+        source = np.empty((state.altitude.size, COSINES.size, points))
+        albedo = np.broadcast_to(state.albedo_at(optics.wavenumber), (points,))
+        ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
+        moments, fraction = solved_moments(optics, nodes), delta_fraction(optics, nodes)
 
-def tilt_weight(cosine: npt.ArrayLike) -> Floats:
-    """Weight of the tilt, -1 to 1, for radiation that travels at a cosine of the angle from the vertical.
+        def solve(start: int) -> None:
+            part = slice(start, start + _CHUNK)
+            few = optics.at(part)
+            layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1)
+            rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
+            source[..., part] = layers.source(rising, falling, few.emission)[:, 0, :, 0]
 
-    3/2 of the cosine is the first moment of Eddington's field; beyond 1 it would make the source negative.
-    """
-    weight: Floats = np.clip(1.5 * np.asarray(cosine), -1.0, 1.0)
-    return weight
+        parallel_map(solve, range(0, points, _CHUNK))
+        return cls(source)
 
+    @property
+    def isotropic(self) -> bool:
+        """Radiation is the same in all directions, as without particles."""
+        return len(self.by_direction[0]) == 1
 
-def thermal_source(state: AtmosphericState, shells: Shells, optics: SpectralOptics) -> ThermalSource:
-    """The source function of a state; its ground emits and reflects from below.
+    @property
+    def single(self) -> ThermalSource:
+        """The same in single precision."""
+        return replace(self, by_direction=self.by_direction.astype(np.float32))
 
-    Parameters
-    ----------
-    state : AtmosphericState
-    shells : Shells
-    optics : SpectralOptics
+    def toward_observer(self, segments: Segments) -> tuple[Reals, Reals]:
+        """Source function at the lower and at the upper level of each segment's layer, (K, P) each, for radiation that
+        travels towards the observer.
+        """
+        table, layer = self.by_direction, segments.layer
+        if self.isotropic:
+            return table[layer, 0], table[layer + 1, 0]
+        first, next_share = place(segments.upward_cosine)
+        share = next_share.astype(table.dtype)[:, None]
 
-    Returns
-    -------
-    ThermalSource
-        The blackbody radiance alone where there are no particles.
-    """
-    emission = optics.emission
-    if not np.any(optics.aerosol_scattering):
-        return ThermalSource(emission, np.zeros_like(emission))
-    rising, falling = _fluxes(state, shells, optics)
-    albedo = optics.aerosol_scattering / optics.extinction
-    mean = emission + albedo * ((rising + falling) / (2 * np.pi) - emission)
-    return ThermalSource(mean, albedo * optics.asymmetry * (rising - falling) / (2 * np.pi))
+        def at_level(level: Integers) -> Reals:
+            near, far = table[level, first], table[level, first + 1]
+            far -= near
+            far *= share
+            far += near
+            return far
 
+        return at_level(layer), at_level(layer + 1)
 
-def _fluxes(state: AtmosphericState, shells: Shells, optics: SpectralOptics) -> tuple[Floats, Floats]:
-    """Upward and downward thermal flux at the levels, (N, P) each, W m^-2 (cm^-1)^-1."""
-    emitted = np.pi * planck_wavenumber(optics.wavenumber, state.surface_temperature)
-    albedo = state.albedo_at(optics.wavenumber)
-    return add_layers(*_layers(shells, optics), albedo, (1 - albedo) * emitted)
+    def at(self, layer: int, share: float, upward_cosine: float) -> Floats:
+        """Source function (P,) at one place.
 
-
-def _layers(shells: Shells, optics: SpectralOptics) -> tuple[Floats, Floats, Floats, Floats]:
-    """Reflection, transmission, and emission up and down [W m^-2 (cm^-1)^-1] of each layer, (N-1, P) each.
-
-    References
-    ----------
-    Toon et al. 1989, equations 25 to 27, for a source linear in optical depth; hemispheric mean: gamma1 = 2 - omega
-    (1 + g), gamma2 = omega (1 - g).
-    """
-    tau, omega, g = _delta_scaled(shells, optics)
-    gamma1, gamma2 = 2 - omega * (1 + g), omega * (1 - g)
-    layers = TwoStreamLayers.of(gamma1, gamma2, tau)
-    reflection, transmission = layers.reflection, layers.transmission
-    absorption = -(1 - layers.Gamma) * np.expm1(-layers.lambda_ * tau) / (1 + layers.Gamma * layers.exp_lambda_tau)
-
-    bottom, top = np.pi * optics.emission[:-1], np.pi * optics.emission[1:]
-    thin = tau < _THIN
-    slope = (bottom - top) / (np.where(thin, 1.0, tau) * (gamma1 + gamma2))
-    isothermal = 0.5 * absorption * (bottom + top)
-    upward = np.where(thin, isothermal, top + slope - reflection * (top - slope) - transmission * (bottom + slope))
-    downward = np.where(thin, isothermal, bottom - slope - reflection * (bottom + slope) - transmission * (top - slope))
-    return reflection, transmission, upward, downward
-
-
-def _delta_scaled(shells: Shells, optics: SpectralOptics) -> tuple[Floats, Floats, Floats]:
-    """Optical depth, single-scattering albedo and asymmetry of each layer, (N-1, P) each, delta scaled with f = g^2.
-
-    References
-    ----------
-    Joseph, Wiscombe and Weinman 1976, equations 5 and 13.
-    """
-    tau, scattering = (vertical_column(shells, part) for part in (optics.extinction, optics.aerosol_scattering))
-    scatters = scattering > 0
-    g = np.where(
-        scatters,
-        vertical_column(shells, optics.aerosol_scattering * optics.asymmetry) / np.where(scatters, scattering, 1.0),
-        0.0,
-    )
-    omega = scattering / tau
-    f = g**2
-    scaled_tau = tau * (1 - omega * f)
-    scaled_omega = np.minimum(omega * (1 - f) / (1 - omega * f), _LARGEST_ALBEDO)
-    return scaled_tau, scaled_omega, g / (1 + g)
+        Parameters
+        ----------
+        layer : int
+        share : float
+            Weight of its upper level.
+        upward_cosine : float
+            Of the angle from the vertical at which the radiation travels.
+        """
+        table = self.by_direction[layer : layer + 2]
+        if self.isotropic:
+            both = table[:, 0]
+        else:
+            first, next_share = place(np.array([upward_cosine]))
+            both = table[:, first[0]] * (1 - next_share[0]) + table[:, first[0] + 1] * next_share[0]
+        source: Floats = both[0] * (1 - share) + both[1] * share
+        return source

@@ -83,9 +83,9 @@ def test_ladders_of_tables_name_their_defaults():
         }
 
     ladders = {
-        "directions": [rung("4 x 2", 0.1, 0.2), rung("8 x 4", 0.03, 0.02)],
+        "directions": [rung("4", 0.1, 0.2), rung("8", 0.03, 0.02)],
         "layers": [rung("10 levels", 0.3), rung("40 levels", 0.1)],
     }
     sky, layers = from_atmosphere({"bands": {"8-12 um": {"ladders": ladders}}})
-    assert [(each.name, each.error) for each in sky.rungs if each.default] == [("8 x 4", 0.03)]
+    assert [(each.name, each.error) for each in sky.rungs if each.default] == [("8", 0.03)]
     assert [each.name for each in layers.rungs if each.default] == ["40 levels"]

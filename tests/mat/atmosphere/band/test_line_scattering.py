@@ -35,10 +35,3 @@ def test_segments_add_up_to_the_light_of_double_precision_at_each_range(air, lin
             ends = slice(None, end + 1)
             whole = air.scattered_radiance(near, depths, line.to_source[ends], line.deflection[ends])[0]
             np.testing.assert_allclose(single[:end].sum(axis=0), whole, rtol=2e-5)
-
-
-def test_discrete_ordinates_are_refused(air):
-    points = AbsorptionTable.open().points(2500.0, 2505.0)
-    streams = SpectralAir.of(air.state, points, streams=True)
-    with pytest.raises(TypeError, match="two streams"):
-        LineScattering.of(streams)

@@ -82,7 +82,7 @@ def test_ice_crystals_scatter_sunlight_less_forward_than_spheres():
 def test_the_layer_holds_its_optical_depth(layer):
     state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("none"), clouds=[layer])
     from skyshine.mat.atmosphere.transfer.geometry import Shells
-    from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column
+    from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column
 
     shells = Shells.of(state.altitude, state.number_density, 900.0)
     per_molecule = (state.hydrometeors[0].extinction_550 / state.number_density)[:, None]
@@ -214,20 +214,6 @@ def test_a_cloud_of_optical_depth_ten_thousand(thin_air, layer, albedo):
     assert coldest < above < warmest
     within = look(state, thin_air, inside, 0.0).path_thermal[0]
     assert within == pytest.approx(planck_wavenumber(902.5, float(state.temperature_at(inside))), rel=0.01)
-
-
-def test_conservative_cloud_passes_on_all_light():
-    """Energy of sunlight: what falls on a black ground and what rises at the top add up to what came in."""
-    from skyshine.mat.atmosphere.transfer.two_stream_light import diffuse_fluxes
-
-    layer = CloudLayer("water", 600.0, 1400.0, 8.0, 40.0)
-    depth = np.full((1, 1), layer.optical_depth * (1 - 0.86**2))
-    forward = depth * 0.86 / (1 + 0.86)
-    sine = np.array([0.7])
-    beam = np.stack([depth / 0.7, 0 * depth])[:, :, :]
-    rising, falling = diffuse_fluxes(depth, depth * (1 - 1e-12), forward, 0.3 * depth[:, None], beam, sine, 0.0)
-    direct = 0.7 * np.exp(-beam[0, 0, 0])
-    assert rising[-1, 0, 0] + falling[0, 0, 0] + direct == pytest.approx(0.7, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer import bounds, optics
 from skyshine.mat.atmosphere.transfer.bounds import Scattering, mean_absorptance, particle_bounds, table_lines
-from skyshine.mat.atmosphere.transfer.two_stream_layers import vertical_column
+from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column
 from skyshine.mat.quantities.band_atmosphere import BandAtmosphere
 from skyshine.mat.quantities.grid import PathGrid
 from skyshine.mat.radiometry.blackbody import SpectralResponse, planck_wavenumber

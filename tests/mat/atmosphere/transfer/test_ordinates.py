@@ -1,39 +1,46 @@
-"""Discrete ordinates: energy, limits of optical depth, the cut into layers."""
+"""Discrete ordinates: functions of the directions, light scattered from direction to direction."""
 
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.transfer import ordinates
-
-SUN = np.array([0.2, 0.6, 1.0])
+from skyshine.mat.atmosphere.transfer.ordinates import ordinates
 
 
-def slab(depth, single_scattering_albedo=1.0, asymmetry=0.0, albedo=0.0, layers=4):
-    """Rising, falling and direct flux (layers + 1, sources) of a slab with Henyey and Greenstein's phase function."""
-    layer = np.full((layers, 1), depth / layers)
-    scattering = layer[..., None] * single_scattering_albedo * asymmetry ** np.arange(ordinates.MOMENTS)
-    beam = (np.arange(layers, -1, -1) * depth / layers)[:, None, None] / SUN
-    rising, falling = (ordinates.flux(part)[:, 0] for part in ordinates.radiances(layer, scattering, beam, SUN, albedo))
-    return rising, falling, SUN * np.exp(-beam[:, 0])
+@pytest.mark.parametrize("nodes", [2, 4, 8, 16])
+def test_the_functions_are_orthogonal_over_both_hemispheres(nodes):
+    directions = ordinates(nodes)
+    both = 2 * np.swapaxes(directions.at_nodes[:, :, None] * directions.weight, 1, 2)[:, 0]
+    same = np.add.outer(np.arange(2 * nodes), np.arange(2 * nodes)) % 2 == 0  # the others cancel
+    product = (both @ np.swapaxes(directions.at_nodes, 1, 2)) * same
+    order = np.arange(2 * nodes)
+    for m in range(directions.azimuthal):
+        # Gauss's rule of one hemisphere is exact to degree 2 n - 1: the products of degrees below it.
+        exact = (np.add.outer(order, order) < 2 * nodes) & (np.minimum.outer(order, order) >= m)
+        wanted = np.diag(2 / directions.factor)
+        assert product[m][exact] == pytest.approx(wanted[exact], abs=1e-12)
 
 
-@pytest.mark.parametrize("depth", [0.0, 1e-12, 1e-3, 0.1, 1.0, 10.0, 100.0, 1e4])
-@pytest.mark.parametrize("asymmetry", [-0.3, 0.0, 0.7])
-@pytest.mark.parametrize("albedo", [0.0, 1.0])
-def test_pure_scattering_keeps_all_energy(depth, asymmetry, albedo):
-    rising, falling, direct = slab(depth, asymmetry=asymmetry, albedo=albedo)
-    net = (direct + falling - rising) / SUN
-    assert net == pytest.approx(np.broadcast_to(net[-1], net.shape), abs=1e-3)
-    assert rising[0] == pytest.approx(albedo * (direct + falling)[0], rel=1e-9, abs=1e-12)
-    assert np.all(rising > -1e-12) and np.all(falling > -1e-12)
+def test_isotropic_scattering_gives_the_mean_radiance_in_all_directions():
+    directions = ordinates(4, 1)
+    generator = np.random.default_rng(1)
+    rising, falling = generator.random((2, 3, 1, 4, 2, 5))
+    weighted = np.zeros((3, 8, 5))
+    weighted[:, 0] = 0.7
+    mean = 0.5 * np.einsum("i,kmiup->kup", directions.weight, rising + falling)
+    into = directions.scattered_into(weighted, rising, falling, np.array([-1.0, -0.2, 0.0, 1.0]))
+    assert into == pytest.approx(np.broadcast_to(0.7 * mean[:, None, None], into.shape), rel=1e-12)
+    for nodes in directions.from_moments(weighted, *directions.moments_at_levels(rising, falling)):
+        assert nodes == pytest.approx(np.broadcast_to(0.7 * mean[:, None, None], nodes.shape), rel=1e-12)
 
 
-def test_the_cut_into_layers_does_not_matter():
-    for one, many in zip(slab(2.0, 0.9, 0.6, 0.2, 1), slab(2.0, 0.9, 0.6, 0.2, 40), strict=True):
-        assert one[[0, -1]] == pytest.approx(many[[0, -1]], rel=1e-9)
-
-
-def test_a_thin_layer_scatters_isotropic_light_half_up():
-    rising, falling, _ = slab(1e-6, 0.7)
-    assert rising[-1] == pytest.approx(np.full(3, 0.35e-6), rel=1e-4)
-    assert falling[0] == pytest.approx(np.full(3, 0.35e-6), rel=1e-4)
+def test_the_beam_scatters_as_the_phase_function_says():
+    directions, sine, asymmetry = ordinates(8, 16), np.array([0.3, 0.8]), 0.4
+    weighted = np.broadcast_to((directions.factor * asymmetry ** np.arange(16))[None, :, None], (1, 16, 1))
+    light = directions.out_of_beam(weighted, sine)[0, ..., 0]  # (M, 2 n, U)
+    outgoing = np.concatenate([directions.node, -directions.node])
+    for azimuth in (0.0, 1.0, 3.0):
+        across = np.sqrt(1 - outgoing[:, None] ** 2) * np.sqrt(1 - sine**2) * np.cos(azimuth)
+        cosine = across - outgoing[:, None] * sine  # the beam goes down
+        phase = (1 - asymmetry**2) / (1 + asymmetry**2 - 2 * asymmetry * cosine) ** 1.5
+        total = np.tensordot(np.cos(azimuth * np.arange(16)), light, 1)
+        assert total == pytest.approx(phase / (4 * np.pi), rel=2e-4)

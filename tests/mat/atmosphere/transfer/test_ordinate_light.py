@@ -1,0 +1,105 @@
+"""Light scattered more than once: ground, limits of optical depth, twilight, the sum over points."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.transfer import geometry
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.ordinate_light import falling_fluxes
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
+from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, elevations_around
+
+EDGES = np.array([9000.0, 9005.0])
+
+
+@pytest.fixture(scope="module")
+def hazy(synthetic_points, isothermal):
+    def make(albedo, sections=(0.0,), **settings):
+        settings = {"aerosol": Aerosol("rural", visibility_km=10.0), "surface_albedo": albedo, **settings}
+        return SpectralAir.of(isothermal(**settings), synthetic_points(EDGES, {"CO2": list(sections)}))
+
+    return make
+
+
+def angles(rays, segments, sources):
+    ends = np.append(segments.index, segments.index[-1] + 1)
+    return [f(rays, *sources)[0, ends] for f in (geometry.source_cosine, geometry.scattering_cosine)]
+
+
+def test_a_brighter_ground_brightens_the_sky_and_the_path(hazy):
+    elevation = np.radians([30.0])
+    light = []
+    for albedo in (0.0, 0.5, 1.0):
+        air = hazy(albedo)
+        sky = sky_irradiance(air, np.zeros(1), elevation).scattered[0, 0, 0]
+        rays = geometry.trace(air.shells, np.array([3e3]), np.radians([-60.0]))
+        segments = Segments.of(rays, 0)
+        depths = Depths(segments.column(air.optics.extinction))
+        direct = direct_transmittance(air.source_paths, np.zeros(1), elevation)[0, 0, 0]
+        path = air.scattered_radiance(segments, depths, *angles(rays, segments, (elevation, np.zeros(1))))
+        light.append((sky, path[0, 0]))
+    black, grey, white = np.array(light)
+    assert np.all(grey > black * 1.01) and np.all(white > grey)
+    # What the ground sends up comes back in the share that the air reflects: a geometric series in the albedo.
+    ratio = (white[0] - black[0]) / (grey[0] - black[0])
+    assert 2.0 < ratio < 2.0 / (1 - white[0] / direct)
+    assert white[0] - black[0] < 0.5 * (np.sin(elevation[0]) * direct + white[0])
+
+
+@pytest.mark.parametrize("visibility", [0.1, 300.0])
+def test_opaque_and_clear_air_are_finite(hazy, visibility):
+    air = hazy(1.0, (0.0, 1e-28, 1e-24, 1e-20), aerosol=Aerosol("rural", visibility_km=visibility))
+    assert np.all(np.isfinite(air.diffuse_light.source))
+    sky = sky_irradiance(air, np.array([0.0, 1e3, 2e4]), np.radians([-10.0, 0.0, 45.0, 90.0])).scattered
+    assert np.all(np.isfinite(sky)) and np.all(sky >= 0)
+    assert np.all(sky < 1.2)  # of a unit beam; a white ground below thin haze adds to it
+
+
+def test_a_band_is_the_sum_of_its_points(hazy):
+    air = hazy(0.4, np.geomspace(1e-28, 1e-24, 6))
+    rays = geometry.trace(air.shells, np.array([500.0]), np.radians([-2.0]))
+    segments = Segments.of(rays, 0)
+    to_source, deflection = angles(rays, segments, (np.radians([50.0, 5.0, -4.0]), np.radians([0.0, 120.0, 60.0])))
+    depths = Depths(segments.column(air.optics.extinction))
+    weight = np.linspace(1.0, 2.0, 6)
+    spectral = air.scattered_radiance(segments, depths, to_source, deflection) @ weight
+    band = air.scattered_in_band(segments, depths, to_source, deflection, weight)
+    assert band[-1] == pytest.approx(spectral, rel=2e-3)  # the band's light is interpolated in elevation as a whole
+    faint = air.scattered_in_band(segments, depths, to_source, deflection, weight * 1e-40)
+    assert faint == pytest.approx(band * 1e-40, rel=1e-4, abs=1e-44 * band.max())
+    assert np.all(np.diff(band, axis=0) >= 0)
+
+
+def test_without_particles_scaling_changes_nothing(hazy):
+    air = hazy(0.1, aerosol=Aerosol("none"))
+    assert np.array_equal(air.scaled_extinction, air.optics.extinction)
+    assert air.scaled_source_paths is air.source_paths
+
+
+def test_the_flux_alone_is_that_of_the_whole_field(hazy):
+    air = hazy(0.3, (0.0, 1e-26))
+    light, sine = air.diffuse_light, np.sin(np.radians(ELEVATIONS))
+    shared = air.state, air.shells, air.optics, air.delta_fraction, air.scaled_source_paths
+    assert falling_fluxes(*shared, sine, 0.3) == pytest.approx(light.falling, rel=2e-4, abs=1e-12)
+
+
+def test_few_elevations_around_a_source_give_the_same_light_as_all(hazy):
+    air, elevation = hazy(0.2), np.radians([33.0])
+    few = replace(air, elevations=elevations_around(np.sin(elevation)))
+    assert few.elevations == (30, 38)
+    for one in (air, few):
+        assert sky_irradiance(one, np.zeros(1), elevation).scattered == pytest.approx(
+            sky_irradiance(air, np.zeros(1), elevation).scattered, rel=1e-4
+        )
+
+
+@pytest.mark.parametrize(
+    ("sines", "nodes"),
+    [([0.0], (0, 1)), ([-1.0], (-20, -14)), ([1.0], (70, 90)), ([-0.05, 0.05], (-3.5, -2, -1, 0, 1, 2, 3.5))],
+)
+def test_sources_stand_between_the_elevations_around_them(sines, nodes):
+    assert elevations_around(np.array(sines)) == nodes

@@ -10,7 +10,9 @@ from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 
 LOW, HIGH = 965.0, 1085.0  # cm^-1
-LIMIT = 0.02
+# Of a band, and of the mean over all: the representatives of single bands are less certain than their sum. Those
+# of nitrous oxide at 7.8 um, whose lines are known, are off by up to 0.07.
+LIMIT, LIMIT_MEAN = 0.022, 0.003
 
 pytestmark = [pytest.mark.validation, pytest.mark.shared_data]
 
@@ -65,7 +67,7 @@ def reptran(folder, air):
 def test_ozone_band_agrees_with_reptran(profile, shared_data):
     air = layers(profile)
     pressure, temperature, column = air
-    worst = 0.0
+    errors = []
     rows = reptran(shared_data / "ozone_n2o", air)
     assert len(rows) >= 6 and min(row[2] for row in rows) < 0.6
     for low, high, expected in rows:
@@ -79,5 +81,6 @@ def test_ozone_band_agrees_with_reptran(profile, shared_data):
         )
         ours = np.dot(share, np.exp(-column @ section)) / share.sum()
         print(f"{profile} {low:.0f}-{high:.0f} cm-1: {ours:.4f}, REPTRAN {expected:.4f}")
-        worst = max(worst, abs(ours - expected))
-    assert worst <= LIMIT
+        errors.append(ours - expected)
+    assert np.abs(errors).max() <= LIMIT
+    assert abs(np.mean(errors)) <= LIMIT_MEAN

@@ -43,6 +43,7 @@ _TEST_STREAM = 1  # of random numbers: what a band is tested on does not depend 
 # moments: fewer than in tables, as points are many and all of them are compared in the same field.
 _ELEVATIONS = (-10.0, -4.0, 0.0, 3.0, 9.0, 22.0, 45.0, 90.0)
 _AZIMUTHAL = 1
+_NODES = 2  # of each hemisphere; points chosen with 4 err no less in a field of 4
 _HORIZON_DROP = 1.0  # degree by which the Sun is lower, or higher, at the far end of a long line of sight
 # Lines of sight on which the effect of each gas is measured.
 _GAS_RAYS = 40
@@ -303,7 +304,7 @@ def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathS
         first = int(np.searchsorted(elevations, low - _HORIZON_DROP, side="right")) - 1
         elevations = elevations[first : int(np.searchsorted(elevations, high + _HORIZON_DROP)) + 1]
     air = SpectralAir.of(state, band.points, band.gases, band.weight)
-    return replace(air, elevations=tuple(elevations.tolist()), azimuthal=_AZIMUTHAL)
+    return replace(air, elevations=tuple(elevations.tolist()), azimuthal=_AZIMUTHAL, nodes=_NODES)
 
 
 def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.Generator, scope: PathScope) -> Sample:

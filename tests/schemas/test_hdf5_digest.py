@@ -1,12 +1,12 @@
 """The digest covers all that a file says, and nothing of how HDF5 stores it."""
 
 import hashlib
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from skyshine import atmospheres
 from skyshine.schemas.digest import digest_of
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, is_current, open_database, read_file, write_file
@@ -125,9 +125,9 @@ def test_the_way_of_storage_is_not_seen(good, tmp_path):
 
 
 def test_older_files_are_checked_by_the_older_rule(tmp_path):
-    """The packaged broadband points were written before attributes were covered."""
+    """Broadband points of data version 1.1.1, written before attributes were covered."""
     path = tmp_path / "broadband.h5"
-    path.write_bytes(atmospheres.path("broadband.h5").read_bytes())
+    path.write_bytes((Path(__file__).parents[1] / "data" / "older_digest.h5").read_bytes())
     with open_database(path) as file:
         assert "digest_version" not in file.attrs and digest_holds(file)
     with h5py.File(path, "r+") as file:

@@ -66,7 +66,7 @@ def test_numbers_at_a_node_hardly_depend_on_the_other_nodes(plain, task_of):
     for name, (_, count) in QUANTITIES.items():
         nodes = dict(zip(AXES[:count], np.ix_(*(rule.nodes for rule in written.rules(name))), strict=True))
         np.testing.assert_allclose(
-            own.value(name, **nodes), written.root.variables[name].data, rtol=2e-3, atol=1e-5, err_msg=name
+            own.value(name, **nodes), written.root.variables[name].data, rtol=5e-3, atol=1e-5, err_msg=name
         )
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
 
 BANDS = ((3.0, 5.0), (8.0, 12.0))
 TEMPERATURE = 300.0
-# Centres of the packaged table's bins over 0.3 to 4 um, where 98 % of the irradiance is.
-SOLAR_WAVENUMBERS = np.arange(2502.5, 33_333.0, 5.0)
 
 
 @click.command(epilog="Example: mat materials concrete --plot concrete.png")
@@ -31,7 +28,7 @@ SOLAR_WAVENUMBERS = np.arange(2502.5, 33_333.0, 5.0)
 def command(name: str | None, plot: Path | None, as_json: bool) -> None:
     """List the materials, or show the one called NAME (or of this code) with the source of each value.
 
-    Solar absorptance is the mean over the Sun's spectrum outside the atmosphere; emissivities are those of 300 K.
+    Solar absorptance is the mean over sunlight at the ground (ASTM G173, air mass 1.5); emissivities are of 300 K.
     MATERIALS_DATABASE in the environment adds a folder of your own.
     """
     from skyshine.materials.library import load_library
@@ -55,13 +52,11 @@ def _find(library: MaterialLibrary, name: str) -> Material:
 
 def _summary(material: Material) -> dict[str, float]:
     """Solar absorptance and the emissivities of a material, by name."""
-    from skyshine.mat.atmosphere.sources.solar import solar_irradiance
+    from skyshine.mat.atmosphere.sources.solar import ground_sunlight
     from skyshine.mat.radiometry.blackbody import SpectralResponse
     from skyshine.mat.radiometry.reflectance import band_emissivity, solar_absorptance, thermal_emissivity
 
-    wavelength = 1e4 / SOLAR_WAVENUMBERS[::-1]
-    irradiance = solar_irradiance(SOLAR_WAVENUMBERS)[::-1] * 1e4 / wavelength**2
-    summary = {"solar_absorptance": solar_absorptance(material, wavelength, irradiance)}
+    summary = {"solar_absorptance": solar_absorptance(material, *ground_sunlight())}
     for lower, upper in BANDS:
         response = SpectralResponse.rectangular(lower, upper)
         summary[f"emissivity_{lower:g}_{upper:g}_um"] = band_emissivity(material, response, TEMPERATURE)

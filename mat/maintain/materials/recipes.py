@@ -9,14 +9,19 @@ from typing import Annotated, Literal, Self
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
+from scipy.optimize import brentq
 
+from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.maintain.materials import optics, readers
+from skyshine.mat.radiometry.constants import C2_WAVELENGTH
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
 
 # A stretch may reach this far (relative) beyond the first and last point of its source.
 _REACH = 0.002
+# Wavelengths at which the mean over a stretch is taken.
+LEVEL_POINTS = 4000
 
 Wavelength = Annotated[float, Field(gt=0.0, le=1000.0)]
 
@@ -26,6 +31,60 @@ class Ratio(StrictModel):
 
     over: str
     under: str
+
+
+class Level(StrictModel):
+    """The level that a stretch is brought to: one broadband number from the literature for the shape of a sample.
+
+    Attributes
+    ----------
+    over : str
+        "sunlight": the mean of absorptance over sunlight at the ground; "300 K": over blackbody radiation. Both within
+        the stretch.
+    absorptance : float
+    source : str
+        Where the number stands.
+    """
+
+    over: Literal["sunlight", "300 K"]
+    absorptance: Annotated[float, Field(gt=0.0, lt=1.0)]
+    source: Annotated[str, Field(min_length=1)]
+
+    def factor(self, wavelength: Floats, reflectance: Floats) -> float:
+        """Factor on the odds of reflection that gives a spectrum (W,) at wavelengths (W,) [um] this level.
+
+        Raises
+        ------
+        InputError
+            No factor from 1e-4 to 1e4 does.
+        """
+        weight = self._weight(wavelength) * np.gradient(wavelength)
+
+        def excess(logarithm: float) -> float:
+            return float(1.0 - with_odds(reflectance, np.exp(logarithm)) @ weight / weight.sum()) - self.absorptance
+
+        low, high = np.log(1e-4), np.log(1e4)
+        if excess(low) * excess(high) > 0.0:
+            raise InputError(f"no scaling of the sample gives an absorptance of {self.absorptance:g}; choose another")
+        return float(np.exp(brentq(excess, low, high, xtol=1e-10)))
+
+    def _weight(self, wavelength: Floats) -> Floats:
+        if self.over == "sunlight":
+            return np.interp(wavelength, *ground_sunlight())
+        return wavelength**-5 / np.expm1(C2_WAVELENGTH / (wavelength * 300.0))
+
+
+def with_odds(reflectance: Floats, factor: float) -> Floats:
+    """Reflectance (W,) whose odds r / (1 - r) are multiplied by a factor.
+
+    With a factor 1 - p this is the law of light that a structure returns to its own elements with probability p after
+    each reflection, r (1 - p) / (1 - p r): what gaps of a canopy or roughness do to the spectrum of their elements.
+
+    References
+    ----------
+    Smolander and Stenberg 2005, Remote Sens. Environ. 94:355-363, doi:10.1016/j.rse.2004.10.010.
+    """
+    return factor * reflectance / (1.0 + (factor - 1.0) * reflectance)
 
 
 class Piece(StrictModel):
@@ -53,6 +112,8 @@ class Piece(StrictModel):
         Of a constant.
     ratio : Ratio
         Multiplies the stretch.
+    level : Level
+        Scales the odds of reflection of the stretch to a number from the literature.
     match : bool
         Scale the stretch so that it meets the one before it: by the quotient of their means within 4 % in
         wavelength of the joint.
@@ -68,6 +129,7 @@ class Piece(StrictModel):
     thickness: float = 0.0
     value: float | None = None
     ratio: Ratio | None = None
+    level: Level | None = None
     match: bool = False
 
     @model_validator(mode="after")
@@ -86,13 +148,21 @@ class Piece(StrictModel):
         """Reflectance and absorptance (W,) at wavelengths (W,) [um]; constant beyond the ends of the source."""
         if self.source == "pane":
             return self._pane(folder, wavelength)
-        reflectance = self._reflectance(folder, wavelength)
-        if self.ratio is not None:
-            over, under = (
-                np.interp(wavelength, *readers.read_usgs(folder / file)) for file in (self.ratio.over, self.ratio.under)
-            )
-            reflectance = reflectance * over / under
+        reflectance = self._state(folder, wavelength)
+        if self.level is not None:
+            whole = np.geomspace(*self.range, LEVEL_POINTS)
+            reflectance = with_odds(reflectance, self.level.factor(whole, self._state(folder, whole)))
         return reflectance, 1.0 - reflectance
+
+    def _state(self, folder: Path, wavelength: Floats) -> Floats:
+        """Reflectance of the sample (W,), in another state where the recipe has a ratio."""
+        reflectance = self._reflectance(folder, wavelength)
+        if self.ratio is None:
+            return reflectance
+        over, under = (
+            np.interp(wavelength, *readers.read_usgs(folder / file)) for file in (self.ratio.over, self.ratio.under)
+        )
+        return reflectance * over / under
 
     def _reflectance(self, folder: Path, wavelength: Floats) -> Floats:
         if self.source == "literature":

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from skyshine.mat.commands.handbooks import handbooks
+from skyshine.mat.commands.new_material import new
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -42,7 +43,7 @@ def command() -> None:
     """
 
 
-for part in (handbooks,):
+for part in (handbooks, new):
     command.add_command(part)
 
 

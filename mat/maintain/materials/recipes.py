@@ -9,11 +9,10 @@ from typing import Annotated, Literal, Self
 import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
-from scipy.optimize import brentq
 
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.maintain.materials import optics, readers
-from skyshine.mat.radiometry.constants import C2_WAVELENGTH
+from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
@@ -58,33 +57,11 @@ class Level(StrictModel):
         InputError
             No factor from 1e-4 to 1e4 does.
         """
-        weight = self._weight(wavelength) * np.gradient(wavelength)
-
-        def excess(logarithm: float) -> float:
-            return float(1.0 - with_odds(reflectance, np.exp(logarithm)) @ weight / weight.sum()) - self.absorptance
-
-        low, high = np.log(1e-4), np.log(1e4)
-        if excess(low) * excess(high) > 0.0:
-            raise InputError(f"no scaling of the sample gives an absorptance of {self.absorptance:g}; choose another")
-        return float(np.exp(brentq(excess, low, high, xtol=1e-10)))
-
-    def _weight(self, wavelength: Floats) -> Floats:
         if self.over == "sunlight":
-            return np.interp(wavelength, *ground_sunlight())
-        return wavelength**-5 / np.expm1(C2_WAVELENGTH / (wavelength * 300.0))
-
-
-def with_odds(reflectance: Floats, factor: float) -> Floats:
-    """Reflectance (W,) whose odds r / (1 - r) are multiplied by a factor.
-
-    With a factor 1 - p this is the law of light that a structure returns to its own elements with probability p after
-    each reflection, r (1 - p) / (1 - p r): what gaps of a canopy or roughness do to the spectrum of their elements.
-
-    References
-    ----------
-    Smolander and Stenberg 2005, Remote Sens. Environ. 94:355-363, doi:10.1016/j.rse.2004.10.010.
-    """
-    return factor * reflectance / (1.0 + (factor - 1.0) * reflectance)
+            weight = np.interp(wavelength, *ground_sunlight())
+        else:
+            weight = blackbody_weight(wavelength, 300.0)
+        return odds_factor(reflectance, weight * np.gradient(wavelength), self.absorptance)
 
 
 class Piece(StrictModel):

@@ -9,8 +9,9 @@ from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.maintain.materials.__main__ import main
 from skyshine.mat.maintain.materials.optics import fresnel_reflectance, pane
 from skyshine.mat.maintain.materials.readers import read_constants, read_ecostress
-from skyshine.mat.maintain.materials.recipes import Level, Recipes, with_odds
+from skyshine.mat.maintain.materials.recipes import Level, Recipes
 from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project
+from skyshine.mat.radiometry.levels import with_odds
 from skyshine.materials.files import load_spectrum
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError

@@ -87,6 +87,23 @@ def test_roads_and_basalt_conduct_as_measured_ones(library):
     assert 1.5 <= library["basalt"].thermal.layers[0].conductivity <= 2.0
 
 
+def test_derived_thicknesses_are_what_their_source_says(library):
+    derived = 0
+    for material in library:
+        for key, layer in (("skin", material.thermal.skin), ("layers.2", material.thermal.layers[1])):
+            source = material.sources[f"{key}.thickness"]
+            diffusivity = layer.conductivity / (layer.density * layer.heat_capacity)
+            if found := re.match(r"derived: heat crosses it in (\S+) s", source):
+                seconds = layer.thickness**2 / diffusivity
+                assert seconds == pytest.approx(float(found.group(1)), rel=0.06) and seconds < 600.0, material.name
+                derived += 1
+            elif found := re.match(r"derived: (\S+) damping depths of the day", source):
+                depths = layer.thickness / np.sqrt(86_400.0 * diffusivity / np.pi)
+                assert depths == pytest.approx(float(found.group(1)), rel=0.06) and depths > 2.0, material.name
+                derived += 1
+    assert derived > 80
+
+
 def test_flags_mark_what_they_should(library):
     for material in library:
         assert material.surface.snow == (material.group in ("snow", "ice"))

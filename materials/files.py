@@ -9,7 +9,9 @@ from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, StringConstraints, model_validator
+from pydantic import Field, GetJsonSchemaHandler, StringConstraints, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from skyshine.materials.records import Back, Layer, SpectralRange, SurfaceProperties, ThermalStack
 from skyshine.schemas.csv_table import CsvTable, data_lines, parse_table, read_text
@@ -38,6 +40,7 @@ Resistance = Annotated[float, Field(ge=0.0, le=1e5)]
 LobeWidth = Annotated[float, Field(ge=0.1, le=180.0)]
 
 RANGE_KINDS = ("measured", "modelled", "fresnel", "proxy", "constant", "held", "interpolated")
+USER = "user"  # the source of what a user gives as a plain number
 COLUMNS = ("wavelength_um", "reflectance")
 COLUMNS_TRANSMITTING = (*COLUMNS, "absorptance")
 
@@ -47,6 +50,17 @@ class Sourced(StrictModel, Generic[Value]):
 
     value: Value
     source: Text
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        sourced = handler(core)
+        return {"anyOf": [sourced, handler.resolve_ref_schema(sourced)["properties"]["value"]]}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_the_user(cls, content: Any) -> Any:
+        """A plain number stands for itself: whoever writes one is its source."""
+        return {"value": content, "source": USER} if isinstance(content, int | float | str | list) else content
 
 
 class LayerFile(StrictModel):

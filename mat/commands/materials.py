@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
+from skyshine.mat.commands.handbooks import handbooks
+from skyshine.mat.commands.new_material import new
 from skyshine.schemas.commands import emit_json, json_option
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.quantity import quantity
@@ -19,26 +20,49 @@ if TYPE_CHECKING:
     from skyshine.materials.library import Material, MaterialLibrary
 
 BANDS = ((3.0, 5.0), (8.0, 12.0))
-TEMPERATURE = 300.0
-# Centres of the packaged table's bins over 0.3 to 4 um, where 98 % of the irradiance is.
-SOLAR_WAVENUMBERS = np.arange(2502.5, 33_333.0, 5.0)
 
 
-@click.command(epilog="Example: mat materials concrete --plot concrete.png")
+class _ByName(click.Group):
+    """`mat materials concrete` is `mat materials show concrete`: what is no subcommand is the name of a material."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if not args or (args[0] not in self.list_commands(ctx) and args[0] not in ctx.help_option_names):
+            args = ["show", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group(
+    cls=_ByName,
+    subcommand_metavar="[NAME | COMMAND] ...",
+    epilog="Example: mat materials concrete --plot concrete.png",
+)
+def command() -> None:
+    """The material library: list it, show one material, compare it with handbooks, write your own.
+
+    With the NAME or code of a material, or without any, `show`.
+    """
+
+
+for part in (handbooks, new):
+    command.add_command(part)
+
+
+@command.command("show", epilog="Example: mat materials show concrete --plot concrete.png")
 @click.argument("name", required=False)
 @click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the reflectance to a PNG file.")
 @json_option
-def command(name: str | None, plot: Path | None, as_json: bool) -> None:
+def show(name: str | None, plot: Path | None, as_json: bool) -> None:
     """List the materials, or show the one called NAME (or of this code) with the source of each value.
 
-    Solar absorptance is the mean over the Sun's spectrum outside the atmosphere; emissivities are those of 300 K.
+    Solar absorptance is the mean over sunlight at the ground (ASTM G173, air mass 1.5); emissivities are of 300 K.
     MATERIALS_DATABASE in the environment adds a folder of your own.
     """
+    from skyshine.mat.scene.material_summary import material_summary
     from skyshine.materials.library import load_library
 
     library = load_library()
     chosen = [_find(library, name)] if name else list(library)
-    summaries = {material.name: _summary(material) for material in chosen}
+    summaries = {material.name: material_summary(material) for material in chosen}
     if plot:
         _plot(chosen, plot)
     if as_json:
@@ -51,22 +75,6 @@ def command(name: str | None, plot: Path | None, as_json: bool) -> None:
 
 def _find(library: MaterialLibrary, name: str) -> Material:
     return library.by_code(int(name)) if name.isdecimal() else library[name]
-
-
-def _summary(material: Material) -> dict[str, float]:
-    """Solar absorptance and the emissivities of a material, by name."""
-    from skyshine.mat.atmosphere.sources.solar import solar_irradiance
-    from skyshine.mat.radiometry.blackbody import SpectralResponse
-    from skyshine.mat.radiometry.reflectance import band_emissivity, solar_absorptance, thermal_emissivity
-
-    wavelength = 1e4 / SOLAR_WAVENUMBERS[::-1]
-    irradiance = solar_irradiance(SOLAR_WAVENUMBERS)[::-1] * 1e4 / wavelength**2
-    summary = {"solar_absorptance": solar_absorptance(material, wavelength, irradiance)}
-    for lower, upper in BANDS:
-        response = SpectralResponse.rectangular(lower, upper)
-        summary[f"emissivity_{lower:g}_{upper:g}_um"] = band_emissivity(material, response, TEMPERATURE)
-    summary["thermal_emissivity"] = thermal_emissivity(material, TEMPERATURE)
-    return summary
 
 
 def _list(library: MaterialLibrary, materials: list[Material], summaries: dict[str, dict[str, float]]) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
 
+from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.atmosphere.spectra.fluxes import broadband_fluxes
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
@@ -19,7 +20,6 @@ from skyshine.mat.job.surface import Operation, at_kelvin
 from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest, without_air_time
-from skyshine.mat.scene.sources import solar_spectrum
 from skyshine.mat.scene.weather import measured_radiation, near_surface_air, sun_path
 from skyshine.mat.surface.enclosed import GivenEmitter, solved_enclosure
 from skyshine.mat.surface.enclosure import Enclosure
@@ -174,7 +174,7 @@ def surface_materials(
     materials: Sequence[Material], operated: Mapping[str, Operation] | None = None
 ) -> list[SurfaceMaterial]:
     """Materials of the library as the heat balance sees them, those in operation with the back of the job."""
-    wavelength, irradiance = solar_spectrum()
+    wavelength, irradiance = ground_sunlight()
     return [
         SurfaceMaterial(
             m.name,

@@ -1,4 +1,4 @@
-"""Solar spectral irradiance: TSIS-1 HSRS to 2.73 um, ASTM E490 beyond."""
+"""Solar spectral irradiance: outside the atmosphere (TSIS-1 HSRS to 2.73 um, ASTM E490 beyond) and at the ground."""
 
 from __future__ import annotations
 
@@ -54,6 +54,26 @@ def solar_irradiance(wavenumber: npt.ArrayLike, width: npt.ArrayLike | None = No
     in_bin: Floats = irradiance[bins]
     square = 3 * wavenumber**2 * (edges[bins + 1] - edges[bins]) / (edges[bins + 1] ** 3 - edges[bins] ** 3)
     return np.where(edges[bins] < RAYLEIGH_JEANS, in_bin * square, in_bin)
+
+
+def ground_sunlight() -> tuple[Floats, Floats]:
+    """Sunlight on a plane tilted by 37 degrees through 1.5 air masses: the weight of solar absorptances.
+
+    Returns
+    -------
+    wavelength : (n,) array
+        [um], increasing from 0.28 to 4.
+    irradiance : (n,) array
+        Direct and diffuse [W m^-2 um^-1]; 1000 W m^-2 in all.
+
+    References
+    ----------
+    ASTM G173-03, global tilted; the table is that of pvlib.
+    """
+    from pvlib.spectrum import get_reference_spectra
+
+    table = get_reference_spectra()["global"]
+    return table.index.to_numpy(float) / 1000.0, table.to_numpy(float) * 1000.0
 
 
 def _running(wavenumber: Floats, edges: Floats, irradiance: Floats) -> Floats:

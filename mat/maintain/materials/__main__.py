@@ -77,6 +77,8 @@ def _origin(piece: Piece) -> str:
         text += f", pane of {piece.thickness * 1000:g} mm"
     if piece.ratio:
         text += f" x {piece.ratio.over} / {piece.ratio.under}"
+    if piece.level:
+        text += f", scaled to {piece.level.absorptance:g} over {piece.level.over} ({piece.level.source})"
     if piece.match:
         text += ", scaled to meet the stretch below"
     return f"{text}; {piece.note}" if piece.note else text

@@ -10,13 +10,17 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, model_validator
 
+from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.maintain.materials import optics, readers
+from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import InputError
 
 # A stretch may reach this far (relative) beyond the first and last point of its source.
 _REACH = 0.002
+# Wavelengths at which the mean over a stretch is taken.
+LEVEL_POINTS = 4000
 
 Wavelength = Annotated[float, Field(gt=0.0, le=1000.0)]
 
@@ -26,6 +30,38 @@ class Ratio(StrictModel):
 
     over: str
     under: str
+
+
+class Level(StrictModel):
+    """The level that a stretch is brought to: one broadband number from the literature for the shape of a sample.
+
+    Attributes
+    ----------
+    over : str
+        "sunlight": the mean of absorptance over sunlight at the ground; "300 K": over blackbody radiation. Both within
+        the stretch.
+    absorptance : float
+    source : str
+        Where the number stands.
+    """
+
+    over: Literal["sunlight", "300 K"]
+    absorptance: Annotated[float, Field(gt=0.0, lt=1.0)]
+    source: Annotated[str, Field(min_length=1)]
+
+    def factor(self, wavelength: Floats, reflectance: Floats) -> float:
+        """Factor on the odds of reflection that gives a spectrum (W,) at wavelengths (W,) [um] this level.
+
+        Raises
+        ------
+        InputError
+            No factor from 1e-4 to 1e4 does.
+        """
+        if self.over == "sunlight":
+            weight = np.interp(wavelength, *ground_sunlight())
+        else:
+            weight = blackbody_weight(wavelength, 300.0)
+        return odds_factor(reflectance, weight * np.gradient(wavelength), self.absorptance)
 
 
 class Piece(StrictModel):
@@ -53,6 +89,8 @@ class Piece(StrictModel):
         Of a constant.
     ratio : Ratio
         Multiplies the stretch.
+    level : Level
+        Scales the odds of reflection of the stretch to a number from the literature.
     match : bool
         Scale the stretch so that it meets the one before it: by the quotient of their means within 4 % in
         wavelength of the joint.
@@ -68,6 +106,7 @@ class Piece(StrictModel):
     thickness: float = 0.0
     value: float | None = None
     ratio: Ratio | None = None
+    level: Level | None = None
     match: bool = False
 
     @model_validator(mode="after")
@@ -86,13 +125,21 @@ class Piece(StrictModel):
         """Reflectance and absorptance (W,) at wavelengths (W,) [um]; constant beyond the ends of the source."""
         if self.source == "pane":
             return self._pane(folder, wavelength)
-        reflectance = self._reflectance(folder, wavelength)
-        if self.ratio is not None:
-            over, under = (
-                np.interp(wavelength, *readers.read_usgs(folder / file)) for file in (self.ratio.over, self.ratio.under)
-            )
-            reflectance = reflectance * over / under
+        reflectance = self._state(folder, wavelength)
+        if self.level is not None:
+            whole = np.geomspace(*self.range, LEVEL_POINTS)
+            reflectance = with_odds(reflectance, self.level.factor(whole, self._state(folder, whole)))
         return reflectance, 1.0 - reflectance
+
+    def _state(self, folder: Path, wavelength: Floats) -> Floats:
+        """Reflectance of the sample (W,), in another state where the recipe has a ratio."""
+        reflectance = self._reflectance(folder, wavelength)
+        if self.ratio is None:
+            return reflectance
+        over, under = (
+            np.interp(wavelength, *readers.read_usgs(folder / file)) for file in (self.ratio.over, self.ratio.under)
+        )
+        return reflectance * over / under
 
     def _reflectance(self, folder: Path, wavelength: Floats) -> Floats:
         if self.source == "literature":

@@ -5,11 +5,13 @@ import pytest
 from click.testing import CliRunner
 
 from skyshine import materials
+from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.maintain.materials.__main__ import main
 from skyshine.mat.maintain.materials.optics import fresnel_reflectance, pane
 from skyshine.mat.maintain.materials.readers import read_constants, read_ecostress
-from skyshine.mat.maintain.materials.recipes import Recipes
+from skyshine.mat.maintain.materials.recipes import Level, Recipes
 from skyshine.mat.maintain.materials.resample import compact_grid, fine_grid, project
+from skyshine.mat.radiometry.levels import with_odds
 from skyshine.materials.files import load_spectrum
 from skyshine.schemas.documents import load_model
 from skyshine.schemas.errors import InputError
@@ -74,9 +76,40 @@ def test_each_material_has_a_recipe_with_citations():
 @pytest.mark.shared_data
 def test_packaged_tables_are_those_that_the_program_derives(tmp_path, shared_data):
     names = ["concrete", "limestone", "brick_red", "glass_window", "soil_loam_wet", "water_sea", "skin_human"]
+    names += ["conifer", "galvanised_new"]
     result = CliRunner().invoke(main, [str(shared_data / "spectra"), *names, "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
     for name in names:
         derived, packaged = load_spectrum(tmp_path / f"{name}.csv"), load_spectrum(materials.path(f"ref/{name}.csv"))
         assert derived.reflectance == pytest.approx(packaged.reflectance, abs=2e-5)
         assert derived.ranges == packaged.ranges
+
+
+def test_light_that_a_structure_returns_to_its_elements_is_summed():
+    """A geometric series: with probability p each reflection meets the structure again, else it leaves."""
+    reflectance, again = np.array([0.0, 0.3, 0.8, 1.0]), 0.6
+    orders = np.arange(400)[:, None]
+    series = ((1.0 - again) * reflectance * (again * reflectance) ** orders).sum(axis=0)
+    assert with_odds(reflectance, 1.0 - again) == pytest.approx(series, rel=1e-9)
+
+
+@pytest.mark.parametrize("over, lower, upper", [("sunlight", 0.3, 2.5), ("300 K", 2.6, 50.0)])
+@pytest.mark.parametrize("absorptance", [0.02, 0.5, 0.98])
+def test_level_brings_the_mean_to_its_number(over, lower, upper, absorptance):
+    wavelength = np.geomspace(lower, upper, 4000)
+    sample = 0.4 + 0.2 * np.sin(6.0 * np.log(wavelength))
+    factor = Level(over=over, absorptance=absorptance, source="test").factor(wavelength, sample)
+    scaled = with_odds(sample, factor)
+    weight = (
+        np.interp(wavelength, *ground_sunlight())
+        if over == "sunlight"
+        else wavelength**-5 / (np.exp(14387.77 / (300.0 * wavelength)) - 1.0)
+    )
+    found = 1.0 - np.trapezoid(scaled * weight, wavelength) / np.trapezoid(weight, wavelength)
+    assert found == pytest.approx(absorptance, abs=1e-3)
+    assert np.all((scaled >= 0.0) & (scaled <= 1.0)) and np.array_equal(np.argsort(scaled), np.argsort(sample))
+
+
+def test_level_that_no_scaling_reaches_is_refused():
+    with pytest.raises(InputError, match="no scaling of the sample gives an absorptance of 0.3"):
+        Level(over="sunlight", absorptance=0.3, source="test").factor(np.array([0.4, 0.5, 0.6]), np.zeros(3))

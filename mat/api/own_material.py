@@ -1,0 +1,265 @@
+"""A material of one's own: the files of one of the library with other numbers or another spectrum."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from skyshine.mat.atmosphere.sources.solar import ground_sunlight
+from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
+from skyshine.materials.files import USER
+from skyshine.materials.library import ENVIRONMENT, Material, load_library
+from skyshine.materials.spectrum_files import FileSpectrum
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.whole_files import write_whole
+
+FIRST_CODE = 1001
+NAME = r"[a-z][a-z0-9_]*"
+BORDER = 2.5  # um; sunlight below, heat beyond
+GAP = 1.2  # neighbouring points of a file further apart than this ratio leave a gap
+ROUNDS = 4  # of the two levels, each of which moves the other by the little light beyond its side of the border
+THERMAL = ("conductivity", "density", "heat_capacity", "thickness")
+
+
+@dataclass(frozen=True)
+class OwnMaterial:
+    """What was written.
+
+    Attributes
+    ----------
+    name : str
+    code : int
+    folder : Path
+        The library it was written to; MATERIALS_DATABASE must name it.
+    files : tuple of Path
+    borrowed : tuple of (float, float)
+        Stretches of the spectrum [um] that come from the material that it is like.
+    """
+
+    name: str
+    code: int
+    folder: Path
+    files: tuple[Path, ...]
+    borrowed: tuple[tuple[float, float], ...]
+
+
+def new_material(
+    name: str,
+    *,
+    like: str,
+    folder: str | os.PathLike[str],
+    absorptance: float | None = None,
+    emissivity: float | None = None,
+    spectrum: FileSpectrum | None = None,
+    thermal: Mapping[str, float] | None = None,
+    description: str | None = None,
+    code: int | None = None,
+) -> OwnMaterial:
+    """Write the files of a material that is like one of the library but for what is given.
+
+    Parameters
+    ----------
+    name : str
+        Lower-case letters, digits and underscores.
+    like : str
+        A material that lets no light pass.
+    folder : path
+        A library of one's own; made where there is none.
+    absorptance, emissivity : float, optional
+        Means over sunlight at the ground and over blackbody radiation of 300 K; the spectrum below and beyond 2.5 um is
+        scaled to them.
+    spectrum : FileSpectrum, optional
+        Where it holds values; elsewhere the spectrum of `like` stands.
+    thermal : mapping of str to float, optional
+        `conductivity`, `density`, `heat_capacity` of skin and first layer, `thickness` of the first layer; SI.
+    description : str, optional
+    code : int, optional
+        By default the first free one from 1001.
+
+    Raises
+    ------
+    InputError
+        A name or code that is taken, a material that lets light pass, or numbers that no scaling reaches.
+    """
+    if not re.fullmatch(NAME, name):
+        raise InputError(f"found '{name[:60]}'; allowed: lower-case letters, digits and underscores, a letter first")
+    target = Path(folder)
+    library = load_library(target if (target / "mat.yaml").is_file() else None)
+    pattern = library[like]
+    if name in library:
+        raise InputError(f"there is a material '{name}'; choose another name, or edit its files")
+    if pattern.transmits:
+        raise InputError(f"'{like}' lets light pass, so its spectrum has two columns; choose a material that does not")
+    codes = {material.code for material in library}
+    number = code or next(free for free in range(FIRST_CODE, 65536) if free not in codes)
+    if number in codes:
+        raise InputError(f"code {number} is that of '{library.by_code(number).name}'; leave --code out for a free one")
+    wavelength, reflectance, borrowed = _joined(pattern, spectrum)
+    reflectance, levels = _levelled(wavelength, reflectance, absorptance, emissivity)
+    text = description or f"Like {like}, with values of the user"
+    contents = {
+        target / "ht" / f"{name}.yaml": _thermal_text(pattern, thermal or {}, text),
+        target / "ref" / f"{name}.csv": _spectrum_text(
+            name, pattern, wavelength, reflectance, spectrum, borrowed, levels
+        ),
+        target / "spec" / f"{name}.yaml": _specular_text(pattern, text),
+    }
+    for file, content in contents.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(file, content)
+    index = target / "mat.yaml"
+    before = index.read_text(encoding="utf-8").rstrip("\n") if index.is_file() else "data_version: 1.0.0\nmaterials:"
+    entry = f'  - {{code: {number}, name: {name}, group: {pattern.group}, description: "{text}"}}'
+    write_whole(index, f"{before}\n{entry}\n")
+    load_library(target)[name]  # what is written is read at once, so that a fault shows here
+    return OwnMaterial(name, number, target, (index, *contents), borrowed)
+
+
+def default_folder() -> Path:
+    """The folder that MATERIALS_DATABASE names, or `materials` here."""
+    return Path(os.environ.get(ENVIRONMENT) or "materials")
+
+
+def _joined(pattern: Material, spectrum: FileSpectrum | None) -> tuple[Floats, Floats, tuple[tuple[float, float], ...]]:
+    """Nodes (W,), reflectance (W,) and the stretches that the pattern fills."""
+    wavelength, reflectance = pattern.wavelength, pattern.reflectance.copy()
+    if spectrum is None:
+        return wavelength, reflectance, ((float(wavelength[0]), float(wavelength[-1])),)
+    edges = np.concatenate([[wavelength[0]], np.sqrt(wavelength[1:] * wavelength[:-1]), [wavelength[-1]]])
+    x, y = spectrum.wavelength, spectrum.reflectance
+    known = (wavelength >= x[0]) & (wavelength <= x[-1])
+    for first in np.flatnonzero(x[1:] / x[:-1] > GAP):
+        known &= (wavelength <= x[first]) | (wavelength >= x[first + 1])
+    if not known.any():
+        raise InputError(
+            f"the spectrum covers {x[0]:g} to {x[-1]:g} um, none of {wavelength[0]:g} to {wavelength[-1]:g} um"
+        )
+    # Means over the cells of the nodes: files are often finer than the library's 1 %.
+    within = np.union1d(x, edges[(edges > x[0]) & (edges < x[-1])])
+    values = np.interp(within, x, y)
+    integral = np.concatenate([[0.0], np.cumsum(np.diff(within) * (values[1:] + values[:-1]) / 2)])
+    low, high = np.clip(edges[:-1], x[0], x[-1]), np.clip(edges[1:], x[0], x[-1])
+    width = high - low
+    mean = (np.interp(high, within, integral) - np.interp(low, within, integral)) / np.where(width > 0, width, 1.0)
+    reflectance[known] = np.where(width > 0, mean, np.interp(wavelength, x, y))[known]
+    return wavelength, np.clip(reflectance, 0.0, 1.0), _stretches(wavelength, ~known)
+
+
+def _stretches(wavelength: Floats, chosen: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """First and last wavelength of each run of chosen nodes."""
+    runs = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(int)))
+    return tuple((float(wavelength[a]), float(wavelength[b - 1])) for a, b in zip(runs[::2], runs[1::2], strict=True))
+
+
+def _levelled(
+    wavelength: Floats, reflectance: Floats, absorptance: float | None, emissivity: float | None
+) -> tuple[Floats, list[str]]:
+    """The spectrum (W,) with these means, and what was done to it."""
+    fine = np.geomspace(wavelength[0], 100.0, 8000)
+    value = np.interp(fine, wavelength, reflectance)
+    light = np.interp(fine, *ground_sunlight(), left=0.0, right=0.0) * np.gradient(fine)
+    heat = blackbody_weight(fine, 300.0) * np.gradient(fine)
+    below, factors = fine < BORDER, [1.0, 1.0]
+    for _ in range(ROUNDS):
+        for side, (inside, weight, level) in enumerate(((below, light, absorptance), (~below, heat, emissivity))):
+            if level is not None:
+                beyond = with_odds(value[~inside], factors[1 - side])
+                rest = float((1.0 - beyond) @ weight[~inside])
+                share = (level * weight.sum() - rest) / weight[inside].sum()
+                if not 0.0 < share < 1.0:
+                    raise InputError(f"no scaling of the sample gives an absorptance of {level:g}; choose another")
+                factors[side] = odds_factor(value[inside], weight[inside], share)
+    scaled = np.where(wavelength < BORDER, with_odds(reflectance, factors[0]), with_odds(reflectance, factors[1]))
+    words = []
+    if absorptance is not None:
+        words.append(f"below {BORDER:g} um scaled to a solar absorptance of {absorptance:g} ({USER})")
+    if emissivity is not None:
+        words.append(f"beyond {BORDER:g} um scaled to a thermal emissivity of {emissivity:g} ({USER})")
+    return scaled, words
+
+
+def _spectrum_text(
+    name: str,
+    pattern: Material,
+    wavelength: Floats,
+    reflectance: Floats,
+    spectrum: FileSpectrum | None,
+    borrowed: tuple[tuple[float, float], ...],
+    levels: list[str],
+) -> str:
+    sample = spectrum.title or "spectrum of the user" if spectrum else f"like {pattern.name}"
+    lines = [
+        f"# material: {name}",
+        f"# sample: {sample}",
+        "# quantity: hemispherical reflectance at near-normal incidence, fraction of 1, against wavelength in um",
+        *(f"# {words}" for words in levels),
+    ]
+    if spectrum:
+        lines.append(f"# file: {spectrum.read_as}")
+    # The credit lines of the pattern's sources go with its values.
+    lines += [f"# {line}" for line in pattern.reflectance_note.splitlines() if borrowed and _is_citation(line)]
+    position = float(wavelength[0])
+    for lower, upper in (*borrowed, (float(wavelength[-1]), float(wavelength[-1]))):
+        if lower > position:
+            lines.append(f"# range: {position:g} {lower:g} measured; {USER}")
+        if upper > lower:
+            lines.append(f"# range: {lower:g} {upper:g} proxy; {pattern.name}")
+        position = upper
+    rows = [f"{x:.5g},{y:.5f}" for x, y in zip(wavelength, reflectance, strict=True)]
+    return "\n".join([*lines, "wavelength_um,reflectance", *rows]) + "\n"
+
+
+def _is_citation(line: str) -> bool:
+    return not line.startswith(("material:", "sample:", "quantity:", "method:", "range:", "file:"))
+
+
+def _thermal_text(pattern: Material, own: Mapping[str, float], description: str) -> str:
+    """`ht/NAME.yaml`: the numbers of the pattern with their sources, those of the user as plain numbers."""
+    lines = [f"# {description}. m, W m^-1 K^-1, kg m^-3, J kg^-1 K^-1, K, W m^-2 K^-1; plain numbers are the user's."]
+    for part, layer in (("skin", pattern.thermal.skin), *(("layers", each) for each in pattern.thermal.layers)):
+        first = part == "skin" or layer is pattern.thermal.layers[0]
+        key = part if part == "skin" else f"layers.{1 if layer is pattern.thermal.layers[0] else 2}"
+        if part == "skin" or first:
+            lines.append(f"{part}:")
+        for position, field in enumerate(fields(layer)):
+            lead = "  " if part == "skin" else "  - " if position == 0 else "    "
+            changed = first and field.name in own and not (part == "skin" and field.name == "thickness")
+            value = (
+                f"{own[field.name]:g}"
+                if changed
+                else _sourced(pattern, f"{key}.{field.name}", getattr(layer, field.name))
+            )
+            lines.append(f"{lead}{field.name}: {value}")
+    back = pattern.thermal.back
+    lines.append("back:")
+    for field in fields(back):
+        value_of = getattr(back, field.name)
+        if field.name == "temperature" and value_of is None and back.kind in ("fixed", "convective"):
+            value_of = "daily_mean_air"
+        if value_of is not None:
+            lines.append(f"  {field.name}: {_sourced(pattern, f'back.{field.name}', value_of)}")
+    lines.append("surface:")
+    for field in fields(pattern.surface):
+        value_of = getattr(pattern.surface, field.name)
+        lines.append(f"  {field.name}: {_sourced(pattern, f'surface.{field.name}', value_of)}")
+    return "\n".join(lines) + "\n"
+
+
+def _specular_text(pattern: Material, description: str) -> str:
+    lines = [
+        f"# {description}: share of the specular lobe in the reflected light (1), its width at half maximum (degree)."
+    ]
+    lines += [f"{key}: {_sourced(pattern, key, getattr(pattern, key))}" for key in ("specular_fraction", "lobe_fwhm")]
+    return "\n".join(lines) + "\n"
+
+
+def _sourced(pattern: Material, key: str, value: object) -> str:
+    source = pattern.sources.get(key, "").replace('"', "'")
+    shown = str(value).lower() if isinstance(value, bool) else list(value) if isinstance(value, tuple) else value
+    return f'{{value: {shown}, source: "like {pattern.name}{": " if source else ""}{source}"}}'

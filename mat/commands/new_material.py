@@ -1,0 +1,91 @@
+"""`mat materials new`: the files of a material of one's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from skyshine.schemas.commands import emit_json, json_option
+from skyshine.schemas.errors import InputError
+
+FRACTION = click.FloatRange(0, 1, min_open=True, max_open=True)
+POSITIVE = click.FloatRange(0, min_open=True)
+
+
+@click.command(
+    "new",
+    epilog="Example: mat materials new hangar_roof --absorptance .32 --emissivity .87 --like paint_white_on_metal",
+)
+@click.argument("name")
+@click.option("--like", required=True, metavar="NAME", help="The material of the library that stands for the rest.")
+@click.option("--absorptance", type=FRACTION, help="Of sunlight at the ground.")
+@click.option("--emissivity", type=FRACTION, help="Of blackbody radiation of 300 K.")
+@click.option("--spectrum", type=click.Path(path_type=Path), help="ECOSTRESS, ASTER, USGS text, CSV or ENVI library.")
+@click.option("--unit", type=click.Choice(["um", "nm", "cm-1"]), help="Of its first column, where it does not say.")
+@click.option("--scale", type=click.Choice(["fraction", "percent"]), help="Of its values.")
+@click.option("--quantity", type=click.Choice(["reflectance", "emissivity"]), help="Of its values.")
+@click.option("--wavelengths", type=click.Path(path_type=Path), help="The wavelengths of a USGS text file.")
+@click.option("--record", help="Of an ENVI library: the name of the spectrum.")
+@click.option("--conductivity", type=POSITIVE, help="Of skin and first layer, W m^-1 K^-1.")
+@click.option("--density", type=POSITIVE, help="Of skin and first layer, kg m^-3.")
+@click.option("--heat-capacity", type=POSITIVE, help="Of skin and first layer, J kg^-1 K^-1.")
+@click.option("--thickness", type=POSITIVE, help="Of the first layer, m.")
+@click.option("--description", help="One line for the list of materials.")
+@click.option("--code", type=click.IntRange(1, 65535), help="By default the first free one from 1001.")
+@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="By default MATERIALS_DATABASE.")
+@json_option
+def new(
+    name: str,
+    like: str,
+    absorptance: float | None,
+    emissivity: float | None,
+    spectrum: Path | None,
+    folder: Path | None,
+    description: str | None,
+    code: int | None,
+    as_json: bool,
+    **rest: object,
+) -> None:
+    """Write the files of a material NAME that is like one of the library but for the numbers or the spectrum given.
+
+    Numbers are taken as they are; their source is "user". A spectrum stands where it holds values, that of --like
+    elsewhere; --absorptance and --emissivity scale it below and beyond 2.5 um.
+    """
+    from skyshine.mat.api.own_material import THERMAL, default_folder, new_material
+    from skyshine.mat.scene.material_summary import material_summary
+    from skyshine.materials.library import load_library
+    from skyshine.materials.spectrum_files import Said, read_spectrum
+
+    said = Said(**{key: rest[key] for key in ("unit", "scale", "quantity", "wavelengths", "record")})  # type: ignore[arg-type]
+    if spectrum is None and said != Said():
+        raise InputError(
+            "found --unit, --scale, --quantity, --wavelengths or --record without --spectrum; add the file"
+        )
+    read = read_spectrum(spectrum, said) if spectrum else None
+    thermal = {key: value for key in THERMAL if isinstance(value := rest[key], float)}
+    written = new_material(
+        name,
+        like=like,
+        folder=folder or default_folder(),
+        absorptance=absorptance,
+        emissivity=emissivity,
+        spectrum=read,
+        thermal=thermal,
+        description=description,
+        code=code,
+    )
+    summary = material_summary(load_library(written.folder)[name])
+    if as_json:
+        files = [str(file) for file in written.files]
+        emit_json({"name": name, "code": written.code, "files": files, "borrowed_um": written.borrowed, **summary})
+        return
+    if read:
+        click.echo(f"read {read.read_as}: {read.wavelength[0]:g} to {read.wavelength[-1]:g} um")
+        for lower, upper in written.borrowed:
+            click.echo(f"{lower:g} to {upper:g} um from {like}")
+    numbers = ", ".join(f"{key.replace('_', ' ')} {value:.3f}" for key, value in summary.items())
+    click.echo(f"{written.code}  {name}: {numbers}")
+    for file in written.files:
+        click.echo(f"  {file}")
+    click.echo(f"use it with MATERIALS_DATABASE={written.folder.resolve()}")

@@ -1,0 +1,272 @@
+"""Spectra as laboratories and libraries publish them: text of ECOSTRESS, ASTER and the USGS, CSV, and ENVI libraries.
+
+Every reader gives wavelength [um] and reflectance [0 to 1]; what a file says of its units is believed where its values
+agree, and asked for where it says nothing.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.csv_table import read_text
+from skyshine.schemas.errors import InputError
+
+LEAST_POINTS = 10
+DELETED = -1e30  # the USGS writes -1.23e34 in deleted channels
+HIGHEST = 1.1  # of a reflectance: noise of a bright sample against a white standard
+UNITS, SCALES, QUANTITIES = ("um", "nm", "cm-1"), ("fraction", "percent"), ("reflectance", "emissivity")
+_ENVI_UNITS = {"micrometers": "um", "microns": "um", "um": "um", "nanometers": "nm", "nm": "nm", "wavenumber": "cm-1"}
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the user says of a file, in place of what it says itself.
+
+    Attributes
+    ----------
+    unit : str or None
+        Of `UNITS`.
+    scale : str or None
+        Of `SCALES`.
+    quantity : str or None
+        Of `QUANTITIES`.
+    wavelengths : Path or None
+        File of wavelengths of a USGS spectrum, which holds none.
+    record : str or None
+        Name of the spectrum in a file of many.
+    """
+
+    unit: str | None = None
+    scale: str | None = None
+    quantity: str | None = None
+    wavelengths: Path | None = None
+    record: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FileSpectrum:
+    """A spectrum of a file.
+
+    Attributes
+    ----------
+    wavelength : (N,) array
+        [um], increasing.
+    reflectance : (N,) array
+        0 to 1.
+    title : str
+        Name of the sample, as the file gives it.
+    read_as : str
+        Format, unit, scale and quantity in which it was read.
+    """
+
+    wavelength: Floats
+    reflectance: Floats
+    title: str
+    read_as: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Raw:
+    """Columns of a file with what it says of them."""
+
+    x: Floats
+    y: Floats
+    form: str
+    title: str = ""
+    unit: str | None = None
+    scale: str | None = None
+    quantity: str | None = None
+
+
+def read_spectrum(file: Path, said: Said) -> FileSpectrum:
+    """The spectrum of a file of any of the formats.
+
+    Parameters
+    ----------
+    file : Path
+        An ENVI library is given by its header (.hdr) or data file (.sli, .slb).
+    said : Said
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, does not say its unit, or its values contradict what it says.
+    """
+    raw = _envi(file, said) if file.suffix.lower() in (".hdr", ".sli", ".slb") else _text(file, said)
+    keep = (raw.y > DELETED) & np.isfinite(raw.x) & np.isfinite(raw.y)
+    if keep.sum() < LEAST_POINTS:
+        raise InputError(f"found {keep.sum()} points; allowed: a spectrum of at least {LEAST_POINTS}", file=file)
+    unit = said.unit or raw.unit or _guessed_unit(file, raw.x[keep])
+    quantity = said.quantity or raw.quantity or "reflectance"
+    value, scale = _as_fraction(file, raw.y[keep], said.scale, raw.scale)
+    x = raw.x[keep]
+    wavelength = 1e4 / _positive(file, x) if unit == "cm-1" else x * (1e-3 if unit == "nm" else 1.0)
+    if not np.all((wavelength > 0.05) & (wavelength < 1000.0)):
+        raise InputError(
+            f"found wavelengths of {wavelength.min():g} to {wavelength.max():g} um when read in {unit}; give --unit",
+            file=file,
+        )
+    reflectance = 1.0 - value if quantity == "emissivity" else value
+    wavelength, reflectance = _ordered(wavelength, np.clip(reflectance, 0.0, 1.0))
+    return FileSpectrum(wavelength, reflectance, raw.title, f"{raw.form}, {unit}, {quantity} in {scale}")
+
+
+def _positive(file: Path, x: Floats) -> Floats:
+    if np.any(x <= 0.0):
+        raise InputError(f"found the wavenumber {x.min():g}; allowed: above 0; check the column and --unit", file=file)
+    return x
+
+
+def _guessed_unit(file: Path, x: Floats) -> str:
+    """um or nm, where only one of them gives wavelengths of light and heat."""
+    if x.min() >= 0.15 and x.max() <= 100.0:
+        return "um"
+    if 150.0 <= x.min() < 400.0 and x.max() <= 3000.0:
+        return "nm"
+    raise InputError(
+        f"says no unit of its first column, {x.min():g} to {x.max():g}; give --unit um, nm or cm-1", file=file
+    )
+
+
+def _as_fraction(file: Path, value: Floats, said: str | None, written: str | None) -> tuple[Floats, str]:
+    """Values as fractions, and the scale in which they were read."""
+    top = float(value.max())
+    looks = "fraction" if top <= HIGHEST else "percent"
+    scale = said or written or looks
+    if said is None and written is not None and written != looks:
+        raise InputError(
+            f"says that its values are {written}, but they reach {top:g}; give --scale fraction or percent",
+            file=file,
+        )
+    value = value / 100.0 if scale == "percent" else value
+    if value.max() > HIGHEST or value.min() < -0.05:
+        raise InputError(
+            f"found values from {value.min():g} to {value.max():g} when read as {scale}; allowed: 0 to 1", file=file
+        )
+    return value, scale
+
+
+def _ordered(wavelength: Floats, reflectance: Floats) -> tuple[Floats, Floats]:
+    """By increasing wavelength, repeated wavelengths averaged."""
+    nodes, inverse = np.unique(wavelength, return_inverse=True)
+    return nodes, np.bincount(inverse, weights=reflectance) / np.bincount(inverse)
+
+
+def _text(file: Path, said: Said) -> _Raw:
+    lines = read_text(file).splitlines()
+    rows = [numbers for numbers in map(_numbers, lines) if numbers]
+    if said.wavelengths is not None or (rows and sum(len(row) == 1 for row in rows) > len(rows) / 2):
+        return _usgs(file, lines, said)
+    pairs = np.array([row[:2] for row in rows if len(row) >= 2], dtype=float).reshape(-1, 2)
+    head = "\n".join(line for line in lines if not _numbers(line))
+    found = re.search(r"^\s*Name\s*:\s*(.+)$", head, re.MULTILINE)
+    form = (
+        "ECOSTRESS or ASTER text" if re.search(r"^\s*[XY] Units\s*:", head, re.MULTILINE | re.IGNORECASE) else "columns"
+    )
+    first, second = _column_heads(head)
+    return _Raw(
+        pairs[:, 0],
+        pairs[:, 1],
+        form,
+        found.group(1).strip() if found else "",
+        _unit(first),
+        _scale(second),
+        _quantity(second),
+    )
+
+
+def _numbers(line: str) -> list[float]:
+    """Numbers of a line that holds nothing else, separated by commas, semicolons or blanks."""
+    try:
+        return [float(part) for part in re.split(r"[,;\s]+", line.strip()) if part]
+    except ValueError:
+        return []
+
+
+def _column_heads(head: str) -> tuple[str, str]:
+    """What a file says of its first and second column."""
+    x = re.search(r"^\s*X Units\s*:(.*)$", head, re.MULTILINE | re.IGNORECASE)
+    y = re.search(r"^\s*Y Units\s*:(.*)$", head, re.MULTILINE | re.IGNORECASE)
+    if x and y:
+        return x.group(1).lower(), y.group(1).lower()
+    lines = [line for line in head.splitlines() if line.strip() and re.search(r"[,;\t]", line)]
+    parts = re.split(r"[,;\t]", lines[-1].lower()) if lines else []
+    return (parts[0], parts[1]) if len(parts) >= 2 else ("", "")
+
+
+def _unit(text: str) -> str | None:
+    if re.search(r"cm\s*\^?-\s*1|1/cm|wavenumber", text):
+        return "cm-1"
+    if re.search(r"nano|\bnm\b|_nm", text):
+        return "nm"
+    return "um" if re.search(r"micro|\bum\b|_um|\u00b5m|\u03bcm", text) else None
+
+
+def _scale(text: str) -> str | None:
+    if "percent" in text or "%" in text:
+        return "percent"
+    return "fraction" if "fraction" in text else None
+
+
+def _quantity(text: str) -> str | None:
+    if "transmi" in text:
+        raise InputError("holds transmittance; give a spectrum of reflectance or emissivity")
+    return "emissivity" if "emis" in text else "reflectance" if re.search("refl|ecten", text) else None
+
+
+def _usgs(file: Path, lines: list[str], said: Said) -> _Raw:
+    """A spectrum of the USGS library 7 as text: a title, then one value a channel."""
+    if said.wavelengths is None:
+        raise InputError(
+            "holds one column; a spectrum of the USGS needs its file of wavelengths: give --wavelengths FILE", file=file
+        )
+    value = _one_column(lines)
+    wavelength = _one_column(read_text(said.wavelengths).splitlines())
+    if len(value) != len(wavelength):
+        raise InputError(
+            f"holds {len(value)} values and {said.wavelengths.name} {len(wavelength)} wavelengths; give the file of the"
+            " same spectrometer",
+            file=file,
+        )
+    title = re.sub(r"^\s*splib\w+\s+Record=\d+:\s*", "", lines[0]).strip() if lines else ""
+    return _Raw(
+        np.where(value > DELETED, wavelength, np.nan), value, "USGS text", title, None, "fraction", "reflectance"
+    )
+
+
+def _one_column(lines: list[str]) -> Floats:
+    return np.array([row[0] for row in map(_numbers, lines) if len(row) == 1], dtype=float)
+
+
+def _envi(file: Path, said: Said) -> _Raw:
+    """A spectrum of an ENVI spectral library, by the reader of Spectral Python."""
+    try:
+        from spectral.io import envi
+    except ImportError:
+        raise InputError("an ENVI library needs Spectral Python: pip install 'skyshine[envi]'", file=file) from None
+    header = file if file.suffix.lower() == ".hdr" else _header(file)
+    try:
+        library: Any = envi.open(str(header))
+        names, bands, spectra = list(library.names), library.bands, library.spectra
+    except Exception as error:  # a reader of another project: whatever it raises, the file is at fault
+        raise InputError(f"is no ENVI spectral library: {error}; give its .hdr file", file=header) from None
+    if said.record is None and len(names) > 1:
+        raise InputError(f"holds {len(names)} spectra; name one with --record: {', '.join(names[:8])} ...", file=file)
+    if said.record is not None and said.record not in names:
+        raise InputError(f"holds no spectrum '{said.record}'; it has {', '.join(names[:8])} ...", file=file)
+    index = names.index(said.record) if said.record is not None else 0
+    unit = _ENVI_UNITS.get(str(bands.band_unit).strip().lower())
+    return _Raw(np.array(bands.centers, float), np.array(spectra[index], float), "ENVI library", names[index], unit)
+
+
+def _header(file: Path) -> Path:
+    for candidate in (file.with_suffix(".hdr"), Path(f"{file}.hdr")):
+        if candidate.is_file():
+            return candidate
+    raise InputError(f"has no header {file.with_suffix('.hdr').name} beside it; give both files", file=file)

@@ -1,0 +1,119 @@
+"""Spectra in the units and formats that users have: the same curve from each, and words for what is wrong."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from skyshine.materials.spectrum_files import Said, read_spectrum
+from skyshine.schemas.errors import InputError
+
+UM = np.linspace(0.4, 14.0, 60)
+CURVE = 0.3 + 0.2 * np.sin(UM)
+
+
+def write(path, x, y, head="", separator=","):
+    path.write_text(head + "\n".join(f"{a:.6f}{separator}{b:.6f}" for a, b in zip(x, y, strict=True)) + "\n")
+    return path
+
+
+ECOSTRESS = "Name: paving\nX Units: Wavelength (micrometers)\nY Units: Reflectance (percentage)\n\n"
+
+
+@pytest.mark.parametrize(
+    "head, x, y, said",
+    [
+        ("wavelength_um,reflectance\n", UM, CURVE, Said()),
+        ("wavelength [um],reflectance [%]\n", UM, 100 * CURVE, Said()),
+        ("wavelength_nm,emissivity\n", 1000 * UM, 1 - CURVE, Said()),
+        ("wavenumber cm-1,emissivity percent\n", 1e4 / UM, 100 * (1 - CURVE), Said()),
+        ("", UM, CURVE, Said()),
+        ("", 1000 * UM, CURVE, Said(unit="nm")),
+        ("# my sample\n", UM, 100 * CURVE, Said()),
+        (ECOSTRESS, UM[::-1], 100 * CURVE[::-1], Said()),
+        (ECOSTRESS.replace("Reflectance (percentage)", "Emissivity (percent)"), UM, 100 * (1 - CURVE), Said()),
+        (ECOSTRESS, UM, CURVE, Said(scale="fraction")),
+    ],
+)
+def test_the_same_curve_from_every_unit(tmp_path, head, x, y, said):
+    found = read_spectrum(write(tmp_path / "spectrum.txt", x, y, head), said)
+    assert found.wavelength == pytest.approx(UM, rel=1e-5)
+    assert found.reflectance == pytest.approx(CURVE, abs=1e-5)
+    assert np.all(np.diff(found.wavelength) > 0)
+
+
+def test_header_of_a_library_names_the_sample(tmp_path):
+    assert read_spectrum(write(tmp_path / "a.txt", UM, 100 * CURVE, ECOSTRESS, "  "), Said()).title == "paving"
+
+
+@pytest.fixture
+def usgs(tmp_path):
+    """A spectrum of splib07a: one value a line, deleted channels of -1.23e34, wavelengths in a file of their own."""
+    values = [f"{y:.6f}" for y in CURVE]
+    values[7] = "-1.2300000e+34"
+    (tmp_path / "splib07a_X.txt").write_text(" splib07a Record=1: Asphalt GDS376\n" + "\n".join(values) + "\n")
+    (tmp_path / "waves.txt").write_text(" splib07a Record=2: Wavelengths\n" + "\n".join(f"{x:.6f}" for x in UM) + "\n")
+    return tmp_path
+
+
+def test_text_of_the_usgs(usgs):
+    found = read_spectrum(usgs / "splib07a_X.txt", Said(wavelengths=usgs / "waves.txt"))
+    assert found.title == "Asphalt GDS376" and len(found.wavelength) == 59
+    assert found.reflectance == pytest.approx(np.delete(CURVE, 7), abs=1e-5)
+    with pytest.raises(InputError, match="one column; a spectrum of the USGS needs its file of wavelengths"):
+        read_spectrum(usgs / "splib07a_X.txt", Said())
+    (usgs / "waves.txt").write_text("0.4\n0.5\n")
+    with pytest.raises(InputError, match="holds 60 values and waves.txt 2 wavelengths"):
+        read_spectrum(usgs / "splib07a_X.txt", Said(wavelengths=usgs / "waves.txt"))
+
+
+@pytest.fixture
+def envi(tmp_path):
+    np.array([CURVE, 100 * CURVE], np.float32).tofile(tmp_path / "library.sli")
+    numbers = ", ".join(f"{1000 * x:.4f}" for x in UM)
+    (tmp_path / "library.hdr").write_text(
+        "ENVI\nsamples = 60\nlines = 2\nbands = 1\nheader offset = 0\nfile type = ENVI Spectral Library\n"
+        "data type = 4\ninterleave = bsq\nbyte order = 0\nwavelength units = Nanometers\n"
+        f"spectra names = {{slate, tile}}\nwavelength = {{{numbers}}}\n"
+    )
+    return tmp_path
+
+
+@pytest.mark.skipif(importlib.util.find_spec("spectral") is None, reason="needs the extra envi")
+def test_library_of_envi(envi):
+    for file, record in (("library.hdr", "slate"), ("library.sli", "tile")):
+        found = read_spectrum(envi / file, Said(record=record))
+        assert found.title == record and found.wavelength == pytest.approx(UM, rel=1e-4)
+        assert found.reflectance == pytest.approx(CURVE, abs=1e-5)
+    with pytest.raises(InputError, match="holds 2 spectra; name one with --record: slate, tile"):
+        read_spectrum(envi / "library.hdr", Said())
+    with pytest.raises(InputError, match="holds no spectrum 'brick'"):
+        read_spectrum(envi / "library.hdr", Said(record="brick"))
+    (envi / "library.hdr").write_text("ENVI\n")
+    with pytest.raises(InputError, match="is no ENVI spectral library"):
+        read_spectrum(envi / "library.hdr", Said())
+
+
+@pytest.mark.parametrize(
+    "head, x, y, said, message",
+    [
+        (ECOSTRESS, UM, CURVE, Said(), "says that its values are percent, but they reach 0.499967; give --scale"),
+        ("", UM, 400 * CURVE, Said(), "found values from .* when read as percent; allowed: 0 to 1"),
+        ("", UM, CURVE - 0.4, Said(), "found values from -0.29"),
+        ("", 1e4 / UM, CURVE, Said(), "says no unit of its first column"),
+        ("", UM, CURVE, Said(unit="nm"), "found wavelengths of 0.0004 to 0.014 um when read in nm"),
+        ("", UM - 0.4, CURVE, Said(unit="cm-1"), "found the wavenumber 0; allowed: above 0"),
+        ("um,transmittance\n", UM, CURVE, Said(), "holds transmittance"),
+        ("", UM[:5], CURVE[:5], Said(), "found 5 points"),
+        ("no numbers at all\n", [], [], Said(), "found 0 points"),
+        ("", UM, np.where(UM > 1, CURVE, np.nan), Said(), None),
+    ],
+)
+def test_words_for_what_is_wrong(tmp_path, head, x, y, said, message):
+    file = write(tmp_path / "spectrum.txt", x, y, head)
+    if message is None:
+        assert read_spectrum(file, said).wavelength[0] > 1.0
+        return
+    with pytest.raises(InputError, match=message) as caught:
+        read_spectrum(file, said)
+    assert str(caught.value).startswith(str(file)) or "transmittance" in message

@@ -26,6 +26,7 @@ from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, a
 from skyshine.mat.job.files import JobFile
 from skyshine.mat.job.presets import presets, with_preset
 from skyshine.mat.job.series import Series
+from skyshine.mat.job.soundings import StateSounding
 from skyshine.mat.job.surface import Weather
 from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.schemas.documents import StrictModel
@@ -119,8 +120,12 @@ class State(StrictModel):
             " blended by the site's latitude and the date."
         ),
     )
-    sounding: JobFile | None = Field(
-        None, description="CSV of altitude, pressure, temperature, humidity and other gases."
+    sounding: StateSounding | None = Field(
+        None,
+        description=(
+            "File of measured or modelled air: CSV, University of Wyoming (text or CSV), IGRA v2 or netCDF on pressure"
+            " levels; with file, time and column where it holds several."
+        ),
     )
     air: Literal["weather", "profile"] = Field(
         "weather",

@@ -111,8 +111,9 @@ def load_job(
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_air_times(_with_series(parse_model(document, Job, context), document, context), document)
     _check_query_limits(job, document)
-    requested, warnings = _with_weather_files(_with_profiles(job), document)
-    return LoadedJob(requested, trimmed(requested), document, tuple(warnings))
+    job, remarks = _with_soundings(_with_profiles(job))
+    requested, warnings = _with_weather_files(job, document)
+    return LoadedJob(requested, trimmed(requested), document, (*remarks, *warnings))
 
 
 def _check_query_limits(job: Job, document: Document) -> None:
@@ -144,7 +145,8 @@ def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
             states.append(state)
             continue
         written = document.data["states"][i]
-        for number, member in enumerate(members(_inside(state.series, document, i, context), context["folder"]), 1):
+        series = _inside(state.series, document, i, context)
+        for number, member in enumerate(members(series, context["folder"], job.site.utc_offset_h), 1):
             try:
                 states.append(State.model_validate(changed(written, member.changes), context=context))
             except pydantic.ValidationError as error:
@@ -179,13 +181,14 @@ def _refuse_many(states: list[State], document: Document, what: str) -> None:
 
 
 def _inside(series: Series, document: Document, state: int, context: dict[str, Any]) -> Series:
-    if series.table is not None:
-        try:
-            job_path(context["folder"], series.table)
-        except ValueError as error:
-            raise document.error(
-                ("states", state, "series", "table"), f"states.{state}.series.table: {error}"
-            ) from None
+    for key in ("table", "soundings"):
+        if getattr(series, key) is not None:
+            try:
+                job_path(context["folder"], getattr(series, key))
+            except ValueError as error:
+                raise document.error(
+                    ("states", state, "series", key), f"states.{state}.series.{key}: {error}"
+                ) from None
     return series
 
 
@@ -201,6 +204,18 @@ def _with_profiles(job: Job) -> Job:
             state = state.model_copy(update={"profile": profile})
         states.append(state)
     return job.model_copy(update={"states": states})
+
+
+def _with_soundings(job: Job) -> tuple[Job, list[str]]:
+    """The job with the levels of its soundings, so that nothing later depends on a file; what was replaced in them."""
+    states, remarks = list(job.states), []
+    for i, state in enumerate(states):
+        if state.sounding is not None:
+            day = state.date or job.site.date
+            sounding = state.sounding.read(job.site, day)
+            remarks += [(i + 1, text) for text in sounding.remarks(job.site, day)]
+            states[i] = state.model_copy(update={"sounding": sounding})
+    return job.model_copy(update={"states": states}), merged(remarks)
 
 
 def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:

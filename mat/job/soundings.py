@@ -103,7 +103,12 @@ class JobSounding:
 def _named(value: object, info: pydantic.ValidationInfo) -> JobSounding:
     if isinstance(value, JobSounding):
         return value
-    choice = SoundingChoice.model_validate({"file": value} if isinstance(value, str) else value, context=info.context)
+    try:
+        choice = SoundingChoice.model_validate({"file": value} if isinstance(value, str) else value)
+    except pydantic.ValidationError as error:
+        problem = error.errors(include_url=False)[0]
+        place = "".join(f"{part}: " for part in problem["loc"])
+        raise ValueError(place + problem["msg"].removeprefix("Value error, ")) from None
     path = job_path((info.context or {}).get("folder", "."), choice.file)
     if not path.is_file():
         raise ValueError(

@@ -24,7 +24,7 @@ from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 
 if TYPE_CHECKING:
-    from skyshine.mat.job.weather_files import Station
+    from skyshine.mat.job.typical_years import Station
 
 Location = tuple[str | int, ...]
 
@@ -224,7 +224,7 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
     """
     if all(state.weather.file is None for state in job.states):
         return job, []
-    from skyshine.mat.job.weather_files import read_weather, station_of
+    from skyshine.mat.job.weather_files import read_weather
 
     states, warnings = list(job.states), []
     for i, state in enumerate(states):
@@ -239,13 +239,13 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
                     f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the"
                     " job's folder",
                 )
-            measured = state.weather.radiation == "measured"
-            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h, radiation=measured)
-            text = _other_place(job.site, station_of(file))
-            if text:
-                warnings.append((i + 1, f"weather file {state.weather.file} {text}"))
-            given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
-            weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
+            given = [name for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set]
+            measured, day = state.weather.radiation == "measured", state.date or job.site.date
+            found = read_weather(file, day, job.site.utc_offset_h, radiation=measured, given=given)
+            notes = [*found.notes, *filter(None, [_other_place(job.site, found.station)])]
+            warnings += [(i + 1, f"weather file {state.weather.file} {text}") for text in notes]
+            hourly = found.hourly.model_copy(update=dict.fromkeys(given))
+            weather = state.weather.model_copy(update={"file": None, "hourly": hourly})
             states[i] = state.model_copy(update={"weather": weather})
     return job.model_copy(update={"states": states}), merged(warnings)
 

@@ -311,7 +311,13 @@ class Band(StrictModel):
     )
     wavelength_um: Edges | None = Field(None, description="Lower and upper edge; the response is 1 between them.")
     wavenumber_cm: Edges | None = Field(None, description="Lower and upper edge, cm-1; the response is 1 between them.")
-    response: JobFile | None = Field(None, description="CSV of wavelength[um] or wavenumber[cm-1], and response.")
+    response: JobFile | None = Field(
+        None,
+        description=(
+            "CSV of wavelength (um, nm) or wavenumber (cm-1), and response to energy; a column named QE or"
+            " quantum_efficiency counts photons and is multiplied by wavelength."
+        ),
+    )
 
     @pydantic.model_validator(mode="after")
     def _one(self) -> Self:

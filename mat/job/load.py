@@ -18,6 +18,7 @@ from skyshine.mat.job.site import Site, great_circle
 from skyshine.mat.job.surface import HOURLY_QUANTITIES
 from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
+from skyshine.mat.radiometry.response_table import is_quantum
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, mapping_document, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
@@ -113,7 +114,7 @@ def load_job(
     _check_query_limits(job, document)
     job, remarks = _with_soundings(_with_profiles(job))
     requested, warnings = _with_weather_files(job, document)
-    return LoadedJob(requested, trimmed(requested), document, (*remarks, *warnings))
+    return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings))
 
 
 def _check_query_limits(job: Job, document: Document) -> None:
@@ -204,6 +205,15 @@ def _with_profiles(job: Job) -> Job:
             state = state.model_copy(update={"profile": profile})
         states.append(state)
     return job.model_copy(update={"states": states})
+
+
+def _quantum_responses(job: Job) -> list[str]:
+    """A line for each response table that counts photons."""
+    return [
+        f"band {name}: the response {band.response.name} counts photons; times wavelength, it is the response to energy"
+        for name, band in zip(job.band_names, job.bands, strict=True)
+        if band.response is not None and is_quantum(band.response.text, band.response.path)
+    ]
 
 
 def _with_soundings(job: Job) -> tuple[Job, list[str]]:

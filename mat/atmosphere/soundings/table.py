@@ -104,15 +104,13 @@ def _columns(file: Path, line: int, heads: Sequence[tuple[str, int]]) -> dict[st
                 column=column,
             )
         columns[name] = (index, unit)
-    first = {"file": file, "line": line, "column": 1}
     for name, others in (("altitude", ["geopotential_height"]), ("pressure", []), ("temperature", [])):
         if not any(wanted in columns for wanted in (name, *others)):
-            raise InputError(
-                f"the column '{name}' is missing; add it, with its unit: {name}[{next(iter(UNITS[name]))}]", **first
-            )
+            message = f"the column '{name}' is missing; add it, with its unit: {name}[{next(iter(UNITS[name]))}]"
+            raise InputError(message, file=file, line=line, column=1)
     if not any(name in columns for name in HUMIDITY):
         allowed = ", ".join(name for name in UNITS if name in HUMIDITY)
-        raise InputError(f"found no humidity; allowed: one of {allowed}; add it", **first)
+        raise InputError(f"found no humidity; allowed: one of {allowed}; add it", file=file, line=line, column=1)
     return columns
 
 

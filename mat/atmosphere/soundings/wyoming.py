@@ -113,6 +113,14 @@ def _columns(sounding: WyomingList) -> dict[str, tuple[int, int, str]]:
                 column=1,
             )
         columns[name] = (names[index - 1][1] if index else 0, end, known)
+    for name in ("pressure", "geopotential_height", "temperature"):
+        if name not in columns:
+            raise InputError(
+                f"the column of {name} is missing; allowed: PRES, HGHT, TEMP and a humidity",
+                file=sounding.file,
+                line=sounding.first,
+                column=1,
+            )
     return columns
 
 

@@ -306,6 +306,10 @@ def test_wrong_netcdf_is_one_clear_line(tmp_path, change, message):
         (wyoming_text().replace("    hPa     m", "    hPa furlong"), r"air.txt:6:1: found the unit 'furlong' of HGHT"),
         (wyoming_text().replace(" 1010.0 ", "1010.00  "), r"air.txt:9:.*columns do not stand below their names"),
         (wyoming_text().replace("    hPa", ""), r"air.txt:6:1: found 10 units below 11 names"),
+        (
+            wyoming_text().replace("   TEMP   DWPT", "   TEMP-  DWPT"),
+            r"air.txt:5:1: the column of temperature is missing",
+        ),
         ("", r"air.txt: found 0 rows of numbers; allowed: 2"),
         ("a,b\n1,2\n3,4\n", r"air.txt:1:1: the column 'altitude' is missing"),
         (plain_csv().replace("20.0", "1e9"), r"air.txt:2:11: found 1e\+09, which is 1e\+09 K; allowed: 140 to 335 K"),

@@ -230,7 +230,10 @@ class _Listener(logging.Handler):
 
     def __init__(self, function: Callable[[logging.LogRecord], None]) -> None:
         super().__init__()
-        self.emit = function  # type: ignore[method-assign]
+        self.function = function
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.function(record)
 
 
 @contextmanager

@@ -26,6 +26,7 @@ COMMANDS = {
     "needs": "Cast the rays of a scene and print what it reads, as the needs of its job.",
     "report": "The error budget of built databases, source by source.",
     "bench": "Error against run time, measured.",
+    "doctor": "What this installation has and lacks.",
 }
 
 main = CommandGroup(

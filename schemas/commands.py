@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
 import errno
 import importlib
 import json
+import logging
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
@@ -53,12 +55,16 @@ class CommandGroup(click.Group):
     def __init__(self, name: str, *, package: str, commands: dict[str, str], **settings: Any):
         super().__init__(name=name, **settings)
         self.package, self.lines = package, commands
+        self.context_settings.setdefault("help_option_names", ["-h", "--help"])
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.lines)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in self.lines:
+            close = difflib.get_close_matches(name, self.lines, n=1, cutoff=0.5)
+            if close:
+                ctx.fail(f"No such command '{name}'; did you mean '{close[0]}'?")
             return None
         command: click.Command = importlib.import_module(f"{self.package}.{name}").command
         return command
@@ -175,7 +181,8 @@ def echo_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 @contextmanager
 def progress(total: float, description: str) -> Iterator[Callable[[float], None]]:
-    """Show progress on standard error while the body runs, where that is a terminal.
+    """Show progress on standard error while the body runs, where that is a terminal: what the log said last, how much
+    is done and the time that is left.
 
     Yields
     ------
@@ -184,14 +191,60 @@ def progress(total: float, description: str) -> Iterator[Callable[[float], None]
     """
     from rich.console import Console
     from rich.markup import escape
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    text = TextColumn("{task.description}")
+    columns = (text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(escape(description), total=total)
 
         def advance(amount: float = 1) -> None:
             bar.advance(task, amount)
 
-        yield advance
+        def describe(record: logging.LogRecord) -> None:
+            bar.update(task, description=escape(record.getMessage().split(";")[0]))
+
+        with _heard(_Listener(describe)) if console.is_terminal else nullcontext():
+            yield advance
+
+
+@contextmanager
+def log_lines(total: float, description: str) -> Iterator[Callable[[float], None]]:
+    """In place of a bar, the lines of the log on standard error, each with the time of the day."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(asctime)s %(message)s", "%H:%M:%S"))
+    with _heard(handler):
+        yield lambda amount: None
+
+
+class _Listener(logging.Handler):
+    """Hands the records of the log to a function."""
+
+    def __init__(self, function: Callable[[logging.LogRecord], None]) -> None:
+        super().__init__()
+        self.function = function
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.function(record)
+
+
+@contextmanager
+def _heard(handler: logging.Handler) -> Iterator[None]:
+    """Let a handler hear what the project logs while the body runs."""
+    log = logging.getLogger("skyshine")
+    before = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(before)

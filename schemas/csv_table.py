@@ -1,7 +1,8 @@
 """CSV files with commented headers: tables of users, where each value knows its place, and data files of the package.
 
 Lines that begin with ``#`` are comments, empty lines are skipped, and the first other line names the columns, with
-units in brackets where they have any: ``altitude[km]``.
+units in brackets where they have any: ``altitude[km]``. Cells stand between commas, or between semicolons or tabs where
+that line has them.
 """
 
 from __future__ import annotations
@@ -101,9 +102,12 @@ def parse_table(text: str, file: StrPath, least_rows: int = 2) -> CsvTable:
             file=file,
         )
     number, line = lines[0]
-    heads = column_heads(file, number, line)
+    heads, delimiter = column_heads(file, number, line), delimiter_of(line)
     places = {(-1, index): (number, head.column) for index, head in enumerate(heads)}
-    rows = [_row(file, heads, row, *line, places) for row, line in enumerate(lines[1:])]
+    rows = [
+        _row(file, heads, row, number, row_cells(file, number, line, len(heads), delimiter), places)
+        for row, (number, line) in enumerate(lines[1:])
+    ]
     names, units = tuple(head.name for head in heads), tuple(head.unit for head in heads)
     return CsvTable(file, names, units, np.array(rows), number, places)
 
@@ -126,7 +130,7 @@ def column_heads(file: Path, number: int, line: str) -> list[Head]:
         A column is named twice.
     """
     heads: list[Head] = []
-    for cell, column in cells(line):
+    for cell, column in cells(line, delimiter_of(line)):
         name, _, unit = cell.partition("[")
         head = Head(name.strip(), unit.rstrip("] ").strip(), column)
         if head.name in [earlier.name for earlier in heads]:
@@ -140,7 +144,12 @@ def column_heads(file: Path, number: int, line: str) -> list[Head]:
     return heads
 
 
-def row_cells(file: Path, number: int, line: str, columns: int) -> list[tuple[str, int]]:
+def delimiter_of(line: str) -> str:
+    """What stands between the cells of a header: a tab, a semicolon, or else a comma."""
+    return next((delimiter for delimiter in "\t;" if delimiter in line), ",")
+
+
+def row_cells(file: Path, number: int, line: str, columns: int, delimiter: str = ",") -> list[tuple[str, int]]:
     """Cells of a line of a file with the column each begins at.
 
     Raises
@@ -148,7 +157,7 @@ def row_cells(file: Path, number: int, line: str, columns: int) -> list[tuple[st
     InputError
         The line has another number of cells than the header has columns.
     """
-    parts = cells(line)
+    parts = cells(line, delimiter)
     if len(parts) != columns:
         raise InputError(
             f"found {len(parts)} cells; allowed: {columns}, one for each column", file=file, line=number, column=1
@@ -156,13 +165,13 @@ def row_cells(file: Path, number: int, line: str, columns: int) -> list[tuple[st
     return parts
 
 
-def cells(line: str) -> list[tuple[str, int]]:
+def cells(line: str, delimiter: str = ",") -> list[tuple[str, int]]:
     """Cells of a line with the column each begins at, counted from 1."""
     places, at = [], 0
-    for cell in next(csv.reader([line], skipinitialspace=False)):
+    for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=False)):
         place = line.find(cell, at) if cell else at
         places.append((cell.strip(), place + 1))
-        at = max(line.find(",", place + len(cell)) + 1, place + len(cell))
+        at = max(line.find(delimiter, place + len(cell)) + 1, place + len(cell))
     return places
 
 
@@ -171,11 +180,11 @@ def _row(
     heads: Sequence[Head],
     row: int,
     number: int,
-    line: str,
+    found: list[tuple[str, int]],
     places: dict[tuple[int, int], tuple[int, int]],
 ) -> list[float]:
     values = []
-    for index, (cell, column) in enumerate(row_cells(file, number, line, len(heads))):
+    for index, (cell, column) in enumerate(found):
         places[row, index] = (number, column)
         try:
             value = plain_number(cell)

@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from importlib import metadata
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -20,12 +21,13 @@ from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import cloud_type
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.particles.windblown import DEFAULT_WIND
+from skyshine.mat.atmosphere.soundings.files import read_levels
 from skyshine.mat.atmosphere.sources.lunar import lunar_irradiance
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.spectrum import LineSpectrum, line_spectrum
 from skyshine.mat.atmosphere.state.gas_amounts import CARBON_DIOXIDE_PPM, GasAmounts
 from skyshine.mat.atmosphere.state.profiles import load_profile
-from skyshine.mat.atmosphere.state.sounding import read_sounding
+from skyshine.mat.atmosphere.state.sounding import continued
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.load import LoadedJob, load_job
 from skyshine.mat.job.model import Job
@@ -38,7 +40,6 @@ from skyshine.mat.spectroscopy.gases import LineLibrary
 from skyshine.mat.spectroscopy.line_points import LineByLinePoints
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
 from skyshine.mat.tables.spectrum_file import write_spectrum, write_spectrum_csv
-from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
@@ -168,7 +169,8 @@ def spectrum(
     state : int
         Of the job, counted from 1.
     atmosphere : str or path, optional
-        Standard profile, or a sounding in a CSV file; by default midlatitude_summer.
+        Standard profile, or the file of a sounding (CSV, University of Wyoming, IGRA v2, netCDF); by default
+        midlatitude_summer.
     above : str, optional
         Standard profile that continues a sounding to space; by default us_standard.
     co2_ppm : float, optional
@@ -397,8 +399,8 @@ def _irradiance(source: str, points: SpectralPoints, job: Job | None) -> npt.NDA
 def _profile(name: str | os.PathLike[str], above: str) -> tuple[Any, float]:
     """A standard profile by its name, or the sounding in a file; and the altitude of its ground, m."""
     text = os.fspath(name)
-    if text.endswith(".csv"):
-        sounding = read_sounding(read_text(text), text, load_profile(above))
+    if Path(text).suffix:  # standard profiles have none
+        sounding = continued(read_levels(Path(text)), load_profile(above))
         return sounding, float(sounding.altitude[1])  # the first level of the file
     return load_profile(text), 0.0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Iterable, Iterator
@@ -28,6 +29,7 @@ from skyshine.schemas.progress import Progress, silent
 from skyshine.schemas.whole_files import PART
 
 LOCK = "build.lock"
+_log = logging.getLogger("skyshine.mat.build")
 
 
 def build(
@@ -131,11 +133,24 @@ def _run_all(
             for future in done:
                 task = waiting.pop(future)
                 reports[task] = future.result()
+                _say(loaded, task, reports[task], f"{len(reports)} of {len(plan.tasks)} done")
                 advance(1)
                 textures -= task.kind == Kind.TEXTURE
                 if task.kind == Kind.TEXTURE and not textures:
                     waiting |= _submit_later(executor, loaded, later, folder, fresh)
     return [reports[task] for task in plan.tasks]
+
+
+def _say(loaded: LoadedJob, task: Task, report: TaskReport, done: str) -> None:
+    """Log a line for each file of a finished task: which state, its seconds, the error that it reached."""
+    job = loaded.trimmed
+    count = len(job.states) if task.kind.of_state else len(job.bands) if task.band or task.kind is Kind.BAND else 0
+    part = f", {'state' if task.kind.of_state else 'band'} {task.index} of {count}" if count else ""
+    for name in report.files:
+        error = report.error_kelvin.get(name)
+        reached = f", 99 % within {error['p99']:.2g} K" if error else ""
+        what = "kept" if report.kept else f"built in {report.seconds:.1f} s"
+        _log.info("%s%s: %s%s; %s", name, part, what, reached, done)
 
 
 def _submit_later(

@@ -4,7 +4,8 @@ from typing import Any
 
 import click
 
-from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, log_lines, progress
+from skyshine.schemas.progress import silent
 
 
 @click.command(epilog="Example: mat build demo/job.yaml --jobs 2")
@@ -15,20 +16,29 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 @click.option(
     "--executor", metavar="dask:ADDRESS", help="Send the tasks to a Dask cluster whose workers see the same folders."
 )
+@click.option(
+    "words",
+    "--verbose",
+    flag_value="verbose",
+    help="A line a file on standard error as it is finished, in place of the bar: for logs.",
+)
+@click.option("words", "--quiet", flag_value="quiet", help="Nothing but warnings and errors.")
 @allow_outside_option
 @json_option
-def command(job: str, out: str | None, jobs: int | None, fresh: bool, executor: str | None, as_json: bool) -> None:
+def command(job: str, words: str | None, as_json: bool, **settings: Any) -> None:
     """Build the databases of JOB. Files that the same job has built before are kept."""
     from skyshine.mat.api.build import build
 
-    built = build(job, out=out, jobs=jobs, fresh=fresh, executor=executor, progress=progress)
+    built = build(job, progress={"verbose": log_lines, "quiet": silent}.get(words or "", progress), **settings)
     if as_json:
         emit_json({**vars(built), "folder": str(built.folder)})
         return
-    for name, entry in built.files.items():
+    for name, entry in built.files.items() if words is None else ():
         click.echo(f"  {name}  {'kept' if entry['kept'] else 'built'}{_reached(entry)}")
     for warning in built.warnings:
         click.echo(f"warning: {warning}")
+    if words == "quiet":
+        return
     if built.not_of_this_job:
         click.echo(f"  not of this job, left as they are: {', '.join(built.not_of_this_job)}")
     click.echo(f"{built.folder}: {len(built.files)} files in {built.seconds:.1f} s")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.command("spectrum")
 @click.option("--job", type=click.Path(), help="Air, ground and day of a state, in place of a description of the air.")
 @click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
-@click.option("--atmosphere", show_default="midlatitude_summer", help="Standard profile, or a sounding FILE.csv.")
+@click.option("--atmosphere", show_default="midlatitude_summer", help="Standard profile, or the FILE of a sounding.")
 @click.option("--above", show_default="us_standard", help="Standard profile that continues a sounding to space.")
 @click.option("--co2", "co2_ppm", type=float, help="Carbon dioxide, ppm; by default that of jobs, 420.")
 @click.option(

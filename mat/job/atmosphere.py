@@ -26,6 +26,7 @@ from skyshine.mat.job.fields import Fraction, TimeOfDay, Tolerance, ascending, a
 from skyshine.mat.job.files import JobFile
 from skyshine.mat.job.presets import presets, with_preset
 from skyshine.mat.job.series import Series
+from skyshine.mat.job.soundings import StateSounding
 from skyshine.mat.job.surface import Weather
 from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.schemas.documents import StrictModel
@@ -119,8 +120,12 @@ class State(StrictModel):
             " blended by the site's latitude and the date."
         ),
     )
-    sounding: JobFile | None = Field(
-        None, description="CSV of altitude, pressure, temperature, humidity and other gases."
+    sounding: StateSounding | None = Field(
+        None,
+        description=(
+            "File of measured or modelled air: CSV, University of Wyoming (text or CSV), IGRA v2 or netCDF on pressure"
+            " levels; with file, time and column where it holds several."
+        ),
     )
     air: Literal["weather", "profile"] = Field(
         "weather",
@@ -306,7 +311,13 @@ class Band(StrictModel):
     )
     wavelength_um: Edges | None = Field(None, description="Lower and upper edge; the response is 1 between them.")
     wavenumber_cm: Edges | None = Field(None, description="Lower and upper edge, cm-1; the response is 1 between them.")
-    response: JobFile | None = Field(None, description="CSV of wavelength[um] or wavenumber[cm-1], and response.")
+    response: JobFile | None = Field(
+        None,
+        description=(
+            "CSV of wavelength (um, nm) or wavenumber (cm-1), and response to energy; a column named QE or"
+            " quantum_efficiency counts photons and is multiplied by wavelength."
+        ),
+    )
 
     @pydantic.model_validator(mode="after")
     def _one(self) -> Self:

@@ -18,13 +18,14 @@ from skyshine.mat.job.site import Site, great_circle
 from skyshine.mat.job.surface import HOURLY_QUANTITIES
 from skyshine.mat.job.trim import limited_axes, trimmed
 from skyshine.mat.job.warnings import merged
+from skyshine.mat.radiometry.response_table import is_quantum
 from skyshine.materials.library import MaterialLibrary, load_library
 from skyshine.schemas.documents import Document, mapping_document, parse_model, read_yaml
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.paths import job_path
 
 if TYPE_CHECKING:
-    from skyshine.mat.job.weather_files import Station
+    from skyshine.mat.job.typical_years import Station
 
 Location = tuple[str | int, ...]
 
@@ -111,8 +112,9 @@ def load_job(
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_air_times(_with_series(parse_model(document, Job, context), document, context), document)
     _check_query_limits(job, document)
-    requested, warnings = _with_weather_files(_with_profiles(job), document)
-    return LoadedJob(requested, trimmed(requested), document, tuple(warnings))
+    job, remarks = _with_soundings(_with_profiles(job))
+    requested, warnings = _with_weather_files(job, document)
+    return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings))
 
 
 def _check_query_limits(job: Job, document: Document) -> None:
@@ -144,7 +146,8 @@ def _with_series(job: Job, document: Document, context: dict[str, Any]) -> Job:
             states.append(state)
             continue
         written = document.data["states"][i]
-        for number, member in enumerate(members(_inside(state.series, document, i, context), context["folder"]), 1):
+        series = _inside(state.series, document, i, context)
+        for number, member in enumerate(members(series, context["folder"], job.site.utc_offset_h), 1):
             try:
                 states.append(State.model_validate(changed(written, member.changes), context=context))
             except pydantic.ValidationError as error:
@@ -179,13 +182,14 @@ def _refuse_many(states: list[State], document: Document, what: str) -> None:
 
 
 def _inside(series: Series, document: Document, state: int, context: dict[str, Any]) -> Series:
-    if series.table is not None:
-        try:
-            job_path(context["folder"], series.table)
-        except ValueError as error:
-            raise document.error(
-                ("states", state, "series", "table"), f"states.{state}.series.table: {error}"
-            ) from None
+    for key in ("table", "soundings"):
+        if getattr(series, key) is not None:
+            try:
+                job_path(context["folder"], getattr(series, key))
+            except ValueError as error:
+                raise document.error(
+                    ("states", state, "series", key), f"states.{state}.series.{key}: {error}"
+                ) from None
     return series
 
 
@@ -203,13 +207,34 @@ def _with_profiles(job: Job) -> Job:
     return job.model_copy(update={"states": states})
 
 
+def _quantum_responses(job: Job) -> list[str]:
+    """A line for each response table that counts photons."""
+    return [
+        f"band {name}: the response {band.response.name} counts photons; times wavelength, it is the response to energy"
+        for name, band in zip(job.band_names, job.bands, strict=True)
+        if band.response is not None and is_quantum(band.response.text, band.response.path)
+    ]
+
+
+def _with_soundings(job: Job) -> tuple[Job, list[str]]:
+    """The job with the levels of its soundings, so that nothing later depends on a file; what was replaced in them."""
+    states, remarks = list(job.states), []
+    for i, state in enumerate(states):
+        if state.sounding is not None:
+            day = state.date or job.site.date
+            sounding = state.sounding.read(job.site, day)
+            remarks += [(i + 1, text) for text in sounding.remarks(job.site, day)]
+            states[i] = state.model_copy(update={"sounding": sounding})
+    return job.model_copy(update={"states": states}), merged(remarks)
+
+
 def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
     """The job with the hours of its weather files in their places, so that nothing later depends on a file; warnings
     of files of another place.
     """
     if all(state.weather.file is None for state in job.states):
         return job, []
-    from skyshine.mat.job.weather_files import read_weather, station_of
+    from skyshine.mat.job.weather_files import read_weather
 
     states, warnings = list(job.states), []
     for i, state in enumerate(states):
@@ -224,13 +249,13 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
                     f"states.{i}.weather.file: found '{state.weather.file}', which is no file; give its path from the"
                     " job's folder",
                 )
-            measured = state.weather.radiation == "measured"
-            hourly = read_weather(file, state.date or job.site.date, job.site.utc_offset_h, radiation=measured)
-            text = _other_place(job.site, station_of(file))
-            if text:
-                warnings.append((i + 1, f"weather file {state.weather.file} {text}"))
-            given = {name: None for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set}
-            weather = state.weather.model_copy(update={"file": None, "hourly": hourly.model_copy(update=given)})
+            given = [name for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set]
+            measured, day = state.weather.radiation == "measured", state.date or job.site.date
+            found = read_weather(file, day, job.site.utc_offset_h, radiation=measured, given=given)
+            notes = [*found.notes, *filter(None, [_other_place(job.site, found.station)])]
+            warnings += [(i + 1, f"weather file {state.weather.file} {text}") for text in notes]
+            hourly = found.hourly.model_copy(update=dict.fromkeys(given))
+            weather = state.weather.model_copy(update={"file": None, "hourly": hourly})
             states[i] = state.model_copy(update={"weather": weather})
     return job.model_copy(update={"states": states}), merged(warnings)
 

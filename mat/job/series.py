@@ -1,4 +1,4 @@
-"""States in series: one description of a job becomes a state for each day of a span, or for each row of a table."""
+"""States in series: one description of a job becomes a state for each day of a span, row of a table, or sounding."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any, Self
 import pydantic
 from pydantic import Field
 
+from skyshine.mat.job.soundings import soundings_of_folder
 from skyshine.schemas.csv_table import read_text
 from skyshine.schemas.documents import StrictModel, plain_value
 from skyshine.schemas.errors import InputError
@@ -20,7 +21,7 @@ MEMBER_LIMIT = 9999  # states of a job
 
 
 class Series(StrictModel):
-    """What differs between the states of a series: the day, or the values of a table."""
+    """What differs between the states of a series: the day, the values of a table, or the sounding."""
 
     first: date | None = Field(None, description="First day of a span.")
     last: date | None = Field(None, description="Last day of a span.")
@@ -33,17 +34,28 @@ class Series(StrictModel):
             " weather.wind_speed_m_s), a row for each state."
         ),
     )
+    soundings: str | None = Field(
+        None,
+        min_length=1,
+        description=(
+            "Folder, relative to the job: a state for each sounding in its files, on the day of the sounding or of its"
+            " file's name."
+        ),
+    )
 
     @property
     def days(self) -> tuple[date, date] | None:
-        """First and last day of a span; None for a table."""
+        """First and last day of a span; None for a table or a folder."""
         return None if self.first is None or self.last is None else (self.first, self.last)
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> Self:
         days = self.days
-        if (days is None) == (self.table is None) or (self.first is None) != (self.last is None):
-            raise ValueError("found neither or both; allowed: 'first' and 'last', or 'table'; give one of the two")
+        kinds = [kind for kind in (days, self.table, self.soundings) if kind is not None]
+        if len(kinds) != 1 or (self.first is None) != (self.last is None):
+            raise ValueError(
+                "found none or several; allowed: 'first' and 'last', or 'table', or 'soundings'; give one of the three"
+            )
         if days is not None and days[1] < days[0]:
             raise ValueError(f"found last {self.last} before first {self.first}; allowed: first to last; swap them")
         if days is not None and (days[1] - days[0]).days // self.step_days >= MEMBER_LIMIT:
@@ -69,8 +81,8 @@ class Member:
     line: int | None = None
 
 
-def members(series: Series, folder: Path) -> Iterator[Member]:
-    """The states of a series, in order.
+def members(series: Series, folder: Path, utc_offset_h: float = 0.0) -> Iterator[Member]:
+    """The states of a series, in order; days of soundings are those of a local clock.
 
     Raises
     ------
@@ -80,12 +92,23 @@ def members(series: Series, folder: Path) -> Iterator[Member]:
     if series.table is not None:
         yield from _rows(folder / series.table)
         return
+    if series.soundings is not None:
+        yield from _soundings(folder, series.soundings, utc_offset_h)
+        return
     if series.days is None:
         return
     day, last = series.days
     while day <= last:
         yield Member({"date": day.isoformat()})
         day += timedelta(days=series.step_days)
+
+
+def _soundings(folder: Path, name: str, utc_offset_h: float) -> Iterator[Member]:
+    found = soundings_of_folder(folder, name, utc_offset_h)
+    if not 0 < len(found) <= MEMBER_LIMIT:
+        raise InputError(f"holds {len(found)} soundings; allowed: 1 to {MEMBER_LIMIT}", file=folder / name)
+    for changes in found:
+        yield Member(changes)
 
 
 def _rows(file: Path) -> Iterator[Member]:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import itertools
+from collections.abc import Container
 from dataclasses import dataclass
 from datetime import date
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pydantic
+from scipy import constants
 
 from skyshine.mat.job.fields import clock_text, hours_of
-from skyshine.mat.job.surface import LONGEST_GAP_H, HourlyWeather
+from skyshine.mat.job.surface import HOURLY_QUANTITIES, LONGEST_GAP_H, RADIATION, HourlyWeather
+from skyshine.mat.job.typical_years import Station, YearFile, is_tmy3, read_year
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.mat.surface.weather_readings import AIR_COLUMNS, Column, read_readings
+from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.regular_files import refuse_special_file
 
@@ -28,71 +31,38 @@ COLUMNS = AIR_COLUMNS | {
 }
 
 
+# What stands in the place of a quantity that a typical year lacks for longer than linear interpolation may bridge.
+_INSTEAD = {
+    "relative_humidity_percent": "weather.relative_humidity_percent of the job, or its default, stands for it",
+    "wind_speed_m_s": "weather.wind_speed_m_s of the job, or its default, stands for it",
+    "cloud_fraction": "weather.cloud_fraction of the job, or its default, a clear sky, stands for it",
+    "pressure_hpa": "that of the state's profile stands for it",
+    "longwave_down_w_m2": "that of the state stands for it",
+}
+_READ = ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa")
+
+
 @dataclass(frozen=True)
-class Station:
-    """Where a typical year was measured: degree, degree, m above sea level."""
-
-    latitude: float
-    longitude: float
-    altitude: float
-
-
-@dataclass(frozen=True)
-class _TypicalYear:
-    """How a format of typical years holds its readings: pvlib's names with factor to the unit of the job's key.
+class FileWeather:
+    """The weather of a day out of a file.
 
     Attributes
     ----------
-    name : str
-    header : int
-        Lines before the first reading.
-    label : numpy.timedelta64
-        From the beginning of an hour to the label that pvlib gives it.
-    columns, radiation : dict of str to (str, float)
+    hourly : HourlyWeather
+    station : Station or None
+        None for a table by time of day, which has no place.
+    notes : tuple of str
+        What stands in the place of what the file lacks.
     """
 
-    name: str
-    header: int
-    label: np.timedelta64
-    columns: dict[str, tuple[str, float]]
-    radiation: dict[str, tuple[str, float]]
+    hourly: HourlyWeather
+    station: Station | None = None
+    notes: tuple[str, ...] = ()
 
 
-_COMMON = {
-    "air_temperature_c": ("temp_air", 1.0),
-    "relative_humidity_percent": ("relative_humidity", 1.0),
-    "wind_speed_m_s": ("wind_speed", 1.0),
-}
-_SUNLIGHT = {"direct_normal_w_m2": ("dni", 1.0), "diffuse_w_m2": ("dhi", 1.0)}
-# EnergyPlus, Auxiliary Programs: EPW data dictionary; Wilcox and Marion (2008), NREL/TP-581-43156: TMY3.
-_EPW = _TypicalYear(
-    "EPW",
-    8,
-    np.timedelta64(0, "h"),
-    _COMMON | {"cloud_fraction": ("total_sky_cover", 0.1), "pressure_hpa": ("atmospheric_pressure", 0.01)},
-    _SUNLIGHT | {"longwave_down_w_m2": ("ghi_infrared", 1.0)},
-)
-_TMY3 = _TypicalYear(
-    "TMY3",
-    2,
-    np.timedelta64(1, "h"),
-    _COMMON | {"cloud_fraction": ("TotCld (tenths)", 0.1), "pressure_hpa": ("pressure", 1.0)},
-    _SUNLIGHT,
-)
-# What a reading may be: a missing one stands as 99 or more of its digits.
-_LIMITS = {
-    "air_temperature_c": (-90.0, 70.0),
-    "relative_humidity_percent": (0.0, 110.0),
-    "wind_speed_m_s": (0.0, 60.0),
-    "cloud_fraction": (0.0, 1.0),
-    "pressure_hpa": (200.0, 1100.0),
-    "direct_normal_w_m2": (0.0, 1500.0),
-    "diffuse_w_m2": (0.0, 1500.0),
-    "longwave_down_w_m2": (20.0, 800.0),
-}
-
-
-def read_weather(file: Path, day: date, utc_offset_h: float, *, radiation: bool = False) -> HourlyWeather:
+def read_weather(
+    file: Path, day: date, utc_offset_h: float, *, radiation: bool = False, given: Container[str] = ()
+) -> FileWeather:
     """The weather of a file on a day, by local clock hours.
 
     Parameters
@@ -107,35 +77,22 @@ def read_weather(file: Path, day: date, utc_offset_h: float, *, radiation: bool 
         Of the local clock; a typical year has its own.
     radiation : bool
         Read measured sunlight and, where the file has it, sky longwave too.
+    given : container of str
+        Keys that the job writes itself: the file need not have them.
 
     Raises
     ------
     InputError
-        With file:line of what does not fit.
+        With file:line:column of what does not fit.
     """
     refuse_special_file(file)
     if file.suffix.lower() == ".epw":
-        return _typical_day(file, _EPW, day, utc_offset_h, radiation)
+        return _typical_day(read_year(file, "EPW"), day, utc_offset_h, radiation, given)
     if file.suffix.lower() == ".csv":
-        return (
-            _typical_day(file, _TMY3, day, utc_offset_h, radiation) if _is_tmy3(file) else _day_table(file, radiation)
-        )
+        if is_tmy3(file):
+            return _typical_day(read_year(file, "TMY3"), day, utc_offset_h, radiation, given)
+        return FileWeather(_day_table(file, radiation))
     raise InputError(f"found the ending '{file.suffix}'; allowed: .epw or .csv; convert the file", file=file)
-
-
-def station_of(file: Path) -> Station | None:
-    """Place in the header of a typical year; None for a table by time of day, which has none."""
-    kind = _EPW if file.suffix.lower() == ".epw" else _TMY3 if _is_tmy3(file) else None
-    if kind is None:
-        return None
-    station = _year(file, file.stat().st_mtime_ns, kind.name)[1]
-    return Station(*(float(station[name]) for name in ("latitude", "longitude", "altitude")))
-
-
-def _is_tmy3(file: Path) -> bool:
-    """Whether the second line is the header of a TMY3 file."""
-    with file.open(encoding="utf-8", errors="replace") as lines:
-        return any(line.startswith("Date (MM/DD/YYYY)") for line in itertools.islice(lines, 2))
 
 
 def _day_table(file: Path, radiation: bool) -> HourlyWeather:
@@ -161,57 +118,80 @@ def _day_table(file: Path, radiation: bool) -> HourlyWeather:
     return _hourly(file, found)
 
 
-def _least(values: np.ndarray | None, limit: float) -> np.ndarray | None:
+def _least(values: Floats | None, limit: float) -> Floats | None:
     return None if values is None else np.minimum(values, limit)
 
 
-def _typical_day(file: Path, kind: _TypicalYear, day: date, utc_offset_h: float, radiation: bool) -> HourlyWeather:
+def _typical_day(year: YearFile, day: date, utc_offset_h: float, radiation: bool, given: Container[str]) -> FileWeather:
     """The 24 readings of a day of a typical year, each at the end of its hour as both formats define it."""
-    import pandas
-
-    data, station = _year(file, file.stat().st_mtime_ns, kind.name)
-    begin = data.index - kind.label
-    rows = np.flatnonzero((begin.month == day.month) & (begin.day == day.day))
-    if rows.size != 24:
-        raise InputError(
-            f"found {rows.size} hours of {day:%d %B}; allowed: the 24 of a day; take another date or file", file=file
-        )
-    hours = (np.asarray(begin.hour[rows]) + 1 + utc_offset_h - float(station["TZ"])) % 24.0
+    notes = []
+    if (day.month, day.day) == (2, 29) and not any(reading[2:4] == (2, 29) for reading in year.readings):
+        day = day.replace(day=28)
+        notes.append("has no 29 February; the 28th stands for it")
+    rows = year.hours_of(day)
+    hours = (np.arange(1.0, 25.0) + utc_offset_h - year.utc_offset_h) % 24.0
     order = np.argsort(hours)
-    found: dict[str, Any] = {"time": list(hours[order]), "altitude_km": float(station["altitude"]) / 1e3}
-    for name, (source, factor) in (kind.columns | kind.radiation if radiation else kind.columns).items():
-        if source not in data:
-            raise InputError(f"has no {source}, which {kind.name} has; check its header", file=file)
-        cells = data[source].iloc[rows]
-        values = factor * pandas.to_numeric(cells, errors="coerce").to_numpy(float)
-        low, high = _LIMITS[name]
-        wrong = np.flatnonzero(~((values >= low) & (values <= high)))
-        if wrong.size:
-            raise InputError(
-                f"{source}: found {str(cells.iloc[wrong[0]])[:40]}; allowed: numbers worth {low:g} to {high:g} of"
-                f" {name}; the reading is missing or wrong: take another date or file",
-                file=file,
-                line=int(rows[wrong[0]]) + kind.header + 1,
-            )
-        found[name] = values[order]
-    found["relative_humidity_percent"] = _least(found["relative_humidity_percent"], 100.0)
-    return _hourly(file, found)
+    found: dict[str, Any] = {"time": list(hours[order]), "altitude_km": year.station.altitude / 1e3}
+    for name in (*_READ, *RADIATION) if radiation else _READ:
+        if name in given or (name == "longwave_down_w_m2" and name not in year.columns):
+            continue
+        values = _instead(year, rows, name, year.values(name, rows), notes)
+        found[name] = None if values is None else values[order]
+    found["relative_humidity_percent"] = _least(found.get("relative_humidity_percent"), 100.0)
+    return FileWeather(_hourly(year.file, found), year.station, tuple(notes))
 
 
-@lru_cache(maxsize=4)
-def _year(file: Path, changed_ns: int, name: str) -> tuple[Any, dict[str, Any]]:
-    """All readings of a typical year with its station, read once for all states of a job."""
-    from pvlib import iotools
+def _instead(year: YearFile, rows: list[int], name: str, values: Floats, notes: list[str]) -> Floats | None:
+    """Values without gaps: short ones interpolated, long ones by other readings; None where the job must say."""
+    missing = np.isnan(values)
+    count = int(np.count_nonzero(missing))
+    if not count:
+        return values
+    known, hours = np.flatnonzero(~missing), np.arange(24)
+    if known.size and np.max(np.diff([*known, known[0] + 24])) <= LONGEST_GAP_H:
+        notes.append(f"has no {name} in {count} of 24 hours; interpolated")
+        return np.interp(hours, known, values[known], period=24)
+    other = None
+    if name == "relative_humidity_percent":
+        other = _humidity_of_dew_point(year, rows), "the dew point"
+    elif name == "cloud_fraction":
+        other = _cloud_of_longwave(year, rows), "the longwave radiation of the sky (Clark and Allen)"
+    if other is not None and np.all(np.isfinite(other[0])):
+        notes.append(f"has no {name} in {count} of 24 hours; it follows from {other[1]}")
+        return np.where(missing, other[0], values)
+    if name not in _INSTEAD:
+        line = year.readings[rows[int(np.argmax(missing))]][0]
+        raise InputError(
+            f"has no {name} in {count} of the 24 hours; allowed: gaps up to {LONGEST_GAP_H:g} h; take another date or"
+            " file",
+            file=year.file,
+            line=line,
+        )
+    notes.append(f"has no {name} in {count} of 24 hours; {_INSTEAD[name]}")
+    return None
 
-    try:
-        if name == _EPW.name:
-            data, station = iotools.read_epw(file)
-        else:
-            data, station = iotools.read_tmy3(file, map_variables=True)
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:  # pvlib's own
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"is not a file that pvlib reads as {name}: {reason}; check it", file=file) from None
-    return data, station
+
+def _humidity_of_dew_point(year: YearFile, rows: list[int]) -> Floats:
+    """Relative humidity over water, percent."""
+    dew, air = (year.values(name, rows) + ZERO_CELSIUS for name in ("dew_point_c", "air_temperature_c"))
+    return np.clip(100.0 * saturation_pressure(dew) / saturation_pressure(air), 0.0, 100.0)
+
+
+def _cloud_of_longwave(year: YearFile, rows: list[int]) -> Floats:
+    """Cloud fraction with which the emissivity of the sky is that of the horizontal infrared radiation.
+
+    References
+    ----------
+    Clark and Allen (1978), Proc. 2nd National Passive Solar Conference, 675, with clouds by Walton (1983), NBSIR
+    83-2655; as in the EnergyPlus Engineering Reference, "Sky Radiation Modeling".
+    """
+    longwave, celsius = year.values("longwave_down_w_m2", rows), year.values("air_temperature_c", rows)
+    dew = year.values("dew_point_c", rows) + ZERO_CELSIUS
+    clear = 0.787 + 0.764 * np.log(dew / 273.0)
+    ratio = longwave / (constants.Stefan_Boltzmann * (celsius + ZERO_CELSIUS) ** 4 * clear)
+    tenths = np.linspace(0.0, 10.0, 101)
+    fraction: Floats = 0.1 * np.interp(ratio, 1 + 0.0224 * tenths - 0.0035 * tenths**2 + 0.00028 * tenths**3, tenths)
+    return fraction
 
 
 def _hourly(file: Path, found: dict[str, Any]) -> HourlyWeather:

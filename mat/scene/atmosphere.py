@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.state.climate import blended_profile
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.ground_air import GroundAir
 from skyshine.mat.atmosphere.state.profiles import Profile
-from skyshine.mat.atmosphere.state.sounding import read_sounding
+from skyshine.mat.atmosphere.state.sounding import continued
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import clock_text
@@ -67,7 +67,8 @@ def profile_of(state: State) -> Profile:
     profile = blended_profile(state.profile_weights)
     if state.sounding is None:
         return profile
-    return read_sounding(state.sounding.text, state.sounding.path, profile)
+    assert state.sounding.levels is not None  # a loaded job has read them
+    return continued(state.sounding.levels, profile)
 
 
 def _gas_amounts(state: State) -> GasAmounts:

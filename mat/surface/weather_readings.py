@@ -13,7 +13,7 @@ import numpy as np
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.record import Record, equal_steps
 from skyshine.schemas.arrays import Floats
-from skyshine.schemas.csv_table import Head, column_heads, data_lines, read_text, row_cells
+from skyshine.schemas.csv_table import Head, column_heads, data_lines, delimiter_of, read_text, row_cells
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.plain_numbers import plain_number
 
@@ -129,7 +129,11 @@ def read_readings(
         count = max(len(lines) - 1, 0)
         raise InputError(f"found {count} readings; allowed: a header and at least {LEAST_READINGS}", file=file)
     heads = _header(file, *lines[0], columns, ["time", *required])
-    rows = [_row(file, number, line, heads, columns, read_time) for number, line in lines[1:]]
+    delimiter = delimiter_of(lines[0][1])
+    rows = [
+        _row(file, number, row_cells(file, number, line, len(heads), delimiter), heads, columns, read_time)
+        for number, line in lines[1:]
+    ]
     numbers = [number for number, _ in lines[1:]]
     time = np.array([seconds for seconds, _ in rows])
     if np.any(np.diff(time) <= 0):
@@ -166,14 +170,14 @@ def _header(file: Path, number: int, line: str, columns: Mapping[str, Column], r
 def _row(
     file: Path,
     number: int,
-    line: str,
+    found: list[tuple[str, int]],
     heads: list[Head],
     columns: Mapping[str, Column],
     read_time: Callable[[str], float],
 ) -> tuple[float, dict[str, float]]:
     """Seconds and the values in SI of a line."""
     seconds, values = np.nan, {}
-    for head, (cell, column) in zip(heads, row_cells(file, number, line, len(heads)), strict=True):
+    for head, (cell, column) in zip(heads, found, strict=True):
         try:
             if head.name == "time":
                 seconds = read_time(cell)

@@ -16,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 
+from skyshine.mat.atmosphere.soundings.files import read_levels, times_of
 from skyshine.mat.atmosphere.state.profiles import load_profile
-from skyshine.mat.atmosphere.state.sounding import read_sounding
+from skyshine.mat.atmosphere.state.sounding import continued
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.series import Series, members
 from skyshine.mat.job.weather_files import read_weather
@@ -60,6 +61,23 @@ output: {folder: built}
 surface_grid: {time: ["00:00", "12:00"]}
 """
 SOUNDING = "altitude[km],pressure[hPa],temperature[C],relative_humidity[%],O3[ppmv]\n0,1013,15,50,.03\n5,540,-18,30,.05\n12,193,-57,10,.2\n"  # noqa: E501
+SONDE = "time [s];Height (m);P (hPa);Temp (degC);RH (%);wind\n0;10;1010;20;60;\n9;800;920.6;14.2;;3\n"
+SONDE += "20;1500;846.4;10;43;///\n"
+WYOMING = """\
+94672 YPAD Adelaide Airport Observations at 06Z 15 Jan 2026
+
+   PRES   HGHT   TEMP   DWPT   RELH   MIXR
+    hPa     m      C      C      %    g/kg
+------------------------------------------
+ 1025.0   -120
+ 1010.0     10   20.0   12.0     60   8.77
+  920.6    800   14.2    9.0     71   7.85
+  846.4   1500   10.0   -2.0     43   3.89
+Station information and sounding indices
+"""
+IGRA = "#ASM00094672 2026 01 15 06 0517    3 ncdc6310 ncdc6310 -349500  1385300\n"
+IGRA += "21     0 101000B   10B  200B-9999    80   220    30 \n30    20  -9999    50 -9999 -9999 -9999   220    31 \n"
+IGRA += "20   240  84640B-9999B  100B-9999   120   220    30 \n"
 RESPONSE = "# a filter\nwavelength[um],response\n8,0\n9,.9\n11,1\n12,0\n"
 DAY = "time,air_temperature[C],relative_humidity[%],wind_speed[m/s]\n" + "".join(
     f"{h:02d}:00,{10 + h % 12},50,2\n" for h in range(24)
@@ -94,6 +112,11 @@ LIBRARY = load_library()
 
 def _job(path: Path) -> None:
     load_job(path).output_folder
+
+
+def _sounding(path: Path) -> None:
+    times_of(path)
+    continued(read_levels(path), load_profile("us_standard"))
 
 
 def _series(path: Path) -> None:
@@ -151,7 +174,11 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "job": (".yaml", _job),
     "material": (".yaml", lambda path: load_model(path, ThermalFile)),
     "specular": (".yaml", lambda path: load_model(path, SpecularFile)),
-    "sounding": (".csv", lambda path: read_sounding(read_text(path), path, load_profile("us_standard"))),
+    "sounding": (".csv", _sounding),
+    "sonde": (".csv", _sounding),
+    "wyoming": (".txt", _sounding),
+    "igra": (".txt", _sounding),
+    "netcdf": (".nc", _sounding),
     "response": (".csv", lambda path: parse_response(read_text(path), path)),
     "weather": (".csv", lambda path: read_weather(path, datetime.date(2026, 6, 28), -5)),
     "series": (".csv", _series),
@@ -177,6 +204,9 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
 TEXTS = {
     "job": JOB,
     "sounding": SOUNDING,
+    "sonde": SONDE,
+    "wyoming": WYOMING,
+    "igra": IGRA,
     "response": RESPONSE,
     "weather": DAY,
     "series": ENSEMBLE,
@@ -209,6 +239,8 @@ def seeds(target: str) -> list[bytes]:
         return [_picture(target)]
     if target == "tmy3":
         return _tmy3()
+    if target == "netcdf":
+        return [_netcdf()]
     if target == "structure":
         return [bytes([number]) for number in range(8)]
     folder, pattern = FOLDERS.get(target) or (os.environ.get("SKYSHINE_FUZZ_TABLES"), TABLES[target])
@@ -232,6 +264,30 @@ def _picture(target: str) -> bytes:
     else:
         picture.save(content, format="PNG")
     return content.getvalue()
+
+
+def _netcdf() -> bytes:
+    """A column on three pressure levels."""
+    from netCDF4 import Dataset
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "column.nc"
+        with Dataset(path, "w") as data:
+            for name, unit, values in (
+                ("time", "hours since 2026-01-15", [6.0]),
+                ("level", "hPa", [1010.0, 920.0, 846.0]),
+            ):
+                data.createDimension(name, len(values))
+                data.createVariable(name, "f8", (name,))[:] = values
+                data[name].units = unit
+            for name, unit, values in (
+                ("t", "K", [293.0, 287.0, 283.0]),
+                ("q", "kg kg**-1", [0.008, 0.007, 0.003]),
+                ("z", "m**2 s**-2", [100.0, 7850.0, 14700.0]),
+            ):
+                data.createVariable(name, "f4", ("time", "level"))[:] = values
+                data[name].units = unit
+        return path.read_bytes()
 
 
 def _tmy3() -> list[bytes]:

@@ -1,11 +1,13 @@
 """The contract of the commands: exit statuses, one line of complaint, JSON."""
 
 import json
+import logging
+import re
 
 import click
 import pytest
 
-from skyshine.schemas.commands import CommandGroup, emit_json, write_measured
+from skyshine.schemas.commands import CommandGroup, emit_json, log_lines, write_measured
 from skyshine.schemas.errors import CheckFailed, InputError
 from skyshine.schemas.quantity import quantity
 
@@ -50,6 +52,33 @@ def test_exit_status_and_complaint(group, capsys, arguments, status, complaint):
     if status == 0:
         read = json.loads(shown.out)
         assert read == {"a": {"units": "K", "values": [1.0, None]}, "b": {"units": "km", "value": 2.5}}
+
+
+def test_a_mistyped_command_is_answered_with_the_nearest(capsys):
+    made = CommandGroup("tool", package="none", commands={"build": "Build.", "check": "Check."})
+    for typed, nearest in (("buld", "; did you mean 'build'?"), ("zzz", "")):
+        with pytest.raises(SystemExit) as stop:
+            made.main([typed])
+        assert stop.value.code == 2
+        assert capsys.readouterr().err.startswith(f"tool: No such command '{typed}'{nearest}")
+
+
+def test_h_is_help(capsys):
+    made = CommandGroup("tool", package="none", commands={"build": "Build."})
+    with pytest.raises(SystemExit) as stop:
+        made.main(["-h"])
+    assert stop.value.code == 0 and "Build." in capsys.readouterr().out
+
+
+def test_lines_of_the_log_reach_standard_error_while_a_command_works(capsys):
+    log = logging.getLogger("skyshine.mat.build")
+    with log_lines(3, "building") as advance:
+        log.info("s01.htt.h5, state %d of %d", 1, 3)
+        advance(1)
+    log.info("not heard")
+    heard = capsys.readouterr().err
+    assert re.fullmatch(r"\d\d:\d\d:\d\d s01.htt.h5, state 1 of 3\n", heard)
+    assert not logging.getLogger("skyshine").handlers
 
 
 def test_measured_figures_and_their_picture_stand_side_by_side(tmp_path):

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import constants
 
+from skyshine.mat.atmosphere.soundings.levels import HIGHEST_PRESSURE, TEMPERATURES
 from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS, gravity
 from skyshine.mat.atmosphere.state.levels import exponential, linear
 from skyshine.mat.atmosphere.state.profiles import Profile
-from skyshine.mat.atmosphere.state.sounding import HIGHEST_PRESSURE, TEMPERATURES
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.mat.surface.weather import LAPSE_RATE
 from skyshine.schemas.arrays import Booleans, Floats

@@ -11,10 +11,11 @@ from skyshine.schemas.arrays import Floats
 
 _Altitude = TypeVar("_Altitude", np.float64, Floats)
 
+EARTH_RADIUS = 6356766.0  # m, of the gravity below (US Standard Atmosphere 1976)
 DRY_AIR_MOLAR_MASS = 28.9647e-3  # kg mol^-1 (US Standard Atmosphere 1976)
 
 
 def gravity(altitude: _Altitude) -> _Altitude:
     """m s^-2 at 45 degrees (US Standard Atmosphere 1976: 9.80665 falling with the square of distance)."""
-    acceleration: _Altitude = constants.g * (6356766.0 / (6356766.0 + altitude)) ** 2
+    acceleration: _Altitude = constants.g * (EARTH_RADIUS / (EARTH_RADIUS + altitude)) ** 2
     return acceleration

@@ -76,7 +76,7 @@ def test_a_table_gives_each_state_its_values(job):
     ("series", "table", "message"),
     [
         ("{first: 2026-01-02, last: 2026-01-01}", None, r"job.yaml:10:\d+: .*found last 2026-01-01 before first"),
-        ("{first: 2026-01-02}", None, "give one of the two"),
+        ("{first: 2026-01-02}", None, "give one of the three"),
         ("{first: 0001-01-01, last: 9999-12-31}", None, "found more than 9999 days"),
         (
             "{table: ensemble.csv}",
@@ -105,7 +105,8 @@ def test_a_wrong_series_is_one_clear_line(job, series, table, message):
 )
 def test_a_path_leads_out_of_the_job_only_with_leave(job, tmp_path, monkeypatch, old, new):
     (tmp_path.parent / "secret.csv").write_text(
-        "altitude[km],pressure[hPa],temperature[K]\n0,1013,288\n", encoding="utf-8"
+        "altitude[km],pressure[hPa],temperature[K],relative_humidity[%]\n0,1013,288,50\n5,540,255,30\n",
+        encoding="utf-8",
     )
     text = JOB.replace("    series: SERIES\n", "").replace(old, new, 1)
     (tmp_path / "job.yaml").write_text(text, encoding="utf-8")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.radiometry.blackbody import SpectralResponse, band_radiance
-from skyshine.mat.radiometry.response_table import UNITS, parse_response
+from skyshine.mat.radiometry.response_table import UNITS, is_quantum, parse_response
 from skyshine.schemas.errors import InputError
 
 TABLE = """\
@@ -37,6 +37,10 @@ ROWS = {
     "um": ("8", "10", "12.5"),
     "nm": ("8000", "10000", "12500"),
     "m": ("8e-6", "10e-6", "12.5e-6"),
+    **dict.fromkeys(
+        ("micron", "microns", "micrometer", "micrometers", "micrometre", "micrometres"), ("8", "10", "12.5")
+    ),
+    **dict.fromkeys(("nanometer", "nanometers", "nanometre", "nanometres"), ("8000", "10000", "12500")),
     **dict.fromkeys(("cm-1", "cm^-1", "1/cm"), ("1250", "1000", "800")),
     "m-1": ("125000", "100000", "80000"),
 }
@@ -79,8 +83,8 @@ def test_a_rectangle_in_wavenumbers_is_the_one_in_wavelengths():
         ("8,40", "8,-1", "r.csv:4:3: found -1; allowed: a response of at least 0"),
         ("8,40", "8,nan", "r.csv:4:3: response: found 'nan'; allowed: a finite number"),
         ("7.5,0", "-7.5,0", "r.csv:3:1: found -7.5; allowed: a wavelength above 0"),
-        ("wavelength[um]", "wavelength", "r.csv:2:1: found no unit of wavelength; allowed: um, nm, m"),
-        ("wavelength[um]", "lambda[um]", "r.csv:2:1: found the column 'lambda'"),
+        ("wavelength[um]", "wavelength", "r.csv:2:1: found no unit of wavelength; allowed: um, nm, m, micron"),
+        ("wavelength[um]", "colour[um]", "r.csv:2:1: found the columns colour and response; allowed"),
         (",response", ",wavenumber[cm-1]", "r.csv:2:1: found the columns wavelength and wavenumber; allowed: response"),
     ],
 )
@@ -94,3 +98,49 @@ def test_bad_tables_are_refused_with_line_and_column(old, new, message):
 def test_a_response_of_0_everywhere_is_refused():
     with pytest.raises(InputError, match="0 in every row"):
         parse_response("wavelength[um],response\n8,0\n9,0\n", "r.csv")
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "wavelength_um,response",
+        "Wavelength (um);RSR",
+        "lambda [\u00b5m]\tB10",
+        "wl_um,transmission (%)",
+        "WAVELENGTH [microns],responsivity[A/W]",
+    ],
+)
+def test_usual_headers_and_delimiters(head):
+    delimiter = next((d for d in "\t;" if d in head), ",")
+    rows = [line.replace(",", delimiter) for line in TABLE.splitlines()[2:]]
+    ours, own = parse_response("\n".join([head, *rows]), "r.csv"), parse_response(TABLE, "r.csv")
+    assert ours.wavelength == pytest.approx(own.wavelength) and ours.response == pytest.approx(own.response)
+    assert not is_quantum("\n".join([head, *rows]), "r.csv")
+
+
+@pytest.mark.parametrize(
+    "name", ["QE", "EQE (%)", "quantum_efficiency", "photon response", "response[electrons/photon]"]
+)
+@pytest.mark.parametrize("axis", ["wavelength[um]", "wavenumber[cm-1]"])
+def test_a_quantum_efficiency_becomes_the_response_to_energy(name, axis):
+    """A detector that counts every photon of 8 to 12 um: its response to a watt rises as the wavelength."""
+    ends = ("8", "12") if axis == "wavelength[um]" else ("1250", "833.3333333333334")
+    text = f"{axis},{name}\n{ends[0]},0.6\n{ends[1]},0.6\n"
+    response = parse_response(text, "r.csv")
+    assert is_quantum(text, "r.csv")
+    assert response.at_wavelength([8.0, 9.0, 10.0, 12.0]) == pytest.approx(np.array([8, 9, 10, 12]) / 12, rel=1e-9)
+
+
+def test_a_quantum_efficiency_that_changes_is_finer_than_its_table():
+    """QE rises linearly from 0 to 1 over 8 to 12 um: at 10 um half of it, times 10 of 12."""
+    response = parse_response("wavelength_nm,QE\n8000,0\n12000,1\n", "r.csv")
+    assert response.at_wavelength([9.0, 10.0, 11.0]) == pytest.approx([9 / 48, 10 / 24, 11 / 16], rel=2e-4)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "wavelength_um,response\n", "8,0\n9,1\n10,0\n", "wavelength_um\n8\n9\n", "\0\0,\0\n1,2\n3,4\n"]
+)
+def test_hostile_tables_are_refused_in_one_line(text):
+    with pytest.raises(InputError) as caught:
+        parse_response(text, "r.csv")
+    assert "\n" not in str(caught.value)

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from skyshine.mat.atmosphere.soundings.units import UNITS
 from skyshine.mat.atmosphere.state.gas_amounts import DOBSON_UNIT, GasAmounts
 from skyshine.mat.atmosphere.state.humidity import mole_fraction
 from skyshine.mat.atmosphere.state.profiles import GASES, PROFILES, load_profile
-from skyshine.mat.atmosphere.state.sounding import UNITS, read_sounding
+from skyshine.mat.atmosphere.state.sounding import read_sounding
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.errors import InputError

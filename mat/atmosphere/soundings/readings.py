@@ -1,0 +1,59 @@
+"""What a file says of one column of air, in SI units, with the place of each value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
+
+# Of rows: as an author sorted them; as a balloon measured them, up and down a little; in no order of their own.
+Order = Literal["sorted", "flown", "any"]
+
+
+@dataclass(frozen=True, eq=False)
+class Readings:
+    """Rows of a sounding before they are checked.
+
+    Attributes
+    ----------
+    file : Path
+    values : dict of str to (N,) array
+        By quantity (`units.UNITS`) or gas; NaN where a row does not have it.
+    order : str
+    time : datetime or None
+        UTC; None where the file does not say.
+    written : dict of str to (N,) array
+        Values in the units of the file, for messages.
+    places : dict of (row, quantity) to (line, column)
+        Empty where the file has no lines.
+    """
+
+    file: Path
+    values: Mapping[str, Floats]
+    order: Order
+    time: datetime | None = None
+    written: Mapping[str, Floats] = field(default_factory=dict)
+    places: Mapping[tuple[int, str], tuple[int, int]] = field(default_factory=dict)
+
+    def number(self, row: int, name: str) -> float:
+        """A value as the file has it."""
+        return float(self.written.get(name, self.values[name])[row])
+
+    def error(self, row: int, name: str, message: str) -> InputError:
+        """An `InputError` at the place of a value."""
+        place = self.places.get((row, name))
+        if place is None:
+            return InputError(f"level {row + 1}: {message}", file=self.file)
+        return InputError(message, file=self.file, line=place[0], column=place[1])
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return int(np.size(next(iter(self.values.values()), np.empty(0))))

@@ -295,8 +295,8 @@ def points_in_air(
 
 
 def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathScope) -> SpectralAir:
-    """Air at all points of a band. The field of the source's light is solved at few elevations, in plane layers: all points
-    and the chosen ones are compared in the same field.
+    """Air at all points of a band; the field of the source's light is solved at few elevations, in plane layers: all
+    points and the chosen ones are compared in the same field.
     """
     elevations = np.array(_ELEVATIONS)
     if scope.is_part:  # those around the source

@@ -21,7 +21,7 @@ from skyshine.mat.atmosphere.transfer.scattering_orders import first_orders
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
 from skyshine.mat.atmosphere.transfer.spherical_paths import BEAM_ELEVATIONS, MOMENTS, Line, SphericalPaths
-from skyshine.schemas.arrays import Floats, Singles
+from skyshine.schemas.arrays import Floats, Reals, Singles
 
 # Elevations of the source at which the orders are computed, degree: those of the field up to where it is plane, and of
 # the air towards the Sun.
@@ -173,10 +173,9 @@ class LowSun:
 
     def _source(self, layers: ScaledLayers, levels: Floats, radiance: Singles) -> Singles:
         """Source function (N, X, M, U, P) of an order of radiance, by the direction in which light leaves."""
-        modes = _at_levels(self._modes(radiance, MOMENTS), levels[self.paths.level], levels)
+        modes = _at_levels(self._modes(radiance, MOMENTS), levels[self.paths.level], levels).astype(float)
         nodes = self.ordinates.node.size
-        weighted = layers.at_levels.astype(np.float32)
-        light = self.ordinates.scattered_into(weighted, modes[:, :, :nodes], modes[:, :, nodes:], COSINES)
+        light = self.ordinates.scattered_into(layers.at_levels, modes[:, :, :nodes], modes[:, :, nodes:], COSINES)
         return np.ascontiguousarray(np.swapaxes(light, 1, 2), dtype=np.float32)
 
     def _modes(self, radiance: Singles, count: int) -> Singles:
@@ -190,7 +189,7 @@ class LowSun:
         modes: Singles = np.einsum("ma,zdaup->zmdup", series.astype(np.float32), radiance, optimize=True)
         return modes
 
-    def _ratios(self, modes: Singles, plane: Floats, levels: Floats, sine: Floats) -> tuple[Singles, Singles]:
+    def _ratios(self, modes: Singles, plane: Reals, levels: Floats, sine: Floats) -> tuple[Singles, Singles]:
         """Of an order under sources at elevations of sines (V,): its radiance over that in plane layers (N, 2 n, V, P),
         and its moments over the first of them (N, M, 2 n, V, P).
 

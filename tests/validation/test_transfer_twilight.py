@@ -4,7 +4,7 @@ With the Sun up, the truth solves successive orders of scattering in spherical s
 Carlo (`spherical_monte_carlo`) agrees with it at sunset. In twilight it is the Monte Carlo alone: there sasktran2's
 solvers contradict each other. With the Sun at -4 degrees, 0.65 um, clear air, they give the zenith 3.3e-5 (successive
 orders, with 3 to 31 solar zenith angles), 4.1e-5 (the older solver of those) or 3.5e-6 sr^-1 (discrete ordinates) of
-light scattered more than once; the Monte Carlo gives 5e-6, and so does the exact single light of the whole sky scattered
+light scattered more than once; the Monte Carlo gives 5e-6, and so does the exact single light of the sky, scattered
 once more. All take the levels, gases and particles of the same state at one monochromatic point; none refracts.
 ``pip install sasktran2`` brings the former; the table is printed with ``-s``.
 """

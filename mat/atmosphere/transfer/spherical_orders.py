@@ -25,7 +25,9 @@ from skyshine.schemas.arrays import Floats, Reals, Singles
 
 # Elevations of the source at which the orders are computed, degree: those of the field up to where it is plane, and of
 # the air towards the Sun.
-ELEVATIONS = np.array([-12, -10, -8, -7, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3.5, 5.5, 9, 14])
+ELEVATIONS = np.array([-10, -8, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3.5, 5.5, 10])
+# Air behind a place, over which the source stands lower by this, degree, adds next to nothing.
+_BEHIND = 5.0
 # Below the first elevation, degree, the field is spherical, above the second plane.
 _BLEND = (3.5, 5.5)
 ORDERS = 3
@@ -56,8 +58,9 @@ class LowSun:
         if not np.any(_spherical_share(sine) > 0):
             return None
         directions = ordinates(nodes, MOMENTS)
-        lowest = max(int(np.searchsorted(np.sin(np.radians(ELEVATIONS)), np.min(sine), side="right")) - 2, 0)
-        return cls(SphericalPaths.of(shells, directions, ELEVATIONS[lowest:]), directions)
+        lowest = np.degrees(np.arcsin(np.min(sine))) - _BEHIND
+        first = max(int(np.searchsorted(ELEVATIONS, lowest, side="right")) - 1, 0)
+        return cls(SphericalPaths.of(shells, directions, ELEVATIONS[first:]), directions)
 
     def corrected(
         self,
@@ -87,11 +90,11 @@ class LowSun:
         share = _spherical_share(sine)
         low = np.flatnonzero(share > 0)
         known, levels = self.paths.sine, source_paths.levels
-        both = np.append(known, sine[low])
+        both, places = np.unique(np.append(known, sine[low]), return_inverse=True)
         beam = source_paths.optical_depth(levels, np.broadcast_to(both, (levels.size, both.size))).astype(float)
         flat = ordinates(self.ordinates.node.size, 1)
         parts = first_orders(flat, layers.depth, layers.weighted, beam, both, albedo, ORDERS)
-        orders = [np.concatenate(part, axis=2)[:, 0] for part in parts]  # (N, 2 n, U, P) each
+        orders = [np.concatenate(part, axis=2)[:, 0][:, :, places] for part in parts]  # (N, 2 n, U, P) each
         radiance = np.concatenate([part[..., low, :] for part in plane], axis=2)
         first = [order[:, :, known.size :] for order in orders]
         # Of both sides together: a side that is dark in the last order need not be so in those after it.

@@ -71,7 +71,7 @@ def test_a_higher_sun_sees_plane_layers(air_of):
     low, around, flat = orders(air_of())
     height = air_of().state.altitude[low.paths.level] < 10e3
     for spherical, plane in zip(around, flat, strict=True):
-        mean = spherical.mean(axis=2)[height][:, :, -1]  # the highest elevation, 14 degree
+        mean = spherical.mean(axis=2)[height][:, :, -1]  # the highest elevation, 10 degree
         steep = np.r_[1:NODES, NODES + 1 : 2 * NODES]
         ratio = mean / plane[low.paths.level][height][:, :, -1]
         assert ratio[:, steep] == pytest.approx(1.0, abs=0.06)

@@ -10,7 +10,7 @@ In-band transmittance weights wavelengths: integral of phi tau dlambda over inte
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -24,6 +24,7 @@ from skyshine.mat.atmosphere.transfer.geometry import Rays, trace
 from skyshine.mat.atmosphere.transfer.line_of_sight import LineOfSight, lines_of_sight
 from skyshine.mat.atmosphere.transfer.path_axes import ALL_PATHS, PathScope
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
+from skyshine.mat.atmosphere.transfer.source_nodes import elevations_from
 from skyshine.mat.quantities.facet_light import Faces, light_among_walls
 from skyshine.mat.quantities.formulas import beta_star, mean_transmittance
 from skyshine.mat.quantities.grid import PathGrid
@@ -68,7 +69,7 @@ class BandAtmosphere:
     ) -> BandAtmosphere:
         """Prepare a state for a band."""
         air = SpectralAir.of(state, band.points, band.gases, band.weight)
-        return cls(band, air, scope)
+        return cls(band, replace(air, elevations=elevations_from(scope.lowest_source)), scope)
 
     def table(
         self,

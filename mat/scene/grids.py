@@ -23,9 +23,15 @@ def path_grid(job: Job, quantity: str | None = None) -> PathGrid:
 
 
 def path_scope(loaded: LoadedJob) -> PathScope:
-    """The part of the paths of a job that is within its query limits, and how high the surfaces at their ends lie."""
+    """The part of the paths of a job that is within its query limits, how high the surfaces at their ends lie, and how
+    low the source stands along them.
+    """
     share, job = read_share(loaded.requested, loaded.trimmed), loaded.trimmed
     axes = job.atmosphere_axes()
     reach, steepest = 1e3 * axes["range_km"][-1], np.radians(max(axes["elevation_deg"][-1], 0.0))
     start = 1e3 * (axes["altitude_km"][-1] - job.site.altitude_km)
-    return PathScope(share, float(start + reach * np.sin(steepest) + reach**2 / (2 * EARTH_RADIUS)))
+    return PathScope(
+        share,
+        float(start + reach * np.sin(steepest) + reach**2 / (2 * EARTH_RADIUS)),
+        float(axes["source_elevation_deg"][0] - np.degrees(reach / EARTH_RADIUS)),
+    )

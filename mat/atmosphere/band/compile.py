@@ -295,8 +295,8 @@ def points_in_air(
 
 
 def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathScope) -> SpectralAir:
-    """Air at all points of a band, in which the field of the source's light is solved at few elevations: all points and
-    the chosen ones are compared in the same field.
+    """Air at all points of a band; the field of the source's light is solved at few elevations, in plane layers: all
+    points and the chosen ones are compared in the same field.
     """
     elevations = np.array(_ELEVATIONS)
     if scope.is_part:  # those around the source
@@ -304,7 +304,7 @@ def _air(state: AtmosphericState, band: BandPoints, grid: PathAxes, scope: PathS
         first = int(np.searchsorted(elevations, low - _HORIZON_DROP, side="right")) - 1
         elevations = elevations[first : int(np.searchsorted(elevations, high + _HORIZON_DROP)) + 1]
     air = SpectralAir.of(state, band.points, band.gases, band.weight)
-    return replace(air, elevations=tuple(elevations.tolist()), azimuthal=_AZIMUTHAL, nodes=_NODES)
+    return replace(air, elevations=tuple(elevations.tolist()), azimuthal=_AZIMUTHAL, nodes=_NODES, spherical=False)
 
 
 def _training(air: SpectralAir, grid: PathAxes, airs: int, generator: np.random.Generator, scope: PathScope) -> Sample:

@@ -43,6 +43,8 @@ class SpectralAir:
         Azimuthal moments of that field.
     nodes : int
         Of each hemisphere, of the discrete ordinates of scattered light.
+    spherical : bool
+        That field is spherical under a low source; with False it is plane under beams through spherical layers.
     """
 
     state: AtmosphericState
@@ -53,6 +55,7 @@ class SpectralAir:
     elevations: tuple[float, ...] = ELEVATIONS
     azimuthal: int = AZIMUTHAL
     nodes: int = NODES
+    spherical: bool = True
 
     @classmethod
     def of(
@@ -148,6 +151,7 @@ class SpectralAir:
             self.elevations,
             self.azimuthal,
             self.nodes,
+            spherical=self.spherical,
         )
 
     def scattered_radiance(

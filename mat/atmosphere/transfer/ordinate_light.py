@@ -1,5 +1,7 @@
 """Light of Sun or Moon scattered more than once, by discrete ordinates.
 
+Under a low source the field of plane layers is made spherical by `spherical_orders`.
+
 `single_scattering` adds light scattered once, with the true phase function and the scaled extinction from the source to
 the observer. Here all extinction applies between the last scattering and the observer, and diffuse light scattered
 straight forward into the line of sight is part of the source function; light scattered once has no such part, which
@@ -28,6 +30,7 @@ from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, layer_weights, source_nodes
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
+from skyshine.mat.atmosphere.transfer.spherical_orders import LowSun
 from skyshine.mat.threads import parallel_map
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
@@ -73,6 +76,8 @@ class OrdinateLight:
         elevations: Sequence[float] = ELEVATIONS,
         azimuthal: int = AZIMUTHAL,
         nodes: int = NODES,
+        *,
+        spherical: bool = True,
     ) -> OrdinateLight:
         """Solve the field of a state.
 
@@ -91,6 +96,8 @@ class OrdinateLight:
             Azimuthal moments of the field.
         nodes : int
             Of each hemisphere, for which the fraction is.
+        spherical : bool
+            The field under a low source is that of `LowSun`.
         """
         sine = np.sin(np.radians(elevations))
         levels, points = state.altitude.size, optics.wavenumber.size
@@ -111,11 +118,13 @@ class OrdinateLight:
                 part,
                 azimuthal,
                 albedo,
+                low_sun,
             )
             falling[..., part] = layers.ordinates.flux(down)
             source[..., part] = layers.source(rising, down).transpose(0, 2, 3, 1, 4)
 
         moments = solved_moments(optics, nodes)
+        low_sun = LowSun.of(shells, nodes, sine) if spherical else None
         parallel_map(solve, range(0, points, _CHUNK))
         return cls(state.altitude, sine, optics.extinction, source, falling)
 
@@ -255,10 +264,11 @@ def falling_fluxes(
     """
     falling = np.empty((state.altitude.size, sine.size, optics.wavenumber.size))
     moments = solved_moments(optics, nodes)
+    low_sun = LowSun.of(shells, nodes, sine)
 
     def solve(start: int) -> None:
         part = slice(start, start + _CHUNK)
-        layers, _, down = _field(state, shells, optics, moments, fraction, source_paths, sine, part, 1, albedo)
+        layers, _, down = _field(state, shells, optics, moments, fraction, source_paths, sine, part, 1, albedo, low_sun)
         falling[..., part] = layers.ordinates.flux(down)
 
     parallel_map(solve, range(0, optics.wavenumber.size, _CHUNK))
@@ -276,6 +286,7 @@ def _field(
     part: slice,
     azimuthal: int,
     albedo: npt.ArrayLike,
+    low_sun: LowSun | None,
 ) -> tuple[ScaledLayers, Floats, Floats]:
     """The layers of a state at a part of the points, and the radiances that rise and fall at their levels."""
     layers = ScaledLayers.of(shells, optics.at(part), moments, fraction[:, part], molecules=True, azimuthal=azimuthal)
@@ -283,7 +294,11 @@ def _field(
     shape = state.altitude.size, sine.size
     beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, shape)).astype(float)
     ground = np.broadcast_to(np.asarray(albedo, dtype=float), (optics.wavenumber.size,))[part]
-    return layers, *layers.sunlight(beam, sine, ground)
+    plane = layers.sunlight(beam, sine, ground)
+    if low_sun is None:
+        return layers, *plane
+    scaled = optics.extinction[:, part] - optics.aerosol_scattering[:, part] * fraction[:, part]
+    return layers, *low_sun.corrected(plane, layers, scaled, paths, sine, ground)
 
 
 def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats, count: int) -> Singles:

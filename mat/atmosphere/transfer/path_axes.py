@@ -27,10 +27,13 @@ class PathScope:
         Of the cells of range, altitude and elevation.
     highest_surface : float
         Height above the ground up to which light on surfaces is read, m.
+    lowest_source : float
+        Elevation above which the source stands everywhere along the paths, degree.
     """
 
     share: float = 1.0
     highest_surface: float = math.inf
+    lowest_source: float = -90.0
 
     @property
     def is_part(self) -> bool:

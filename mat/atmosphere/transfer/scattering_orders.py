@@ -6,6 +6,9 @@ function of a layer is linear in optical depth; that of the beam falls exponenti
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import islice
+
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates
@@ -20,6 +23,29 @@ def sunlight(
     ordinates: Ordinates, depth: Floats, weighted: Floats, beam: Floats, sine: Floats, albedo: Floats
 ) -> tuple[Reals, Reals]:
     """Diffuse radiances at the levels; arguments and results as of `adding.sunlight`, in single precision."""
+    return _sum(_orders(ordinates, depth, weighted, *_once_scattered(ordinates, depth, weighted, beam, sine, albedo)))
+
+
+def first_orders(
+    ordinates: Ordinates,
+    depth: Floats,
+    weighted: Floats,
+    beam: Floats,
+    sine: Floats,
+    albedo: Floats,
+    count: int,
+) -> list[tuple[Reals, Reals]]:
+    """The first orders alone, each as `sunlight` returns their sum; fewer where nothing scatters."""
+    once = _once_scattered(ordinates, depth, weighted, beam, sine, albedo)
+    return list(islice(_orders(ordinates, depth, weighted, *once), count))
+
+
+def _once_scattered(
+    ordinates: Ordinates, depth: Floats, weighted: Floats, beam: Floats, sine: Floats, albedo: Floats
+) -> tuple[Reals, Reals, Reals, Reals]:
+    """Light of the beam that layers send up and down and that the ground reflects, with its albedo; arguments as of
+    `sunlight`.
+    """
     nodes = ordinates.node.size
     slant = _slant(ordinates, depth)[:, None, :, None]  # (N-1, 1, n, 1, P)
     fall = np.maximum(beam[:-1] - beam[1:], 0.0)[:, None, None]
@@ -29,8 +55,8 @@ def sunlight(
     upward *= mean_attenuation(np.zeros_like(slant + fall), slant + fall)
     downward *= mean_attenuation(*np.broadcast_arrays(slant, fall))
     ground = (albedo / np.pi) * np.maximum(sine, 0.0)[:, None] * np.exp(-beam[0])
-    single: list[Reals] = [part.astype(np.float32) for part in (upward, downward, ground, albedo)]
-    return _all_orders(ordinates, depth, weighted, *single)
+    up, down, sent, reflected = (part.astype(np.float32) for part in (upward, downward, ground, albedo))
+    return up, down, sent, reflected
 
 
 def thermal(
@@ -41,7 +67,7 @@ def thermal(
     bottom, top = (absorbed * part[:, None] for part in (emission[:-1], emission[1:]))  # (N-1, 1, P)
     near, far = source_weights(_slant(ordinates, depth))
     upward, downward = (part[:, None, :, None] for part in (near * top + far * bottom, near * bottom + far * top))
-    return _all_orders(ordinates, depth, weighted, upward, downward, ground[None], albedo)
+    return _sum(_orders(ordinates, depth, weighted, upward, downward, ground[None], albedo))
 
 
 def _slant(ordinates: Ordinates, depth: Floats) -> Floats:
@@ -50,7 +76,7 @@ def _slant(ordinates: Ordinates, depth: Floats) -> Floats:
     return slant
 
 
-def _all_orders(
+def _orders(
     ordinates: Ordinates,
     depth: Floats,
     weighted: Floats,
@@ -58,19 +84,19 @@ def _all_orders(
     downward: Reals,
     ground: Reals,
     albedo: Reals,
-) -> tuple[Reals, Reals]:
-    """Sum of all orders of the light (N-1, M, n, U, P) that layers send out and of a ground's radiance (U, P)."""
+) -> Iterator[tuple[Reals, Reals]]:
+    """Orders of the light (N-1, M, n, U, P) that layers send out and of a ground's radiance (U, P)."""
     slant = _slant(ordinates, depth)
     transmittance = np.exp(-slant)[:, None, :, None].astype(upward.dtype)
     near, far = (part[:, None, :, None].astype(upward.dtype) for part in source_weights(slant))
     # Weights of the mean of the source at both ends of a layer and of half its change, in the light that leaves it.
     total, slope = near + far, near - far
     rising, falling = _travelled(ordinates, transmittance, upward, downward, ground, albedo)
+    yield rising, falling
     if not np.any(weighted):
-        return rising, falling
-    all_rising, all_falling = rising, falling
+        return
     scattering, no_light = weighted.astype(upward.dtype), np.zeros_like(ground)
-    for _ in range(_MOST_ORDERS):
+    while True:
         even, odd = ordinates.moments_at_levels(rising, falling)
         upward, downward = ordinates.from_moments(scattering, 0.5 * (even[1:] + even[:-1]), 0.5 * (odd[1:] + odd[:-1]))
         upward *= total
@@ -81,6 +107,13 @@ def _all_orders(
         upward += slope * up_change
         downward -= slope * down_change
         rising, falling = _travelled(ordinates, transmittance, upward, downward, no_light, albedo)
+        yield rising, falling
+
+
+def _sum(orders: Iterator[tuple[Reals, Reals]]) -> tuple[Reals, Reals]:
+    """Sum of all orders."""
+    all_rising, all_falling = next(orders)
+    for rising, falling in islice(orders, _MOST_ORDERS):
         all_rising, all_falling = all_rising + rising, all_falling + falling
         if np.all(_largest(rising, falling) <= _TOLERANCE * _largest(all_rising, all_falling)):
             break

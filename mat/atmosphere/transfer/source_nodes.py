@@ -8,11 +8,15 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
-# Elevations of the source at which the field is solved, degree; between them it is linear in the sine.
+# Elevations of the source at which the field is solved, degree; between them its ratio to `typical_light` is linear in
+# the sine.
 ELEVATIONS: tuple[float, ...] = (
-    *(-20, -14, -10, -7, -5, -3.5, -2, -1, 0, 1, 2, 3.5),
+    *(-20, -10, -8, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3.5),
     *(5.5, 8, 12, 17, 23, 30, 38, 47, 57, 70, 90),
 )
+# In twilight, scattered light near the ground falls by a factor e for each degree, high up more slowly; this rate,
+# degree^-1, below the first of two elevations, degree, and none above the second, is between.
+_FALL, _FALLING = 0.7, (-2.0, 1.0)
 
 
 def elevations_around(sine: npt.ArrayLike) -> tuple[float, ...]:
@@ -24,8 +28,13 @@ def elevations_around(sine: npt.ArrayLike) -> tuple[float, ...]:
     return ELEVATIONS[first : last + 1]
 
 
+def elevations_from(lowest: float) -> tuple[float, ...]:
+    """Those of `ELEVATIONS` that sources at an elevation [degree] and above need."""
+    return ELEVATIONS[max(int(np.searchsorted(ELEVATIONS, lowest, side="right")) - 1, 0) :]
+
+
 def source_nodes(sine: Floats, cosine: Floats) -> tuple[Integers, Singles]:
-    """The elevations between which a source stands along a ray, and their linear weights.
+    """The elevations between which a source stands along a ray, and their weights.
 
     Parameters
     ----------
@@ -41,10 +50,29 @@ def source_nodes(sine: Floats, cosine: Floats) -> tuple[Integers, Singles]:
     weight : (K, S, V) array
         Of each in the middle of each segment; single precision.
     """
-    middle = np.clip(0.5 * (cosine[:-1] + cosine[1:]), sine[0], sine[-1])
-    place = np.interp(middle, sine, np.arange(sine.size))
-    nodes = np.union1d(np.floor(place), np.ceil(place)).astype(int)
-    return nodes, np.maximum(1 - np.abs(place[..., None] - nodes), 0.0).astype(np.float32)
+    weight = elevation_weights(sine, 0.5 * (cosine[:-1] + cosine[1:]))
+    nodes = np.flatnonzero(np.any(weight > 0, axis=(0, 1)))
+    return nodes, weight[..., nodes].astype(np.float32)
+
+
+def elevation_weights(sine: Floats, cosine: Floats) -> Floats:
+    """Weights (..., U) of fields under sources at elevations of sines (U,), for cosines (...) of zenith angles; held
+    beyond both ends.
+    """
+    inside = np.clip(cosine, sine[0], sine[-1])
+    place = np.interp(inside, sine, np.arange(sine.size))
+    weight: Floats = np.maximum(1 - np.abs(place[..., None] - np.arange(sine.size)), 0.0)
+    weight *= typical_light(inside)[..., None] / typical_light(sine)
+    return weight
+
+
+def typical_light(sine: Floats) -> Floats:
+    """Scattered light under a source whose elevation has this sine, about as it falls in twilight; 1 by day."""
+    low, high = _FALLING
+    above = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0))) - low
+    fall = np.maximum(high - low - np.maximum(above, 0.0), 0.0) ** 2 / (2 * (high - low)) - np.minimum(above, 0.0)
+    light: Floats = np.exp(-_FALL * fall)
+    return light
 
 
 def layer_weights(segments: Segments, levels: Floats, extinction: Floats, depths: Depths) -> tuple[Singles, Singles]:

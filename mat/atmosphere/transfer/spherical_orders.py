@@ -1,0 +1,299 @@
+"""Light of a low Sun by orders of scattering in spherical shells.
+
+Plane layers under the local beam are too dark in twilight: light reaches the air in the Earth's shadow along lines of
+sight from lit air on the side of the Sun. Here the first orders are summed along such lines, at some levels, directions
+and elevations of the source. What follows them is to the last of them as in plane layers, so that clouds of any depth
+are solved, and under a high Sun plane layers remain what they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers
+from skyshine.mat.atmosphere.transfer.directions import COSINES
+from skyshine.mat.atmosphere.transfer.geometry import Shells
+from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
+from skyshine.mat.atmosphere.transfer.scattering_orders import first_orders
+from skyshine.mat.atmosphere.transfer.segments import Depths
+from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
+from skyshine.mat.atmosphere.transfer.spherical_paths import BEAM_ELEVATIONS, MOMENTS, Line, SphericalPaths
+from skyshine.schemas.arrays import Floats, Reals, Singles
+
+# Elevations of the source at which the orders are computed, degree: those of the field up to where it is plane, and of
+# the air towards the Sun.
+ELEVATIONS = np.array([-10, -8, -6, -5, -4, -3, -2, -1, 0, 1, 2, 3.5, 5.5, 10])
+# Air behind a place, over which the source stands lower by this, degree, adds next to nothing.
+_BEHIND = 5.0
+# Below the first elevation, degree, the field is spherical, above the second plane.
+_BLEND = (3.5, 5.5)
+ORDERS = 3
+# Vertical optical depth below which the light is that of plane layers times a factor: it is what came down through the
+# layers above.
+_DEEP = 3.0
+# Radiances below count as none.
+_DARK = 1e-30
+
+
+@dataclass(frozen=True, eq=False)
+class LowSun:
+    """Lines along which light of a low source reaches the levels of a state.
+
+    Attributes
+    ----------
+    paths : SphericalPaths
+    ordinates : Ordinates
+        Directions of the lines, and azimuthal moments of what is scattered along them.
+    """
+
+    paths: SphericalPaths
+    ordinates: Ordinates
+
+    @classmethod
+    def of(cls, shells: Shells, nodes: int, sine: Floats) -> LowSun | None:
+        """The lines along so many nodes a hemisphere; None if no source at elevations of sines (U,) is low."""
+        if not np.any(_spherical_share(sine) > 0):
+            return None
+        directions = ordinates(nodes, MOMENTS)
+        lowest = np.degrees(np.arcsin(np.min(sine))) - _BEHIND
+        first = max(int(np.searchsorted(ELEVATIONS, lowest, side="right")) - 1, 0)
+        return cls(SphericalPaths.of(shells, directions, ELEVATIONS[first:]), directions)
+
+    def corrected(
+        self,
+        plane: tuple[Floats, Floats],
+        layers: ScaledLayers,
+        extinction: Floats,
+        source_paths: SourcePaths,
+        sine: Floats,
+        albedo: Floats,
+    ) -> tuple[Floats, Floats]:
+        """The radiances of plane layers, made spherical where the source is low.
+
+        Parameters
+        ----------
+        plane : two (N, M, n, U, P) arrays
+            Radiances rising and falling at the levels of plane layers, for M azimuthal moments.
+        layers : ScaledLayers
+        extinction : (N, P) array
+            Delta-scaled, m^2 per molecule.
+        source_paths : SourcePaths
+            Through that extinction.
+        sine : (U,) array
+            Of the source's elevation.
+        albedo : (P,) array
+            Of the ground.
+        """
+        share = _spherical_share(sine)
+        low = np.flatnonzero(share > 0)
+        known, levels = self.paths.sine, source_paths.levels
+        both, places = np.unique(np.append(known, sine[low]), return_inverse=True)
+        beam = source_paths.optical_depth(levels, np.broadcast_to(both, (levels.size, both.size))).astype(float)
+        flat = ordinates(self.ordinates.node.size, 1)
+        parts = first_orders(flat, layers.depth, layers.weighted, beam, both, albedo, ORDERS)
+        orders = [np.concatenate(part, axis=2)[:, 0][:, :, places] for part in parts]  # (N, 2 n, U, P) each
+        radiance = np.concatenate([part[..., low, :] for part in plane], axis=2)
+        first = [order[:, :, known.size :] for order in orders]
+        # Of both sides together: a side that is dark in the last order need not be so in those after it.
+        rest = np.maximum(np.sum(radiance[:, 0] - sum(first), axis=1, keepdims=True), 0.0)
+        last = np.sum(first[-1], axis=1, keepdims=True)
+        growth = 1 + rest / np.where(last > _DARK, last, np.inf)
+        spherical = np.zeros(radiance.shape)
+        light = self.orders(layers, extinction, source_paths, albedo, len(orders))
+        for number, (order, around) in enumerate(zip(orders, light, strict=True)):
+            modes = self._modes(around, radiance.shape[1])
+            ratio, shape = self._ratios(modes, order[:, :, : known.size], levels, sine[low])
+            mean = order[:, :, known.size :] * (growth if number == len(orders) - 1 else 1.0)
+            spherical += (mean * ratio)[:, None] * shape
+        spherical = self._deep(spherical, radiance, layers.depth)
+        radiance += (spherical - radiance) * share[low][:, None]
+        nodes, results = self.ordinates.node.size, []
+        for part, side in zip(plane, (slice(0, nodes), slice(nodes, None)), strict=True):
+            result = part.copy()
+            result[..., low, :] = radiance[:, :, side]
+            results.append(result)
+        return results[0], results[1]
+
+    def _deep(self, spherical: Floats, plane: Floats, depth: Floats) -> Floats:
+        """The spherical radiances (N, M, 2 n, V, P), but below `_DEEP` the plane ones in their ratio at that depth; for
+        the optical depth (N-1, P) of the layers.
+        """
+        above = np.append(np.cumsum(depth[::-1], axis=0)[::-1], np.zeros((1, depth.shape[1])), axis=0)
+        level = self.paths.level[np.argmax(above[self.paths.level] <= _DEEP, axis=0)]  # (P,)
+        points = np.arange(level.size)
+        weights = np.tile(self.ordinates.weight, 2)[:, None]
+        light, flat = (np.sum(part[level, 0, ..., points] * weights, axis=1).T for part in (spherical, plane))
+        factor = np.where(flat > _DARK, light / np.where(flat > _DARK, flat, 1.0), 1.0)  # (V, P)
+        is_deep = np.arange(len(plane))[:, None] < level
+        result: Floats = np.where(is_deep[:, None, None, None], plane * factor, spherical)
+        return result
+
+    def orders(
+        self, layers: ScaledLayers, extinction: Floats, source_paths: SourcePaths, albedo: Floats, count: int
+    ) -> list[Singles]:
+        """So many orders of radiance (Z, 2 n, A, U, P) at the levels of the paths, going up, then going down; arguments
+        as of `corrected`.
+        """
+        sine = self.paths.sine
+        direct = np.exp(-source_paths.optical_depth(source_paths.levels[:1], sine[None])[0])
+        lit = np.maximum(sine, 0.0)[:, None] * direct  # irradiance of the ground, (U, P)
+        once = _Once.of(source_paths, layers)
+        orders = [self._travelled(extinction, albedo, lit, once.along)]
+        while len(orders) < count:
+            again = _Again(self._source(layers, source_paths.levels, orders[-1]))
+            orders.append(self._travelled(extinction, albedo, np.zeros_like(lit), again.along))
+        return orders
+
+    def _travelled(
+        self,
+        extinction: Floats,
+        albedo: Floats,
+        lit: Floats,
+        along: Callable[[Line, Singles, Singles], Singles],
+    ) -> Singles:
+        """Radiance (Z, 2 n, A, U, P) of one order, and what the ground reflects of it and of its irradiance (U, P)."""
+        nodes, points = self.ordinates.node.size, extinction.shape[1]
+        cases = self.paths.azimuth.size, self.paths.sine.size
+        light = np.zeros((len(self.paths.lines), 2 * nodes, cases[0] * cases[1], points), np.float32)
+        ground = np.zeros(lit.shape, np.float32)
+        for going in (slice(nodes, None), slice(0, nodes)):  # down to the ground first
+            for result, lines in zip(light[:, going], self.paths.lines, strict=True):
+                for radiance, line in zip(result, lines[going], strict=True):
+                    depths = Depths(line.segments.column(extinction))
+                    if line.segments.index.size:
+                        near, far = depths.source_weights
+                        weight = depths.transmittance * (near + far)
+                        share = line.segments.upper_part(extinction, depths.per_segment)
+                        radiance[:] = along(line, weight.astype(np.float32), share.astype(np.float32))
+                    if line.ground is not None:
+                        radiance += (line.ground @ ground) * np.exp(-depths.cumulative[-1]).astype(np.float32)
+            mean = light[0, nodes:].reshape(nodes, *cases, points).mean(axis=1)
+            ground = ((lit + self.ordinates.flux(mean[None, None])[0]) * (albedo / np.pi)).astype(np.float32)
+        return light.reshape(*light.shape[:2], *cases, points)
+
+    def _source(self, layers: ScaledLayers, levels: Floats, radiance: Singles) -> Singles:
+        """Source function (N, X, M, U, P) of an order of radiance, by the direction in which light leaves."""
+        modes = _at_levels(self._modes(radiance, MOMENTS), levels[self.paths.level], levels).astype(float)
+        nodes = self.ordinates.node.size
+        light = self.ordinates.scattered_into(layers.at_levels, modes[:, :, :nodes], modes[:, :, nodes:], COSINES)
+        return np.ascontiguousarray(np.swapaxes(light, 1, 2), dtype=np.float32)
+
+    def _modes(self, radiance: Singles, count: int) -> Singles:
+        """Coefficients (Z, M, 2 n, U, P) of the cosines of multiples of the azimuth, of radiance (Z, 2 n, A, U, P); 0
+        where so many azimuths cannot tell them.
+        """
+        azimuth = self.paths.azimuth
+        multiple = np.arange(count)
+        series = np.cos(multiple[:, None] * azimuth) * np.where(multiple == 0, 1, 2)[:, None] / azimuth.size
+        series[azimuth.size :] = 0.0
+        modes: Singles = np.einsum("ma,zdaup->zmdup", series.astype(np.float32), radiance, optimize=True)
+        return modes
+
+    def _ratios(self, modes: Singles, plane: Reals, levels: Floats, sine: Floats) -> tuple[Singles, Singles]:
+        """Of an order under sources at elevations of sines (V,): its radiance over that in plane layers (N, 2 n, V, P),
+        and its moments over the first of them (N, M, 2 n, V, P).
+
+        Parameters
+        ----------
+        modes : (Z, M, 2 n, U, P) array
+            Of the order at the levels and elevations of the paths.
+        plane : (N, 2 n, U, P) array
+            The order in plane layers, averaged over azimuth.
+        """
+        mean, flat = modes[:, 0], plane[self.paths.level]
+        lit = (flat > _DARK) & (mean > _DARK)
+        ratio = np.log(np.where(lit, mean, 1.0) / np.where(lit, flat, 1.0))
+        shape = modes / np.where(mean > _DARK, mean, 1.0)[:, None]
+        known = self.paths.sine
+        place = np.interp(np.clip(sine, known[0], known[-1]), known, np.arange(known.size))
+        first = np.minimum(place.astype(int), known.size - 2)
+        share = (place - first).astype(np.float32)[:, None]
+        results = []
+        for values in (ratio, shape):
+            near, far = (values[..., first + step, :] for step in (0, 1))
+            results.append(_at_levels(near + (far - near) * share, levels[self.paths.level], levels))
+        return np.exp(results[0]), results[1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Once:
+    """Light of the source scattered once along lines.
+
+    Attributes
+    ----------
+    beam : (N, E, P) array
+        Transmittance from the source to the levels, at `BEAM_ELEVATIONS`.
+    scattering : (N, L, P) array
+        Albedo times 2 l + 1 times the moments of the phase function, sr^-1.
+    """
+
+    beam: Singles
+    scattering: Singles
+
+    @classmethod
+    def of(cls, source_paths: SourcePaths, layers: ScaledLayers) -> _Once:
+        """The light in the layers of a state."""
+        levels, sine = source_paths.levels, np.sin(np.radians(BEAM_ELEVATIONS))
+        beam = source_paths.optical_depth(levels, np.broadcast_to(sine, (levels.size, sine.size)))
+        np.exp(-beam, out=beam)
+        return cls(beam, (layers.at_levels / (4 * np.pi)).astype(np.float32))
+
+    def along(self, line: Line, weight: Singles, share: Singles) -> Singles:
+        """Radiance (S, P) of a line's segments of weights (K, P), with the share (K, P) of each one's upper level."""
+        layer, upper = line.segments.layer, share[:, None]
+        beam, scattering = (
+            part[layer] + (part[layer + 1] - part[layer]) * upper for part in (self.beam, self.scattering)
+        )
+        scattering *= weight[:, None]  # (K, L, P)
+        degree = scattering.shape[1]
+        polynomials = np.polynomial.legendre.legvander(line.deflection, degree - 1).astype(np.float32)
+        phase = polynomials @ np.swapaxes(scattering, 0, 1).reshape(degree, -1)
+        table = beam.reshape(-1, beam.shape[-1])
+        lit = table[line.beam]
+        lit += (table[line.beam + 1] - lit) * line.next_beam
+        radiance: Singles = np.einsum("skp,skp->sp", phase.reshape(lit.shape), lit)
+        return np.maximum(radiance, 0.0, out=radiance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Again:
+    """Light scattered again along lines; `source` (N, X, M, U, P) is its source function."""
+
+    source: Singles
+
+    def along(self, line: Line, weight: Singles, share: Singles) -> Singles:
+        """As `_Once.along`."""
+        layer, direction, upper = line.segments.layer, line.direction, share[:, None, None]
+        ends = []
+        for level in (layer, layer + 1):
+            near, far = self.source[level, direction], self.source[level, direction + 1]
+            far -= near
+            far *= line.next_direction
+            near += far
+            ends.append(near)
+        light, above = ends
+        above -= light
+        above *= upper
+        light += above
+        light *= weight[:, None, None]
+        radiance: Singles = line.across @ light.reshape(-1, light.shape[-1])
+        return np.maximum(radiance, 0.0, out=radiance)
+
+
+def _spherical_share(sine: Floats) -> Floats:
+    """Weight (U,) of the spherical field under sources at elevations of sines (U,)."""
+    low, high = np.sin(np.radians(_BLEND))
+    share: Floats = np.clip((high - sine) / (high - low), 0.0, 1.0)
+    return share
+
+
+def _at_levels(values: Singles, altitude: Floats, levels: Floats) -> Singles:
+    """Values (Z, ...) at altitudes (Z,), linear between them, at the levels (N,)."""
+    place = np.interp(levels, altitude, np.arange(altitude.size))
+    first = np.minimum(place.astype(int), altitude.size - 2)
+    share = (place - first).astype(np.float32).reshape(-1, *(1,) * (values.ndim - 1))
+    between: Singles = values[first] + (values[first + 1] - values[first]) * share
+    return between

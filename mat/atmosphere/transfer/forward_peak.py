@@ -107,12 +107,13 @@ class ForwardPeak:
         along = np.zeros((segments.altitude.size, 1, peak.shape[1]), np.float32)
         np.cumsum(segments.column(peak), axis=0, out=along[1:, 0])
         depth = along + self._source_depth(segments.altitude, to_source)
-        depth = 0.5 * (depth[1:] + depth[:-1])
+        middle: Singles = 0.5 * (depth[1:] + depth[:-1])
         cosine = 0.5 * (deflection[1:] + deflection[:-1])
-        light = np.zeros(depth.shape, np.float32)
+        light = np.zeros(middle.shape, np.float32)
         for air, step in ((segments.lower, 0), (segments.upper, 1)):
             level = segments.layer + step
-            light += (air[:, None] * peak[level])[:, None].astype(np.float32) * self._change(level, depth, cosine)
+            amount: Singles = (air[:, None] * peak[level])[:, None].astype(np.float32)
+            light += np.multiply(amount, self._change(level, middle, cosine))
         light *= attenuation / np.float32(4 * np.pi)
         return light
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from skyshine.mat.atmosphere.band.sample import SampledLine
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.forward_peak import ForwardPeak
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.segments import Depths
@@ -27,12 +28,14 @@ class LineScattering:
         Delta-scaled extinction, m^2 per molecule.
     paths : SourcePaths
         Delta scaled.
+    peak : ForwardPeak
     diffuse : OrdinateLight
     """
 
     optics: SpectralOptics
     scaled: Floats
     paths: SourcePaths
+    peak: ForwardPeak
     diffuse: OrdinateLight
 
     @classmethod
@@ -40,7 +43,7 @@ class LineScattering:
         """What the light is computed from, of the air at its points."""
         optics = air.optics.single
         diffuse = replace(air.diffuse_light, extinction=optics.extinction)
-        return cls(optics, air.scaled_extinction, air.scaled_source_paths, diffuse)
+        return cls(optics, air.scaled_extinction, air.scaled_source_paths, air.forward_peak, diffuse)
 
     def radiance(self, line: SampledLine, depths: Depths) -> Singles:
         """Light of the source that each segment of a line scatters to the observer, (K, P), per unit of its
@@ -50,5 +53,7 @@ class LineScattering:
         attenuation = segment_attenuation(line.segments, scaled, self.paths, line.to_source)
         once = attenuation * scattering_of_segments(line.segments, self.optics, line.deflection)
         once /= np.float32(4 * np.pi)
+        if self.peak.near(line.deflection).size:
+            once += self.peak.by_segment(line.segments, attenuation, line.to_source, line.deflection)
         radiance: Singles = once[:, 0] + self.diffuse.by_segment(line.segments, depths, line.to_source, line.deflection)
         return radiance

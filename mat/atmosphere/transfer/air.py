@@ -10,8 +10,10 @@ import numpy as np
 
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, delta_fraction
+from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, delta_fraction, solved_moments
+from skyshine.mat.atmosphere.transfer.forward_peak import ForwardPeak
 from skyshine.mat.atmosphere.transfer.geometry import Shells
+from skyshine.mat.atmosphere.transfer.layer_columns import vertical_parts
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
@@ -89,7 +91,7 @@ class SpectralAir:
         """Compute the cached properties once, before several threads use them."""
         names = ["source_paths", "thermal"]
         if self.scatters:
-            names += ["scaled_extinction", "scaled_source_paths", "diffuse_light"]
+            names += ["scaled_extinction", "scaled_source_paths", "forward_peak", "diffuse_light"]
         for name in names:
             getattr(self, name)
 
@@ -140,6 +142,22 @@ class SpectralAir:
         return SourcePaths.of(self.source_rays, self.scaled_extinction)
 
     @cached_property
+    def forward_peak(self) -> ForwardPeak:
+        """What scattering again and again in the forward peak changes of light scattered once."""
+        moments, column = self.optics.moments, np.zeros(self.state.altitude.size)
+        for level, air in ((slice(None, -1), 0), (slice(1, None), 1)):
+            column[level] += vertical_parts(self.shells, np.ones((column.size, 1)))[air][:, 0]
+        return ForwardPeak(
+            self.optics,
+            self.delta_fraction,
+            solved_moments(self.optics, self.nodes),
+            np.clip(moments[2 * self.nodes], 0.0, None),
+            column,
+            self.source_paths,
+            self.scaled_source_paths,
+        )
+
+    @cached_property
     def diffuse_light(self) -> OrdinateLight:
         """Light of the source scattered more than once; with all elevations and moments it takes 1 MB a point."""
         return OrdinateLight.of(
@@ -181,6 +199,11 @@ class SpectralAir:
         scaled = self._scaled_depths(segments, depths)
         attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
         once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
+        near = self._near(deflection)
+        if near.size:
+            some = attenuation[:, near]
+            change = self.forward_peak.by_segment(segments, some, to_source[:, near], deflection[:, near])
+            once[near] = np.maximum(once[near] + change.sum(axis=0), 0.0)
         return once + self.diffuse_light.spectral(segments, depths, to_source, deflection)
 
     def scattered_in_band(
@@ -191,7 +214,18 @@ class SpectralAir:
         """
         paths, scaled = self.scaled_source_paths, self._scaled_depths(segments, depths)
         once = scattered_band(segments, self.optics, scaled, paths, to_source, deflection, weight)
+        near = self._near(deflection)
+        if near.size:
+            angles = to_source[:, near], deflection[:, near]
+            attenuation = segment_attenuation(segments, scaled, paths, angles[0])
+            change = self.forward_peak.by_segment(segments, attenuation, *angles) @ weight
+            by_segment = np.diff(once[:, near], axis=0) + change
+            once[1:, near] = np.cumsum(np.maximum(by_segment, 0.0), axis=0)
         return once + self.diffuse_light.band(segments, depths, to_source, deflection, weight)
+
+    def _near(self, deflection: Floats) -> Integers:
+        """Sources in whose light along a ray the forward peak matters, by cosines (K+1, S) of scattering."""
+        return np.zeros(0, int) if self._is_unscaled else self.forward_peak.near(deflection)
 
     def _scaled_depths(self, segments: Segments, depths: Depths) -> Depths:
         """Depths for light scattered once: with delta-M, light then scattered straight forward is not lost."""

@@ -1,0 +1,237 @@
+"""Light scattered more than once inside the forward peak of particles, near Sun or Moon.
+
+Delta-M lets the fraction f of the scattering go straight forward. `single_scattering` gives that light the directions
+of one scattering, with the scaled extinction from the source to the observer, however often the peak scattered it.
+Light scattered n times has the directions of n convolutions of the peak. The peak has the moments f as far as the
+discrete ordinates have moments, and chi_l of the phase function beyond: convolved with what the ordinates solve, it
+gives that again. So orders of the peak alone are missing. Their sum is the small-angle solution, in moments
+exp(-p (1 - chi_l / f)), with p the optical depth of peak scattering from the source through the place of a scattering
+to the observer: order n has the share of Poisson's law. Nakajima and Tanaka's correction holds its first two orders.
+
+Light of a core narrower than the first step of `PHASE_ANGLES` goes straight on in these convolutions: rain and crystals
+diffract half of their light into less than a tenth of a degree. Light that cores alone have scattered stays spread over
+that step, as a triangle: what a pixel sees that is wider than the core. Sharp pictures of the Sun through rain need the
+core itself, which is not resolved.
+
+Limits: one scattering has the peak of its own place, all others that of the mean particle of the state. The line of
+sight and the rays of the source are taken as one line, which they nearly are close to the source: the correction ends
+between 12 and 24 degrees from it. Of a path that ends inside a cloud, each segment has a part of the light by its part
+of p, as in first order.
+
+References
+----------
+Nakajima and Tanaka 1988, J. Quant. Spectrosc. Radiat. Transfer 40, 51 (first and second order).
+Goudsmit and Saunderson 1940, Phys. Rev. 57, 24 (all orders, in moments).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from skyshine.mat.atmosphere.particles.moments import moment_weights
+from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, SpectralOptics
+from skyshine.mat.atmosphere.transfer.segments import Segments
+from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
+from skyshine.schemas.arrays import Floats, Integers, Singles
+
+# As many moments as the angles of the phase functions resolve.
+_ORDERS = PHASE_ANGLES.size
+_WEIGHTS = moment_weights(PHASE_ANGLES, _ORDERS)
+# Angles from the source, degree: those of the phase functions where the peak is steep. Whole within the first limit,
+# none beyond the second.
+_WHOLE, _NONE = 12.0, 24.0
+_DEGREES = np.array([*np.arange(0, 6, 0.5), 6, 7, 8, 10, 12, 14, 16, 18, 20, 22, 24])
+# Depths of peak scattering: below the first, the change is proportional to the depth; it is held beyond the last.
+_DEPTHS = np.geomspace(1e-3, 100.0, 81)
+# Vertical depth of peak scattering below which its second order, at most half of this, is left out.
+_THIN = 1e-3
+# Fraction of the scattering below which it is no forward peak.
+_SMALLEST = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class ForwardPeak:
+    """What repeated scattering in the forward peak of particles changes of light scattered once.
+
+    Attributes
+    ----------
+    optics : SpectralOptics
+    fraction : (N, P) array
+        `diffuse_field.delta_fraction`.
+    solved : (2 n, N, C) array
+        `diffuse_field.solved_moments`.
+    limit : (N, C) array
+        The next moment: `fraction` at the wavelengths of the phase functions.
+    air : (N,) array
+        Of the vertical column, by level, molecules m^-2.
+    paths, scaled_paths : SourcePaths
+        Of the source's light, through all extinction and through that without peak scattering.
+    """
+
+    optics: SpectralOptics
+    fraction: Floats
+    solved: Floats
+    limit: Floats
+    air: Floats
+    paths: SourcePaths
+    scaled_paths: SourcePaths
+
+    def near(self, deflection: Floats) -> Integers:
+        """Which sources are so close to a line of sight that the peak matters; cosines (K+1, S) of scattering."""
+        if not np.any(self.air @ self._peak > _THIN):
+            return np.zeros(0, int)
+        return np.flatnonzero(np.max(deflection, axis=0) > np.cos(np.radians(_NONE)))
+
+    def by_segment(self, segments: Segments, attenuation: Singles, to_source: Floats, deflection: Floats) -> Singles:
+        """Change of the light that each segment scatters to the observer.
+
+        Parameters
+        ----------
+        segments : Segments
+        attenuation : (K, S, P) array
+            `single_scattering.segment_attenuation` without peak scattering.
+        to_source, deflection : (K+1, S) arrays
+            Cosines of the source's zenith angle and of the scattering angle at the segment ends.
+
+        Returns
+        -------
+        (K, S, P) array
+            Per unit of the source's irradiance, sr^-1; single precision.
+        """
+        peak = self._peak
+        along = np.zeros((segments.altitude.size, 1, peak.shape[1]), np.float32)
+        np.cumsum(segments.column(peak), axis=0, out=along[1:, 0])
+        depth = along + self._source_depth(segments.altitude, to_source)
+        middle: Singles = 0.5 * (depth[1:] + depth[:-1])
+        cosine = 0.5 * (deflection[1:] + deflection[:-1])
+        light = np.zeros(middle.shape, np.float32)
+        for air, step in ((segments.lower, 0), (segments.upper, 1)):
+            level = segments.layer + step
+            amount: Singles = (air[:, None] * peak[level])[:, None].astype(np.float32)
+            light += np.multiply(amount, self._change(level, middle, cosine))
+        light *= attenuation / np.float32(4 * np.pi)
+        return light
+
+    def at(self, point: Segments, altitude: float, to_source: Floats, deflection: Floats) -> Floats:
+        """Change of the light that a short path at an altitude [m] scatters, (S, P) sr^-1, for cosines (S,).
+
+        It is per unit of the source's light there that no more than the peak has scattered.
+        """
+        depth = self._source_depth(np.array([altitude]), to_source[None])
+        light = np.zeros(depth.shape)
+        for air, step in ((point.lower, 0), (point.upper, 1)):
+            level = point.layer + step
+            light += (air[:, None] * self._peak[level])[:, None] * self._change(level, depth, deflection[None])
+        change: Floats = light[0] / (4 * np.pi)
+        return change
+
+    @cached_property
+    def _peak(self) -> Floats:
+        """Scattering by the peak, (N, P) m^2 per molecule."""
+        peak: Floats = self.optics.aerosol_scattering * self.fraction
+        return peak
+
+    def _source_depth(self, altitude: Floats, to_source: Floats) -> Singles:
+        """Depth of peak scattering from the source to points (K,) [m], (K, S, P)."""
+        whole, scaled = (paths.optical_depth(altitude, to_source) for paths in (self.paths, self.scaled_paths))
+        depth: Singles = np.maximum(whole - scaled, np.float32(0))
+        return depth
+
+    def _change(self, level: Integers, depth: Singles, cosine: Floats) -> Singles:
+        """`table` at levels (K,), depths (K, S, P) and scattering angles of cosines (K, S): (K, S, P)."""
+        angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        place = np.interp(angle, _DEGREES, np.arange(_DEGREES.size))
+        direction = np.minimum(place.astype(int), _DEGREES.size - 2)
+        share = (place - direction)[..., None].astype(np.float32)
+        place = np.log(np.maximum(depth / np.float32(_DEPTHS[0]), 1)) / np.log(_DEPTHS[1] / _DEPTHS[0])
+        first = np.minimum(place.astype(int), _DEPTHS.size - 2)
+        next_share = np.minimum(place - first, 1).astype(np.float32)
+        change = np.zeros(depth.shape, np.float32)
+        for (turn, deep), (table, of_wavelength) in product(
+            product((0, 1), (0, 1)), zip(self.table, self.optics.phase_share.astype(np.float32), strict=True)
+        ):
+            weight = (share if turn else 1 - share) * (next_share if deep else 1 - next_share) * of_wavelength
+            change += weight * table[level[:, None, None], direction[..., None] + turn, first + deep]
+        change *= np.minimum(depth / _DEPTHS[0], 1.0).astype(np.float32)
+        return change
+
+    @cached_property
+    def table(self) -> Singles:
+        """Change of the peak's phase function, of a mean of 1 over the sphere, (C, N, angles, depths)."""
+        fraction = np.maximum(self.limit, _SMALLEST)
+        phase, core = _without_core(self.optics.phase)
+        wide = np.clip(np.tensordot(_WEIGHTS, phase, axes=1), 0.0, None) / fraction
+        core = np.minimum(core / fraction, 1.0)
+        wide[: len(self.solved)] = 1.0
+        wide[: len(self.solved)] -= core
+        wide = np.minimum(wide, 1.0 - core)
+        cosine = np.cos(np.radians(_DEGREES))
+        legendre = legvander(cosine, _ORDERS - 1) * (2 * np.arange(_ORDERS) + 1)  # (angles, L)
+        at_angles = np.interp(np.radians(_DEGREES), PHASE_ANGLES, np.arange(PHASE_ANGLES.size)).round().astype(int)
+        known = np.tensordot(legendre[:, : len(self.solved)], self.solved - self.limit, axes=1)
+        once = (phase[at_angles] - known) / fraction  # (angles, N, C)
+        triangle = (_DEGREES == 0) / _WEIGHTS[0, 0]
+        weight = self._particles()
+        change = np.empty((fraction.shape[1], fraction.shape[0], _DEGREES.size, _DEPTHS.size))
+        for c, table in enumerate(change):
+            mean, mean_core = (np.tensordot(part[..., c], weight[:, c], axes=1) for part in (wide, core))
+            straight, rise = _orders(mean_core), _rise(mean_core)  # (depths,)
+            bent = _orders(mean + mean_core) - straight  # (L, depths)
+            # By angle what is linear in the wide part of the peak, in moments the rest, of which few are enough.
+            both = wide[:, :, c] + core[:, c]  # (L, N)
+            table[:] = np.tensordot(both[..., None] * legendre.T[:, None], bent, axes=(0, 0))
+            one_bend = once[..., c] @ weight[:, c] - legendre @ mean  # (angles,)
+            table += (core[:, c, None] * one_bend)[..., None] * rise
+            first = once[..., c].T + core[:, c, None] * triangle  # (N, angles)
+            table += first[..., None] * (straight - 1)
+            # Light is never negative, whatever the series leaves between its waves.
+            table[:] = np.maximum(table, -(self.optics.phase[at_angles, :, c] / fraction[:, c]).T[..., None])
+        change *= _taper(_DEGREES)[:, None]
+        change[(self.limit <= _SMALLEST).T] = 0.0
+        return change.astype(np.float32)
+
+    def _particles(self) -> Floats:
+        """Share of the levels in peak scattering, (N, C)."""
+        peak = self.air[:, None] * (self.optics.aerosol_scattering @ self.optics.phase_share.T) * self.limit
+        total = peak.sum(axis=0)
+        share: Floats = peak / np.where(total > 0, total, 1.0)
+        return share
+
+
+def _orders(moment: Floats) -> Floats:
+    """Sum over n of Poisson's share of order n, over depth, times the power n - 1 of a moment of the peak: moments
+    (...) of what follows one scattering, (..., depths).
+    """
+    moment = np.maximum(np.asarray(moment)[..., None], 1e-12)
+    exponent = _DEPTHS * moment
+    orders: Floats = np.exp(exponent - _DEPTHS) * -np.expm1(-exponent) / exponent
+    return orders
+
+
+def _rise(moment: Floats) -> Floats:
+    """Derivative of `_orders` by the moment."""
+    moment = np.maximum(np.asarray(moment)[..., None], 1e-6)
+    rise: Floats = (np.exp(_DEPTHS * (moment - 1)) - _orders(moment[..., 0])) / moment
+    return rise
+
+
+def _without_core(phase: Floats) -> tuple[Floats, Floats]:
+    """Phase functions (A, ...) at `PHASE_ANGLES` without their core, and the fraction of scattering (...) in it.
+
+    A smooth peak is a parabola in the logarithm; what exceeds it at 0 is light of a narrower one.
+    """
+    smooth = phase[1] * np.clip(phase[1] / np.maximum(phase[2], 1e-30), 1.0, 1e3) ** (1 / 3)
+    core = np.maximum(phase[0] - smooth, 0.0) * _WEIGHTS[0, 0]
+    return np.concatenate([np.minimum(phase[0], smooth)[None], phase[1:]]), core
+
+
+def _taper(angle: Floats) -> Floats:
+    """Share of the correction at angles [degree] from the source."""
+    share = np.clip((angle - _WHOLE) / (_NONE - _WHOLE), 0.0, 1.0)
+    taper: Floats = np.where(share < 1, np.cos(0.5 * np.pi * share) ** 2, 0.0)
+    return taper

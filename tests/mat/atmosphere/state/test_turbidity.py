@@ -37,3 +37,14 @@ def test_every_place_has_a_depth():
     for latitude, longitude in ((90.0, 180.0), (-90.0, -180.0), (0.0, 0.0), (-54.8, -68.3)):
         typical = typical_aerosol(latitude, longitude, 0.0, JULY)
         assert np.isfinite(typical.optical_depth) and typical.optical_depth >= LEAST_DEPTH
+
+
+def test_water_and_pressure_count_as_published():
+    """Ineichen 2008: turbidity grows by 0.376 of the logarithm of the water vapour, and by 3.91 exp(0.689 p0/p) of the
+    optical depth: 7.79 at sea level, 10.2 at 0.72 of its pressure.
+    """
+    for pressure, slope in ((101325.0, 7.788), (0.72 * 101325.0, 10.18)):
+        water = aerosol_depth(4.0, 4.0, pressure) - aerosol_depth(4.0, 40.0, pressure)
+        turbidity = aerosol_depth(4.0, 10.0, pressure) - aerosol_depth(3.0, 10.0, pressure)
+        assert water == pytest.approx(0.376 * 2.302585 / slope, rel=1e-3)
+        assert turbidity == pytest.approx(1 / slope, rel=1e-3)

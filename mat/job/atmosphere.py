@@ -35,6 +35,7 @@ from skyshine.tmm.job.model import MaterialName
 
 Edges = tuple[float, float]
 AUTO = "auto"  # a profile blended by the site's latitude and the date
+TYPICAL = "typical"  # an optical depth by place and month
 
 
 def _profile(value: Any) -> Any:
@@ -65,6 +66,13 @@ ProfileChoice = Annotated[
     str | dict[str, float],
     pydantic.PlainValidator(_profile),
     pydantic.WithJsonSchema({"anyOf": [{"type": "string", "enum": [AUTO, *PROFILES]}, _WEIGHTS]}),
+]
+
+
+OpticalDepth = Annotated[
+    Annotated[float, Field(ge=0, le=LARGEST_OPTICAL_DEPTH), pydantic.Tag("number")]
+    | Annotated[Literal["typical"], pydantic.Tag("word")],
+    pydantic.Discriminator(lambda value: "word" if isinstance(value, str) else "number"),
 ]
 
 
@@ -156,13 +164,12 @@ class State(StrictModel):
             " those of the aerosol, which then gives the amount by height."
         ),
     )
-    aerosol_optical_depth: float | None = Field(
+    aerosol_optical_depth: OpticalDepth | None = Field(
         None,
-        ge=0,
-        le=LARGEST_OPTICAL_DEPTH,
         description=(
             "Of all aerosol from the ground to space, vertical, at 0.55 um, in place of visibility_km; the profile has"
-            " the shape of the aerosol's own visibility."
+            " the shape of the aerosol's own visibility. typical: that of the place and month, from a climatology of"
+            " the Linke turbidity (error about 0.1; clear days have less)."
         ),
     )
     angstrom_exponent: float | None = Field(
@@ -221,6 +228,25 @@ class State(StrictModel):
     date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
     weather: Weather
 
+    _aerosol_origin: str | None = pydantic.PrivateAttr(None)
+
+    @property
+    def aerosol_origin(self) -> str | None:
+        """Where the optical depth comes from, if not from the job."""
+        return self._aerosol_origin
+
+    @property
+    def optical_depth(self) -> float | None:
+        """That of the aerosol, where it is given; a loaded job has no `TYPICAL`."""
+        depth = self.aerosol_optical_depth
+        return depth if isinstance(depth, float) else None
+
+    def with_optical_depth(self, depth: float, origin: str) -> State:
+        """The state with a number for `TYPICAL`, and in words where it comes from."""
+        state = self.model_copy(update={"aerosol_optical_depth": depth})
+        state._aerosol_origin = origin
+        return state
+
     @property
     def profile_weights(self) -> dict[str, float]:
         """Weights of the standard profiles; a loaded job has no `AUTO`."""
@@ -276,9 +302,11 @@ class State(StrictModel):
 
     @pydantic.model_validator(mode="after")
     def _one_amount_of_aerosol(self) -> Self:
-        if self.aerosol_optical_depth is not None and self.visibility_km is not None:
+        depth = self.aerosol_optical_depth
+        written = depth if isinstance(depth, str | None) else f"{depth:g}"
+        if depth is not None and self.visibility_km is not None:
             raise ValueError(
-                f"found visibility_km {self.visibility_km:g} and aerosol_optical_depth {self.aerosol_optical_depth:g};"
+                f"found visibility_km {self.visibility_km:g} and aerosol_optical_depth {written};"
                 " allowed: one of them; remove the other"
             )
         if self.aerosol == "none" and self.aerosol_table is not None:
@@ -286,9 +314,9 @@ class State(StrictModel):
                 "found aerosol none and aerosol_table; allowed: the table with an aerosol, which gives the amount by"
                 " height; name one, or remove the table"
             )
-        if self.aerosol == "none" and self.aerosol_optical_depth:
+        if self.aerosol == "none" and depth:
             raise ValueError(
-                f"found aerosol none and aerosol_optical_depth {self.aerosol_optical_depth:g}; allowed: an aerosol"
+                f"found aerosol none and aerosol_optical_depth {written}; allowed: an aerosol"
                 " with an optical depth; name one, or remove it"
             )
         return self

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pydantic
 
 from skyshine.mat.atmosphere.state.climate import profile_weights
-from skyshine.mat.job.atmosphere import AUTO, State
+from skyshine.mat.job.atmosphere import AUTO, TYPICAL, State
 from skyshine.mat.job.model import Job
 from skyshine.mat.job.series import MEMBER_LIMIT, Series, changed, members
 from skyshine.mat.job.site import Site, great_circle
@@ -112,7 +112,7 @@ def load_job(
     context = {"materials": names, "folder": document.file.resolve().parent}
     job = _with_air_times(_with_series(parse_model(document, Job, context), document, context), document)
     _check_query_limits(job, document)
-    job, remarks = _with_soundings(_with_profiles(job))
+    job, remarks = _with_soundings(_with_typical_aerosol(_with_profiles(job)))
     requested, warnings = _with_weather_files(job, document)
     return LoadedJob(requested, trimmed(requested), document, (*_quantum_responses(job), *remarks, *warnings))
 
@@ -226,6 +226,23 @@ def _with_soundings(job: Job) -> tuple[Job, list[str]]:
             remarks += [(i + 1, text) for text in sounding.remarks(job.site, day)]
             states[i] = state.model_copy(update={"sounding": sounding})
     return job.model_copy(update={"states": states}), merged(remarks)
+
+
+def _with_typical_aerosol(job: Job) -> Job:
+    """The job with the optical depth of place and month in the place of each that is typical."""
+    if all(state.aerosol_optical_depth != TYPICAL for state in job.states):
+        return job
+    from skyshine.mat.atmosphere.state.turbidity import typical_aerosol
+
+    site, states = job.site, []
+    for state in job.states:
+        if state.aerosol_optical_depth == TYPICAL:
+            date = state.date or site.date
+            typical = typical_aerosol(site.latitude_deg, site.longitude_deg, 1e3 * site.altitude_km, date)
+            words = f"Linke turbidity {typical.linke_turbidity:.3g} in {date:%B}, climatology, error about 0.1"
+            state = state.with_optical_depth(typical.optical_depth, words)
+        states.append(state)
+    return job.model_copy(update={"states": states})
 
 
 def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:

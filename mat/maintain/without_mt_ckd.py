@@ -23,6 +23,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database
 
 FOLDERS = ("mat", "tmm", "materials", "atmospheres", "schemas", "examples")
+PARTICLES = ("atmospheres/aerosol/phase.h5", "atmospheres/cloud/phase.h5")  # tables in HDF5 without gases
 FILES = ("pyproject.toml", "README.md", "LICENSE", "NOTICE", "CITATION.cff", "CHANGELOG.md")
 # What of the texts speaks of MT_CKD: file, pattern that occurs once, replacement.
 EDITS = (
@@ -65,7 +66,7 @@ def main(checkout: Path, out: Path, absorption: Path, broadband: Path) -> None:
         raise InputError("exists already; name a new folder", file=out)
     for folder in FOLDERS:
         shutil.copytree(checkout / folder, out / folder, ignore=shutil.ignore_patterns("__pycache__", "*.h5"))
-    for name in FILES:
+    for name in (*FILES, *PARTICLES):
         shutil.copyfile(checkout / name, out / name)
     shutil.copyfile(absorption, out / "atmospheres/absorption.h5")
     shutil.copyfile(broadband, out / "atmospheres/broadband.h5")

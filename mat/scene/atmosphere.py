@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skyshine.mat.atmosphere.particles.aerosol_column import BOUNDARY_MODELS, Aerosol
+from skyshine.mat.atmosphere.particles.aerosol_column import WINDBLOWN, Aerosol
 from skyshine.mat.atmosphere.particles.aerosol_table import parse_aerosol
 from skyshine.mat.atmosphere.particles.rain import RainLayer
 from skyshine.mat.atmosphere.state.climate import blended_profile
@@ -94,7 +94,7 @@ def _aerosol(state: State) -> Aerosol:
         air_mass=state.air_mass,
         stratosphere=state.stratosphere,
         season=aerosol_season(state),
-        optical_depth=state.aerosol_optical_depth,
+        optical_depth=state.optical_depth,
         angstrom_exponent=state.angstrom_exponent,
         optics=None if table is None else parse_aerosol(table.text, table.path),
     )
@@ -111,8 +111,7 @@ def air_key(state: State) -> tuple[str, float | None, str]:
     as the air does not follow the weather.
     """
     models = (state.aerosol, *(layer.model or "none" for layer in state.aerosol_layers))
-    windblown = any(BOUNDARY_MODELS.get(model, 0.0) is None for model in models)
-    wind = mean_wind(state.weather) if windblown else None
+    wind = mean_wind(state.weather) if set(models) & set(WINDBLOWN) else None
     followed = ""
     if state.air == "weather":
         date = None if state.air_time is None else state.date  # the hour of the highest temperature is the Sun's

@@ -42,6 +42,7 @@ def _summary(site: Site, state: State) -> dict[str, Any]:
         "water_vapour": quantity(float(air.precipitable_water(ground)), "mm"),
         "ozone": quantity(float(air.ozone_column(ground)), "DU"),
         "aerosol_optical_depth_550": quantity(float(air.aerosol_optical_depth(550.0, ground)), "1"),
+        "aerosol_origin": state.aerosol_origin,
         "particle_extinction_at_ground_550": quantity(1e3 * float(at_ground), "km^-1"),
         "clouds": [_cloud(cloud) for cloud in state.clouds],
         "rain": None,
@@ -88,7 +89,7 @@ def state_attributes(state: State) -> dict[str, str]:
             _layer_text(layer.particles, layer.place, layer.optical_depth) for layer in state.aerosol_layers
         )
     for name, value in (
-        ("aerosol_optical_depth_550", state.aerosol_optical_depth),
+        ("aerosol_optical_depth_550", state.optical_depth),
         ("angstrom_exponent", state.angstrom_exponent),
     ):
         if value is not None:
@@ -109,6 +110,8 @@ def summary_line(summary: dict[str, Any]) -> str:
     parts.append(
         f"aerosol {summary['aerosol']}, optical depth {summary['aerosol_optical_depth_550']['value']:.2g} at 0.55 um"
     )
+    if summary["aerosol_origin"] is not None:
+        parts[-1] += f" ({summary['aerosol_origin']})"
     if summary["aerosol_table"] is not None:
         parts[-1] += f", optical properties of {summary['aerosol_table']}"
     if summary["angstrom_exponent"] is not None:

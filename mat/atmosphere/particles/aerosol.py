@@ -1,9 +1,10 @@
 """Aerosol of LOWTRAN7: optical properties and phase functions.
 
 Models of Shettle and Fenn 1979 (AFGL-TR-79-0214) as tabulated in LOWTRAN7 (Kneizys et al. 1988, AFGL-TR-88-0177).
-Extinction is relative to that at 0.55 um; the vertical profile (`aerosol_column`) carries the amount. Phase functions
-are LOWTRAN7's own tables (34 angles, 27 wavelengths from 0.2 to 40 um), not Henyey-Greenstein; those of 40 um stand for
-all longer waves. The two fogs, whose droplets are known, have those of Mie theory (`cloud/phase.h5`).
+Extinction is relative to that at 0.55 um; the vertical profile (`aerosol_column`) carries the amount. Where sizes and
+refractive indices are known, phase functions are those of Mie theory (`aerosol/phase.h5`, and `cloud/phase.h5` of the
+two fogs); those of the stratosphere and of meteoric dust are LOWTRAN7's own tables (34 angles, 27 wavelengths from 0.2
+to 40 um). Those of the first and last wavelength stand for all beyond.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from skyshine.schemas.errors import InputError
 MODELS: tuple[str, ...] = ("rural", "urban", "maritime", "tropospheric", "fog_advection", "fog_radiation")
 MODELS += ("stratospheric_background", "volcanic_aged", "volcanic_fresh", "meteoric_dust")
 FOGS = ("fog_advection", "fog_radiation")
+OF_KNOWN_COMPONENTS = ("rural", "urban", "maritime", "tropospheric")
 _FINE_ANGLES = 1801  # among which the moments of LOWTRAN7's functions take them as linear
 
 
@@ -120,8 +122,8 @@ class AerosolModel:
     ) -> Floats:
         """Scattering phase function.
 
-        Logarithm linear in angle between the tabulated angles, then linear in wavelength and humidity, so that the mean
-        over the sphere is exactly 1 everywhere.
+        Logarithm linear in angle between the tabulated angles, then linear in wavelength and in log(100 - humidity), so
+        that the mean over the sphere is exactly 1 everywhere.
 
         Parameters
         ----------
@@ -147,15 +149,13 @@ class AerosolModel:
         angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         log_phase = np.log(self.phase).reshape(len(self.phase_angle), -1)
         at_angle = np.exp(linear_weights(self.phase_angle, angle).T @ log_phase).reshape(-1, *self.phase.shape[1:])
-        at_humidity = np.einsum(
-            "hl,ahv->alv", linear_weights(self.humidity, self._humidity(relative_humidity)), at_angle
-        )
+        at_humidity = np.einsum("hl,ahv->alv", self._log_humidity_weights(relative_humidity), at_angle)
         phase: Floats = at_humidity @ linear_weights(self.phase_wavelength, self._wavelength(wavenumber))
         return phase
 
     def phase_moments(self, wavenumber: npt.ArrayLike, relative_humidity: npt.ArrayLike) -> Floats:
         """Legendre moments (`MOMENTS`, L, P) of the phase function; arguments and errors as `phase_function`."""
-        humid = linear_weights(self.humidity, self._humidity(relative_humidity))
+        humid = self._log_humidity_weights(relative_humidity)
         moments: Floats = np.einsum("hl,mhv->mlv", humid, self.moments) @ linear_weights(
             self.phase_wavelength, self._wavelength(wavenumber)
         )
@@ -178,7 +178,7 @@ class AerosolModel:
 
     def _log_humidity_weights(self, relative_humidity: npt.ArrayLike) -> Floats:
         humidity = np.minimum(self._humidity(relative_humidity), self.humidity[-1])
-        return linear_weights(-np.log(100 - self.humidity), -np.log(100 - humidity))
+        return log_humidity_weights(self.humidity, humidity)
 
 
 @cache
@@ -195,13 +195,15 @@ def _load(name: str, fixed_humidity: float | None) -> AerosolModel:
         extinction=extinction,
         absorption=absorption,
         asymmetry=asymmetry,
-        **(_phase_of_droplets(name) if name in FOGS else _phase_of_lowtran(name)),
+        **_phase_of(name),
         fixed_humidity=fixed_humidity,
     )
 
 
-def _phase_of_droplets(name: str) -> dict[str, Floats]:
-    table = tables.phase_table(name)
+def _phase_of(name: str) -> dict[str, Floats]:
+    if name not in (*FOGS, *OF_KNOWN_COMPONENTS):
+        return _phase_of_lowtran(name)
+    table = tables.phase_table(name) if name in FOGS else tables.scattering_table(name)
     return {
         "phase_angle": table.angle,
         "phase_wavelength": table.wavelength,
@@ -233,6 +235,11 @@ def _lowtran_moments() -> Floats:
     log_phase = linear_weights(functions["angle[degree]"], angle).T @ np.log(values.T)
     moments: Floats = (moment_weights(np.radians(angle), MOMENTS) @ np.exp(log_phase)).T
     return moments / moments[:, :1]
+
+
+def log_humidity_weights(nodes: Floats, humidity: Floats) -> Floats:
+    """Weights (H, L) of tables at humidities (H,) for humidities (L,) [percent], linear in log(100 - humidity)."""
+    return linear_weights(-np.log(100 - nodes), -np.log(100 - humidity))
 
 
 def interpolate_humidity(weights: Floats, table: Floats) -> Floats:

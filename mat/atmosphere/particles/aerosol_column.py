@@ -15,6 +15,7 @@ import numpy.typing as npt
 from skyshine.mat.atmosphere.particles import tables
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
 from skyshine.mat.atmosphere.particles.angstrom import AngstromModel, ParticleModel
+from skyshine.mat.atmosphere.particles.opac import TYPES, opac_extinction, opac_model
 from skyshine.mat.atmosphere.particles.particles import SpectralModel
 from skyshine.mat.atmosphere.particles.windblown import (
     DEFAULT_AIR_MASS,
@@ -29,7 +30,7 @@ from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError, nearest
 
 # Of the lowest 2 km, with the visibility [km] that LOWTRAN7 gives each (IHAZE); those of desert and Navy follow the
-# wind.
+# wind, those of OPAC the humidity.
 BOUNDARY_MODELS: dict[str, float | None] = {
     "rural": 23.0,
     "urban": 5.0,
@@ -39,7 +40,9 @@ BOUNDARY_MODELS: dict[str, float | None] = {
     "desert": None,
     "fog_advection": 0.2,
     "fog_radiation": 0.5,
+    **dict.fromkeys(TYPES),
 }
+WINDBLOWN = ("navy_maritime", "desert")
 _FIXED_VISIBILITY = {name: visibility for name, visibility in BOUNDARY_MODELS.items() if visibility is not None}
 # Loading (aerosol/stratosphere.csv) and particles of the stratosphere: LOWTRAN7's IVULCN 1, 2, 5, 4, 3, 8.
 STRATOSPHERES = {
@@ -66,7 +69,7 @@ TRANSITIONS = ((2e3, 3e3), (10e3, 11e3), (30e3, 35e3))
 
 @dataclass(frozen=True)
 class Aerosol:
-    """The aerosol over a place, by LOWTRAN7's models.
+    """The aerosol over a place, by the models of LOWTRAN7 and OPAC.
 
     Attributes
     ----------
@@ -134,12 +137,14 @@ def default_visibility(
         m s^-1: of the desert and Navy maritime aerosols, whose amount it sets (LOWTRAN7, SUBROUTINES DESATT and
         MARINE).
     relative_humidity, air_mass : float, int
-        Percent at the ground; 1 to 10: of the Navy maritime aerosol.
+        Percent at the ground, of the Navy maritime aerosol and those of OPAC; 1 to 10, of the Navy maritime one.
     """
     if model == "desert":
         at_550 = desert_with_amount(wind_speed)[1]
     elif model == "navy_maritime":
         at_550 = float(np.interp(relative_humidity, HUMIDITY, navy_maritime_with_amount(wind_speed, air_mass)[1]))
+    elif model in TYPES:
+        at_550 = opac_extinction(model, relative_humidity)
     else:
         return _FIXED_VISIBILITY.get(model, _FIXED_VISIBILITY["rural"])
     return float(np.clip(KOSCHMIEDER / (at_550 + RAYLEIGH_550 * 1e3), *VISIBILITY_RANGE))
@@ -292,4 +297,6 @@ def boundary_model(
         return desert_model(wind_speed)
     if name == "navy_maritime":
         return navy_maritime_model(wind_speed, air_mass)
+    if name in TYPES:
+        return opac_model(name)
     return AerosolModel.load(name)

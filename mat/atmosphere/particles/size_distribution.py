@@ -63,12 +63,15 @@ class LogNormalMode:
     number : float
         Of spheres, in a measure common to all modes.
     refractive_index : RefractiveIndex
+    largest_radius : float
+        um, beyond which there are none.
     """
 
     median_radius: float
     geometric_sd: float
     number: float
     refractive_index: RefractiveIndex
+    largest_radius: float = RADII[1]
 
     def __post_init__(self) -> None:
         for name, value, (low, high) in (
@@ -85,7 +88,7 @@ class LogNormalMode:
         log_sd = np.log(self.geometric_sd)
         middle = np.log(self.median_radius)
         low = max(middle - _KEPT * log_sd, np.log(RADII[0]))
-        high = min(middle + 6 * log_sd**2 + _KEPT * log_sd, np.log(RADII[1]))
+        high = min(middle + 6 * log_sd**2 + _KEPT * log_sd, np.log(self.largest_radius))
         steps = int(np.clip(_STEPS_PER_SD * (high - low) / log_sd, 100, _MOST_RADII))
         return np.exp(np.linspace(low, high, steps))
 
@@ -96,9 +99,48 @@ class LogNormalMode:
         return np.asarray(self.number * np.exp(exponent) / (np.sqrt(2 * np.pi) * log_sd * radius))
 
 
+@dataclass(frozen=True, eq=False)
+class ModeScattering:
+    """Scattering of some modes together, each of spheres of its own material.
+
+    Attributes
+    ----------
+    extinction, absorption : (W,) arrays
+        um^2 times the measure of the modes' numbers.
+    phase : (A, W) array
+        Mean over the sphere 1.
+    moments : (`MOMENTS`, W) array
+    """
+
+    extinction: Floats
+    absorption: Floats
+    phase: Floats
+    moments: Floats
+
+
+def scattering_of_modes(modes: tuple[LogNormalMode, ...], wavelength: Floats, angle: Floats) -> ModeScattering:
+    """Scattering at wavelengths (W,) [um] and angles (A,) [degree] that increase."""
+    extinction, absorption = np.zeros(wavelength.size), np.zeros(wavelength.size)
+    phase, moments = np.zeros((angle.size, wavelength.size)), np.zeros((MOMENTS, wavelength.size))
+    for mode in modes:
+        radius = mode.radii()
+        number = mode.number_per_radius(radius)[None]
+        for place, index in enumerate(mode.refractive_index.at(wavelength)):
+            sections, at_angle, legendre = phase_of_spheres(
+                radius, number, complex(index), float(wavelength[place]), np.radians(angle), MOMENTS
+            )
+            scattering = min(sections[1, 0], sections[0, 0])
+            extinction[place] += sections[0, 0]
+            absorption[place] += sections[0, 0] - scattering
+            phase[:, place] += scattering * at_angle[0]
+            moments[:, place] += scattering * legendre[0]
+    scattered = moments[0].copy()
+    return ModeScattering(extinction, absorption, phase / scattered, moments / scattered)
+
+
 @lru_cache(maxsize=16)
 def sphere_mixture(name: str, modes: tuple[LogNormalMode, ...]) -> SphereModel:
-    """The aerosol of some modes together, each of spheres of its own material.
+    """The aerosol of some modes together.
 
     Parameters
     ----------
@@ -110,30 +152,15 @@ def sphere_mixture(name: str, modes: tuple[LogNormalMode, ...]) -> SphereModel:
     SphereModel
         From 0.25 to 40 um.
     """
-    extinction, absorption = np.zeros(_WAVELENGTHS.size), np.zeros(_WAVELENGTHS.size)
-    phase = np.zeros((_ANGLES.size, _WAVELENGTHS.size))
-    moments = np.zeros((MOMENTS, _WAVELENGTHS.size))
-    for mode in modes:
-        radius = mode.radii()
-        number = mode.number_per_radius(radius)[None]
-        for place, index in enumerate(mode.refractive_index.at(_WAVELENGTHS)):
-            sections, at_angle, legendre = phase_of_spheres(
-                radius, number, complex(index), float(_WAVELENGTHS[place]), np.radians(_ANGLES), MOMENTS
-            )
-            scattering = min(sections[1, 0], sections[0, 0])
-            extinction[place] += sections[0, 0]
-            absorption[place] += sections[0, 0] - scattering
-            phase[:, place] += scattering * at_angle[0]
-            moments[:, place] += scattering * legendre[0]
-    scattering = moments[0].copy()
+    light = scattering_of_modes(modes, _WAVELENGTHS, _ANGLES)
     return SphereModel.of_table(
         name,
         _WAVELENGTHS,
-        extinction,
-        absorption,
-        moments[1] / scattering,
+        light.extinction,
+        light.absorption,
+        light.moments[1],
         phase_angle=_ANGLES,
         phase_wavelength=_WAVELENGTHS,
-        phase=phase / scattering,
-        moments=moments / scattering,
+        phase=light.phase,
+        moments=light.moments,
     )[0]

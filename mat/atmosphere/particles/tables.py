@@ -28,7 +28,7 @@ class PhaseTable:
     Attributes
     ----------
     node : (E,) array
-        Effective radius [um] of droplets, rate [mm/h] of rain; one node of fog.
+        Effective radius [um] of droplets, rate [mm/h] of rain, humidity [percent] of aerosol; one node of fog.
     wavelength : (W,) array
         um.
     angle : (A,) array
@@ -44,6 +44,20 @@ class PhaseTable:
     angle: Floats
     phase: Floats
     moments: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class ScatteringTable(PhaseTable):
+    """All of the scattering by one aerosol or component, whose nodes are relative humidities [percent].
+
+    Attributes
+    ----------
+    extinction, absorption : (E, W) arrays
+        um^2 a particle.
+    """
+
+    extinction: Floats
+    absorption: Floats
 
 
 def aerosol_table(model: str) -> Columns:
@@ -94,17 +108,29 @@ def rain_table() -> Columns:
 @cache
 def phase_table(kind: str) -> PhaseTable:
     """Phase functions of droplets of "water", "fog_advection" or "fog_radiation", or of drops of "rain"."""
-    path = atmospheres.path("cloud/phase.h5")
+    return PhaseTable(**_phase_group("cloud/phase.h5", kind, ()))
+
+
+@cache
+def scattering_table(kind: str) -> ScatteringTable:
+    """Scattering by "rural", "urban", "maritime" or "tropospheric" aerosol, or by a component "opac_NAME"."""
+    return ScatteringTable(**_phase_group("aerosol/phase.h5", kind, ("extinction", "absorption")))
+
+
+def _phase_group(name: str, kind: str, more: tuple[str, ...]) -> dict[str, Floats]:
+    path = atmospheres.path(name)
     with open_database(path, PHASE_FILETYPE, int(PHASE_FORMAT.partition(".")[0])) as file, sound(path):
         group = file[kind]
-        node, wavelength, angle, phase, moments = (
-            np.asarray(group[name][:], float) for name in ("node", "wavelength", "angle", "phase", "moments")
-        )
-    phase = np.moveaxis(phase, -1, 0)
-    mean = log_linear_mean(np.radians(angle), phase)
+        columns = {
+            name: np.asarray(group[name][:], float)
+            for name in ("node", "wavelength", "angle", "phase", "moments", *more)
+        }
+    phase = np.moveaxis(columns["phase"], -1, 0)
+    mean = log_linear_mean(np.radians(columns["angle"]), phase)
     # Peaks narrower than the angles leave light out, which the moments have: all else is the error of the angles.
-    phase = np.where(np.abs(mean - 1) < _RESOLVED, phase / mean, phase)
-    return PhaseTable(node, wavelength, angle, phase, np.moveaxis(moments, -1, 0))
+    columns["phase"] = np.where(np.abs(mean - 1) < _RESOLVED, phase / mean, phase)
+    columns["moments"] = np.moveaxis(columns["moments"], -1, 0)
+    return columns
 
 
 @cache

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from skyshine.mat.atmosphere.particles import tables
-from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, interpolate_humidity
+from skyshine.mat.atmosphere.particles.aerosol import AerosolModel, interpolate_humidity, log_humidity_weights
 from skyshine.mat.atmosphere.particles.particles import HenyeyGreensteinModel, linear_weights
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -71,8 +71,7 @@ def navy_maritime_with_amount(wind_speed: float, air_mass: int) -> tuple[Aerosol
     wavelength, extinction, absorption = navy_maritime_extinction(wind_speed, air_mass)
     at_550 = extinction[:, np.searchsorted(wavelength, 0.55)]
     sea = AerosolModel.load("maritime")
-    humid = linear_weights(-np.log(100 - sea.humidity), -np.log(100 - HUMIDITY))
-    phase_humid = linear_weights(sea.humidity, HUMIDITY)
+    humid = log_humidity_weights(sea.humidity, HUMIDITY)
     model = AerosolModel(
         name="navy_maritime",
         humidity=HUMIDITY,
@@ -82,8 +81,8 @@ def navy_maritime_with_amount(wind_speed: float, air_mass: int) -> tuple[Aerosol
         asymmetry=interpolate_humidity(humid, sea.asymmetry) @ linear_weights(sea.wavelength, wavelength),
         phase_angle=sea.phase_angle,
         phase_wavelength=sea.phase_wavelength,
-        phase=np.einsum("ahv,hn->anv", sea.phase, phase_humid),
-        moments=np.einsum("mhv,hn->mnv", sea.moments, phase_humid),
+        phase=np.einsum("ahv,hn->anv", sea.phase, humid),
+        moments=np.einsum("mhv,hn->mnv", sea.moments, humid),
     )
     return model, at_550
 

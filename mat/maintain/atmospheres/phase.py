@@ -64,7 +64,7 @@ DROPLETS = np.geomspace(0.05, 150, 2500)
 # Shettle and Fenn 1979 (AFGL-TR-79-0214), fog models 1 and 4: number r^exponent exp(-slope r), r in um.
 FOGS = {"fog_advection": (3, 0.3), "fog_radiation": (6, 3.0)}
 # Bits of the fractions of stored numbers: 1.2e-4 of a phase function, 1.5e-5 of moments at least.
-_PHASE_BITS, _MOMENT_BITS = 12, 15
+PHASE_BITS, MOMENT_BITS = 12, 15
 
 
 @click.command(help=__doc__)
@@ -134,11 +134,9 @@ def tabulated(
         "order": Axis(np.arange(MOMENTS), "1", "order of the Legendre polynomial"),
     }
     variables = {
-        "phase": Variable(
-            ("node", "wavelength", "angle"), shortened(phase, _PHASE_BITS), "1", "phase function, mean 1"
-        ),
+        "phase": Variable(("node", "wavelength", "angle"), shortened(phase, PHASE_BITS), "1", "phase function, mean 1"),
         "moments": Variable(
-            ("node", "wavelength", "order"), shortened(moments, _MOMENT_BITS), "1", "Legendre moments, the first 1"
+            ("node", "wavelength", "order"), shortened(moments, MOMENT_BITS), "1", "Legendre moments, the first 1"
         ),
     }
     return Group(axes, variables)

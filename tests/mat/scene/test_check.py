@@ -4,6 +4,7 @@ import pytest
 
 import skyshine.mat
 from skyshine.mat.atmosphere.band.points import band_points
+from skyshine.mat.atmosphere.state.turbidity import typical_aerosol
 from skyshine.mat.job.load import load_job
 from skyshine.mat.plan.physics import physics_left_out
 from skyshine.mat.radiometry.blackbody import SpectralResponse
@@ -130,3 +131,27 @@ def test_an_optical_depth_is_checked_built_and_named_in_the_files(build_inline, 
     with pytest.raises(InputError, match="found 1.5; allowed: 0 to 1") as refused:
         check_scene(load_job(file))
     assert (refused.value.file, refused.value.line, refused.value.column) == (tmp_path / "dust.csv", 4, 8)
+
+
+def test_a_typical_optical_depth_is_that_of_place_and_month_and_is_named(tiny_job, tmp_path):
+    """Each state has that of its own month, once and for all in the loaded job; `mat check` says where it is from."""
+    haze = "profile: midlatitude_summer\n    aerosol: opac_continental_average\n    aerosol_optical_depth: typical"
+    file = tmp_path / "job.yaml"
+    file.write_text(tiny_job().replace("profile: midlatitude_summer", haze), encoding="utf-8")
+    loaded = load_job(file)
+    site, state = loaded.trimmed.site, loaded.trimmed.states[0]
+    typical = typical_aerosol(site.latitude_deg, site.longitude_deg, 1e3 * site.altitude_km, site.date)
+    assert state.optical_depth == typical.optical_depth > 0
+    line = summary_line(state_summaries(loaded.trimmed)[0])
+    assert (
+        f"optical depth {typical.optical_depth:.2g} at 0.55 um (Linke turbidity {typical.linke_turbidity:.3g} in"
+        in line
+    )
+
+
+def test_a_typical_optical_depth_and_a_visibility_are_refused(tiny_job, tmp_path):
+    haze = "profile: midlatitude_summer\n    visibility_km: 23\n    aerosol_optical_depth: typical"
+    file = tmp_path / "job.yaml"
+    file.write_text(tiny_job().replace("profile: midlatitude_summer", haze), encoding="utf-8")
+    with pytest.raises(InputError, match="found visibility_km 23 and aerosol_optical_depth typical; allowed: one"):
+        load_job(file)

@@ -250,8 +250,7 @@ def test_each_boundary_model_has_a_visibility_and_a_phase_function():
     cosine = np.cos(np.radians(np.linspace(0, 180, 3601)))
     for name in aerosol_column.BOUNDARY_MODELS:
         assert 0.1 <= aerosol_column.default_visibility(name) <= 300
-        special = {"desert": windblown.desert_model, "navy_maritime": windblown.navy_maritime_model}
-        model = special[name](10.0) if name in special else AerosolModel.load(name)
+        model = aerosol_column.boundary_model(name)
         phase = model.phase_function(cosine, np.array([1000.0, 18182.0]), np.array([0.0, 90.0]))
         assert np.all(phase > 0)
         assert 0.5 * np.trapezoid(phase, -cosine, axis=0) == pytest.approx(1.0, abs=3e-3)

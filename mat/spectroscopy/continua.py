@@ -176,10 +176,9 @@ class Continua:
         single = (wavenumber < line_mixing.RANGE[0]) | (wavenumber > line_mixing.RANGE[1])
         scale = np.where(single, self._others["bfco2"].at(wavenumber), 0.0) * 1e-20 * CM2_TO_M2
         factor = self._others["x_factor_co2"].at(wavenumber)
-        exponent = self._others["tdep_bandhead"].at(wavenumber)  # zero outside 2386 to 2434 cm^-1
         pressure, temperature = np.asarray(pressure), np.asarray(temperature)
         density = pressure / REFERENCE_PRESSURE * REFERENCE_TEMPERATURE / temperature
-        correction = np.where(factor > 0, factor, 1.0) * (temperature / 246.0) ** exponent
+        correction = np.where(factor > 0, factor, 1.0)
         return np.asarray(scale * correction * density * radiation_term(wavenumber, temperature))
 
     def n2(

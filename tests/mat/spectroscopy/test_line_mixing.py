@@ -99,6 +99,17 @@ def six_j(a, b, level):
     return float(delta * total) * math.sqrt(pair[0] * pair[1])
 
 
+def test_rates_of_nitrogen_are_the_published_power_law():
+    """By hand: 0.0180 * 6^-0.81 * exp(-0.008 * 1.438777 * 0.39021 * 6 / 296) = 4.2163e-3 at L = 2 and 296 K; between
+    J = 18 and 20 lie 2 pi c 0.39021 (4 * 20 - 2) = 5.7332e12 rad/s, 2.0841 in 2.2 angstrom / 605.2 m/s: 0.7170.
+    """
+    rate, correction = line_mixing.rates(line_mixing.NITROGEN, 40, 296.0)
+    assert rate[0] == 0
+    assert rate[2] == pytest.approx(4.2163e-3, rel=1e-4)
+    assert correction[20] == pytest.approx(0.7170, rel=1e-4)
+    assert np.all(np.diff(correction) <= 0) and correction[0] == 1
+
+
 def test_moments_are_those_of_hoenl_and_london():
     lower = np.array([2, 2, 10, 40])
     upper = np.array([3, 1, 11, 39])

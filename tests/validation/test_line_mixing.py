@@ -12,6 +12,7 @@ import pytest
 pytest.importorskip("numba")
 pytest.importorskip("hapi")
 
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.radiometry.constants import BOLTZMANN
 from skyshine.mat.spectroscopy import line_mixing, linebyline
 from skyshine.mat.spectroscopy.gases import LineLibrary
@@ -108,3 +109,16 @@ def test_wings_are_those_measured_in_nitrogen(library, path):
     assert np.abs(error[EDGES[:-1] >= 2405]).max() <= LIMIT
     if temperature <= 260:
         assert np.abs(error).max() <= 0.05
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_the_table_holds_the_head_of_the_matrix(whole, path):
+    pressure, temperature, length = path
+    column = PPM * 1e-6 * pressure / (BOLTZMANN * temperature) * length
+    points = AbsorptionTable.open().points(EDGES[0] + 0.1, EDGES[-1] - 0.1)
+    air = (np.array([pressure]), np.array([temperature]), np.zeros(1))
+    through = np.exp(-column * points.cross_sections(*air, gases=["CO2"])["CO2"][0])
+    ours = np.bincount(points.interval, points.weight * through) / np.diff(EDGES)
+    error = ours - means(of(whole, path), *path)
+    print(f"\n{path}: largest {np.abs(error).max():.4f}")
+    assert np.abs(error).max() <= 0.005

@@ -80,10 +80,10 @@ def absorption_at_levels(
     total = np.zeros((state.altitude.size, wavenumber.size))
     humidity = state.mole_fraction["H2O"]
     for name in gases:
-        gas, lines, fraction = GASES[name], library.near(name, low, high), state.mole_fraction[name]
+        gas, fraction = GASES[name], state.mole_fraction[name]
         for level, (pressure, temperature) in enumerate(zip(state.pressure, state.temperature, strict=True)):
             air = ([pressure], [temperature], humidity[level] if name == "H2O" else gas.self_fraction)
-            section = linebyline.interval_spectrum(lines, low, high, *air, gas.shape)[0, 0]
+            section = library.interval_spectrum(name, low, high, *air)[0, 0]
             if name in continua.by_gas:
                 section = section + continua.by_gas[name](wavenumber, pressure, temperature, humidity[level])
             total[level] += fraction[level] * section

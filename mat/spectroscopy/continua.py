@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.gases.lagrange import lagrange_weights
 from skyshine.mat.radiometry.constants import C2, ZERO_CELSIUS
+from skyshine.mat.spectroscopy import line_mixing
 from skyshine.mat.spectroscopy.linebyline import CM2_TO_M2
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -171,13 +172,13 @@ class Continua:
         temperature: npt.ArrayLike,
         h2o_fraction: npt.ArrayLike = 0.0,
     ) -> Floats:
-        """Continuum per CO2 molecule, m2; arguments broadcast."""
-        scale = self._others["bfco2"].at(wavenumber) * 1e-20 * CM2_TO_M2
+        """Continuum per CO2 molecule, m2; arguments broadcast. Zero where lines mix: their wings are whole there."""
+        single = (wavenumber < line_mixing.RANGE[0]) | (wavenumber > line_mixing.RANGE[1])
+        scale = np.where(single, self._others["bfco2"].at(wavenumber), 0.0) * 1e-20 * CM2_TO_M2
         factor = self._others["x_factor_co2"].at(wavenumber)
-        exponent = self._others["tdep_bandhead"].at(wavenumber)  # zero outside 2386 to 2434 cm^-1
         pressure, temperature = np.asarray(pressure), np.asarray(temperature)
         density = pressure / REFERENCE_PRESSURE * REFERENCE_TEMPERATURE / temperature
-        correction = np.where(factor > 0, factor, 1.0) * (temperature / 246.0) ** exponent
+        correction = np.where(factor > 0, factor, 1.0)
         return np.asarray(scale * correction * density * radiation_term(wavenumber, temperature))
 
     def n2(

@@ -8,14 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from skyshine.mat.spectroscopy import linebyline
+from skyshine.mat.spectroscopy import line_mixing, linebyline
 from skyshine.mat.spectroscopy.lines import LineList, merge_lines, read_lines
-from skyshine.schemas.arrays import Floats
+from skyshine.schemas.arrays import Booleans, Floats
 from skyshine.schemas.errors import InputError
 
 LONGEST_COLUMN = 300e3 * 2.5e25  # molecules of air m^-2: 300 km at sea level
 NEGLIGIBLE_DEPTH = 1e-4  # lines weaker than this at their centre on that path are left out
+MIXING = "CO2"
 HITRAN = "HITRAN2012 lines (Rothman et al. 2013, JQSRT 130, 4); partition sums TIPS-2021 (Gamache et al. 2021)"
 
 
@@ -60,6 +62,12 @@ GASES = {
         Gas("CCl4", 0, 2e-10),
     )
 }
+
+
+def _mixing(name: str, wavenumber: Floats) -> Booleans:
+    """Where lines of a gas are not summed one by one, because they mix."""
+    low, high = line_mixing.RANGE
+    return np.asarray((name == MIXING) & (wavenumber >= low) & (wavenumber <= high), bool)
 
 
 class LineLibrary:
@@ -108,6 +116,63 @@ class LineLibrary:
         spans = [(part.wavenumber[0], part.wavenumber[-1]) for part in lists]
         lines = merge_lines(lists)
         return lines.select(strongest(lines) * gas.largest_fraction * LONGEST_COLUMN > NEGLIGIBLE_DEPTH), spans
+
+    @functools.cached_property
+    def _mixed(self) -> line_mixing.MixedLines:
+        return line_mixing.MixedLines(line_mixing.read_bands(self._paths(GASES[MIXING])))
+
+    def _single(self, name: str, low: float, high: float) -> LineList:
+        """As `near`, without the lines of the bands that mix."""
+        lines = self.near(name, low, high)
+        return lines.select(~self._mixed.holds(lines))
+
+    def interval_spectrum(
+        self,
+        name: str,
+        low: float,
+        high: float,
+        pressure: npt.ArrayLike,
+        temperature: npt.ArrayLike,
+        self_fraction: float,
+    ) -> Floats:
+        """Cross sections (P, T, K) of a gas's lines on the fine grid of an interval, m2/molecule.
+
+        Arguments as `linebyline.interval_spectrum`.
+        """
+        mixing = _mixing(name, linebyline.interval_grid(low, high))
+        air, shape = (low, high, pressure, temperature, self_fraction), GASES[name].shape
+        if not mixing.any():
+            return linebyline.interval_spectrum(self.near(name, low, high), *air, shape)
+        out = linebyline.interval_spectrum(self._single(name, low, high), *air, shape)
+        out += self._mixed.cross_sections(linebyline.interval_grid(low, high), pressure, temperature)
+        if not mixing.all():
+            out[..., ~mixing] = linebyline.interval_spectrum(self.near(name, low, high), *air, shape)[..., ~mixing]
+        return out
+
+    def point_cross_sections(
+        self,
+        name: str,
+        wavenumber: Floats,
+        pressure: npt.ArrayLike,
+        temperature: npt.ArrayLike,
+        self_fraction: float,
+    ) -> Floats:
+        """Cross sections (P, T, K) of a gas's lines at wavenumbers (K,), m2/molecule.
+
+        Arguments as `linebyline.point_cross_sections`.
+        """
+        mixing = _mixing(name, wavenumber)
+        out = np.zeros((np.size(pressure), np.size(temperature), wavenumber.size))
+        for mask, source in ((~mixing, self.near), (mixing, self._single)):
+            if mask.any():
+                at = wavenumber[mask]
+                lines = source(name, at.min(), at.max())
+                out[..., mask] = linebyline.point_cross_sections(
+                    lines, at, pressure, temperature, self_fraction, GASES[name].shape
+                )
+        if mixing.any():
+            out[..., mixing] += self._mixed.cross_sections(wavenumber[mixing], pressure, temperature)
+        return out
 
     def lines(self, name: str) -> LineList:
         """The lines of a gas that matter on the longest column.

@@ -143,11 +143,11 @@ class LineByLinePoints(SpectralPoints):
             for old in [old for old in self._kept if old[1] < number - 1]:
                 del self._kept[old]
             gas, (low, high) = GASES[name], map(float, self.interval_edges[number])
-            lines, grid = self._library.near(name, low, high), linebyline.interval_grid(low, high)
+            grid = linebyline.interval_grid(low, high)
             rows = []
             for p, t, q in zip(pressure, temperature, humidity, strict=True):
                 own = float(q) if name == "H2O" else gas.self_fraction
-                row = linebyline.interval_spectrum(lines, low, high, [p], [t], own, gas.shape)[0, 0]
+                row = self._library.interval_spectrum(name, low, high, [p], [t], own)[0, 0]
                 if name in self._continua.by_gas:
                     row = row + self._continua.by_gas[name](grid, float(p), float(t), float(q))
                 rows.append(row)

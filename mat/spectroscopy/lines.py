@@ -85,7 +85,7 @@ def read_lines(paths: str | Path | Sequence[str | Path]) -> LineList:
     InputError
         A file is missing, is not made of 160-column records, holds a field that is not a number, or another molecule.
     """
-    return merge_lines([_parse(Path(path)) for path in ([paths] if isinstance(paths, (str, Path)) else paths)])
+    return merge_lines([parse_records(Path(path)) for path in ([paths] if isinstance(paths, (str, Path)) else paths)])
 
 
 def merge_lines(parts: Sequence[LineList]) -> LineList:
@@ -102,11 +102,11 @@ def merge_lines(parts: Sequence[LineList]) -> LineList:
     return merged.select(np.argsort(merged.wavenumber, kind="stable"))
 
 
-def _parse(path: Path) -> LineList:
-    records = _records(path)
+def parse_records(path: Path) -> LineList:
+    records = read_records(path)
     try:
-        values = {name: _column(records, first, last).astype(float) for name, (first, last) in _COLUMNS.items()}
-        molecules = np.unique(_column(records, 0, 2).astype(int))
+        values = {name: column(records, first, last).astype(float) for name, (first, last) in _COLUMNS.items()}
+        molecules = np.unique(column(records, 0, 2).astype(int))
         isotopologue = np.array([_ISOTOPOLOGUES[code] for code in records[:, 2]], dtype=np.int16)
     except (ValueError, KeyError) as error:
         raise InputError(
@@ -117,7 +117,7 @@ def _parse(path: Path) -> LineList:
     return LineList(molecule=int(molecules[0]), isotopologue=isotopologue, **values)
 
 
-def _records(path: Path) -> npt.NDArray[np.uint8]:
+def read_records(path: Path) -> npt.NDArray[np.uint8]:
     """Characters of a file's records, shape (N, 160), as bytes."""
     openers: dict[str, Callable[..., Any]] = {".gz": gzip.open, ".xz": lzma.open}
     try:
@@ -144,5 +144,5 @@ def _records(path: Path) -> npt.NDArray[np.uint8]:
     return np.frombuffer(data, dtype=np.uint8).reshape(-1, stride)[:, :RECORD_WIDTH]
 
 
-def _column(records: npt.NDArray[np.uint8], first: int, last: int) -> npt.NDArray[np.bytes_]:
+def column(records: npt.NDArray[np.uint8], first: int, last: int) -> npt.NDArray[np.bytes_]:
     return np.ascontiguousarray(records[:, first:last]).view(f"S{last - first}").ravel()

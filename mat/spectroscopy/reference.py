@@ -52,9 +52,7 @@ def interval_transmittance(
         section = water_continuum(*coefficients, wavenumber, pressure, temperature, np.array([humidity]))[0]
         return float(np.mean(np.exp(-path.column("H2O") * section)))
     self_fraction = humidity if gas == "H2O" else GASES[gas].self_fraction
-    lines = library.near(gas, low, high)
-    shape = GASES[gas].shape
-    section = linebyline.interval_spectrum(lines, low, high, pressure, temperature, self_fraction, shape)[0, 0]
+    section = library.interval_spectrum(gas, low, high, pressure, temperature, self_fraction)[0, 0]
     continuum = continua.by_gas.get(gas)
     if continuum is not None:
         section = section + continuum(wavenumber, path.pressure, path.temperature, humidity)

@@ -10,7 +10,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.spectroscopy import linebyline, nodes
+from skyshine.mat.spectroscopy import line_mixing, nodes
 from skyshine.mat.spectroscopy.continua import ContinuumModel
 from skyshine.mat.spectroscopy.gases import GASES, LineLibrary
 from skyshine.schemas.arrays import Floats
@@ -80,14 +80,8 @@ class LineSource:
 
     def spectrum(self, wavenumber: Floats, low: float, high: float) -> Floats:
         """Cross sections (P, T, K) in dry air on the fine grid of an interval, m2/molecule."""
-        lines = linebyline.interval_spectrum(
-            self._library.near(self.name, low, high),
-            low,
-            high,
-            nodes.PRESSURE,
-            nodes.TEMPERATURE,
-            self.gas.self_fraction,
-            self.gas.shape,
+        lines = self._library.interval_spectrum(
+            self.name, low, high, nodes.PRESSURE, nodes.TEMPERATURE, self.gas.self_fraction
         )
         return np.asarray(lines + self._continuum_at(wavenumber, nodes.PRESSURE, nodes.TEMPERATURE, 0.0))
 
@@ -121,8 +115,7 @@ class LineSource:
         """
         wavenumber, pressure, temperature = (np.asarray(a, float) for a in (wavenumber, pressure, temperature))
         self_fraction = h2o_fraction if self.name == "H2O" else self.gas.self_fraction
-        lines = self._library.near(self.name, wavenumber.min(), wavenumber.max())
-        total = linebyline.point_cross_sections(lines, wavenumber, pressure, temperature, self_fraction, self.gas.shape)
+        total = self._library.point_cross_sections(self.name, wavenumber, pressure, temperature, self_fraction)
         return np.moveaxis(total + self._continuum_at(wavenumber, pressure, temperature, h2o_fraction), -1, 0)
 
     def _continuum_at(self, wavenumber: Floats, pressure: Floats, temperature: Floats, h2o_fraction: float) -> Floats:
@@ -130,3 +123,16 @@ class LineSource:
         if self._continuum is None:
             return np.zeros((1, 1, 1))
         return self._continuum(wavenumber, pressure[:, None, None], temperature[:, None], h2o_fraction)
+
+
+class MixedLineSource(LineSource):
+    """A gas summed line by line where its lines mix."""
+
+    @property
+    def provenance(self) -> str:
+        """The line list, and how its lines are coupled; there is no continuum."""
+        return f"{self._library.provenance}; {line_mixing.SOURCE}"
+
+    def covers(self, low: float, high: float) -> bool:
+        """Whether the lines mix in [low, high] cm^-1."""
+        return low >= line_mixing.RANGE[0] and high <= line_mixing.RANGE[1] and super().covers(low, high)

@@ -18,12 +18,12 @@ from skyshine.mat.atmosphere.gases.absorption import FILETYPE, NEGLIGIBLE, NO_DA
 from skyshine.mat.spectroscopy import nodes
 from skyshine.mat.spectroscopy.continua import Continua, ContinuumModel
 from skyshine.mat.spectroscopy.cross_sections import read_cross_sections
-from skyshine.mat.spectroscopy.gases import GeneratedLibrary, LineLibrary
+from skyshine.mat.spectroscopy.gases import MIXING, GeneratedLibrary, LineLibrary
 from skyshine.mat.spectroscopy.intervals import CANDIDATES, EXCHANGES, FLOOR, IntervalPoints, build_interval
 from skyshine.mat.spectroscopy.lookups import LookupSource
 from skyshine.mat.spectroscopy.lowtran_continua import LowtranContinua
 from skyshine.mat.spectroscopy.overlay import overlay
-from skyshine.mat.spectroscopy.sources import GasSources, LineSource, Source, SpectralSource
+from skyshine.mat.spectroscopy.sources import GasSources, LineSource, MixedLineSource, Source, SpectralSource
 from skyshine.mat.spectroscopy.training import PERTURBED, held_out_states, training_states
 from skyshine.mat.spectroscopy.widths import interval_edges, max_points
 from skyshine.schemas.arrays import Floats
@@ -31,7 +31,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
 FORMAT_VERSION = "1.1"
-DATA_VERSION = "2.0.0"
+DATA_VERSION = "2.1.0"
 # Names of the data by the name of the water vapour continuum.
 DATA_NAMES = {"mt_ckd_4.3": "hitran2012-mtckd4.3", "lowtran7": "hitran2012-lowtran7"}
 PART_VERSION = 1  # raised when the way from lines to points changes, so that finished parts are made again
@@ -97,6 +97,7 @@ class Builder:
         sources: dict[str, list[SpectralSource]] = {
             gas.name: [LineSource(gas.name, self.library, self.continua)] for gas in self.library.gases
         }
+        sources[MIXING].insert(0, MixedLineSource(MIXING, self.library, self.continua))
         if generated is not None:
             stand_in = GeneratedLibrary(generated)
             for gas in stand_in.gases:

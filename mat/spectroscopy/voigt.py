@@ -38,15 +38,29 @@ def far_voigt(x2: float, y: float) -> float:
 
 
 @njit(cache=True)
-def near_voigt(x: float, y: float) -> float:
-    """Voigt function by Weideman's expansion with 32 terms, relative error < 1e-6 for y >= 1e-6 near the centre."""
+def near_faddeeva(x: float, y: float) -> complex:
+    """Faddeeva function w(x + iy) by Weideman's expansion with 32 terms."""
     iz = complex(-y, x)
     z = (_SCALE + iz) / (_SCALE - iz)
     p = complex(_COEFFICIENTS[0], 0.0)
     for k in range(1, _TERMS):
         p = p * z + _COEFFICIENTS[k]
     d = _SCALE - iz
-    return (2.0 * p / (d * d) + (1.0 / SQRT_PI) / d).real
+    return 2.0 * p / (d * d) + (1.0 / SQRT_PI) / d
+
+
+@njit(cache=True, fastmath=True)
+def far_faddeeva(x: float, y: float) -> tuple[float, float]:
+    """Real and imaginary part of the Faddeeva function for ``|x| + y > 15``, as `far_voigt`."""
+    a, b = x * x - y * y - 0.5, 2.0 * x * y
+    scale = 1.0 / (SQRT_PI * (a * a + b * b))
+    return scale * (x * b - y * a), scale * (x * a + y * b)
+
+
+@njit(cache=True)
+def near_voigt(x: float, y: float) -> float:
+    """Voigt function by Weideman's expansion with 32 terms, relative error < 1e-6 for y >= 1e-6 near the centre."""
+    return near_faddeeva(x, y).real
 
 
 @njit(cache=True)

@@ -13,7 +13,7 @@ um, 7 to 16 cm^-1, cut through them.
 With one factor on the self continuum of MT_CKD 4.3 in each 0.1 um, fitted over all altitudes and ranges, little
 remains: no gas, line or aerosol is missing. Near 4.1 um the factor stands also for the collisions of nitrogen with
 water vapour, which fall off with height nearly as it does and add a sixth to the nitrogen continuum near the ground;
-what remains at 4.15 um is the head of the CO2 band (2375-2400 cm-1), where MODTRAN absorbs less.
+at 4.15 um lies the head of the CO2 band (2375-2400 cm-1), whose lines mix.
 """
 
 import csv
@@ -176,9 +176,9 @@ def rms(values):
 @pytest.mark.parametrize(
     ("name", "continuum", "limit_tau", "limit_radiance"),
     [
-        ("3-5 um", "mt_ckd_4.3", 0.02, 0.02),
+        ("3-5 um", "mt_ckd_4.3", 0.018, 0.015),
         ("8-12 um", "mt_ckd_4.3", 0.03, 0.03),
-        ("3-5 um", "mt_ckd_2.4", 0.015, 0.02),
+        ("3-5 um", "mt_ckd_2.4", 0.012, 0.012),
         ("8-12 um", "mt_ckd_2.4", 0.017, 0.03),
         ("3-5 um", "lowtran7", 0.045, 0.035),
         ("8-12 um", "lowtran7", 0.035, 0.032),

@@ -106,8 +106,8 @@ class ForwardPeak:
         peak = self._peak
         along = np.zeros((segments.altitude.size, 1, peak.shape[1]), np.float32)
         np.cumsum(segments.column(peak), axis=0, out=along[1:, 0])
-        depth = along + self._source_depth(segments.altitude, to_source)
-        middle: Singles = 0.5 * (depth[1:] + depth[:-1])
+        depth: Singles = along + self._source_depth(segments.altitude, to_source)
+        middle = (0.5 * (depth[1:] + depth[:-1])).astype(np.float32)
         cosine = 0.5 * (deflection[1:] + deflection[:-1])
         light = np.zeros(middle.shape, np.float32)
         for air, step in ((segments.lower, 0), (segments.upper, 1)):

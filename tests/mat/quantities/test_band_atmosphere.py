@@ -196,7 +196,7 @@ def test_points_agree_with_the_table(air, sun, table):
         if name == "ambient":  # the table's sky irradiance is interpolated between altitudes
             assert values == pytest.approx(grid, rel=0.02, abs=1e-3 * table.ambient.max())
         else:
-            assert values == pytest.approx(grid, rel=5e-3, abs=1e-12), name
+            assert values == pytest.approx(grid, rel=6e-3, abs=1e-12), name
 
 
 def test_scattered_sunlight_shows_in_path_radiance(table):

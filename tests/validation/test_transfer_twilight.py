@@ -1,8 +1,9 @@
 """Sunlight scattered in a spherical atmosphere, from a low Sun to civil twilight, against other solutions.
 
-With the Sun up, the truth solves successive orders of scattering in spherical shells (sasktran2); a backward Monte
-Carlo (`spherical_monte_carlo`) agrees with it at sunset. In twilight it is the Monte Carlo alone: there sasktran2's
-solvers contradict each other. With the Sun at -4 degrees, 0.65 um, clear air, they give the zenith 3.3e-5 (successive
+In clear air with the Sun up, the truth solves successive orders of scattering in spherical shells (sasktran2); a
+backward Monte Carlo (`spherical_monte_carlo`) agrees with it at sunset. In haze and in twilight it is the Monte Carlo
+alone, for there sasktran2's solvers contradict each other.
+With the Sun at -4 degrees, 0.65 um, clear air, they give the zenith 3.3e-5 (successive
 orders, with 3 to 31 solar zenith angles), 4.1e-5 (the older solver of those) or 3.5e-6 sr^-1 (discrete ordinates) of
 light scattered more than once; the Monte Carlo gives 5e-6, and so does the exact single light of the sky, scattered
 once more. All take the levels, gases and particles of the same state at one monochromatic point; none refracts.
@@ -40,17 +41,17 @@ plane_parallel, spherical_monte_carlo = beside("plane_parallel"), beside("spheri
 pytestmark = pytest.mark.validation
 
 MICRON, ALBEDO, SUN = 0.65, 0.1, 1e6
-# Degree, with sasktran2 as truth; in haze its field at the horizon is as wrong as below it.
-SUNS = {"clear": (5.0, 2.0, 0.0), "haze": (5.0, 2.0)}
-TWILIGHT = (0.0, -2.0, -4.0)
+SUNS = (5.0, 2.0, 0.0)  # degree, in clear air, with sasktran2 as truth
+# With Monte Carlo as truth: below the horizon, and in haze, where sasktran2 differs from it by up to 10 % with the Sun
+# at 5 and 2 degrees and by up to 16 % at 0.
+LOW = {"clear": (-2.0, -4.0), "haze": (5.0, 2.0, 0.0, -2.0, -4.0)}
 PHOTONS, ORDERS = 24000, {"clear": 5, "haze": 8}
 LINES = ((90.0, 0.0), (20.0, 0.0), (20.0, 90.0), (20.0, 180.0))  # elevation, azimuth from the Sun, degree
 AIRS = {"clear": Aerosol("none"), "haze": Aerosol("rural", visibility_km=10.0)}
 MOMENTS = 400
 SZA, POINTS = 5, 30  # of the fields of scattered light: solar zenith angles, altitudes
 HEIGHTS = np.concatenate([np.arange(0, 4e3, 250), np.arange(4e3, 30e3, 1e3), np.arange(30e3, 81e3, 5e3)])  # m
-# Haze besides: truncated forward peaks of its phase function, with the Sun up.
-TOLERANCE = {"clear": 0.10, "haze": 0.13}
+TOLERANCE = 0.03
 AZIMUTHS = (0.0, 20.0, 45.0, 90.0, 180.0)  # degree, of the comparison of both truths
 
 
@@ -161,24 +162,23 @@ def test_the_truth_is_plane_under_a_high_sun():
     assert spherical == pytest.approx(below, rel=0.025)
 
 
-@pytest.mark.parametrize("air", list(AIRS))
-def test_sky_of_low_sun(air):
-    state, point = scene(air)
-    print(f"\n{air}: radiance less that of sasktran2, %; lines at elevation, azimuth from the Sun: {LINES}")
+def test_clear_sky_of_low_sun():
+    state, point = scene("clear")
+    print(f"\nclear: radiance less that of sasktran2, %; lines at elevation, azimuth from the Sun: {LINES}")
     errors = []
-    for sun in SUNS[air]:
+    for sun in SUNS:
         reference = truth(state, point, sun, LINES)
         errors.append(ours(state, point, sun, LINES) / reference - 1)
         print(f"Sun {sun:+4.0f}:", " ".join(f"{100 * e:+7.1f}" for e in errors[-1]), "  of", reference)
-    assert np.abs(errors).max() < TOLERANCE[air]
+    assert np.abs(errors).max() < TOLERANCE
 
 
 @pytest.mark.parametrize("air", list(AIRS))
-def test_sky_of_twilight(air):
+def test_sky_of_low_sun(air):
     state, point = scene(air)
     shells = spherical_monte_carlo.SphericalAir(*levels(state, point), ALBEDO)
     print(f"\n{air}: radiance less that of Monte Carlo, its standard error, %; lines at elevation, azimuth: {LINES}")
-    for sun in TWILIGHT:
+    for sun in LOW[air]:
         found = ours(state, point, sun, LINES)
         truths = [
             shells.radiance(np.radians(sun), *np.radians(line), PHOTONS, ORDERS[air], seed)

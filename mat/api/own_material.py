@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Mapping
@@ -97,12 +98,12 @@ def new_material(
     if pattern.transmits:
         raise InputError(f"'{like}' lets light pass, so its spectrum has two columns; choose a material that does not")
     codes = {material.code for material in library}
-    number = code or next(free for free in range(FIRST_CODE, 65536) if free not in codes)
+    number = next(free for free in range(FIRST_CODE, 65536) if free not in codes) if code is None else code
     if number in codes:
         raise InputError(f"code {number} is that of '{library.by_code(number).name}'; leave --code out for a free one")
     wavelength, reflectance, borrowed = _joined(pattern, spectrum)
     reflectance, levels = _levelled(wavelength, reflectance, absorptance, emissivity)
-    text = description or f"Like {like}, with values of the user"
+    text = " ".join(description.split()) if description else f"Like {like}, with values of the user"
     contents = {
         target / "ht" / f"{name}.yaml": _thermal_text(pattern, thermal or {}, text),
         target / "ref" / f"{name}.csv": _spectrum_text(
@@ -115,7 +116,7 @@ def new_material(
         write_whole(file, content)
     index = target / "mat.yaml"
     before = index.read_text(encoding="utf-8").rstrip("\n") if index.is_file() else "data_version: 1.0.0\nmaterials:"
-    entry = f'  - {{code: {number}, name: {name}, group: {pattern.group}, description: "{text}"}}'
+    entry = f"  - {{code: {number}, name: {name}, group: {pattern.group}, description: {json.dumps(text)}}}"
     write_whole(index, f"{before}\n{entry}\n")
     load_library(target)[name]  # what is written is read at once, so that a fault shows here
     return OwnMaterial(name, number, target, (index, *contents), borrowed)

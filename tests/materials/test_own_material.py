@@ -118,3 +118,8 @@ def test_command_says_what_it_wrote(tmp_path):
     assert json.loads(dumped.output)["code"] == 1002
     with pytest.raises(InputError):
         new_material("other", like="concrete", folder=tmp_path / "own")
+
+
+def test_a_description_with_quotes_and_lines_is_kept(tmp_path):
+    new_material("mine", like="concrete", folder=tmp_path, description='wall "B": grey,\n#2 {old}')
+    assert load_library(tmp_path)["mine"].description == 'wall "B": grey, #2 {old}'

@@ -88,8 +88,7 @@ def scattered_light(
         point, angle = _short_path(path), sources.local_deflection(path.elevation)
         light = direct_transmittance(few.scaled_source_paths, np.array([path.local_altitude]), sources.elevation)
         once = scattered_spectral(point, few.optics, light.astype(np.float32), np.stack([angle, angle]))
-        if few.forward_peak.near(angle[None]).size:
-            once += light[0] * few.forward_peak.at(point, path.local_altitude, np.sin(sources.elevation), angle)
+        once += light[0] * few.forward_peak.at(point, path.local_altitude, np.sin(sources.elevation), angle)
         again = few.diffuse_light.at(
             path.local_layer, path.local_share, -np.sin(path.elevation), np.sin(sources.elevation), angle
         )

@@ -153,8 +153,7 @@ class SpectralAir:
             solved_moments(self.optics, self.nodes),
             np.clip(moments[2 * self.nodes], 0.0, None),
             column,
-            self.source_paths,
-            self.scaled_source_paths,
+            self.source_rays,
         )
 
     @cached_property
@@ -199,7 +198,7 @@ class SpectralAir:
         scaled = self._scaled_depths(segments, depths)
         attenuation = segment_attenuation(segments, scaled, self.scaled_source_paths, to_source)
         once = scattered_spectral(segments, self.optics, attenuation, deflection, phase)
-        near = self._near(deflection)
+        near = self._near(segments, to_source, deflection)
         if near.size:
             some = attenuation[:, near]
             change = self.forward_peak.by_segment(segments, some, to_source[:, near], deflection[:, near])
@@ -214,7 +213,7 @@ class SpectralAir:
         """
         paths, scaled = self.scaled_source_paths, self._scaled_depths(segments, depths)
         once = scattered_band(segments, self.optics, scaled, paths, to_source, deflection, weight)
-        near = self._near(deflection)
+        near = self._near(segments, to_source, deflection)
         if near.size:
             angles = to_source[:, near], deflection[:, near]
             attenuation = segment_attenuation(segments, scaled, paths, angles[0])
@@ -223,9 +222,9 @@ class SpectralAir:
             once[1:, near] = np.cumsum(np.maximum(by_segment, 0.0), axis=0)
         return once + self.diffuse_light.band(segments, depths, to_source, deflection, weight)
 
-    def _near(self, deflection: Floats) -> Integers:
-        """Sources in whose light along a ray the forward peak matters, by cosines (K+1, S) of scattering."""
-        return np.zeros(0, int) if self._is_unscaled else self.forward_peak.near(deflection)
+    def _near(self, segments: Segments, to_source: Floats, deflection: Floats) -> Integers:
+        """Sources in whose light along a ray the forward peak matters; arguments as of `scattered_radiance`."""
+        return np.zeros(0, int) if self._is_unscaled else self.forward_peak.near(segments, to_source, deflection)
 
     def _scaled_depths(self, segments: Segments, depths: Depths) -> Depths:
         """Depths for light scattered once: with delta-M, light then scattered straight forward is not lost."""

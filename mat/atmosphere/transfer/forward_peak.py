@@ -16,7 +16,11 @@ core itself, which is not resolved.
 Limits: one scattering has the peak of its own place, all others that of the mean particle of the state. The line of
 sight and the rays of the source are taken as one line, which they nearly are close to the source: the correction ends
 between 12 and 24 degrees from it. Of a path that ends inside a cloud, each segment has a part of the light by its part
-of p, as in first order.
+of p, as in first order. Below a p of .01 the correction fades out: at .005, where it is .25 % of light scattered once,
+it is none, and most lines of sight through clear air need none of it.
+
+The change varies smoothly with wavelength. It is computed at a few of the spectral points, those next to the
+wavelengths of the phase functions among them, and is linear in the logarithm of wavenumber between them.
 
 References
 ----------
@@ -36,7 +40,7 @@ from numpy.polynomial.legendre import legvander
 from skyshine.mat.atmosphere.particles.moments import moment_weights
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, SpectralOptics
 from skyshine.mat.atmosphere.transfer.segments import Segments
-from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
+from skyshine.mat.atmosphere.transfer.source_paths import HIDDEN, SourcePaths, SourceRays
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 # As many moments as the angles of the phase functions resolve.
@@ -48,8 +52,10 @@ _WHOLE, _NONE = 12.0, 24.0
 _DEGREES = np.array([*np.arange(0, 6, 0.5), 6, 7, 8, 10, 12, 14, 16, 18, 20, 22, 24])
 # Depths of peak scattering: below the first, the change is proportional to the depth; it is held beyond the last.
 _DEPTHS = np.geomspace(1e-3, 100.0, 81)
-# Vertical depth of peak scattering below which its second order, at most half of this, is left out.
-_THIN = 1e-3
+# Depths of peak scattering, of which its second order is at most half: none below the first, whole above the second.
+_THIN = (5e-3, 1e-2)
+# Ratio of neighbouring wavenumbers at which the change is computed, at most.
+_STEP = 1.02
 # Fraction of the scattering below which it is no forward peak.
 _SMALLEST = 1e-4
 
@@ -69,8 +75,8 @@ class ForwardPeak:
         The next moment: `fraction` at the wavelengths of the phase functions.
     air : (N,) array
         Of the vertical column, by level, molecules m^-2.
-    paths, scaled_paths : SourcePaths
-        Of the source's light, through all extinction and through that without peak scattering.
+    rays : SourceRays
+        Of the source's light.
     """
 
     optics: SpectralOptics
@@ -78,14 +84,21 @@ class ForwardPeak:
     solved: Floats
     limit: Floats
     air: Floats
-    paths: SourcePaths
-    scaled_paths: SourcePaths
+    rays: SourceRays
 
-    def near(self, deflection: Floats) -> Integers:
-        """Which sources are so close to a line of sight that the peak matters; cosines (K+1, S) of scattering."""
-        if not np.any(self.air @ self._peak > _THIN):
-            return np.zeros(0, int)
-        return np.flatnonzero(np.max(deflection, axis=0) > np.cos(np.radians(_NONE)))
+    def near(self, segments: Segments, to_source: Floats, deflection: Floats) -> Integers:
+        """Which sources are so close to a line of sight, through so much peak scattering, that the peak matters.
+
+        Arguments as of `by_segment`; indices of the sources.
+        """
+        near: Integers = np.flatnonzero(np.max(deflection, axis=0) > np.cos(np.radians(_NONE)))
+        if not near.size or not np.any(self._peak):
+            return near[:0]
+        ends = [0, -1]
+        depth = self._source_depth(segments.altitude[ends], to_source[np.ix_(ends, near)]).max(axis=0)
+        depth = depth + segments.column(self._peak[:, self._few]).sum(axis=0)
+        found: Integers = near[np.any(depth > _THIN[0], axis=1)]
+        return found
 
     def by_segment(self, segments: Segments, attenuation: Singles, to_source: Floats, deflection: Floats) -> Singles:
         """Change of the light that each segment scatters to the observer.
@@ -103,18 +116,12 @@ class ForwardPeak:
         (K, S, P) array
             Per unit of the source's irradiance, sr^-1; single precision.
         """
-        peak = self._peak
-        along = np.zeros((segments.altitude.size, 1, peak.shape[1]), np.float32)
-        np.cumsum(segments.column(peak), axis=0, out=along[1:, 0])
+        along = np.zeros((segments.altitude.size, 1, self._few.size), np.float32)
+        np.cumsum(segments.column(self._peak[:, self._few]), axis=0, out=along[1:, 0])
         depth: Singles = along + self._source_depth(segments.altitude, to_source)
         middle = (0.5 * (depth[1:] + depth[:-1])).astype(np.float32)
-        cosine = 0.5 * (deflection[1:] + deflection[:-1])
-        light = np.zeros(middle.shape, np.float32)
-        for air, step in ((segments.lower, 0), (segments.upper, 1)):
-            level = segments.layer + step
-            amount: Singles = (air[:, None] * peak[level])[:, None].astype(np.float32)
-            light += np.multiply(amount, self._change(level, middle, cosine))
-        light *= attenuation / np.float32(4 * np.pi)
+        light = self._scattered(segments, middle, 0.5 * (deflection[1:] + deflection[:-1]))
+        light *= attenuation
         return light
 
     def at(self, point: Segments, altitude: float, to_source: Floats, deflection: Floats) -> Floats:
@@ -123,12 +130,38 @@ class ForwardPeak:
         It is per unit of the source's light there that no more than the peak has scattered.
         """
         depth = self._source_depth(np.array([altitude]), to_source[None])
-        light = np.zeros(depth.shape)
-        for air, step in ((point.lower, 0), (point.upper, 1)):
-            level = point.layer + step
-            light += (air[:, None] * self._peak[level])[:, None] * self._change(level, depth, deflection[None])
-        change: Floats = light[0] / (4 * np.pi)
-        return change
+        return self._scattered(point, depth, deflection[None])[0].astype(float)
+
+    def _scattered(self, segments: Segments, depth: Singles, cosine: Floats) -> Singles:
+        """Change of the light that segments scatter, without attenuation: of depths (K, S, Q) of peak scattering from
+        source to observer and cosines (K, S) of the scattering angle, (K, S, P) sr^-1.
+        """
+        light = np.zeros((*cosine.shape, self._peak.shape[1]), np.float32)
+        none, whole = _THIN
+        share = np.clip((depth - none) / (whole - none), 0.0, 1.0).astype(np.float32) / np.float32(4 * np.pi)
+        for air, step in ((segments.lower, 0), (segments.upper, 1)):
+            level = segments.layer + step
+            amount: Singles = (air[:, None] * self._peak[level])[:, None].astype(np.float32)
+            light += amount * ((share * self._change(level, depth, cosine)) @ self._spread)
+        return light
+
+    @cached_property
+    def _few(self) -> Integers:
+        """Spectral points (Q,) at which the change is computed, by wavenumber."""
+        number, first = np.unique(self.optics.wavenumber, return_index=True)
+        place = np.log(number / number[0]) / np.log(_STEP)
+        wanted = np.linspace(0, place[-1], min(int(np.ceil(place[-1])) + 1, number.size))
+        nearest = np.abs(place[:, None] - wanted).argmin(axis=0)
+        few: Integers = first[np.union1d(nearest, self.optics.phase_share[:, first].argmax(axis=1))]
+        return few
+
+    @cached_property
+    def _spread(self) -> Singles:
+        """Weights (Q, P) of `_few` in all points: linear in the logarithm of wavenumber."""
+        known, number = np.log(self.optics.wavenumber[self._few]), np.log(self.optics.wavenumber)
+        place = np.interp(number, known, np.arange(known.size))
+        spread: Singles = np.maximum(1 - np.abs(np.arange(known.size)[:, None] - place), 0.0).astype(np.float32)
+        return spread
 
     @cached_property
     def _peak(self) -> Floats:
@@ -136,14 +169,19 @@ class ForwardPeak:
         peak: Floats = self.optics.aerosol_scattering * self.fraction
         return peak
 
+    @cached_property
+    def _paths(self) -> SourcePaths:
+        """Of the source's light, through peak scattering alone at `_few`."""
+        return SourcePaths.of(self.rays, self._peak[:, self._few])
+
     def _source_depth(self, altitude: Floats, to_source: Floats) -> Singles:
-        """Depth of peak scattering from the source to points (K,) [m], (K, S, P)."""
-        whole, scaled = (paths.optical_depth(altitude, to_source) for paths in (self.paths, self.scaled_paths))
-        depth: Singles = np.maximum(whole - scaled, np.float32(0))
+        """Depth of peak scattering from the source to points (K,) [m], (K, S, Q); 0 where the Earth hides it."""
+        depth = self._paths.optical_depth(altitude, to_source)
+        depth[depth >= HIDDEN] = 0.0
         return depth
 
     def _change(self, level: Integers, depth: Singles, cosine: Floats) -> Singles:
-        """`table` at levels (K,), depths (K, S, P) and scattering angles of cosines (K, S): (K, S, P)."""
+        """`table` at levels (K,), depths (K, S, Q) and scattering angles of cosines (K, S): (K, S, Q)."""
         angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         place = np.interp(angle, _DEGREES, np.arange(_DEGREES.size))
         direction = np.minimum(place.astype(int), _DEGREES.size - 2)
@@ -153,7 +191,8 @@ class ForwardPeak:
         next_share = np.minimum(place - first, 1).astype(np.float32)
         change = np.zeros(depth.shape, np.float32)
         for (turn, deep), (table, of_wavelength) in product(
-            product((0, 1), (0, 1)), zip(self.table, self.optics.phase_share.astype(np.float32), strict=True)
+            product((0, 1), (0, 1)),
+            zip(self.table, self.optics.phase_share[:, self._few].astype(np.float32), strict=True),
         ):
             weight = (share if turn else 1 - share) * (next_share if deep else 1 - next_share) * of_wavelength
             change += weight * table[level[:, None, None], direction[..., None] + turn, first + deep]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial.legendre import legvander
 
+from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.particles.moments import moment_weights
@@ -103,15 +104,43 @@ def test_smooth_peaks_have_no_core_and_diffraction_by_drops_does(air, fog):
 def test_thin_air_and_air_without_particles_change_nothing(air):
     for clear in (air(), air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 1e-4)])):
         segments, depths, to_source, deflection = path(clear, 0.0, 0.5, 0.5, np.zeros(1))
-        assert clear.forward_peak.near(deflection).size == 0
+        assert clear.forward_peak.near(segments, to_source, deflection).size == 0
         assert np.all(clear.scattered_radiance(segments, depths, to_source, deflection) > 0)
 
 
 def test_sources_far_from_the_line_are_left_as_they_are(fog):
-    *_, deflection = path(fog, 0.0, 0.5, 0.5, np.radians([0.0, 20.0, 60.0, 180.0]))
-    assert fog.forward_peak.near(deflection).tolist() == [0, 1]
+    segments, _, *angles = path(fog, 0.0, 0.5, 0.5, np.radians([0.0, 20.0, 60.0, 180.0]))
+    assert fog.forward_peak.near(segments, *angles).tolist() == [0, 1]
     table = fog.forward_peak.table
     assert np.all(np.isfinite(table)) and np.all(table[:, :, -1] == 0) and np.any(table[:, :, 0] < 0)
+
+
+def test_the_correction_begins_without_a_step_where_there_is_enough_of_the_peak(air, monkeypatch):
+    """Light of a cloud that gets thicker, over its depth, near a source at the zenith: below .25 %, then smoothly."""
+    light = []
+    for depth in np.geomspace(4e-3, 0.2, 30):
+        thin = air(clouds=[CloudLayer("water", 1e3, 2e3, 10.0, depth)])
+        segments, depths, *angles = path(thin, 0.0, 1.5, [1.5], [0.02])
+        whole = thin.scattered_radiance(segments, depths, *angles)[0, 0]
+        with monkeypatch.context() as without:
+            without.setattr(forward_peak.ForwardPeak, "near", lambda *_: np.zeros(0, int))
+            light.append(whole / thin.scattered_radiance(segments, depths, *angles)[0, 0])
+    assert light[0] == 1.0 and light[-1] < 0.99
+    assert np.all(np.diff(light) <= 0) and np.all(np.diff(light) > -0.01)
+
+
+def test_a_few_points_are_enough_for_the_peak_of_a_wide_band(isothermal, monkeypatch):
+    table = AbsorptionTable.open().points(2000.0, 3300.0)
+    points, lights, few = table.subset(np.arange(0, table.weight.size, 40)), [], []
+    for step in (forward_peak._STEP, 1.0005):
+        monkeypatch.setattr(forward_peak, "_STEP", step)
+        foggy = SpectralAir.of(isothermal(aerosol=Aerosol("fog_radiation")), points)
+        segments, _, *angles = path(foggy, 0.0, 0.6, 0.6, NEAR)
+        attenuation = np.ones((segments.index.size, NEAR.size, points.weight.size), np.float32)
+        lights.append(foggy.forward_peak.by_segment(segments, attenuation, *angles))
+        few.append(foggy.forward_peak._few.size)
+    assert few[0] < 32 and few[1] > 80
+    assert np.abs(lights[0] - lights[1]).max() < 5e-3 * np.abs(lights[1]).max()
 
 
 @pytest.mark.parametrize("optical_depth", [1e-2, 1.0, 30.0, 1e4])

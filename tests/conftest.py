@@ -68,7 +68,6 @@ surface_grid:
   azimuth_deg: [0, 90, 180, 270]
   slope_deg: [0, 45]
   time: [00:00, 06:00, 12:00, 18:00]
-output: {{folder: built, pictures: false}}
 """
 CHANNEL_JOB = f"""\
 skyshine: 1

@@ -7,8 +7,14 @@ spectra then show the temperature of 1 km.
 
 MODTRAN 5.2.1 has an older water vapour continuum than MT_CKD 4.3 (Mlawer et al. 2023), which lowered the self continuum
 of the 8-12 um window; that of 2000-3200 cm-1 was raised by MT_CKD 2.5 (Mlawer et al. 2012). With the continuum of
-MT_CKD 2.4 line by line agrees to 0.015 in both bands; points of 5 cm^-1 intervals lose a little more where bins of 0.1
-um, 7 to 16 cm^-1, cut through them.
+MT_CKD 2.4 line by line agrees to 0.0121 from 3 to 5 um and to 0.0116 from 8 to 12 um. Points of 5 cm^-1 intervals
+differ from line by line by rms 0.003 and 0.010, for bins of 0.1 um, 41 to 107 and 7 to 16 cm^-1, cut through intervals:
+two fifths of the sum of squares of the points at 8-12 um; largest (0.033) from 1136 to 1149 cm-1.
+
+What is left of line by line at 8-12 um follows the square of humidity: one factor on it in each bin leaves 0.0004 to
+0.005, at the laser bands of CO2 (961 and 1064 cm-1) 0.001, above 0.005 only from 1149 to 1163 cm-1 (0.008). MODTRAN's
+self continuum is weaker from 1000 to 1250 cm-1 and stronger from 885 to 970 cm-1. At 3-5 um two fifths of the sum of
+squares lie from 2000 to 2128 cm-1, also with humidity (0.004 to 0.007 remain), a third from 2381 to 2500 cm-1.
 
 With one factor on the self continuum of MT_CKD 4.3 in each 0.1 um, fitted over all altitudes and ranges, little
 remains: no gas, line or aerosol is missing. Near 4.1 um the factor stands also for the collisions of nitrogen with
@@ -81,7 +87,6 @@ FOREST = np.array(
 )
 LIMIT_SUNLIGHT = 0.05  # rms of scattered sunlight, 0.4 to 1.8 um
 SUB = 20  # parts of an interval that line by line is kept in
-LIMIT_OLDER = 0.015  # of line by line with the water vapour continuum of MODTRAN's time
 FITTED_ABOVE = 0.02  # transmittance of MODTRAN below which an optical depth is not told from the printed spectrum
 
 
@@ -288,9 +293,12 @@ def test_scattered_sunlight(spectra, state):
 
 
 @pytest.mark.shared_data
-@pytest.mark.parametrize(("name", "limit", "limit_fitted"), [("3-5 um", 0.021, 0.006), ("8-12 um", 0.03, 0.004)])
+@pytest.mark.parametrize(
+    ("name", "limit", "limit_older", "limit_fitted"),
+    [("3-5 um", 0.021, 0.0125, 0.006), ("8-12 um", 0.03, 0.012, 0.004)],
+)
 def test_line_by_line_differs_from_modtran_by_the_self_continuum(
-    spectra, state, shared_data, name, limit, limit_fitted
+    spectra, state, shared_data, name, limit, limit_older, limit_fitted
 ):
     low, high = BANDS[name]
     paths = list(spectra)
@@ -316,7 +324,7 @@ def test_line_by_line_differs_from_modtran_by_the_self_continuum(
         values = f"{error[:, b].mean():+.4f}     {rms(error[:, b]):.4f}   {1 + factor[b]:.2f}"
         print(f"{middle:6.2f}   {values}                                        {rms(fitted[:, b]):.4f}")
     print(f"with the continuum of MT_CKD 2.4: rms {rms(older - theirs):.4f}")
-    assert rms(older - theirs) <= LIMIT_OLDER
+    assert rms(older - theirs) <= limit_older
     assert rms(error) <= limit
     assert rms(fitted) <= limit_fitted
 

@@ -11,6 +11,7 @@ import numpy as np
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, delta_fraction, solved_moments
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS
 from skyshine.mat.atmosphere.transfer.forward_peak import ForwardPeak
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.layer_columns import vertical_parts
@@ -47,6 +48,9 @@ class SpectralAir:
         Of each hemisphere, of the discrete ordinates of scattered light.
     spherical : bool
         That field is spherical under a low source; with False it is plane under beams through spherical layers.
+    angles : tuple of float
+        From the vertical, of the directions at which source functions of scattered light are tabulated, rad,
+        increasing.
     """
 
     state: AtmosphericState
@@ -58,6 +62,7 @@ class SpectralAir:
     azimuthal: int = AZIMUTHAL
     nodes: int = NODES
     spherical: bool = True
+    angles: tuple[float, ...] = DIRECTIONS
 
     @classmethod
     def of(
@@ -103,7 +108,7 @@ class SpectralAir:
     @cached_property
     def thermal(self) -> ThermalSource:
         """The source function of thermal radiation."""
-        return ThermalSource.of(self.state, self.shells, self.optics, self.nodes)
+        return ThermalSource.of(self.state, self.shells, self.optics, self.nodes, self.angles)
 
     def thermal_radiance(self, segments: Segments, depths: Depths) -> Reals:
         """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths'
@@ -169,6 +174,7 @@ class SpectralAir:
             self.elevations,
             self.azimuthal,
             self.nodes,
+            self.angles,
             spherical=self.spherical,
         )
 

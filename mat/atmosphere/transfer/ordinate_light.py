@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, solved_moments
-from skyshine.mat.atmosphere.transfer.directions import COSINES, place
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
@@ -57,6 +57,10 @@ class OrdinateLight:
         direction and the beam; single precision.
     falling : (N, U, P) array
         Diffuse flux on the levels, without the light scattered straight forward out of the beam.
+    angles : (X,) array
+        Of those directions from the vertical, rad, increasing.
+    shift : (N-1, X, U, M, P) array or None
+        As of `diffuse_field.ScaledLayers.source`, single precision.
     """
 
     levels: Floats
@@ -64,6 +68,8 @@ class OrdinateLight:
     extinction: Floats
     source: Singles
     falling: Floats
+    angles: Floats
+    shift: Singles | None = None
 
     @classmethod
     def of(
@@ -76,6 +82,7 @@ class OrdinateLight:
         elevations: Sequence[float] = ELEVATIONS,
         azimuthal: int = AZIMUTHAL,
         nodes: int = NODES,
+        angles: Sequence[float] = DIRECTIONS,
         *,
         spherical: bool = True,
     ) -> OrdinateLight:
@@ -98,10 +105,14 @@ class OrdinateLight:
             Of each hemisphere, for which the fraction is.
         spherical : bool
             The field under a low source is that of `LowSun`.
+        angles : sequence of float
+            From the vertical, of the directions of the source function, rad, increasing; none is the horizon's.
         """
         sine = np.sin(np.radians(elevations))
         levels, points = state.altitude.size, optics.wavenumber.size
-        source = np.empty((levels, COSINES.size, sine.size, azimuthal, points), np.float32)
+        source = np.empty((levels, len(angles), sine.size, azimuthal, points), np.float32)
+        parts = range(0, points, _CHUNK)
+        shifts: dict[int, Singles] = {}
         falling = np.empty((levels, sine.size, points))
         albedo = state.albedo_at(optics.wavenumber)
 
@@ -120,13 +131,21 @@ class OrdinateLight:
                 albedo,
                 low_sun,
             )
-            falling[..., part] = layers.ordinates.flux(down)
-            source[..., part] = layers.source(rising, down).transpose(0, 2, 3, 1, 4)
+            falling[..., part] = layers.ordinates.flux(down[layers.levels])
+            light, shift = layers.source(np.cos(angles), rising, down)
+            source[..., part] = light.transpose(0, 2, 3, 1, 4)
+            if shift is not None:
+                shifts[start] = shift.transpose(0, 2, 3, 1, 4).astype(np.float32)
 
         moments = solved_moments(optics, nodes)
         low_sun = LowSun.of(shells, nodes, sine) if spherical else None
-        parallel_map(solve, range(0, points, _CHUNK))
-        return cls(state.altitude, sine, optics.extinction, source, falling)
+        parallel_map(solve, parts)
+        shift = None
+        if shifts:
+            shift = np.zeros((levels - 1, *source.shape[1:]), np.float32)
+            for start, values in shifts.items():
+                shift[..., start : start + _CHUNK] = values
+        return cls(state.altitude, sine, optics.extinction, source, falling, np.array(angles), shift)
 
     def spectral(self, segments: Segments, depths: Depths, cosine: Floats, deflection: Floats) -> Singles:
         """Radiance along a ray at each point.
@@ -205,8 +224,10 @@ class OrdinateLight:
         direction = np.array([upward_cosine])
         nodes, weight = source_nodes(self.sine, np.stack([cosine, cosine]))
         azimuth = _azimuth_cosines(direction, cosine[None], deflection[None], self.source.shape[3])[0]  # (S, M)
-        first, next_share = place(direction)
+        first, next_share = place(direction, self.angles)
         table = self.source[layer : layer + 2, first[0] : first[0] + 2, nodes]
+        if self.shift is not None:
+            table = table + self.shift[layer][first[0] : first[0] + 2, nodes]
         corner = np.outer([1 - share, share], [1 - next_share[0], next_share[0]])
         light = np.tensordot(corner, table, 2)  # (V, M, P)
         by_node = (weight[0][..., None] * azimuth[:, None]).reshape(len(cosine), -1)
@@ -236,7 +257,7 @@ class OrdinateLight:
         """Of some segments at a time: the source function (k, 2, 2, V, M, P) at their levels and directions, with
         weights of the directions (k, 1, 2, 1, 1) and of the levels (k, 2, P).
         """
-        first, next_share = place(segments.upward_cosine)
+        first, next_share = place(segments.upward_cosine, self.angles)
         by_level = np.stack(layer_weights(segments, self.levels, self.extinction, depths), axis=1)
         by_direction = np.stack([1 - next_share, next_share], axis=-1).astype(np.float32)[:, None, :, None, None]
         step = np.arange(2)[:, None]
@@ -244,7 +265,10 @@ class OrdinateLight:
         at_once = max(1, _GATHERED // (4 * nodes.size * self.source[0, 0, 0].size))
         for start in range(0, first.size, at_once):
             part = slice(start, start + at_once)
-            yield self.source[levels[part], directions[part], nodes], by_direction[part], by_level[part]
+            table = self.source[levels[part], directions[part], nodes]
+            if self.shift is not None:
+                table += self.shift[levels[part][:, :1], directions[part], nodes]
+            yield table, by_direction[part], by_level[part]
 
 
 def falling_fluxes(
@@ -269,7 +293,7 @@ def falling_fluxes(
     def solve(start: int) -> None:
         part = slice(start, start + _CHUNK)
         layers, _, down = _field(state, shells, optics, moments, fraction, source_paths, sine, part, 1, albedo, low_sun)
-        falling[..., part] = layers.ordinates.flux(down)
+        falling[..., part] = layers.ordinates.flux(down[layers.levels])
 
     parallel_map(solve, range(0, optics.wavenumber.size, _CHUNK))
     return falling
@@ -288,7 +312,7 @@ def _field(
     albedo: npt.ArrayLike,
     low_sun: LowSun | None,
 ) -> tuple[ScaledLayers, Floats, Floats]:
-    """The layers of a state at a part of the points, and the radiances that rise and fall at their levels."""
+    """The layers of a state at a part of the points, and radiances rising and falling at the ends of their parts."""
     layers = ScaledLayers.of(shells, optics.at(part), moments, fraction[:, part], molecules=True, azimuthal=azimuthal)
     paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
     shape = state.altitude.size, sine.size
@@ -298,7 +322,12 @@ def _field(
     if low_sun is None:
         return layers, *plane
     scaled = optics.extinction[:, part] - optics.aerosol_scattering[:, part] * fraction[:, part]
-    return layers, *low_sun.corrected(plane, layers, scaled, paths, sine, ground)
+    at_levels = plane[0][layers.levels], plane[1][layers.levels]
+    rising, falling = low_sun.corrected(at_levels, layers, scaled, paths, sine, ground)
+    if not layers.is_cut:
+        return layers, rising, falling
+    changes = (layers.between(new - old) for new, old in zip((rising, falling), at_levels, strict=True))
+    return layers, *(part + change for part, change in zip(plane, changes, strict=True))
 
 
 def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats, count: int) -> Singles:

@@ -33,6 +33,17 @@ def elevations_from(lowest: float) -> tuple[float, ...]:
     return ELEVATIONS[max(int(np.searchsorted(ELEVATIONS, lowest, side="right")) - 1, 0) :]
 
 
+def elevations_along(sine: npt.ArrayLike) -> tuple[float, ...]:
+    """The lowest and the highest elevation [degree] of sources whose elevations have these sines, exact there, and
+    those of `ELEVATIONS` between.
+    """
+    low, high = (float(np.degrees(np.arcsin(np.clip(edge(sine), -1.0, 1.0)))) for edge in (np.min, np.max))
+    low, high = (min(max(edge, ELEVATIONS[0]), ELEVATIONS[-1]) for edge in (low, high))
+    if high - low < 1e-6:
+        return (low,)
+    return low, *(node for node in ELEVATIONS if low + 1e-6 < node < high - 1e-6), high
+
+
 def source_nodes(sine: Floats, cosine: Floats) -> tuple[Integers, Singles]:
     """The elevations between which a source stands along a ray, and their weights.
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer.directions import place
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells, scattering_cosine, source_cosine, trace
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates
 from skyshine.mat.atmosphere.transfer.segments import Segments
@@ -112,7 +112,7 @@ def _line(segments: Segments, cosine: Floats, deflection: Floats, sine: Floats, 
     table = (moments[..., None] * weights[:, :, None]).astype(np.float32)
     beam = np.interp(np.degrees(np.arcsin(np.clip(middle, -1, 1))), BEAM_ELEVATIONS, np.arange(BEAM_ELEVATIONS.size))
     first = np.minimum(beam.astype(int), BEAM_ELEVATIONS.size - 2)
-    direction, next_direction = place(segments.upward_cosine)
+    direction, next_direction = place(segments.upward_cosine, np.array(DIRECTIONS))
     return Line(
         segments,
         deflection[0] if count else np.zeros(cases),

@@ -5,13 +5,14 @@ Scattering by molecules is negligible at thermal wavelengths and is counted as a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, delta_fraction, solved_moments
-from skyshine.mat.atmosphere.transfer.directions import COSINES, place
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, place
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.segments import Segments
@@ -30,21 +31,35 @@ class ThermalSource:
     Attributes
     ----------
     by_direction : (N, X, P) array
-        For radiation that travels in each of `directions.DIRECTIONS`, or X = 1 where it is the same in all of them;
-        single or double precision.
+        For radiation that travels in each of the directions, or X = 1 where it is the same in all of them; single or
+        double precision.
+    angles : (X,) array
+        Of the directions from the vertical, rad, increasing.
+    shift : (N-1, X, P) array or None
+        As of `diffuse_field.ScaledLayers.source`.
     """
 
     by_direction: Reals
+    angles: Floats
+    shift: Reals | None = None
 
     @classmethod
-    def of(cls, state: AtmosphericState, shells: Shells, optics: SpectralOptics, nodes: int = NODES) -> ThermalSource:
+    def of(
+        cls,
+        state: AtmosphericState,
+        shells: Shells,
+        optics: SpectralOptics,
+        nodes: int = NODES,
+        angles: Sequence[float] = DIRECTIONS,
+    ) -> ThermalSource:
         """The source function of a state, whose ground emits and reflects from below: the blackbody radiance alone
-        where no particles scatter; with so many nodes of each hemisphere.
+        where no particles scatter; with so many nodes of each hemisphere, in directions at angles from the vertical,
+        rad.
         """
         if not np.any(optics.aerosol_scattering):
-            return cls(optics.emission[:, None])
+            return cls(optics.emission[:, None], np.zeros(1))
         points = optics.wavenumber.size
-        source = np.empty((state.altitude.size, COSINES.size, points))
+        source, shifts = np.empty((state.altitude.size, len(angles), points)), dict[int, Floats]()
         albedo = np.broadcast_to(state.albedo_at(optics.wavenumber), (points,))
         ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
         moments, fraction = solved_moments(optics, nodes), delta_fraction(optics, nodes)
@@ -54,10 +69,18 @@ class ThermalSource:
             few = optics.at(part)
             layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1)
             rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
-            source[..., part] = layers.source(rising, falling, few.emission)[:, 0, :, 0]
+            light, shift = layers.source(np.cos(angles), rising, falling, few.emission)
+            source[..., part] = light[:, 0, :, 0]
+            if shift is not None:
+                shifts[start] = shift[:, 0, :, 0]
 
         parallel_map(solve, range(0, points, _CHUNK))
-        return cls(source)
+        whole = None
+        if shifts:
+            whole = np.zeros((state.altitude.size - 1, *source.shape[1:]))
+            for start, values in shifts.items():
+                whole[..., start : start + _CHUNK] = values
+        return cls(source, np.array(angles), whole)
 
     @property
     def isotropic(self) -> bool:
@@ -67,7 +90,8 @@ class ThermalSource:
     @property
     def single(self) -> ThermalSource:
         """The same in single precision."""
-        return replace(self, by_direction=self.by_direction.astype(np.float32))
+        shift = None if self.shift is None else self.shift.astype(np.float32)
+        return replace(self, by_direction=self.by_direction.astype(np.float32), shift=shift)
 
     def toward_observer(self, segments: Segments) -> tuple[Reals, Reals]:
         """Source function at the lower and at the upper level of each segment's layer, (K, P) each, for radiation that
@@ -76,11 +100,14 @@ class ThermalSource:
         table, layer = self.by_direction, segments.layer
         if self.isotropic:
             return table[layer, 0], table[layer + 1, 0]
-        first, next_share = place(segments.upward_cosine)
+        first, next_share = place(segments.upward_cosine, self.angles)
         share = next_share.astype(table.dtype)[:, None]
 
         def at_level(level: Integers) -> Reals:
             near, far = table[level, first], table[level, first + 1]
+            if self.shift is not None:
+                near += self.shift[layer, first]
+                far += self.shift[layer, first + 1]
             far -= near
             far *= share
             far += near
@@ -103,7 +130,9 @@ class ThermalSource:
         if self.isotropic:
             both = table[:, 0]
         else:
-            first, next_share = place(np.array([upward_cosine]))
+            if self.shift is not None:
+                table = table + self.shift[layer]
+            first, next_share = place(np.array([upward_cosine]), self.angles)
             both = table[:, first[0]] * (1 - next_share[0]) + table[:, first[0] + 1] * next_share[0]
         source: Floats = both[0] * (1 - share) + both[1] * share
         return source

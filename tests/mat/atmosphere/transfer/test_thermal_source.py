@@ -43,7 +43,7 @@ def test_the_source_between_directions_and_levels_is_linear(air):
     table = air.thermal.by_direction
     angle = np.linspace(0, np.pi, 16)
     for layer, share, cosine in ((0, 0.25, np.cos(0.7)), (3, 0.6, -0.98), (5, 0.0, 1.0), (5, 1.0, -1.0)):
-        level = table[layer] * (1 - share) + table[layer + 1] * share
+        level = table[layer] * (1 - share) + table[layer + 1] * share + air.thermal.shift[layer]
         place = np.arccos(cosine)
         wanted = [np.interp(place, angle, level[:, p]) for p in range(level.shape[1])]
         assert air.thermal.at(layer, share, cosine) == pytest.approx(wanted, rel=1e-12)

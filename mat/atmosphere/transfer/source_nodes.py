@@ -19,15 +19,6 @@ ELEVATIONS: tuple[float, ...] = (
 _FALL, _FALLING = 0.7, (-2.0, 1.0)
 
 
-def elevations_around(sine: npt.ArrayLike) -> tuple[float, ...]:
-    """Those of `ELEVATIONS` [degree] between which sources stand whose elevations have these sines."""
-    nodes = np.sin(np.radians(ELEVATIONS))
-    low, high = np.min(sine), np.max(sine)
-    first = np.clip(np.searchsorted(nodes, low, side="right") - 1, 0, nodes.size - 2)
-    last = np.clip(np.searchsorted(nodes, high, side="left"), first + 1, nodes.size - 1)
-    return ELEVATIONS[first : last + 1]
-
-
 def elevations_from(lowest: float) -> tuple[float, ...]:
     """Those of `ELEVATIONS` that sources at an elevation [degree] and above need."""
     return ELEVATIONS[max(int(np.searchsorted(ELEVATIONS, lowest, side="right")) - 1, 0) :]

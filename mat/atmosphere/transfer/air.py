@@ -18,7 +18,7 @@ from skyshine.mat.atmosphere.transfer.layer_columns import vertical_parts
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
-from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, scattered_spectral, segment_attenuation
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
@@ -120,10 +120,7 @@ class SpectralAir:
         depths : Depths
         """
         thermal = self._single_thermal if depths.per_segment.dtype == np.float32 else self.thermal
-        # Where particles scatter, the source is not that of the air alone: their edges count by their extinction.
-        share = None if thermal.isotropic else segments.upper_part(self.optics.extinction, depths.per_segment)
-        near, far = segments.source_ends(*thermal.toward_observer(segments), self.shells.altitude, share)
-        return emitted(depths, near, far)
+        return thermal.along(segments, depths)
 
     @cached_property
     def _single_thermal(self) -> ThermalSource:

@@ -2,8 +2,9 @@
 solves a point, and the source function.
 
 The phase function is truncated after as many moments as there are nodes in both hemispheres; the fraction of the
-particles' scattering that goes straight forward is the next moment (delta-M). All extinction applies between the last
-scattering and an observer, and light scattered straight forward into the line of sight is part of the source function.
+particles' scattering that goes straight forward is the next moment (delta-M). The source function of the scaled layers
+is therefore a sum of as many Legendre functions of direction; light scattered straight forward is tabulated by
+direction.
 
 References
 ----------
@@ -18,22 +19,19 @@ from functools import cached_property
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer import adding, scattering_orders
-from skyshine.mat.atmosphere.transfer.directions import along_directions, from_parts, level_weights
+from skyshine.mat.atmosphere.transfer.directions import along_directions, from_parts
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column, vertical_parts
 from skyshine.mat.atmosphere.transfer.layer_modes import LARGEST_ALBEDO
+from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
-from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
+from skyshine.schemas.arrays import Booleans, Floats, Reals
 
 # Nodes of each hemisphere: `mat bench atmosphere` shows the error of fewer and more.
 NODES = 4
 # Vertical optical depth of scattering up to which orders of scattering converge quicker than layers are added.
 _THIN = 0.3
-# A layer that scatters more than the first of these optical depths is cut into an even number of parts, about as thin
-# as the second, or into the most; those at its ends are the thinnest.
-_EVEN, _PART, _MOST_PARTS = 0.01, 0.25, 16
-_NOTHING = 1e-9  # absorptance of a layer below which its source function does not matter
 
 
 def solved_moments(optics: SpectralOptics, nodes: int) -> Floats:
@@ -69,10 +67,10 @@ class ScaledLayers:
         Single-scattering albedo of the layers times 2 l + 1 times the moments of the phase function.
     at_levels : (N, L, P) array
         The same at the levels.
-    scaled_share, straight_share : (N, P) arrays
-        Of the extinction at the levels: what is left of it, and scattering straight forward.
-    unscaled : tuple of two (N-1, P) arrays
-        As `lower` and `upper`, of all extinction.
+    straight : bool
+        Particles scatter light straight forward.
+    parts : LayerParts
+        How the layers are cut.
     """
 
     ordinates: Ordinates
@@ -80,9 +78,8 @@ class ScaledLayers:
     upper: Floats
     weighted: Floats
     at_levels: Floats
-    scaled_share: Floats
-    straight_share: Floats
-    unscaled: tuple[Floats, Floats]
+    straight: bool
+    parts: LayerParts
 
     @classmethod
     def of(
@@ -94,6 +91,7 @@ class ScaledLayers:
         *,
         molecules: bool,
         azimuthal: int,
+        parts: LayerParts | None = None,
     ) -> ScaledLayers:
         """The layers of a state.
 
@@ -109,6 +107,8 @@ class ScaledLayers:
             They scatter; otherwise their scattering counts as absorption.
         azimuthal : int
             Azimuthal moments of the light; 1 where it does not depend on azimuth.
+        parts : LayerParts, optional
+            How the layers are cut; by default not at all.
         """
         directions = ordinates(len(moments) // 2, azimuthal)
         scattering = _scattering(optics, moments, fraction, molecules)  # (N, L, P)
@@ -123,8 +123,8 @@ class ScaledLayers:
             upper,
             _albedo(columns, lower + upper) * factor,
             _albedo(scattering, scaled) * factor,
-            *(part / _divisor(optics.extinction) for part in (scaled, straight)),
-            vertical_parts(shells, optics.extinction),
+            bool(np.any(straight)),
+            LayerParts.whole(len(lower)) if parts is None else parts,
         )
 
     @cached_property
@@ -139,54 +139,22 @@ class ScaledLayers:
         return thin
 
     @cached_property
-    def parts(self) -> Integers:
-        """Into how many each layer (N-1,) is cut."""
-        scattering = self.weighted[:, 0] * self.depth
-        needed = np.max(np.where(scattering > _EVEN, np.sqrt(scattering * self.depth), 0.0), axis=1)
-        parts: Integers = np.clip(2 * np.ceil(needed / (2 * _PART)), 1, _MOST_PARTS).astype(int)
-        return parts
-
-    @property
-    def is_cut(self) -> bool:
-        """Any layer is cut into parts."""
-        return self.layer.size > self.parts.size
-
-    @cached_property
-    def levels(self) -> Integers:
-        """Places of the levels (N,) among those of the parts."""
-        return np.append(0, np.cumsum(self.parts))
-
-    @cached_property
-    def layer(self) -> Integers:
-        """The layer of each part, (K,)."""
-        return np.repeat(np.arange(self.parts.size), self.parts)
-
-    @cached_property
-    def part_edges(self) -> tuple[Floats, Floats]:
-        """Lower and upper end of each part (K,), as shares of its layer's optical depth."""
-        number = np.arange(self.layer.size) - self.levels[self.layer]
-        count = self.parts[self.layer]
-        low, high = (0.5 - 0.5 * np.cos(np.pi * place / count) for place in (number, number + 1))
-        return low, high
-
-    @cached_property
     def part_depth(self) -> Floats:
         """Optical depth of the parts, (K, P)."""
-        low, high = self.part_edges
-        depth: Floats = self.depth[self.layer] * (high - low)[:, None]
+        low, high = self.parts.edges
+        depth: Floats = self.depth[self.parts.layer] * (high - low)[:, None]
         return depth
 
-    def between(self, at_levels: Floats) -> Floats:
-        """A property (N, ...) at the ends of the parts (K+1, ...), linear in the optical depth of each layer."""
-        low = self.part_edges[0].reshape(-1, *(1,) * (at_levels.ndim - 1))
-        inside = at_levels[self.layer] * (1 - low) + at_levels[self.layer + 1] * low
-        return np.concatenate([inside, at_levels[-1:]])
+    @cached_property
+    def _part_weighted(self) -> Floats:
+        """`weighted` of the parts, (K, L, P)."""
+        return self.weighted[self.parts.layer] if self.parts.is_cut else self.weighted
 
     def sunlight(self, beam: Floats, sine: Floats, albedo: Floats) -> tuple[Floats, Floats]:
         """Diffuse radiances (K+1, M, n, U, P) rising and falling at the ends of the parts, of the beam (N, U, P);
         arguments as of `adding.sunlight`.
         """
-        beam = self.between(beam)
+        beam = self.parts.between(beam)
         shape = (len(beam), *self.ordinates.at_nodes.shape[::2], sine.size, beam.shape[2])
         rising, falling = np.empty(shape), np.empty(shape)
         for solve, some in ((scattering_orders.sunlight, self.thin), (adding.sunlight, ~self.thin)):
@@ -194,7 +162,7 @@ class ScaledLayers:
                 rising[..., some], falling[..., some] = solve(
                     self.ordinates,
                     self.part_depth[:, some],
-                    self.weighted[self.layer][..., some],
+                    self._part_weighted[..., some],
                     beam[..., some],
                     sine,
                     albedo[some],
@@ -205,7 +173,7 @@ class ScaledLayers:
         """Thermal radiances (K+1, 1, n, 1, P) rising and falling at the ends of the parts, of the emission (N, P);
         arguments as of `adding.thermal`.
         """
-        emission = self.between(emission)
+        emission = self.parts.between(emission)
         shape = (len(emission), 1, self.ordinates.node.size, 1, emission.shape[1])
         rising, falling = np.empty(shape), np.empty(shape)
         for solve, some in ((scattering_orders.thermal, self.thin), (adding.thermal, ~self.thin)):
@@ -213,134 +181,93 @@ class ScaledLayers:
                 rising[..., some], falling[..., some] = solve(
                     self.ordinates,
                     self.part_depth[:, some],
-                    self.weighted[self.layer][..., some],
+                    self._part_weighted[..., some],
                     emission[:, some],
                     ground[some],
                     albedo[some],
                 )
         return rising, falling
 
-    def source(
-        self, cosine: Floats, rising: Floats, falling: Floats, emission: Floats | None = None
-    ) -> tuple[Reals, Floats | None]:
-        """Source function for all extinction, of light in directions.
+    def source(self, rising: Reals, falling: Reals, emission: Floats | None = None) -> Reals:
+        """Source function of the scaled layers, (Q, U, B, P): coefficients of the functions of direction
+        `Ordinates.functions` at the places of the parts.
 
         Parameters
         ----------
-        cosine : (X,) array
-            Positive up; none is 0.
         rising, falling : (K+1, M, n, U, P) arrays
             Radiances at the ends of the parts.
         emission : (N, P) array, optional
             Blackbody radiance at the levels, of thermal light.
-
-        Returns
-        -------
-        at_levels : (N, M, X, U, P) array
-        shift : (N-1, M, X, U, P) array or None
-            What is added to it at both levels of a layer, so that the light that leaves the whole layer is that of a
-            source not linear in optical depth; None where all layers are thin, whose sunlight is in single precision.
         """
-        even, odd = self.ordinates.moments_at_levels(rising, falling)
-        even += odd
-        cut = self.is_cut
-        if not cut and emission is None:
-            even = even.astype(np.float32)
-        shape = (len(self.depth) + 1, even.shape[1], cosine.size, *even.shape[3:])
-        light, shift = np.empty(shape, even.dtype), np.empty((shape[0] - 1, *shape[1:])) if cut else None
-        for m, outgoing in enumerate(np.swapaxes(self.ordinates.legendre(cosine), -1, -2)):
-            parts = _Parts(self, outgoing, even[:, m], emission if m == 0 else None)
-            light[:, m] = parts.at_levels
-            if not (cut or np.any(self.straight_share)):
-                continue
-            ground = rising[0, 0, 0] if m == 0 else np.zeros_like(rising[0, 0, 0])
-            radiance = parts.radiance(cosine, ground) if cut else self._radiance(cosine, light[:, m], ground)
-            light[:, m] *= self.scaled_share.astype(light.dtype)[:, None, None]
-            light[:, m] += self.straight_share.astype(light.dtype)[:, None, None] * radiance
-            if shift is not None:
-                shift[:, m] = self._shift(cosine, light[:, m], radiance)
-        return light, shift
-
-    def _radiance(self, cosine: Floats, source: Reals, ground: Floats) -> Reals:
-        """Radiance (N, X, U, P) at the levels, of a source between them as along a line of sight."""
-        below, above = (part.astype(source.dtype)[:, :, None] for part in level_weights(cosine, self.lower, self.upper))
-        return along_directions(cosine, self.depth, below * source[:-1] + above * source[1:], ground)
-
-    def _shift(self, cosine: Floats, source: Floats, radiance: Floats) -> Floats:
-        """`source`'s shift (N-1, X, U, P), from the source function and the radiance (N, X, U, P) at the levels."""
-        below, above = (weight[:, :, None] for weight in level_weights(cosine, *self.unscaled))
-        total = below + above
-        rises = (cosine > 0)[:, None, None]
-        enters, leaves = (
-            np.where(rises, *ends) for ends in ((radiance[:-1], radiance[1:]), (radiance[1:], radiance[:-1]))
-        )
-        emitted = leaves - (1 - total) * enters
-        missing = emitted - below * source[:-1] - above * source[1:]
-        shift: Floats = np.where(total > _NOTHING, missing / np.maximum(total, _NOTHING), 0.0)
-        return shift
-
-
-@dataclass(frozen=True, eq=False)
-class _Parts:
-    """Scattered light of one azimuthal moment inside the parts of layers, in X directions.
-
-    Attributes
-    ----------
-    layers : ScaledLayers
-    outgoing : (X, L) array
-        Associated Legendre functions of the directions.
-    moments : (K+1, L, U, P) array
-        Of the radiance at the ends of the parts, halved; single or double precision.
-    emission : (N, P) array or None
-        Blackbody radiance at the levels.
-    """
-
-    layers: ScaledLayers
-    outgoing: Floats
-    moments: Reals
-    emission: Floats | None
-
-    @property
-    def at_levels(self) -> Reals:
-        """Source function (N, X, U, P) at the levels, of the scaled extinction."""
-        layers = self.layers
-        return self._source(layers.at_levels, self.moments[layers.levels], self.emission)
-
-    def radiance(self, cosine: Floats, ground: Floats) -> Floats:
-        """Radiance (N, X, U, P) at the levels."""
-        layers = self.layers
-        weighted = layers.weighted[layers.layer]
-        emission = None if self.emission is None else layers.between(self.emission)
-        below, above = (
-            self._source(weighted, self.moments[end], None if emission is None else emission[end])
-            for end in (np.s_[:-1], np.s_[1:])
-        )
-        emitted = from_parts(cosine, layers.part_depth, below, above, self._bend(below, above))
-        radiance: Floats = along_directions(cosine, layers.part_depth, emitted, ground)[layers.levels]
-        return radiance
-
-    def _source(self, weighted: Floats, moments: Reals, emission: Floats | None) -> Reals:
-        light = moments * weighted.astype(moments.dtype)[:, :, None]
-        source = (self.outgoing.astype(moments.dtype) @ light.reshape(*light.shape[:2], -1)).reshape(
-            len(light), -1, *light.shape[2:]
-        )
+        moments = self._moments(rising, falling)
+        layer, end = self.parts.inside
+        azimuth, degree = self.ordinates.pairs
+        source = np.empty((self.parts.places, moments.shape[3], degree.size, moments.shape[4]), moments.dtype)
+        levels = len(self.at_levels)
+        for places, ends, weighted in (
+            (slice(0, levels), self.parts.levels, self.at_levels),
+            (slice(levels, None), end, self.weighted[layer]),
+        ):
+            some = np.swapaxes(moments[ends][:, azimuth, degree], 1, 2)
+            source[places] = some * weighted[:, None, degree].astype(some.dtype)
         if emission is not None:
-            source += ((1 - weighted[:, 0]) * emission)[:, None, None]
+            source[:levels, 0, 0] += (1 - self.at_levels[:, 0]) * emission
+            source[levels:, 0, 0] += (1 - self.weighted[layer, 0]) * self.parts.between(emission)[end]
         return source
 
-    def _bend(self, below: Reals, above: Reals) -> Floats:
-        """Half the second derivative in optical depth in each part, from the source at three places: the ends of two
-        parts of a layer.
+    def radiance(self, cosine: Floats, rising: Reals, falling: Reals, emission: Floats | None = None) -> Floats:
+        """Radiance (N, X, U, M, P) at the levels in directions of cosines (X,), positive up, none 0; other arguments as
+        of `source`.
         """
-        layers = self.layers
-        number = np.arange(layers.layer.size) - layers.levels[layers.layer]
-        first = np.flatnonzero((layers.parts[layers.layer] > 1) & (number % 2 == 0))
-        depth = np.maximum(layers.part_depth, np.finfo(float).tiny)[:, None, None]
+        moments = self._moments(rising, falling)
+        weighted, depth = self._part_weighted, self.part_depth
+        between = None if emission is None else self.parts.between(emission)
+        result = np.empty((len(self.at_levels), cosine.size, moments.shape[3], moments.shape[1], moments.shape[4]))
+        for m, outgoing in enumerate(np.swapaxes(self.ordinates.legendre(cosine), -1, -2)):
+
+            def source(end: slice, outgoing: Floats = outgoing, m: int = m) -> Reals:
+                light = moments[end, m] * weighted.astype(moments.dtype)[:, :, None]
+                flat = outgoing.astype(moments.dtype) @ light.reshape(*light.shape[:2], -1)
+                of_end: Reals = flat.reshape(len(light), -1, *light.shape[2:])
+                if between is not None and m == 0:
+                    of_end += ((1 - weighted[:, 0]) * between[end])[:, None, None]
+                return of_end
+
+            below, above = source(slice(None, -1)), source(slice(1, None))
+            emitted = from_parts(cosine, depth, below, above, self._bend(below, above))
+            ground = rising[0, 0, 0] if m == 0 else np.zeros_like(rising[0, 0, 0])
+            result[:, :, :, m] = along_directions(cosine, depth, emitted, ground)[self.parts.levels]
+        return result
+
+    def _moments(self, rising: Reals, falling: Reals) -> Reals:
+        """Legendre moments (K+1, M, L, U, P) of the radiance, halved."""
+        even, odd = self.ordinates.moments_at_levels(rising, falling)
+        even += odd
+        return even
+
+    def _bend(self, below: Reals, above: Reals) -> Reals | None:
+        """Half the second derivative in optical depth of a source (K, X, U, P) in each part, from three places: the
+        ends of two parts of a layer; None where no layer is cut.
+        """
+        parts = self.parts
+        if not parts.is_cut:
+            return None
+        number = np.arange(parts.layer.size) - parts.levels[parts.layer]
+        first = np.flatnonzero((parts.count[parts.layer] > 1) & (number % 2 == 0))
+        depth = np.maximum(self.part_depth, np.finfo(float).tiny)[:, None, None]
         slope = (above - below) / depth
-        bend = np.zeros_like(below)
+        bend = np.zeros_like(slope)
         bend[first] = (slope[first + 1] - slope[first]) / (depth[first + 1] + depth[first])
         bend[first + 1] = bend[first]
         return bend
+
+
+def layer_parts(shells: Shells, optics: SpectralOptics, fraction: Floats, *, molecules: bool) -> LayerParts:
+    """How the layers of a state are cut, whatever the point; arguments as of `ScaledLayers.of`."""
+    particles = optics.aerosol_scattering * (1 - fraction)
+    scattering = particles + optics.rayleigh if molecules else particles
+    scaled = optics.extinction - optics.aerosol_scattering * fraction
+    return LayerParts.of(vertical_column(shells, scattering), vertical_column(shells, scaled))
 
 
 def _scattering(optics: SpectralOptics, moments: Floats, fraction: Floats, molecules: bool) -> Floats:

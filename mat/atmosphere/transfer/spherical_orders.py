@@ -14,13 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers
-from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
 from skyshine.mat.atmosphere.transfer.scattering_orders import first_orders
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
-from skyshine.mat.atmosphere.transfer.spherical_paths import BEAM_ELEVATIONS, MOMENTS, Line, SphericalPaths
+from skyshine.mat.atmosphere.transfer.spherical_paths import BEAM_ELEVATIONS, DIRECTIONS, MOMENTS, Line, SphericalPaths
 from skyshine.schemas.arrays import Floats, Reals, Singles
 
 # Elevations of the source at which the orders are computed, degree: those of the field up to where it is plane, and of

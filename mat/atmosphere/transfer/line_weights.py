@@ -62,7 +62,7 @@ class LineWeights:
 
 
 def source_weights_along(
-    segments: Segments, depths: Depths, levels: Floats, extinction: Reals, parts: LayerParts, functions: Floats
+    segments: Segments, depths: Depths, levels: Floats, extinction: Floats, parts: LayerParts, functions: Floats
 ) -> LineWeights:
     """Weights of the source function of delta-scaled layers.
 
@@ -133,7 +133,7 @@ def _inside_parts(
     return np.repeat(segment, 3), pair_places[pair].ravel(), weight
 
 
-def _power_weights(depth: Floats) -> tuple[Floats, Floats, Floats]:
+def _power_weights(depth: Floats) -> tuple[Reals, Reals, Reals]:
     """What sources 1, u and u^2 send out of the near end, with u from 0 there to 1 at an optical depth."""
     near, far = source_weights(depth)
     thick = np.maximum(depth, _THIN)
@@ -143,7 +143,7 @@ def _power_weights(depth: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def straight_weights(
-    segments: Segments, depths: Depths, levels: Floats, extinction: Reals, angles: Floats
+    segments: Segments, depths: Depths, levels: Floats, extinction: Floats, angles: Floats
 ) -> LineWeights:
     """Weights of the radiance at levels and directions, of light scattered straight forward. A place is a level times
     the number of directions plus the first of some neighbouring directions, the B functions. Arguments as

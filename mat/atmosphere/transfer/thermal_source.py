@@ -120,8 +120,8 @@ class ThermalField:
 
     ordinates: Ordinates
     parts: LayerParts
-    extinction: Reals
-    scaled: Reals
+    extinction: Floats
+    scaled: Floats
     source: Reals
     straight: Reals
     angles: Floats

@@ -199,9 +199,9 @@ class OrdinateLight:
             for place, some in weights.by_place():
                 np.matmul(of_points[some], table(place).reshape(-1, unit.size).T, out=by_function[some])
             moment = (azimuthal[:, None] == np.arange(light.shape[2])).astype(np.float32)  # (B, M)
-            by_function = by_function.reshape(-1, nodes.size, azimuthal.size)
-            by_function *= _by_function(weights.factor, azimuthal)[:, None]
-            light += weights.summed(by_function @ moment, len(light))
+            by_elevation = by_function.reshape(-1, nodes.size, azimuthal.size)
+            by_elevation *= _by_function(weights.factor, azimuthal)[:, None]
+            light += weights.summed(by_elevation @ moment, len(light))
         by_azimuth = np.matmul(share, light)  # (K, S, M)
         radiance = np.zeros(cosine.shape)
         np.cumsum(np.maximum(np.sum(by_azimuth * azimuth, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
@@ -301,7 +301,8 @@ class OrdinateLight:
 
 def _by_function(factor: Floats, azimuthal: Integers) -> Singles:
     """Factors (E, B) of functions, from those (E, B) or the same for several azimuthal moments, (E, fewer)."""
-    return np.repeat(factor, azimuthal.size // factor.shape[1], axis=1).astype(np.float32)
+    repeated: Singles = np.repeat(factor, azimuthal.size // factor.shape[1], axis=1).astype(np.float32)
+    return repeated
 
 
 def _from_place(table: Singles, weight: Singles, azimuthal: Integers, factor: Floats) -> Singles:
@@ -309,8 +310,9 @@ def _from_place(table: Singles, weight: Singles, azimuthal: Integers, factor: Fl
     and factors (c, B) by direction.
     """
     rows = weight[..., azimuthal] * _by_function(factor, azimuthal)[:, None, None]
-    light: Singles = rows.reshape(-1, table.shape[0] * table.shape[1]) @ table.reshape(-1, table.shape[2])
-    return light.reshape(*weight.shape[:2], -1)
+    light = rows.reshape(-1, table.shape[0] * table.shape[1]) @ table.reshape(-1, table.shape[2])
+    result: Singles = light.reshape(*weight.shape[:2], -1).astype(np.float32, copy=False)
+    return result
 
 
 def falling_fluxes(
@@ -374,8 +376,8 @@ def _field(
     rising, falling = low_sun.corrected(at_levels, layers, scaled, paths, sine, ground)
     if not parts.is_cut:
         return layers, rising, falling
-    changes = (parts.between(new - old) for new, old in zip((rising, falling), at_levels, strict=True))
-    return layers, *(part + change for part, change in zip(plane, changes, strict=True))
+    up, down = (parts.between(new - old) for new, old in zip((rising, falling), at_levels, strict=True))
+    return layers, plane[0] + up, plane[1] + down
 
 
 def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats, count: int) -> Singles:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -42,8 +42,7 @@ class LineScattering:
     def of(cls, air: SpectralAir) -> LineScattering:
         """What the light is computed from, of the air at its points."""
         optics = air.optics.single
-        diffuse = replace(air.diffuse_light, extinction=optics.extinction)
-        return cls(optics, air.scaled_extinction, air.scaled_source_paths, air.forward_peak, diffuse)
+        return cls(optics, air.scaled_extinction, air.scaled_source_paths, air.forward_peak, air.diffuse_light.single)
 
     def radiance(self, line: SampledLine, depths: Depths) -> Singles:
         """Light of the source that each segment of a line scatters to the observer, (K, P), per unit of its

@@ -9,7 +9,7 @@ refracted beams through spherical shells, diffuse light by discrete ordinates wi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.ordinate_light import falling_fluxes
-from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, forward_scattered, sky_irradiance
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, forward_scattered, sky_irradiance, zenith_angles
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
@@ -168,7 +168,7 @@ def sky_emission(state: AtmosphericState, points: SpectralPoints, altitude: Floa
     """Thermal irradiance of a horizontal surface by the sky at altitudes (A,) [m], at each point: (A, P) W m^-2
     (cm^-1)^-1.
     """
-    air = SpectralAir.of(state, points)
+    air = replace(SpectralAir.of(state, points), angles=tuple(sorted(zenith_angles(_ZENITHS))))
     return sky_irradiance(air, altitude, np.zeros(0), zeniths=_ZENITHS).thermal
 
 

@@ -9,11 +9,12 @@ import numpy as np
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.directions import angles_along
 from skyshine.mat.atmosphere.transfer.geometry import Rays, scattering_cosine, source_cosine, trace
 from skyshine.mat.atmosphere.transfer.night_light import night_irradiance, night_radiance
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
-from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
-from skyshine.mat.atmosphere.transfer.source_nodes import elevations_around
+from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance, zenith_angles
+from skyshine.mat.atmosphere.transfer.source_nodes import elevations_along
 from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import InputError
 
@@ -106,6 +107,7 @@ def line_spectrum(
         part = slice(start, start + _CHUNK)
         air = SpectralAir.of(state, points.subset(np.arange(points.wavenumber.size)[part]))
         line = _Line.of(air, altitude, elevation, distance)
+        air = _of_line(air, line, *source)
         parts.append(_along(air, line) | _from_source(air, line, irradiance[part], *source))
     width = np.bincount(bins, points.weight, centre.size)
 
@@ -172,6 +174,19 @@ class _Line:
         return cls(rays, segments, depths, length, ground, np.array([end]), elevation)
 
 
+def _of_line(air: SpectralAir, line: _Line, source_elevation: Floats, source_azimuth: Floats) -> SpectralAir:
+    """The air with its scattered light solved where the line needs it: for the source's elevations along it, in its own
+    directions and those from which the sky lights its end.
+    """
+    segments = line.segments
+    sources, angles = np.sin(source_elevation), set(zenith_angles())
+    if segments.index.size:
+        along = source_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
+        sources = np.append(sources, 0.5 * (along[1:] + along[:-1]))
+        angles |= set(angles_along(segments.upward_cosine))
+    return replace(air, elevations=elevations_along(sources), angles=tuple(sorted(angles)))
+
+
 def _along(air: SpectralAir, line: _Line) -> dict[str, Reals]:
     """Transmittances and thermal path radiance (P,) by name."""
     optics, segments = air.optics, line.segments
@@ -203,10 +218,8 @@ def _from_source(
     """Scattered path radiance and irradiances of the surface at the end of the line, (P,) by name."""
     scattered, segments = np.zeros(irradiance.size), line.segments
     dark = not np.any(irradiance > 0)
-    along = source_cosine(line.rays, source_elevation, source_azimuth)
-    air = replace(air, elevations=elevations_around(np.append(along, np.sin(source_elevation))))
     if segments.index.size and not dark:
-        to_source = along[0, segments.ends]
+        to_source = source_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
         deflection = scattering_cosine(line.rays, source_elevation, source_azimuth)[0, segments.ends]
         scattered = air.scattered_radiance(segments, line.depths, to_source, deflection)[0] * irradiance
     sky = sky_irradiance(air, line.surface, np.zeros(0) if dark else source_elevation)

@@ -11,13 +11,14 @@ import numpy as np
 from skyshine.mat.atmosphere.gases.spectral_points import SpectralPoints
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, delta_fraction, solved_moments
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS
 from skyshine.mat.atmosphere.transfer.forward_peak import ForwardPeak
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.layer_columns import vertical_parts
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics, spectral_optics
 from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
-from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, scattered_spectral, segment_attenuation
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
@@ -47,6 +48,9 @@ class SpectralAir:
         Of each hemisphere, of the discrete ordinates of scattered light.
     spherical : bool
         That field is spherical under a low source; with False it is plane under beams through spherical layers.
+    angles : tuple of float
+        From the vertical, of the directions at which source functions of scattered light are tabulated, rad,
+        increasing.
     """
 
     state: AtmosphericState
@@ -58,6 +62,7 @@ class SpectralAir:
     azimuthal: int = AZIMUTHAL
     nodes: int = NODES
     spherical: bool = True
+    angles: tuple[float, ...] = DIRECTIONS
 
     @classmethod
     def of(
@@ -103,7 +108,7 @@ class SpectralAir:
     @cached_property
     def thermal(self) -> ThermalSource:
         """The source function of thermal radiation."""
-        return ThermalSource.of(self.state, self.shells, self.optics, self.nodes)
+        return ThermalSource.of(self.state, self.shells, self.optics, self.nodes, self.angles)
 
     def thermal_radiance(self, segments: Segments, depths: Depths) -> Reals:
         """Thermal radiance of each segment of a ray at the observer, (K, P) W m^-2 sr^-1 (cm^-1)^-1, in the depths'
@@ -115,10 +120,7 @@ class SpectralAir:
         depths : Depths
         """
         thermal = self._single_thermal if depths.per_segment.dtype == np.float32 else self.thermal
-        # Where particles scatter, the source is not that of the air alone: their edges count by their extinction.
-        share = None if thermal.isotropic else segments.upper_part(self.optics.extinction, depths.per_segment)
-        near, far = segments.source_ends(*thermal.toward_observer(segments), self.shells.altitude, share)
-        return emitted(depths, near, far)
+        return thermal.along(segments, depths)
 
     @cached_property
     def _single_thermal(self) -> ThermalSource:
@@ -168,6 +170,7 @@ class SpectralAir:
             self.elevations,
             self.azimuthal,
             self.nodes,
+            self.angles,
             spherical=self.spherical,
         )
 

@@ -2,8 +2,9 @@
 solves a point, and the source function.
 
 The phase function is truncated after as many moments as there are nodes in both hemispheres; the fraction of the
-particles' scattering that goes straight forward is the next moment (delta-M). All extinction applies between the last
-scattering and an observer, and light scattered straight forward into the line of sight is part of the source function.
+particles' scattering that goes straight forward is the next moment (delta-M). The source function of the scaled layers
+is therefore a sum of as many Legendre functions of direction; light scattered straight forward is tabulated by
+direction.
 
 References
 ----------
@@ -18,13 +19,14 @@ from functools import cached_property
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer import adding, scattering_orders
-from skyshine.mat.atmosphere.transfer.directions import COSINES, along_directions
+from skyshine.mat.atmosphere.transfer.directions import along_directions, from_parts
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column, vertical_parts
 from skyshine.mat.atmosphere.transfer.layer_modes import LARGEST_ALBEDO
+from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Booleans, Floats, Reals
 
 # Nodes of each hemisphere: `mat bench atmosphere` shows the error of fewer and more.
 NODES = 4
@@ -65,8 +67,10 @@ class ScaledLayers:
         Single-scattering albedo of the layers times 2 l + 1 times the moments of the phase function.
     at_levels : (N, L, P) array
         The same at the levels.
-    scaled_share, straight_share : (N, P) arrays
-        Of the extinction at the levels: what is left of it, and scattering straight forward.
+    straight : bool
+        Particles scatter light straight forward.
+    parts : LayerParts
+        How the layers are cut.
     """
 
     ordinates: Ordinates
@@ -74,8 +78,8 @@ class ScaledLayers:
     upper: Floats
     weighted: Floats
     at_levels: Floats
-    scaled_share: Floats
-    straight_share: Floats
+    straight: bool
+    parts: LayerParts
 
     @classmethod
     def of(
@@ -87,6 +91,7 @@ class ScaledLayers:
         *,
         molecules: bool,
         azimuthal: int,
+        parts: LayerParts | None = None,
     ) -> ScaledLayers:
         """The layers of a state.
 
@@ -102,6 +107,8 @@ class ScaledLayers:
             They scatter; otherwise their scattering counts as absorption.
         azimuthal : int
             Azimuthal moments of the light; 1 where it does not depend on azimuth.
+        parts : LayerParts, optional
+            How the layers are cut; by default not at all.
         """
         directions = ordinates(len(moments) // 2, azimuthal)
         scattering = _scattering(optics, moments, fraction, molecules)  # (N, L, P)
@@ -116,7 +123,8 @@ class ScaledLayers:
             upper,
             _albedo(columns, lower + upper) * factor,
             _albedo(scattering, scaled) * factor,
-            *(part / _divisor(optics.extinction) for part in (scaled, straight)),
+            bool(np.any(straight)),
+            LayerParts.whole(len(lower)) if parts is None else parts,
         )
 
     @cached_property
@@ -130,16 +138,31 @@ class ScaledLayers:
         thin: Booleans = np.sum(self.weighted[:, 0] * self.depth, axis=0) <= _THIN
         return thin
 
+    @cached_property
+    def part_depth(self) -> Floats:
+        """Optical depth of the parts, (K, P)."""
+        low, high = self.parts.edges
+        depth: Floats = self.depth[self.parts.layer] * (high - low)[:, None]
+        return depth
+
+    @cached_property
+    def _part_weighted(self) -> Floats:
+        """`weighted` of the parts, (K, L, P)."""
+        return self.weighted[self.parts.layer] if self.parts.is_cut else self.weighted
+
     def sunlight(self, beam: Floats, sine: Floats, albedo: Floats) -> tuple[Floats, Floats]:
-        """Diffuse radiances (N, M, n, U, P) rising and falling at the levels; arguments as of `adding.sunlight`."""
+        """Diffuse radiances (K+1, M, n, U, P) rising and falling at the ends of the parts, of the beam (N, U, P);
+        arguments as of `adding.sunlight`.
+        """
+        beam = self.parts.between(beam)
         shape = (len(beam), *self.ordinates.at_nodes.shape[::2], sine.size, beam.shape[2])
         rising, falling = np.empty(shape), np.empty(shape)
         for solve, some in ((scattering_orders.sunlight, self.thin), (adding.sunlight, ~self.thin)):
             if np.any(some):
                 rising[..., some], falling[..., some] = solve(
                     self.ordinates,
-                    self.depth[:, some],
-                    self.weighted[..., some],
+                    self.part_depth[:, some],
+                    self._part_weighted[..., some],
                     beam[..., some],
                     sine,
                     albedo[some],
@@ -147,35 +170,104 @@ class ScaledLayers:
         return rising, falling
 
     def thermal(self, emission: Floats, ground: Floats, albedo: Floats) -> tuple[Floats, Floats]:
-        """Thermal radiances (N, 1, n, 1, P) rising and falling at the levels; arguments as of `adding.thermal`."""
+        """Thermal radiances (K+1, 1, n, 1, P) rising and falling at the ends of the parts, of the emission (N, P);
+        arguments as of `adding.thermal`.
+        """
+        emission = self.parts.between(emission)
         shape = (len(emission), 1, self.ordinates.node.size, 1, emission.shape[1])
         rising, falling = np.empty(shape), np.empty(shape)
         for solve, some in ((scattering_orders.thermal, self.thin), (adding.thermal, ~self.thin)):
             if np.any(some):
                 rising[..., some], falling[..., some] = solve(
                     self.ordinates,
-                    self.depth[:, some],
-                    self.weighted[..., some],
+                    self.part_depth[:, some],
+                    self._part_weighted[..., some],
                     emission[:, some],
                     ground[some],
                     albedo[some],
                 )
         return rising, falling
 
-    def source(self, rising: Floats, falling: Floats, emission: Floats | None = None) -> Floats:
-        """Source function (N, M, X, U, P) at the levels for light in `DIRECTIONS`, for all extinction; of the radiances
-        at the levels and, of thermal light, the blackbody radiance (N, P).
+    def source(self, rising: Reals, falling: Reals, emission: Floats | None = None) -> Reals:
+        """Source function of the scaled layers, (Q, U, B, P): coefficients of the functions of direction
+        `Ordinates.functions` at the places of the parts.
+
+        Parameters
+        ----------
+        rising, falling : (K+1, M, n, U, P) arrays
+            Radiances at the ends of the parts.
+        emission : (N, P) array, optional
+            Blackbody radiance at the levels, of thermal light.
         """
-        light = self.ordinates.scattered_into(self.at_levels, rising, falling, COSINES)
+        moments = self._moments(rising, falling)
+        layer, end = self.parts.inside
+        azimuth, degree = self.ordinates.pairs
+        source = np.empty((self.parts.places, moments.shape[3], degree.size, moments.shape[4]), moments.dtype)
+        levels = len(self.at_levels)
+        for places, ends, weighted in (
+            (slice(0, levels), self.parts.levels, self.at_levels),
+            (slice(levels, None), end, self.weighted[layer]),
+        ):
+            some = np.swapaxes(moments[ends][:, azimuth, degree], 1, 2)
+            source[places] = some * weighted[:, None, degree].astype(some.dtype)
         if emission is not None:
-            light += ((1 - self.at_levels[:, 0]) * emission)[:, None, None, None]
-        if not np.any(self.straight_share):
-            return light
-        radiance = along_directions(self.lower, self.upper, light, rising[0, 0, 0])
-        light *= self.scaled_share[:, None, None, None]
-        radiance *= self.straight_share[:, None, None, None]
-        light += radiance
-        return light
+            source[:levels, 0, 0] += (1 - self.at_levels[:, 0]) * emission
+            source[levels:, 0, 0] += (1 - self.weighted[layer, 0]) * self.parts.between(emission)[end]
+        return source
+
+    def radiance(self, cosine: Floats, rising: Reals, falling: Reals, emission: Floats | None = None) -> Floats:
+        """Radiance (N, X, U, M, P) at the levels in directions of cosines (X,), positive up, none 0; other arguments as
+        of `source`.
+        """
+        moments = self._moments(rising, falling)
+        weighted, depth = self._part_weighted, self.part_depth
+        between = None if emission is None else self.parts.between(emission)
+        result = np.empty((len(self.at_levels), cosine.size, moments.shape[3], moments.shape[1], moments.shape[4]))
+        for m, outgoing in enumerate(np.swapaxes(self.ordinates.legendre(cosine), -1, -2)):
+
+            def source(end: slice, outgoing: Floats = outgoing, m: int = m) -> Reals:
+                light = moments[end, m] * weighted.astype(moments.dtype)[:, :, None]
+                flat = outgoing.astype(moments.dtype) @ light.reshape(*light.shape[:2], -1)
+                of_end: Reals = flat.reshape(len(light), -1, *light.shape[2:])
+                if between is not None and m == 0:
+                    of_end += ((1 - weighted[:, 0]) * between[end])[:, None, None]
+                return of_end
+
+            below, above = source(slice(None, -1)), source(slice(1, None))
+            emitted = from_parts(cosine, depth, below, above, self._bend(below, above))
+            ground = rising[0, 0, 0] if m == 0 else np.zeros_like(rising[0, 0, 0])
+            result[:, :, :, m] = along_directions(cosine, depth, emitted, ground)[self.parts.levels]
+        return result
+
+    def _moments(self, rising: Reals, falling: Reals) -> Reals:
+        """Legendre moments (K+1, M, L, U, P) of the radiance, halved."""
+        even, odd = self.ordinates.moments_at_levels(rising, falling)
+        even += odd
+        return even
+
+    def _bend(self, below: Reals, above: Reals) -> Reals | None:
+        """Half the second derivative in optical depth of a source (K, X, U, P) in each part, from three places: the
+        ends of two parts of a layer; None where no layer is cut.
+        """
+        parts = self.parts
+        if not parts.is_cut:
+            return None
+        number = np.arange(parts.layer.size) - parts.levels[parts.layer]
+        first = np.flatnonzero((parts.count[parts.layer] > 1) & (number % 2 == 0))
+        depth = np.maximum(self.part_depth, np.finfo(float).tiny)[:, None, None]
+        slope = (above - below) / depth
+        bend = np.zeros_like(slope)
+        bend[first] = (slope[first + 1] - slope[first]) / (depth[first + 1] + depth[first])
+        bend[first + 1] = bend[first]
+        return bend
+
+
+def layer_parts(shells: Shells, optics: SpectralOptics, fraction: Floats, *, molecules: bool) -> LayerParts:
+    """How the layers of a state are cut, whatever the point; arguments as of `ScaledLayers.of`."""
+    particles = optics.aerosol_scattering * (1 - fraction)
+    scattering = particles + optics.rayleigh if molecules else particles
+    scaled = optics.extinction - optics.aerosol_scattering * fraction
+    return LayerParts.of(vertical_column(shells, scattering), vertical_column(shells, scaled))
 
 
 def _scattering(optics: SpectralOptics, moments: Floats, fraction: Floats, molecules: bool) -> Floats:

@@ -4,8 +4,8 @@ Under a low source the field of plane layers is made spherical by `spherical_ord
 
 `single_scattering` adds light scattered once, with the true phase function and the scaled extinction from the source to
 the observer. Here all extinction applies between the last scattering and the observer, and diffuse light scattered
-straight forward into the line of sight is part of the source function; light scattered once has no such part, which
-matters only to paths that end inside a cloud.
+straight forward into the line of sight is added; light scattered once has no such part, which matters only to paths
+that end inside a cloud.
 
 References
 ----------
@@ -15,20 +15,22 @@ Dahlback and Stamnes 1991, Planet. Space Sci. 39, 671 (beam through spherical la
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, solved_moments
-from skyshine.mat.atmosphere.transfer.directions import COSINES, place
+from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, layer_parts, solved_moments
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, direction_weights
 from skyshine.mat.atmosphere.transfer.geometry import Shells
+from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
+from skyshine.mat.atmosphere.transfer.line_weights import LineWeights, source_weights_along, straight_weights
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
-from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL
+from skyshine.mat.atmosphere.transfer.ordinates import AZIMUTHAL, Ordinates, ordinates
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
-from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, layer_weights, source_nodes
+from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, source_nodes
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
 from skyshine.mat.atmosphere.transfer.spherical_orders import LowSun
 from skyshine.mat.threads import parallel_map
@@ -36,7 +38,6 @@ from skyshine.schemas.arrays import Floats, Integers, Singles
 
 # Points solved together: bounds memory to about 200 MB a thread.
 _CHUNK = 32
-_GATHERED = 1 << 18  # numbers of the source function copied at once for the segments of a ray
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +51,18 @@ class OrdinateLight:
         Altitude, m.
     sine : (U,) array
         Of the source's geometric elevation at the place of scattering, increasing.
-    extinction : (N, P) array
-        m^2 per molecule.
-    source : (N, X, U, M, P) array
-        By the direction in which light leaves; coefficients of the cosines of 0 to M - 1 times the azimuth between that
-        direction and the beam; single precision.
+    extinction, scaled : (N, P) arrays
+        All, and delta-scaled, m^2 per molecule.
+    ordinates : Ordinates
+    parts : LayerParts
+    source : (Q, U, B, P) array
+        Of the scaled layers, by `Ordinates.functions` of the direction in which light leaves; those of azimuthal moment
+        m times the cosine of m times the azimuth between that direction and the beam; single precision.
+    straight : (N, X, U, M, P) array or None
+        Radiance at the levels by direction, which particles scatter straight forward; coefficients of those cosines.
+        None where no light is scattered so; single precision.
+    angles : (X,) array
+        Of its directions from the vertical, rad, increasing.
     falling : (N, U, P) array
         Diffuse flux on the levels, without the light scattered straight forward out of the beam.
     """
@@ -62,7 +70,12 @@ class OrdinateLight:
     levels: Floats
     sine: Floats
     extinction: Floats
+    scaled: Floats
+    ordinates: Ordinates
+    parts: LayerParts
     source: Singles
+    straight: Singles | None
+    angles: Floats
     falling: Floats
 
     @classmethod
@@ -76,6 +89,7 @@ class OrdinateLight:
         elevations: Sequence[float] = ELEVATIONS,
         azimuthal: int = AZIMUTHAL,
         nodes: int = NODES,
+        angles: Sequence[float] = DIRECTIONS,
         *,
         spherical: bool = True,
     ) -> OrdinateLight:
@@ -98,10 +112,19 @@ class OrdinateLight:
             Of each hemisphere, for which the fraction is.
         spherical : bool
             The field under a low source is that of `LowSun`.
+        angles : sequence of float
+            From the vertical, of the directions in which light is scattered straight forward, rad, increasing; none is
+            the horizon's.
         """
         sine = np.sin(np.radians(elevations))
         levels, points = state.altitude.size, optics.wavenumber.size
-        source = np.empty((levels, COSINES.size, sine.size, azimuthal, points), np.float32)
+        directions, cosine = ordinates(nodes, azimuthal), np.cos(angles)
+        parts = layer_parts(shells, optics, fraction, molecules=True)
+        forward = optics.aerosol_scattering * fraction
+        source = np.empty((parts.places, sine.size, directions.pairs[0].size, points), np.float32)
+        straight = None
+        if np.any(forward):
+            straight = np.empty((levels, cosine.size, sine.size, azimuthal, points), np.float32)
         falling = np.empty((levels, sine.size, points))
         albedo = state.albedo_at(optics.wavenumber)
 
@@ -119,14 +142,24 @@ class OrdinateLight:
                 azimuthal,
                 albedo,
                 low_sun,
+                parts,
             )
-            falling[..., part] = layers.ordinates.flux(down)
-            source[..., part] = layers.source(rising, down).transpose(0, 2, 3, 1, 4)
+            falling[..., part] = directions.flux(down[parts.levels])
+            source[..., part] = layers.source(rising, down)
+            if straight is not None:
+                straight[..., part] = layers.radiance(cosine, rising, down)
 
         moments = solved_moments(optics, nodes)
         low_sun = LowSun.of(shells, nodes, sine) if spherical else None
         parallel_map(solve, range(0, points, _CHUNK))
-        return cls(state.altitude, sine, optics.extinction, source, falling)
+        scaled = optics.extinction - forward
+        angle = np.array(angles)
+        return cls(state.altitude, sine, optics.extinction, scaled, directions, parts, source, straight, angle, falling)
+
+    @property
+    def single(self) -> OrdinateLight:
+        """The same with the extinction in single precision."""
+        return replace(self, extinction=self.extinction.astype(np.float32), scaled=self.scaled.astype(np.float32))
 
     def spectral(self, segments: Segments, depths: Depths, cosine: Floats, deflection: Floats) -> Singles:
         """Radiance along a ray at each point.
@@ -144,16 +177,13 @@ class OrdinateLight:
             sr^-1.
         """
         nodes, share, azimuth = self._along(segments, cosine, deflection)
-        light = np.concatenate(
-            [
-                np.einsum("klp,klvmp->kvmp", by_level, np.sum(table * by_direction[..., None], axis=2))
-                for table, by_direction, by_level in self._tables(nodes, segments, depths)
-            ]
-        )  # (K, V, M, P)
         weight = share[..., None] * azimuth[:, :, None]  # (K, S, V, M)
-        radiance = np.swapaxes(weight, 0, 1).reshape(share.shape[1], -1) @ light.reshape(-1, light.shape[-1])
-        positive: Singles = np.maximum(radiance, 0.0)
-        return positive
+        radiance = np.zeros((share.shape[1], depths.per_segment.shape[1]), np.float32)
+        for table, azimuthal, weights in self._tables(segments, depths, nodes):
+            for place, some in weights.by_place():
+                light = _from_place(table(place), weight[weights.segment[some]], azimuthal, weights.factor[some])
+                radiance += np.einsum("csp,cp->sp", light, weights.weight[some])
+        return np.maximum(radiance, 0.0, out=radiance)
 
     def band(self, segments: Segments, depths: Depths, cosine: Floats, deflection: Floats, weight: Floats) -> Floats:
         """Radiance of a band from all segments up to each end, (K+1, S); `weight` (P,) as in
@@ -162,14 +192,16 @@ class OrdinateLight:
         nodes, share, azimuth = self._along(segments, cosine, deflection)
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
         unit = (weight / scale).astype(np.float32)
-        light = np.concatenate(
-            [
-                np.sum(
-                    np.matmul(table, (by_level * unit)[:, :, None, None, :, None])[..., 0] * by_direction, axis=(1, 2)
-                )
-                for table, by_direction, by_level in self._tables(nodes, segments, depths)
-            ]
-        )  # (K, V, M)
+        light = np.zeros((len(share), share.shape[2], azimuth.shape[2]), np.float32)  # (K, V, M)
+        for table, azimuthal, weights in self._tables(segments, depths, nodes):
+            of_points = (weights.weight * unit).astype(np.float32, copy=False)
+            by_function = np.empty((weights.place.size, nodes.size * azimuthal.size), np.float32)
+            for place, some in weights.by_place():
+                np.matmul(of_points[some], table(place).reshape(-1, unit.size).T, out=by_function[some])
+            moment = (azimuthal[:, None] == np.arange(light.shape[2])).astype(np.float32)  # (B, M)
+            by_elevation = by_function.reshape(-1, nodes.size, azimuthal.size)
+            by_elevation *= _by_function(weights.factor, azimuthal)[:, None]
+            light += weights.summed(by_elevation @ moment, len(light))
         by_azimuth = np.matmul(share, light)  # (K, S, M)
         radiance = np.zeros(cosine.shape)
         np.cumsum(np.maximum(np.sum(by_azimuth * azimuth, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
@@ -179,15 +211,15 @@ class OrdinateLight:
         """Radiance of each segment of a ray at the observer, (K, P) sr^-1, for one source; arguments as `spectral`."""
         nodes, share, azimuth = self._along(segments, cosine, deflection)
         weight = (share[:, 0, :, None] * azimuth[:, 0, None])[:, None]  # (K, 1, V, M)
-        radiance = np.empty(depths.per_segment.shape, np.float32)
-        start = 0
-        for table, by_direction, by_level in self._tables(nodes, segments, depths):
-            part = slice(start, start + len(table))
-            start = part.stop
-            both = (by_direction[:, 0] * weight[part]).reshape(len(table), 1, 1, -1)
-            light = np.matmul(both, table.reshape(*table.shape[:2], -1, table.shape[-1]))[:, :, 0]
-            radiance[part] = np.sum(np.maximum(light, 0.0) * by_level, axis=1)
-        return radiance
+        radiance = np.zeros(depths.per_segment.shape, np.float32)
+        for table, azimuthal, weights in self._tables(segments, depths, nodes):
+            for place, some in weights.by_place():
+                segment = weights.segment[some]
+                light = _from_place(table(place), weight[segment], azimuthal, weights.factor[some])[:, 0]
+                light *= weights.weight[some]
+                for number, part in zip(segment, light, strict=True):
+                    radiance[number] += part
+        return np.maximum(radiance, 0.0, out=radiance)
 
     def at(self, layer: int, share: float, upward_cosine: float, cosine: Floats, deflection: Floats) -> Floats:
         """Source function at one place, (S, P).
@@ -204,14 +236,23 @@ class OrdinateLight:
         """
         direction = np.array([upward_cosine])
         nodes, weight = source_nodes(self.sine, np.stack([cosine, cosine]))
-        azimuth = _azimuth_cosines(direction, cosine[None], deflection[None], self.source.shape[3])[0]  # (S, M)
-        first, next_share = place(direction)
-        table = self.source[layer : layer + 2, first[0] : first[0] + 2, nodes]
-        corner = np.outer([1 - share, share], [1 - next_share[0], next_share[0]])
-        light = np.tensordot(corner, table, 2)  # (V, M, P)
-        by_node = (weight[0][..., None] * azimuth[:, None]).reshape(len(cosine), -1)
-        source: Floats = np.maximum(by_node @ light.reshape(-1, light.shape[-1]), 0.0)
-        return source
+        count = self.ordinates.azimuthal
+        azimuth = _azimuth_cosines(direction, cosine[None], deflection[None], count)[0]  # (S, M)
+        by_node = (weight[0][..., None] * azimuth[:, None])[None]  # (1, S, V, M)
+        functions = self.ordinates.functions(direction)
+        source = sum(
+            part * _from_place(self.source[place, nodes], by_node, self.ordinates.pairs[0], functions)[0]
+            for place, part in zip(*self.parts.at(layer, share), strict=True)
+        )
+        ends = np.array([1 - share, share])
+        whole, scaled = (ends @ part[layer : layer + 2] for part in (self.extinction, self.scaled))
+        source = source * scaled
+        if self.straight is not None:
+            corner = ends[:, None] * direction_weights(direction, self.angles)
+            radiance = np.tensordot(corner, self.straight[layer : layer + 2, :, nodes], 2)  # (V, M, P)
+            source += (by_node[0].reshape(len(cosine), -1) @ radiance.reshape(-1, len(whole))) * (whole - scaled)
+        result: Floats = np.maximum(source / np.where(whole > 0, whole, 1.0), 0.0)
+        return result
 
     def sky(self, altitude: Floats, source_elevation: Floats) -> Floats:
         """`falling` at altitudes (Z,) [m] and source elevations (S,) [rad]: (Z, S, P)."""
@@ -228,23 +269,50 @@ class OrdinateLight:
         """
         nodes, share = source_nodes(self.sine, cosine)
         to_source, angle = (0.5 * (part[1:] + part[:-1]) for part in (cosine, deflection))
-        return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle, self.source.shape[3])
+        return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle, self.ordinates.azimuthal)
 
     def _tables(
-        self, nodes: Integers, segments: Segments, depths: Depths
-    ) -> Iterator[tuple[Singles, Singles, Singles]]:
-        """Of some segments at a time: the source function (k, 2, 2, V, M, P) at their levels and directions, with
-        weights of the directions (k, 1, 2, 1, 1) and of the levels (k, 2, P).
+        self, segments: Segments, depths: Depths, nodes: Integers
+    ) -> list[tuple[Callable[[int], Singles], Integers, LineWeights]]:
+        """Tables of light under some elevations of the source, (V, B, P) by place, with the azimuthal moments (B,) of
+        their functions, and their weights along a ray.
         """
-        first, next_share = place(segments.upward_cosine)
-        by_level = np.stack(layer_weights(segments, self.levels, self.extinction, depths), axis=1)
-        by_direction = np.stack([1 - next_share, next_share], axis=-1).astype(np.float32)[:, None, :, None, None]
-        step = np.arange(2)[:, None]
-        levels, directions = segments.layer[:, None, None, None] + step[:, None], first[:, None, None, None] + step
-        at_once = max(1, _GATHERED // (4 * nodes.size * self.source[0, 0, 0].size))
-        for start in range(0, first.size, at_once):
-            part = slice(start, start + at_once)
-            yield self.source[levels[part], directions[part], nodes], by_direction[part], by_level[part]
+        used = slice(nodes[0], nodes[-1] + 1) if nodes.size else slice(0)
+        functions = self.ordinates.functions(segments.upward_cosine)
+        weights = source_weights_along(segments, depths, self.levels, self.scaled, self.parts, functions)
+
+        def source(place: int) -> Singles:
+            return self.source[place, used]
+
+        if self.straight is None:
+            return [(source, self.ordinates.pairs[0], weights)]
+        table, count = self.straight, self.angles.size
+        straight = straight_weights(segments, depths, self.levels, self.scaled, self.angles)
+        width = straight.factor.shape[1]
+
+        def radiance(place: int) -> Singles:
+            level, first = divmod(place, count)
+            some = np.swapaxes(table[level, first : first + width, used], 0, 1)  # (V, directions, M, P)
+            return some.reshape(len(some), -1, some.shape[-1])
+
+        moments = np.tile(np.arange(table.shape[3]), width)
+        return [(source, self.ordinates.pairs[0], weights), (radiance, moments, straight)]
+
+
+def _by_function(factor: Floats, azimuthal: Integers) -> Singles:
+    """Factors (E, B) of functions, from those (E, B) or the same for several azimuthal moments, (E, fewer)."""
+    repeated: Singles = np.repeat(factor, azimuthal.size // factor.shape[1], axis=1).astype(np.float32)
+    return repeated
+
+
+def _from_place(table: Singles, weight: Singles, azimuthal: Integers, factor: Floats) -> Singles:
+    """Light (c, S, P) of a table (V, B, P), for weights (c, S, V, M) by elevation of the source and azimuthal moment,
+    and factors (c, B) by direction.
+    """
+    rows = weight[..., azimuthal] * _by_function(factor, azimuthal)[:, None, None]
+    light = rows.reshape(-1, table.shape[0] * table.shape[1]) @ table.reshape(-1, table.shape[2])
+    result: Singles = light.reshape(*weight.shape[:2], -1).astype(np.float32, copy=False)
+    return result
 
 
 def falling_fluxes(
@@ -265,11 +333,14 @@ def falling_fluxes(
     falling = np.empty((state.altitude.size, sine.size, optics.wavenumber.size))
     moments = solved_moments(optics, nodes)
     low_sun = LowSun.of(shells, nodes, sine)
+    parts = layer_parts(shells, optics, fraction, molecules=True)
 
     def solve(start: int) -> None:
         part = slice(start, start + _CHUNK)
-        layers, _, down = _field(state, shells, optics, moments, fraction, source_paths, sine, part, 1, albedo, low_sun)
-        falling[..., part] = layers.ordinates.flux(down)
+        layers, _, down = _field(
+            state, shells, optics, moments, fraction, source_paths, sine, part, 1, albedo, low_sun, parts
+        )
+        falling[..., part] = layers.ordinates.flux(down[parts.levels])
 
     parallel_map(solve, range(0, optics.wavenumber.size, _CHUNK))
     return falling
@@ -287,9 +358,12 @@ def _field(
     azimuthal: int,
     albedo: npt.ArrayLike,
     low_sun: LowSun | None,
+    parts: LayerParts,
 ) -> tuple[ScaledLayers, Floats, Floats]:
-    """The layers of a state at a part of the points, and the radiances that rise and fall at their levels."""
-    layers = ScaledLayers.of(shells, optics.at(part), moments, fraction[:, part], molecules=True, azimuthal=azimuthal)
+    """The layers of a state at a part of the points, and radiances rising and falling at the ends of their parts."""
+    layers = ScaledLayers.of(
+        shells, optics.at(part), moments, fraction[:, part], molecules=True, azimuthal=azimuthal, parts=parts
+    )
     paths = replace(source_paths, log_depth=source_paths.log_depth[..., part])
     shape = state.altitude.size, sine.size
     beam = paths.optical_depth(state.altitude, np.broadcast_to(sine, shape)).astype(float)
@@ -298,7 +372,12 @@ def _field(
     if low_sun is None:
         return layers, *plane
     scaled = optics.extinction[:, part] - optics.aerosol_scattering[:, part] * fraction[:, part]
-    return layers, *low_sun.corrected(plane, layers, scaled, paths, sine, ground)
+    at_levels = plane[0][parts.levels], plane[1][parts.levels]
+    rising, falling = low_sun.corrected(at_levels, layers, scaled, paths, sine, ground)
+    if not parts.is_cut:
+        return layers, rising, falling
+    up, down = (parts.between(new - old) for new, old in zip((rising, falling), at_levels, strict=True))
+    return layers, plane[0] + up, plane[1] + down
 
 
 def _azimuth_cosines(upward_cosine: Floats, to_source: Floats, deflection: Floats, count: int) -> Singles:

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import lpmv
 
-from skyshine.schemas.arrays import Booleans, Floats, Reals
+from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
 # Azimuthal moments of light scattered more than once.
 AZIMUTHAL = 6
@@ -73,6 +73,16 @@ class Ordinates:
         (X,).
         """
         return _legendre(np.asarray(cosine, dtype=float), self.azimuthal, self.moments)
+
+    @property
+    def pairs(self) -> tuple[Integers, Integers]:
+        """Azimuthal moment and degree of the associated Legendre functions that are not 0, (B,) each."""
+        return _pairs(self.azimuthal, self.moments)
+
+    def functions(self, cosine: Floats) -> Floats:
+        """Those functions (X, B) at cosines (X,), of a source function tabulated by `pairs`."""
+        azimuth, degree = self.pairs
+        return np.ascontiguousarray(self.legendre(cosine)[azimuth, degree].T)
 
     def flux(self, radiance: Reals) -> Reals:
         """Flux (N, ...) through the levels, of the radiances (N, M, n, ...) of one hemisphere."""
@@ -155,6 +165,12 @@ def ordinates(nodes: int, azimuthal: int = AZIMUTHAL) -> Ordinates:
     node, weight = np.polynomial.legendre.leggauss(nodes)
     node, weight = 0.5 * node + 0.5, 0.5 * weight
     return Ordinates(node, weight, _legendre(node, azimuthal, 2 * nodes))
+
+
+@lru_cache
+def _pairs(azimuthal: int, moments: int) -> tuple[Integers, Integers]:
+    azimuth, degree = np.nonzero(np.arange(moments) >= np.arange(azimuthal)[:, None])
+    return azimuth, degree
 
 
 def _legendre(cosine: Floats, azimuthal: int, moments: int) -> Floats:

@@ -65,6 +65,11 @@ def sky_irradiance(
     return SkyIrradiance(thermal, air.diffuse_light.sky(altitude, elevation) + forward)
 
 
+def zenith_angles(zeniths: int = ZENITHS) -> tuple[float, ...]:
+    """Angles from the vertical, rad, decreasing, at which radiation comes down along the quadrature's directions."""
+    return tuple(np.arccos(-_half_range(zeniths)[0]).tolist())
+
+
 def _thermal(air: SpectralAir, altitude: Floats, zeniths: int) -> Floats:
     """Thermal sky irradiance (Z, P) from radiances along lines of sight."""
     cosine, weight = _half_range(zeniths)

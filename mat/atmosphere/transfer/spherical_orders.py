@@ -14,13 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from skyshine.mat.atmosphere.transfer.diffuse_field import ScaledLayers
-from skyshine.mat.atmosphere.transfer.directions import COSINES
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
 from skyshine.mat.atmosphere.transfer.scattering_orders import first_orders
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
-from skyshine.mat.atmosphere.transfer.spherical_paths import BEAM_ELEVATIONS, MOMENTS, Line, SphericalPaths
+from skyshine.mat.atmosphere.transfer.spherical_paths import BEAM_ELEVATIONS, DIRECTIONS, MOMENTS, Line, SphericalPaths
 from skyshine.schemas.arrays import Floats, Reals, Singles
 
 # Elevations of the source at which the orders are computed, degree: those of the field up to where it is plane, and of
@@ -178,7 +177,8 @@ class LowSun:
         """Source function (N, X, M, U, P) of an order of radiance, by the direction in which light leaves."""
         modes = _at_levels(self._modes(radiance, MOMENTS), levels[self.paths.level], levels).astype(float)
         nodes = self.ordinates.node.size
-        light = self.ordinates.scattered_into(layers.at_levels, modes[:, :, :nodes], modes[:, :, nodes:], COSINES)
+        rising, falling = modes[:, :, :nodes], modes[:, :, nodes:]
+        light = self.ordinates.scattered_into(layers.at_levels, rising, falling, np.cos(DIRECTIONS))
         return np.ascontiguousarray(np.swapaxes(light, 1, 2), dtype=np.float32)
 
     def _modes(self, radiance: Singles, count: int) -> Singles:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.atmosphere.transfer.directions import place
 from skyshine.mat.atmosphere.transfer.geometry import Shells, scattering_cosine, source_cosine, trace
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates
 from skyshine.mat.atmosphere.transfer.segments import Segments
@@ -20,6 +19,8 @@ from skyshine.schemas.arrays import Floats, Integers, Singles
 # Azimuths of lines at a level, in the middle of equal parts of half a circle, and azimuthal moments of the source
 # function along them: one scattering by molecules leaves three, by particles little more.
 AZIMUTHS, MOMENTS = 5, 3
+# Angles from the vertical between which the source function along lines is linear, rad.
+DIRECTIONS = np.linspace(0.0, np.pi, 16)
 # Elevations of the source between which its direct light is linear, degree.
 BEAM_ELEVATIONS = np.concatenate([np.arange(-13, 6, 0.25), np.arange(6, 23.0)])
 # Levels at which the field is computed stand this much apart, m, and this part of their height above the ground.
@@ -37,7 +38,7 @@ class Line:
     deflection : (S,) array
         Cosine of the scattering angle of the source's light.
     direction, next_direction : (K,) int, (K, 1, 1, 1) arrays
-        `directions.place` of the light.
+        Place of the light's direction among `DIRECTIONS`, and weight of the next.
     beam, next_beam : (S, K) int, (S, K, 1) arrays
         Place of the source's elevation among `BEAM_ELEVATIONS`, counted on from segment to segment, and weight of the
         next.
@@ -112,12 +113,13 @@ def _line(segments: Segments, cosine: Floats, deflection: Floats, sine: Floats, 
     table = (moments[..., None] * weights[:, :, None]).astype(np.float32)
     beam = np.interp(np.degrees(np.arcsin(np.clip(middle, -1, 1))), BEAM_ELEVATIONS, np.arange(BEAM_ELEVATIONS.size))
     first = np.minimum(beam.astype(int), BEAM_ELEVATIONS.size - 2)
-    direction, next_direction = place(segments.upward_cosine)
+    direction = np.arccos(np.clip(segments.upward_cosine, -1.0, 1.0)) / DIRECTIONS[1]
+    first_direction = np.minimum(direction.astype(int), DIRECTIONS.size - 2)
     return Line(
         segments,
         deflection[0] if count else np.zeros(cases),
-        direction,
-        next_direction.astype(np.float32).reshape(-1, 1, 1, 1),
+        first_direction,
+        (direction - first_direction).astype(np.float32).reshape(-1, 1, 1, 1),
         (first + BEAM_ELEVATIONS.size * np.arange(count)[:, None]).T,
         (beam - first).astype(np.float32).T[..., None],
         np.ascontiguousarray(table.transpose(1, 0, 2, 3)).reshape(cases, -1),

@@ -5,22 +5,33 @@ Scattering by molecules is negligible at thermal wavelengths and is counted as a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer.diffuse_field import NODES, ScaledLayers, delta_fraction, solved_moments
-from skyshine.mat.atmosphere.transfer.directions import COSINES, place
+from skyshine.mat.atmosphere.transfer.diffuse_field import (
+    NODES,
+    ScaledLayers,
+    delta_fraction,
+    layer_parts,
+    solved_moments,
+)
+from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, direction_weights
 from skyshine.mat.atmosphere.transfer.geometry import Shells
+from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
+from skyshine.mat.atmosphere.transfer.line_weights import LineWeights, source_weights_along, straight_weights
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
-from skyshine.mat.atmosphere.transfer.segments import Segments
+from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
+from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.threads import parallel_map
-from skyshine.schemas.arrays import Floats, Integers, Reals
+from skyshine.schemas.arrays import Floats, Reals
 
 # Points solved together: their arrays fit into a processor's cache.
 _CHUNK = 64
+_GATHERED = 1 << 18  # numbers of a table copied at once for a ray
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,64 +40,47 @@ class ThermalSource:
 
     Attributes
     ----------
-    by_direction : (N, X, P) array
-        For radiation that travels in each of `directions.DIRECTIONS`, or X = 1 where it is the same in all of them;
-        single or double precision.
+    levels : (N,) array
+        Altitude, m.
+    emission : (N, P) array, single or double precision
+        Blackbody radiance of the air: the source function where no particles scatter.
+    field : ThermalField or None
+        What scattering makes of it; None where no particles scatter, and radiation is the same in all directions.
     """
 
-    by_direction: Reals
+    levels: Floats
+    emission: Reals
+    field: ThermalField | None
 
     @classmethod
-    def of(cls, state: AtmosphericState, shells: Shells, optics: SpectralOptics, nodes: int = NODES) -> ThermalSource:
-        """The source function of a state, whose ground emits and reflects from below: the blackbody radiance alone
-        where no particles scatter; with so many nodes of each hemisphere.
+    def of(
+        cls,
+        state: AtmosphericState,
+        shells: Shells,
+        optics: SpectralOptics,
+        nodes: int = NODES,
+        angles: Sequence[float] = DIRECTIONS,
+    ) -> ThermalSource:
+        """The source function of a state, whose ground emits and reflects from below; with so many nodes of each
+        hemisphere, and radiation scattered straight forward by directions at angles from the vertical, rad.
         """
         if not np.any(optics.aerosol_scattering):
-            return cls(optics.emission[:, None])
-        points = optics.wavenumber.size
-        source = np.empty((state.altitude.size, COSINES.size, points))
-        albedo = np.broadcast_to(state.albedo_at(optics.wavenumber), (points,))
-        ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
-        moments, fraction = solved_moments(optics, nodes), delta_fraction(optics, nodes)
-
-        def solve(start: int) -> None:
-            part = slice(start, start + _CHUNK)
-            few = optics.at(part)
-            layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1)
-            rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
-            source[..., part] = layers.source(rising, falling, few.emission)[:, 0, :, 0]
-
-        parallel_map(solve, range(0, points, _CHUNK))
-        return cls(source)
-
-    @property
-    def isotropic(self) -> bool:
-        """Radiation is the same in all directions, as without particles."""
-        return len(self.by_direction[0]) == 1
+            return cls(state.altitude, optics.emission, None)
+        return cls(state.altitude, optics.emission, ThermalField.of(state, shells, optics, nodes, np.array(angles)))
 
     @property
     def single(self) -> ThermalSource:
         """The same in single precision."""
-        return replace(self, by_direction=self.by_direction.astype(np.float32))
+        field = None if self.field is None else self.field.single
+        return replace(self, emission=self.emission.astype(np.float32), field=field)
 
-    def toward_observer(self, segments: Segments) -> tuple[Reals, Reals]:
-        """Source function at the lower and at the upper level of each segment's layer, (K, P) each, for radiation that
-        travels towards the observer.
-        """
-        table, layer = self.by_direction, segments.layer
-        if self.isotropic:
-            return table[layer, 0], table[layer + 1, 0]
-        first, next_share = place(segments.upward_cosine)
-        share = next_share.astype(table.dtype)[:, None]
-
-        def at_level(level: Integers) -> Reals:
-            near, far = table[level, first], table[level, first + 1]
-            far -= near
-            far *= share
-            far += near
-            return far
-
-        return at_level(layer), at_level(layer + 1)
+    def along(self, segments: Segments, depths: Depths) -> Reals:
+        """Radiance of each segment of a ray at the observer, (K, P), in the depths' precision."""
+        if self.field is not None:
+            return self.field.along(segments, depths, self.levels)
+        layer = segments.layer
+        near, far = segments.source_ends(self.emission[layer], self.emission[layer + 1], self.levels)
+        return emitted(depths, near, far)
 
     def at(self, layer: int, share: float, upward_cosine: float) -> Floats:
         """Source function (P,) at one place.
@@ -99,11 +93,99 @@ class ThermalSource:
         upward_cosine : float
             Of the angle from the vertical at which the radiation travels.
         """
-        table = self.by_direction[layer : layer + 2]
-        if self.isotropic:
-            both = table[:, 0]
-        else:
-            first, next_share = place(np.array([upward_cosine]))
-            both = table[:, first[0]] * (1 - next_share[0]) + table[:, first[0] + 1] * next_share[0]
-        source: Floats = both[0] * (1 - share) + both[1] * share
+        if self.field is not None:
+            return self.field.at(layer, share, upward_cosine)
+        source: Floats = self.emission[layer] * (1 - share) + self.emission[layer + 1] * share
         return source
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalField:
+    """Thermal radiation among particles.
+
+    Attributes
+    ----------
+    ordinates : Ordinates
+        Of radiation that does not depend on azimuth.
+    parts : LayerParts
+    extinction, scaled : (N, P) arrays
+        All, and delta-scaled, m^2 per molecule.
+    source : (Q, B, P) array
+        Source function of the scaled layers, by `Ordinates.functions` of direction.
+    straight : (N, X, P) array
+        Radiance at the levels by direction, which particles scatter straight forward.
+    angles : (X,) array
+        Of its directions from the vertical, rad, increasing.
+    """
+
+    ordinates: Ordinates
+    parts: LayerParts
+    extinction: Floats
+    scaled: Floats
+    source: Reals
+    straight: Reals
+    angles: Floats
+
+    @classmethod
+    def of(
+        cls, state: AtmosphericState, shells: Shells, optics: SpectralOptics, nodes: int, angles: Floats
+    ) -> ThermalField:
+        """The field of a state; arguments as of `ThermalSource.of`."""
+        points, directions = optics.wavenumber.size, ordinates(nodes, 1)
+        moments, fraction = solved_moments(optics, nodes), delta_fraction(optics, nodes)
+        parts = layer_parts(shells, optics, fraction, molecules=False)
+        source = np.empty((parts.places, directions.pairs[0].size, points))
+        straight = np.empty((state.altitude.size, angles.size, points))
+        albedo = np.broadcast_to(state.albedo_at(optics.wavenumber), (points,))
+        ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
+
+        def solve(start: int) -> None:
+            part = slice(start, start + _CHUNK)
+            few = optics.at(part)
+            layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1, parts=parts)
+            rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
+            source[..., part] = layers.source(rising, falling, few.emission)[:, 0]
+            straight[..., part] = layers.radiance(np.cos(angles), rising, falling, few.emission)[:, :, 0, 0]
+
+        parallel_map(solve, range(0, points, _CHUNK))
+        scaled = optics.extinction - optics.aerosol_scattering * fraction
+        return cls(directions, parts, optics.extinction, scaled, source, straight, angles)
+
+    @property
+    def single(self) -> ThermalField:
+        """The same in single precision."""
+        names = ("extinction", "scaled", "source", "straight")
+        return replace(self, **{name: getattr(self, name).astype(np.float32) for name in names})
+
+    def along(self, segments: Segments, depths: Depths, levels: Floats) -> Reals:
+        """As `ThermalSource.along`, with the altitudes (N,) [m] of the levels."""
+        functions = self.ordinates.functions(segments.upward_cosine)
+        weights = source_weights_along(segments, depths, levels, self.scaled, self.parts, functions)
+        straight = straight_weights(segments, depths, levels, self.scaled, self.angles)
+        radiance: Reals = _along(self.source.reshape(-1, self.source.shape[2]), functions.shape[1], weights, segments)
+        radiance += _along(self.straight.reshape(-1, self.straight.shape[2]), 1, straight, segments)
+        return radiance
+
+    def at(self, layer: int, share: float, upward_cosine: float) -> Floats:
+        """As `ThermalSource.at`."""
+        direction = np.array([upward_cosine])
+        places, weight = self.parts.at(layer, share)
+        scattered = np.tensordot(weight, self.ordinates.functions(direction)[0] @ self.source[places], 1)
+        ends, both = np.array([1 - share, share]), slice(layer, layer + 2)
+        straight = np.tensordot(ends[:, None] * direction_weights(direction, self.angles), self.straight[both], 2)
+        whole, scaled = (ends @ part[both] for part in (self.extinction, self.scaled))
+        source: Floats = (scaled * scattered + (whole - scaled) * straight) / np.where(whole > 0, whole, 1.0)
+        return source
+
+
+def _along(table: Reals, step: int, weights: LineWeights, segments: Segments) -> Reals:
+    """Radiance (K, P) of a table whose rows (R, P) of a place begin at the place times a step."""
+    rows = weights.place[:, None] * step + np.arange(weights.factor.shape[1])
+    factor = weights.factor[:, None].astype(table.dtype)
+    light = np.empty(weights.weight.shape, table.dtype)
+    at_once = max(1, _GATHERED // (rows.shape[1] * table.shape[1]))
+    for start in range(0, len(rows), at_once):
+        some = slice(start, start + at_once)
+        light[some] = (factor[some] @ table[rows[some]])[:, 0]
+    light *= weights.weight
+    return weights.summed(light, segments.index.size)

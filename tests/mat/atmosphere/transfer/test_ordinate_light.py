@@ -8,10 +8,11 @@ import pytest
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.directions import angles_along
 from skyshine.mat.atmosphere.transfer.ordinate_light import falling_fluxes
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.sky import direct_transmittance, sky_irradiance
-from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, elevations_around
+from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS, elevations_along
 
 EDGES = np.array([9000.0, 9005.0])
 
@@ -87,19 +88,27 @@ def test_the_flux_alone_is_that_of_the_whole_field(hazy):
     assert falling_fluxes(*shared, sine, 0.3) == pytest.approx(light.falling, rel=2e-4, abs=1e-12)
 
 
-def test_few_elevations_around_a_source_give_the_same_light_as_all(hazy):
-    air, elevation = hazy(0.2), np.radians([33.0])
-    few = replace(air, elevations=elevations_around(np.sin(elevation)))
-    assert few.elevations == (30, 38)
-    for one in (air, few):
-        assert sky_irradiance(one, np.zeros(1), elevation).scattered == pytest.approx(
-            sky_irradiance(air, np.zeros(1), elevation).scattered, rel=1e-4
-        )
+def test_the_elevation_of_a_source_alone_gives_the_same_light_as_all(hazy):
+    air, elevation = hazy(0.2), np.radians([38.0])
+    few = replace(air, elevations=elevations_along(np.sin(elevation)))
+    assert few.elevations == pytest.approx((38.0,))
+    assert sky_irradiance(few, np.zeros(1), elevation).scattered == pytest.approx(
+        sky_irradiance(air, np.zeros(1), elevation).scattered, rel=1e-4
+    )
 
 
 @pytest.mark.parametrize(
     ("sines", "nodes"),
-    [([0.0], (0, 1)), ([-1.0], (-20, -10)), ([1.0], (70, 90)), ([-0.05, 0.05], (-3, -2, -1, 0, 1, 2, 3.5))],
+    [([0.5], (30,)), ([-1.0], (-20,)), ([1.0], (90,)), ([-0.05, 0.05], (-2.866, -2, -1, 0, 1, 2, 2.866))],
 )
-def test_sources_stand_between_the_elevations_around_them(sines, nodes):
-    assert elevations_around(np.array(sines)) == nodes
+def test_elevations_along_a_line_begin_and_end_with_those_of_the_source(sines, nodes):
+    assert elevations_along(np.array(sines)) == pytest.approx(nodes, abs=1e-3)
+
+
+@pytest.mark.parametrize("cosines", [[0.7], [1.0], [-1.0], [0.001], [-0.3, -0.1], [-0.005, 0.3]])
+def test_directions_of_a_line_hold_its_own_and_none_is_level(cosines):
+    angles = np.array(angles_along(cosines))
+    assert angles.size and np.all(np.diff(angles) > 0) and np.all(np.abs(np.cos(angles)) > 0.0199)
+    for cosine in cosines:
+        own = np.min(np.abs(np.cos(angles) - cosine))
+        assert own < 1e-12 or abs(cosine) < 0.02

@@ -21,14 +21,22 @@ def air(synthetic_points, isothermal):
     return SpectralAir.of(state, synthetic_points(EDGES, {"CO2": SECTIONS}))
 
 
+def by_direction(air):
+    """The source function at the levels (N, X, P), and the cosines (X,) of its directions."""
+    cosine = np.cos(np.linspace(0.01, np.pi - 0.01, 16))
+    layers = range(air.state.altitude.size - 1)
+    levels = [[air.thermal.at(layer, 0.0, c) for c in cosine] for layer in layers]
+    return np.array([*levels, [air.thermal.at(layers[-1], 1.0, c) for c in cosine]]), cosine
+
+
 def test_without_particles_the_source_is_the_black_body(synthetic_points, isothermal):
     clear = SpectralAir.of(isothermal(280.0), synthetic_points(EDGES, {"CO2": SECTIONS}))
-    assert clear.thermal.isotropic
-    assert np.array_equal(clear.thermal.by_direction[:, 0], clear.optics.emission)
+    assert clear.thermal.field is None
+    assert np.array_equal(clear.thermal.at(4, 0.0, 0.3), clear.optics.emission[4])
 
 
 def test_nothing_is_brighter_than_the_enclosure(air):
-    black, source = planck_wavenumber(902.5, 280.0), air.thermal.by_direction
+    black, (source, _) = planck_wavenumber(902.5, 280.0), by_direction(air)
     assert np.all(np.isfinite(source)) and np.all(source >= 0)
     assert np.all(source <= black * (1 + 1e-6))
     assert np.all(source[:, 0] >= source[:, -1] - 1e-9 * black)  # upward and downward: space is dark
@@ -36,17 +44,16 @@ def test_nothing_is_brighter_than_the_enclosure(air):
 
 def test_deep_inside_opaque_air_the_source_is_the_black_body(air):
     black = planck_wavenumber(902.5, 280.0)
-    assert air.thermal.by_direction[:30, :, -1] == pytest.approx(np.full((30, 16), black), rel=1e-6)
+    source = by_direction(air)[0]
+    assert source[:30, :, -1] == pytest.approx(np.full((30, 16), black), rel=1e-6)
 
 
-def test_the_source_between_directions_and_levels_is_linear(air):
-    table = air.thermal.by_direction
-    angle = np.linspace(0, np.pi, 16)
-    for layer, share, cosine in ((0, 0.25, np.cos(0.7)), (3, 0.6, -0.98), (5, 0.0, 1.0), (5, 1.0, -1.0)):
-        level = table[layer] * (1 - share) + table[layer + 1] * share
-        place = np.arccos(cosine)
-        wanted = [np.interp(place, angle, level[:, p]) for p in range(level.shape[1])]
-        assert air.thermal.at(layer, share, cosine) == pytest.approx(wanted, rel=1e-12)
+def test_the_source_inside_a_layer_lies_between_those_at_its_levels(air):
+    for layer, cosine in ((0, np.cos(0.7)), (3, -0.98), (5, 1.0)):
+        below, middle, above = (air.thermal.at(layer, share, cosine) for share in (0.0, 0.5, 1.0))
+        assert middle == pytest.approx(0.5 * (below + above), rel=0.02)
+        assert np.all(middle >= np.minimum(below, above) * (1 - 2e-3))
+        assert np.all(middle <= np.maximum(below, above) * (1 + 2e-3))
 
 
 @pytest.mark.parametrize("elevation", [-90.0, -30.0, 20.0])

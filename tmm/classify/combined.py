@@ -23,7 +23,10 @@ from skyshine.tmm.images.texture import Windowed
 
 GRID_TEXELS = 1 << 20  # of the grid that superpixels are found on
 BAND_TEXELS = 1 << 20  # of the texture that features are computed of at a time
-LEAST = 1e-4  # probability that neither seeds nor library go below, so that neither alone rules a material out
+LEAST = 1e-4  # share that no material goes below, so that a library alone rules none out
+# What seeds may say least of a material: a normal distribution of one click is far surer than right. With one click a
+# material on aerial sheets, .1 instead of LEAST took the mean IoU of superpixels from .56 to .59; with six it is alike.
+DOUBT = 0.1
 FEW, MORE = 0.3, 0.5  # share of the seeds in the product with one click a material, and with more
 FILTER_RADIUS, FILTER_SPREAD = 4, 4.0  # of the guided filter: texels of the grid; CIELAB units below which L* is flat
 
@@ -213,7 +216,7 @@ def _shares(
     rows, columns, material = (seeds[0] // surveyed.step, seeds[1] // surveyed.step, seeds[2])
     drawn = np.full(superpixels.label.shape, -1)
     drawn[rows, columns] = material
-    own = np.maximum(surveyed.posterior(model), LEAST)
+    own = np.maximum(surveyed.posterior(model), DOUBT)
     weight = FEW if clicks(drawn, count) < 1.5 else MORE
     first = own**weight * np.maximum(_named(surveyed.library, classes), LEAST) ** (1 - weight)
     first /= first.sum(axis=1, keepdims=True)

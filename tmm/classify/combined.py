@@ -235,7 +235,7 @@ def _named(library: npt.NDArray[np.float64], classes: npt.NDArray[np.float64]) -
     Of materials that it does not know it says nothing: they have the mean share.
     """
     among = library @ classes
-    known = classes.any(axis=0)
+    known: npt.NDArray[np.bool_] = classes.max(axis=0) > 0
     among /= np.maximum(among.sum(axis=1, keepdims=True), LEAST)
     among *= known.mean()
     among[:, ~known] = 1 / len(known)

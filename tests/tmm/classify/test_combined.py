@@ -1,5 +1,7 @@
 """Seeds and a library model together: superpixels, their graph, the share of each, and what is found at full size."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -141,3 +143,15 @@ def test_seeds_and_model_in_a_job(build, job, two_halves, tmp_path, library):
     assert result.map.job.way == "seeds" and set(result.map.names) == {GREEN, GREY}
     assert (result.code[:, :17] == library[GREEN].code).all() and (result.code[:, 23:] == library[GREY].code).all()
     assert result.map.quality.whole.overall_accuracy > 0.9 and "library.h5" in result.map.files
+
+
+def test_seeds_alone_where_the_library_knows_none_of_their_materials(halves):
+    """The posterior of the seeds then decides far from them, where no edge reaches."""
+    texture, model = halves
+    surveyed = survey(texture, model)
+    bare = Superpixels(surveyed.superpixels.label, surveyed.superpixels.size, np.empty((2, 0), int), np.empty(0))
+    alone = replace(surveyed, superpixels=bare)
+    seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])
+    mapper = CombinedMapper(texture, DistinctColours(texture), alone, model, np.zeros((2, 2)), seeds)
+    found = mapper.window(0, 96, 0, 80).material
+    assert (found[:38] == 0).all() and (found[58:] == 1).all()

@@ -73,6 +73,15 @@ class TrainedModel:
     network: Network | None
     calibration: Calibration = IDENTITY
 
+    def posterior(self, stack: npt.NDArray[np.float32], coordinates: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
+        """Posterior (K, N) float32 of texels with the features `stack` (F, N) and the colours `coordinates` (N, D)."""
+        if self.network is not None:
+            return self.network.posterior(stack)
+        posterior: npt.NDArray[np.float32] = np.exp(
+            self.colour.log_posterior(self.colour.squared_distance(coordinates))
+        ).astype(np.float32)
+        return posterior
+
     def mapper(self, texture: Windowed, colours: DistinctColours, radius: int, tabulate: bool = True) -> Mapper:
         """The classifier applied to a texture, with posteriors averaged over a box of `radius`.
 
@@ -81,14 +90,23 @@ class TrainedModel:
         InputError
             The model was trained with near infrared and the texture has none, or the reverse.
         """
+        self.require_channels(texture)
         if self.network is not None:
             return TexturedMapper(texture, colours, self.names, self.colour, self.network, radius)
-        if self.colour.means.shape[1] != texture.channels:
+        return ColourMapper(texture, colours, self.colour, radius, tabulate)
+
+    def require_channels(self, texture: Windowed) -> None:
+        """Refuse a texture with near infrared where the model knows none, or the reverse.
+
+        Raises
+        ------
+        InputError
+        """
+        if self.network is None and self.colour.means.shape[1] != texture.channels:
             raise InputError(
                 f"the model was trained on {self.colour.means.shape[1]} channels and the texture has"
                 f" {texture.channels}; name 'near_infrared' for both or for neither"
             )
-        return ColourMapper(texture, colours, self.colour, radius, tabulate)
 
 
 class TexturedMapper:

@@ -42,6 +42,8 @@ def command(job: str, out: str | None, as_json: bool) -> None:
 
 
 def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
+    from skyshine.tmm.mapping.doubts import doubts
+
     usage = dict(zip(mapped.names, written.usage.tolist(), strict=True))
     quality = mapped.quality
     return {
@@ -60,6 +62,7 @@ def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
         "calibration_error": quantity(quality.whole.calibration_error, "1"),
         "held_out_texels_in_shadow": quality.inside.tested,
         "overall_accuracy_in_shadow": quantity(quality.inside.overall_accuracy, "1"),
+        "warnings": doubts(mapped, written),
     }
 
 
@@ -70,7 +73,8 @@ def _print(report: dict[str, Any]) -> None:
     click.echo(f"  {100 * report['unknown']['value']:5.1f} %  unknown")
     if report["held_out_texels"]:
         click.echo(
-            f"  held-out seeds: accuracy {report['overall_accuracy']['value']:.3f}, mean IoU "
+            "  held-out seeds (where seeds were drawn, often the clear places; elsewhere it may be less): "
+            f"accuracy {report['overall_accuracy']['value']:.3f}, mean IoU "
             f"{report['mean_iou']['value']:.3f}, calibration error {report['calibration_error']['value']:.3f} "
             f"({report['held_out_texels']} texels)"
         )
@@ -81,3 +85,5 @@ def _print(report: dict[str, Any]) -> None:
             )
     elif report["way"] == "seeds":
         click.echo("  held-out seeds: none (each material has a single region); draw a second polygon of each")
+    for warning in report["warnings"]:
+        click.echo(f"  warning: {warning}")

@@ -47,9 +47,9 @@ def light_planes(colours: npt.NDArray[Any], encoding: str) -> tuple[npt.NDArray[
 
 
 def features(
-    lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32], valid: npt.NDArray[np.bool_]
+    lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32], valid: npt.NDArray[np.bool_], step: int = 1
 ) -> npt.NDArray[Any]:
-    """Features of every texel of a window.
+    """Features of every texel of a window, or of every `step`-th row and column of them.
 
     Parameters
     ----------
@@ -66,17 +66,19 @@ def features(
     if not valid.all():
         for part in (lab, linear):
             part[:, ~valid] = part[:, valid].mean(axis=1, keepdims=True) if valid.any() else 0
-    return _stack(lab, np.maximum(linear, 0))
+    return _stack(lab, np.maximum(linear, 0), step)
 
 
-def _stack(lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32]) -> npt.NDArray[Any]:
-    from scipy.ndimage import uniform_filter
+def _stack(lab: npt.NDArray[np.float32], linear: npt.NDArray[np.float32], step: int) -> npt.NDArray[Any]:
+    from scipy.ndimage import uniform_filter1d
 
     def mean(plane: npt.NDArray[Any], radius: int) -> npt.NDArray[Any]:
-        return uniform_filter(plane, 2 * radius + 1, mode="reflect")
+        rows = uniform_filter1d(plane, 2 * radius + 1, axis=0, mode="reflect")[::step]
+        return uniform_filter1d(rows, 2 * radius + 1, axis=1, mode="reflect")[:, ::step]
 
-    stack = np.empty((len(names()), *lab.shape[1:]), np.float32)
-    stack[:3] = lab
+    own = lab[:, ::step, ::step]
+    stack = np.empty((len(names()), *own.shape[1:]), np.float32)
+    stack[:3] = own
     at = 3
     for radius in RADII:
         for plane in lab:

@@ -20,7 +20,9 @@ def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
 
 
 def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
-    """Names of all materials that a job names, those of its GeoJSON and model files included.
+    """Names of all materials that a job may find, those of its GeoJSON and model files included.
+
+    Beside seeds, a model finds the seeds' materials alone.
 
     Raises
     ------
@@ -31,7 +33,7 @@ def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     for seeds in (job.seeds, job.overrides):
         if seeds is not None:
             names |= {name for name, _ in seed_polygons(seeds, Path(base_folder))}
-    if job.model is not None:
+    if job.model is not None and job.seeds is None:
         names |= set(read_model(Path(base_folder) / job.model).names)
     return tuple(sorted(names))
 

@@ -237,7 +237,9 @@ class TextureJob(StrictModel):
     rules: Rules | None = None
     seeds: Seeds | None = None
     model: JobPath | None = Field(
-        default=None, description="File of a classifier trained by 'tmm train', relative to the job file."
+        default=None,
+        description="File of a classifier trained by 'tmm train', relative to the job file; beside seeds, both "
+        "together find the materials that the seeds name.",
     )
     clusters: Clusters | None = None
     overrides: Seeds | None = Field(
@@ -254,14 +256,16 @@ class TextureJob(StrictModel):
     @pydantic.model_validator(mode="after")
     def _one_way(self) -> TextureJob:
         given = [way for way in WAYS if getattr(self, way) is not None]
-        if len(given) != 1:
+        if len(given) != 1 and given != ["seeds", "model"]:
             ways = " and ".join(given) if given else "none"
-            raise ValueError(f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}")
+            raise ValueError(
+                f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}, or seeds and model"
+            )
         return self
 
     @property
     def way(self) -> str:
-        """Which of `WAYS` assigns the materials."""
+        """Which of `WAYS` assigns the materials; ``seeds`` where a model stands beside them."""
         return next(way for way in WAYS if getattr(self, way) is not None)
 
     @property

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
+from skyshine.tmm.classify.combined import CombinedMapper, library_classes, survey
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
@@ -109,7 +110,9 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     """
     base_folder = Path(base_folder)
     texture, colours, names, seeds = load_texture(job, base_folder, library)
-    if seeds is not None:
+    if seeds is not None and job.model is not None:
+        mapper, quality = _combined(job, texture, colours, seeds, base_folder, library)
+    elif seeds is not None:
         mapper, quality = _trained(job, texture, colours, seeds)
     else:
         mapper, quality = _untrained(job, texture, colours, names, base_folder)
@@ -140,6 +143,36 @@ def _trained(
     def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
         return model.mapper(texture, colours, settings.radius, tabulate=chosen is None)
+
+    quality = measure(job, texture.encoding, seeds, mapper_of)
+    return mapper_of(None), quality
+
+
+def _combined(
+    job: TextureJob,
+    texture: TextureFile,
+    colours: DistinctColours,
+    seeds: SeedTexels,
+    base_folder: Path,
+    library: MaterialLibrary,
+) -> tuple[Mapper, HeldOut]:
+    """Seeds and a library model together, and their quality on seeds held out."""
+    if job.model is None:
+        raise ValueError(f"'{job.name}' names no model")
+    settings, random_seed = job.classifier, job.held_out.random_seed
+    general = read_model(base_folder / job.model)
+    general.require_channels(texture)
+    surveyed = survey(texture, general)
+    known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
+    groups = {name: library[name].group for name in (*general.names, *seeds.names) if name in library}
+
+    def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
+        keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
+        model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
+        number = np.array([model.names.index(name) if name in model.names else -1 for name in seeds.names])
+        drawn = seeds.rows[keep], seeds.columns[keep], number[seeds.material[keep]]
+        classes = library_classes(general.names, model.names, groups)
+        return CombinedMapper(texture, colours, surveyed, model, classes, drawn, tabulate=chosen is None)
 
     quality = measure(job, texture.encoding, seeds, mapper_of)
     return mapper_of(None), quality

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from skyshine.schemas import hdf5
 from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
-from skyshine.tmm.database.layout import CHUNK, composite_layout, level_layout, texture_header
+from skyshine.tmm.database.layout import CHUNK, composite_layout, in_ratios, in_steps, level_layout, texture_header
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.job.model import TextureJob
@@ -86,7 +86,7 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
     stream = LevelStream(mapped.texture.height, mapped.texture.width, mapped.codes)
     mixtures = Composites()
     writers = [_RowWriter(file[f"levels/{k}"], mapped.codes) for k in range(1, len(file["levels"]))]
-    level0 = {name: file[f"levels/0/{name}"] for name in file["levels/0"]}
+    level0 = file["levels/0"]
     texels, total = np.zeros(1 << 16, np.int64), 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = np.empty((band.stop - band.start, mapped.texture.width), np.uint16)
@@ -94,9 +94,9 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
             rows[:, columns] = code
             texels += np.bincount(code.ravel(), minlength=1 << 16)
             total += float(classified.confidence.sum(dtype=np.float64))
-            for name, values in (vars(pure_level(code)) | vars(classified)).items():
-                if name in level0:
-                    level0[name][band, columns] = values
+            doubt = {"confidence": in_steps(classified.confidence), "typicality": in_ratios(classified.typicality)}
+            for name, values in (vars(pure_level(code)) | doubt).items():
+                level0[name][band, columns] = values
         step = max(LEVEL_TEXELS // rows.shape[1], 1)
         for top in range(0, len(rows), step):
             for level, _, part in stream.add(rows[top : top + step]):

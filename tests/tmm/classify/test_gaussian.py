@@ -194,7 +194,8 @@ def test_thresholds_give_unknown(job, two_halves, build, library):
     result = build(strict)
     unknown = result.code == 0
     assert unknown.any() and not unknown.all()
-    assert (result.typicality[unknown] < 0.2).all() and (result.typicality[~unknown] >= 0.2).all()
+    ((_, _, _, found),) = result.map.windows()
+    assert (found.typicality[unknown] < 0.2).all() and (found.typicality[~unknown] >= 0.2).all()
     assert result.written.usage.sum() == pytest.approx(1 - unknown.mean())
     sure = build(job(two_halves, classifier={"confidence_threshold": 1.0}))
     assert (sure.code[:, 18:22] == 0).any()

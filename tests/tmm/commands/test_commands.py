@@ -156,3 +156,20 @@ def test_paths_out_of_the_folder(run, tmp_path, monkeypatch, old, new):
     assert result.exit_code == 2 and "leads out of the job's folder" in result.output and result.output.count("\n") == 1
     allowed = run("check", path, "--allow-outside")
     assert allowed.exit_code == 2 and "does not exist" in allowed.output
+
+
+@pytest.mark.parametrize(
+    "way, warning",
+    [
+        ("seeds: {polygons: {water_fresh: [[[1, 1], [9, 1], [9, 9]]]}}", "all seeds are of one material"),
+        ("palette: {colours: {'7': water_fresh}}", "no texel has a colour of the palette"),
+        ("rules: {rules: [{material: water_fresh, when: {hue: {at_least: 400}}}]}", "no rule holds anywhere"),
+        ("palette: {colours: {'50': water_fresh}}", None),
+    ],
+)
+def test_what_is_probably_not_meant_is_said(run, tmp_path, write_image, way, warning):
+    image = write_image("index.png", np.full((16, 16, 1), 50, np.uint8))
+    (tmp_path / "job.yaml").write_text(f"textures: [{{image: {image}, {way}}}]\n")
+    result = run("classify", tmp_path / "job.yaml", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert ("warning: " in result.output) == (warning is not None) and (warning or "") in result.output

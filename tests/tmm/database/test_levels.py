@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from skyshine.tmm.database.layout import in_ratios, in_steps
 from skyshine.tmm.database.levels import (
     WEIGHT_TOTAL,
     Composites,
@@ -129,3 +130,22 @@ def test_radiance_of_mixtures():
                 sum(radiance[number] * float(share) for number, share in shares) / float(sum(s for _, s in shares))
             )
             assert mixed[row, column] == pytest.approx(exact, rel=1e-4)
+
+
+def test_steps_of_stored_doubt():
+    """Confidence to 1/128; typicality to a factor of 2, by powers of 4; ends and absent values as they are."""
+    values = np.linspace(0, 1, 1001, dtype=np.float32)
+    np.testing.assert_allclose(in_steps(values), values, rtol=0, atol=1 / 128)
+    assert in_steps(np.float32([0, 0.5, 1])).tolist() == [0, 0.5, 1]
+    typical = np.geomspace(1 / 512, 1, 1000).astype(np.float32)
+    ratio = in_ratios(typical * np.float32(1 + 1e-6)) / typical
+    assert ratio.max() <= 2 * (1 + 1e-5) and ratio.min() >= 0.5 * (1 - 1e-5)
+    assert in_ratios(np.float32([0, 1e-9, 0.0019, 0.002, 0.01, 0.3, 1])).tolist() == [0, 0, 0, 4**-4, 4**-3, 0.25, 1]
+
+
+def test_stored_doubt_is_short():
+    """Noise keeps 3 bytes in a float and less than one in a file."""
+    noise = np.random.default_rng(0).random(1 << 16, dtype=np.float32)
+    for coarse in (in_steps, in_ratios):
+        stored = coarse(noise).view(np.uint32)
+        assert not (stored & 0xFFFF).any()

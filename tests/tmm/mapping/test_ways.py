@@ -41,7 +41,8 @@ def test_nearest_palette_gives_two_colours_one_material(make, four, library):
     palette = {"#FF0000": SOIL, "#00FF00": GREEN, "#0000FF": SOIL}
     result = make(four, palette={"colours": palette, "match": "nearest"})
     assert result.code[0].tolist() == [library[name].code for name in (SOIL, GREEN, SOIL, SOIL)]
-    assert result.typicality[0, 0] == 1 and 0 < result.typicality[0, 3] < 1
+    ((_, _, _, found),) = result.map.windows()
+    assert found.typicality[0, 0] == 1 and 0 < found.typicality[0, 3] < 1
 
 
 def test_palette_of_sixteen_bit_grey(make, write_image, library):

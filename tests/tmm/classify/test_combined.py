@@ -1,0 +1,157 @@
+"""Seeds and a library model together: superpixels, their graph, the share of each, and what is found at full size."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skyshine.tmm.classify import combined
+from skyshine.tmm.classify.combined import CombinedMapper, clicks, library_classes, survey
+from skyshine.tmm.classify.gaussian import fit
+from skyshine.tmm.classify.model_file import write_model
+from skyshine.tmm.classify.superpixels import Superpixels, find_superpixels
+from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.features.colour import DistinctColours, to_coordinates
+from skyshine.tmm.features.textured import features, light_planes
+from skyshine.tmm.images.texture import Texture
+
+GREEN, GREY = "grass_green", "asphalt_road"
+
+
+def _chain(weight=1.0):
+    """Three superpixels of one texel, in a row."""
+    pairs = np.array([[0, 1], [1, 2]])
+    return Superpixels(np.arange(3).reshape(1, 3), np.ones(3), pairs, np.full(2, weight))
+
+
+def test_spread_solves_the_least_squares():
+    """Against the minimum of the squares themselves, by their dense normal equations."""
+    random = np.random.default_rng(0)
+    first = random.dirichlet((1, 1), 3)
+    known, hold, weight = np.array([[1.0, 0], [0, 0], [0, 1]]), np.array([50.0, 0, 10]), 0.7
+    rows = [np.eye(3), np.sqrt(hold)[:, np.newaxis] * np.eye(3), np.sqrt(weight) * np.array([[1, -1, 0], [0, 1, -1]])]
+    right = [first, np.sqrt(hold)[:, np.newaxis] * known, np.zeros((2, 2))]
+    least = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=None)[0]
+    np.testing.assert_allclose(_chain(weight).spread(first, known, hold), least, rtol=1e-9)
+
+
+def test_without_edges_and_seeds_nothing_changes():
+    first = np.array([[0.2, 0.8], [0.5, 0.5], [1, 0]])
+    alone = Superpixels(np.arange(3).reshape(1, 3), np.ones(3), np.empty((2, 0), int), np.empty(0))
+    np.testing.assert_allclose(alone.spread(first, np.zeros((3, 2)), np.zeros(3)), first)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 40), (7, 3), (64, 64)])
+def test_superpixels_cover_any_size(size):
+    lab = np.random.default_rng(1).normal(50, 20, (3, *size)).astype(np.float32)
+    found = find_superpixels(lab, lab)
+    assert found.label.shape == size and found.size.sum() == lab[0].size
+    assert set(np.unique(found.label)) == set(range(len(found.size)))
+    assert ((found.weight > 0) & (found.weight <= 1)).all() and (found.pairs[0] < found.pairs[1]).all()
+    np.testing.assert_allclose(found.size @ found.mean(lab), lab.sum(axis=(1, 2)), rtol=1e-5)
+
+
+def test_classes_by_name_then_by_group():
+    groups = {"oak": "tree", "elm": "tree", "fir": "tree", "mud": "soil", "ice": "water"}
+    shares = library_classes(("oak", "fir", "ice"), ("oak", "elm", "mud"), groups)
+    # Fir is no seed: it stands for the tree that the library does not name. Ice stands for nothing.
+    assert shares.tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 0]]
+
+
+def test_what_a_library_does_not_know_keeps_its_share():
+    classes = np.array([[1.0, 0, 0], [0, 1, 0]])
+    np.testing.assert_allclose(combined._named(np.array([[0.9, 0.1]]), classes), [[0.6, 0.2 / 3, 1 / 3]], rtol=1e-6)
+
+
+def test_clicks_are_counted_by_place():
+    drawn = np.full((9, 9), -1)
+    drawn[0:2, 0:2], drawn[5:7, 5:7], drawn[8, 0:3] = 0, 0, 1
+    assert clicks(drawn, 2) == 1.5
+
+
+@pytest.mark.parametrize("step", [2, 3])
+def test_features_of_every_few_texels_are_those_of_all(step):
+    pixels = np.random.default_rng(2).integers(0, 255, (50, 60, 3), dtype=np.uint8)
+    planes = [part.reshape(3, 50, 60) for part in light_planes(pixels.reshape(-1, 3), "srgb")]
+    valid = np.ones((50, 60), bool)
+    whole = features(*(part.copy() for part in planes), valid)
+    np.testing.assert_allclose(features(*planes, valid, step), whole[:, ::step, ::step], rtol=1e-4, atol=1e-3)
+
+
+@pytest.mark.parametrize("step", [1, 3])
+def test_survey_in_bands_is_that_of_the_whole(monkeypatch, step):
+    """With bands far lower than the texture, and a grid whose steps do not divide it."""
+    pixels = np.random.default_rng(3).integers(0, 255, (100, 70, 3), dtype=np.uint8)
+    texture = Texture(pixels, np.ones((100, 70), bool), "srgb")
+    model = _model(pixels[:2, 0])
+    monkeypatch.setattr(combined, "GRID_TEXELS", 7000 / step**2)
+    whole = survey(texture, model)
+    monkeypatch.setattr(combined, "BAND_TEXELS", 70 * 20)
+    parts = survey(texture, model)
+    assert whole.step == parts.step == step
+    np.testing.assert_allclose(parts.stack, whole.stack, rtol=1e-3, atol=2e-2)
+    np.testing.assert_array_equal(parts.coordinates, whole.coordinates)
+
+
+def _model(colours, names=(GREEN, GREY)):
+    return TrainedModel(names, fit(to_coordinates(colours, "srgb"), np.arange(len(names)), names), None)
+
+
+@pytest.fixture
+def halves():
+    """Green above, grey below, 96 x 80 with noise, and a library that knows both."""
+    random = np.random.default_rng(4)
+    values = np.empty((96, 80, 3))
+    values[:48], values[48:] = (70, 130, 60), (120, 120, 125)
+    pixels = np.clip(values + random.normal(0, 12, values.shape), 0, 255).astype(np.uint8)
+    return Texture(pixels, np.ones((96, 80), bool), "srgb"), _model(
+        np.array([[70, 130, 60], [120, 120, 125]], np.uint8)
+    )
+
+
+@pytest.mark.parametrize("grid", [1 << 20, 1000])
+def test_one_texel_a_material_finds_both_halves(halves, monkeypatch, grid):
+    texture, model = halves
+    monkeypatch.setattr(combined, "GRID_TEXELS", grid)
+    seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])
+    mapper = CombinedMapper(texture, DistinctColours(texture), survey(texture, model), model, np.eye(2), seeds)
+    found = mapper.window(0, 96, 0, 80)
+    edge = 10
+    assert (found.material[: 48 - edge] == 0).all() and (found.material[48 + edge :] == 1).all()
+    assert ((found.confidence >= 0.5) & (found.confidence <= 1)).all()
+    part = mapper.window(30, 61, 7, 50)
+    np.testing.assert_array_equal(part.material, found.material[30:61, 7:50])
+    np.testing.assert_allclose(part.confidence, found.confidence[30:61, 7:50], atol=1e-6)
+
+
+def test_seeds_win_over_a_library_that_is_wrong(halves):
+    """A library that takes each for the other gives way where seeds are, and to many of them."""
+    texture, model = halves
+    rows, columns = np.mgrid[4:92:8, 4:76:8].reshape(2, -1)
+    block = np.stack([rows, columns])[:, :, np.newaxis] + np.mgrid[-1:2, -1:2].reshape(2, 1, 9)
+    rows, columns = block.reshape(2, -1)
+    seeds = rows, columns, (rows >= 48).astype(int)
+    surveyed = survey(texture, model)
+    mapper = CombinedMapper(texture, DistinctColours(texture), surveyed, model, np.eye(2)[::-1], seeds)
+    assert (mapper.window(0, 96, 0, 80).material[rows, columns] == seeds[2]).mean() > 0.95
+
+
+def test_seeds_and_model_in_a_job(build, job, two_halves, tmp_path, library):
+    colours = np.array([[60, 140, 50], [120, 120, 125]], np.uint8)
+    write_model(_model(colours, ("grass_dry", GREY)), tmp_path / "library.h5", "job", "1", {})
+    result = build(job(two_halves, model="library.h5"))
+    assert result.map.job.way == "seeds" and set(result.map.names) == {GREEN, GREY}
+    assert (result.code[:, :17] == library[GREEN].code).all() and (result.code[:, 23:] == library[GREY].code).all()
+    assert result.map.quality.whole.overall_accuracy > 0.9 and "library.h5" in result.map.files
+
+
+def test_seeds_alone_where_the_library_knows_none_of_their_materials(halves):
+    """The posterior of the seeds then decides far from them, where no edge reaches."""
+    texture, model = halves
+    surveyed = survey(texture, model)
+    bare = Superpixels(surveyed.superpixels.label, surveyed.superpixels.size, np.empty((2, 0), int), np.empty(0))
+    alone = replace(surveyed, superpixels=bare)
+    seeds = np.array([9, 80]), np.array([40, 40]), np.array([0, 1])
+    mapper = CombinedMapper(texture, DistinctColours(texture), alone, model, np.zeros((2, 2)), seeds)
+    found = mapper.window(0, 96, 0, 80).material
+    assert (found[:38] == 0).all() and (found[58:] == 1).all()

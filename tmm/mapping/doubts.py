@@ -1,0 +1,25 @@
+"""What a user should be told of a mapped texture before its database is used."""
+
+from __future__ import annotations
+
+from skyshine.tmm.mapping.texture_map import TextureMap
+from skyshine.tmm.mapping.write import Written
+
+
+def doubts(mapped: TextureMap, written: Written) -> list[str]:
+    """Sentences, one for each thing that is probably not meant; empty where there is none."""
+    found = []
+    if mapped.seeds is not None and len(mapped.seeds.names) == 1:
+        found.append(
+            f"all seeds are of one material, so that every texel becomes {mapped.seeds.names[0]}; draw seeds of others"
+        )
+    if not written.texels.any():
+        way = {
+            "palette": "no texel has a colour of the palette; compare its keys with the image",
+            "rules": "no rule holds anywhere; compare the limits with the image",
+            "clusters": "no cluster has a name; 'tmm check' shows their colours",
+        }
+        found.append(
+            f"no texel has a material: {way.get(mapped.job.way, 'all are below the thresholds of the classifier')}"
+        )
+    return found

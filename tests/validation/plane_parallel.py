@@ -12,11 +12,12 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_phase, rayleigh_scattering
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
-MOMENTS = 1500
+# With half as many the series of crystals is up to 74 % off at .65 um, with these .7 %.
+MOMENTS = 3000
 # A forward peak narrower than this counts as light that was not scattered: nobody looks that close to the Sun, and its
 # moments would not end.
 CORE = np.radians(0.25)
-_EDGES = np.concatenate([np.linspace(0, CORE, 9), np.linspace(CORE, np.pi, 1001)[1:]])
+_EDGES = np.concatenate([np.linspace(0, CORE, 9), CORE + (np.pi - CORE) * np.linspace(0, 1, 1601)[1:] ** 1.5])
 _POINT, _WEIGHT = np.polynomial.legendre.leggauss(6)
 ANGLES = (_EDGES[:-1, None] + 0.5 * np.diff(_EDGES)[:, None] * (_POINT + 1)).ravel()
 _SOLID = (0.25 * np.diff(_EDGES)[:, None] * _WEIGHT).ravel() * np.sin(ANGLES)  # of a mean over the sphere
@@ -41,13 +42,16 @@ def moments_of(phase):
     """Legendre moments (L, n) of phase functions (A, n) at `ANGLES` without the core of the forward peak, and its
     share (n,).
 
-    A phase function whose mean over the sphere is below 1 has lost the rest in a peak between the angles that it was
-    tabulated at: in the core.
+    Inside, the logarithm is a parabola with the slope at the core's edge: the series of a function with an edge does
+    not end. A phase function whose mean over the sphere is below 1 has lost the rest in a peak between the angles that
+    it was tabulated at: in the core.
     """
     phase, place = np.unique(np.array(phase, float), axis=1, return_inverse=True)
     whole = _SOLID @ phase
-    edge = np.argmin(np.abs(ANGLES - CORE))
-    phase = np.where(ANGLES[:, None] < CORE, phase[edge], phase)
+    edge, beyond = np.searchsorted(ANGLES, [CORE, 1.1 * CORE])
+    fall = np.log(phase[edge] / phase[beyond]) / (ANGLES[beyond] ** 2 - ANGLES[edge] ** 2)
+    smooth = phase[edge] * np.exp(np.clip(fall, 0, None) * (ANGLES[edge] ** 2 - ANGLES[:, None] ** 2))
+    phase = np.where(ANGLES[:, None] < CORE, np.minimum(smooth, phase), phase)
     kept = _SOLID @ phase
     core = 1 - kept / np.maximum(whole, 1.0)
     weighted = _SOLID[:, None] * phase

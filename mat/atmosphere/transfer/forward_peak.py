@@ -15,7 +15,7 @@ core itself, which is not resolved.
 
 Limits: one scattering has the peak of its own place, all others that of the mean particle of the state. The line of
 sight and the rays of the source are taken as one line, which they nearly are close to the source: the correction ends
-between 12 and 24 degrees from it. Of a path that ends inside a cloud, each segment has a part of the light by its part
+between 20 and 40 degrees from it. Of a path that ends inside a cloud, each segment has a part of the light by its part
 of p, as in first order. Below a p of .01 the correction fades out: at .005, where it is .25 % of light scattered once,
 it is none, and most lines of sight through clear air need none of it.
 
@@ -47,9 +47,9 @@ from skyshine.schemas.arrays import Floats, Integers, Singles
 _ORDERS = PHASE_ANGLES.size
 _WEIGHTS = moment_weights(PHASE_ANGLES, _ORDERS)
 # Angles from the source, degree: those of the phase functions where the peak is steep. Whole within the first limit,
-# none beyond the second.
-_WHOLE, _NONE = 12.0, 24.0
-_DEGREES = np.array([*np.arange(0, 6, 0.5), 6, 7, 8, 10, 12, 14, 16, 18, 20, 22, 24])
+# none beyond the second: at 3.85 um the peak of cloud droplets is as wide.
+_WHOLE, _NONE = 20.0, 40.0
+_DEGREES = np.array([*np.arange(0, 6, 0.5), 6, 7, 8, 10, 12, 14, 16, 18, 20, 22, 24, 27, 30, 33, 36, 40])
 # Depths of peak scattering: below the first, the change is proportional to the depth; it is held beyond the last.
 _DEPTHS = np.geomspace(1e-3, 100.0, 81)
 # Depths of peak scattering, of which its second order is at most half: none below the first, whole above the second.

@@ -193,3 +193,17 @@ def test_depth_of_the_peak_is_that_from_the_source_by_the_place_to_the_observer(
     whole = segments.column(fog.optics.aerosol_scattering * fog.delta_fraction).sum(axis=0)
     assert whole.min() > 0.1
     assert seen[0] == pytest.approx(np.broadcast_to(whole, seen[0].shape), rel=0.02)
+
+
+def test_a_peak_as_wide_as_that_of_droplets_at_four_microns_is_followed_to_twenty_degrees(
+    synthetic_points, isothermal, monkeypatch
+):
+    state = isothermal(aerosol=Aerosol("none"), clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 3.0)])
+    air = SpectralAir.of(state, synthetic_points(np.array([2597.0, 2598.0]), {"CO2": [0.0]}))
+    at, deep = (forward_peak._DEGREES == 18).nonzero()[0][0], np.searchsorted(forward_peak._DEPTHS, 1.0)
+    found = air.forward_peak.table[0, :, at, deep]
+    monkeypatch.setattr(forward_peak, "_taper", np.ones_like)
+    whole = SpectralAir.of(state, synthetic_points(np.array([2597.0, 2598.0]), {"CO2": [0.0]})).forward_peak.table
+    assert found == pytest.approx(whole[0, :, at, deep], rel=1e-6)
+    once = air.optics.phase[2 * 18, :, 0] / air.delta_fraction[:, 0]
+    assert np.abs(found / once).max() > 0.02

@@ -95,7 +95,7 @@ class ForwardPeak:
         if not near.size or not np.any(self._peak):
             return near[:0]
         ends = [0, -1]
-        depth = self._source_depth(segments.altitude[ends], to_source[np.ix_(ends, near)]).max(axis=0)
+        depth = self._source_depth(segments.altitude[ends], to_source[ends][:, near]).max(axis=0)
         depth = depth + segments.column(self._peak[:, self._few]).sum(axis=0)
         found: Integers = near[np.any(depth > _THIN[0], axis=1)]
         return found
@@ -130,7 +130,8 @@ class ForwardPeak:
         It is per unit of the source's light there that no more than the peak has scattered.
         """
         depth = self._source_depth(np.array([altitude]), to_source[None])
-        return self._scattered(point, depth, deflection[None])[0].astype(float)
+        change: Floats = self._scattered(point, depth, deflection[None])[0].astype(float)
+        return change
 
     def _scattered(self, segments: Segments, depth: Singles, cosine: Floats) -> Singles:
         """Change of the light that segments scatter, without attenuation: of depths (K, S, Q) of peak scattering from

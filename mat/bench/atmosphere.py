@@ -25,6 +25,7 @@ from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
+from skyshine.mat.atmosphere.transfer.stream_count import azimuthal_count
 from skyshine.mat.bench import lowtran
 from skyshine.mat.job.atmosphere import AtmosphereGrid
 from skyshine.mat.job.default_nodes import OBSERVER_HEIGHTS_KM
@@ -41,7 +42,7 @@ QUICK_BANDS = {"10-10.5 um": (10.0, 10.5)}
 PROFILE, VISIBILITY = "midlatitude_summer", 23.0  # km
 POINTS = (4, 16, 64)
 DIRECTIONS = (2, 4, 8, 16)
-STREAMS, _MOST_NODES = (2, 4, 8), 16  # nodes of a hemisphere
+STREAMS, _MOST_NODES = (2, 4, 6, 8), 16  # nodes of a hemisphere
 _CLOUD = (1e3, 1.5e3, 10.0, 5.0)  # base and top, m; effective radius, um; optical depth
 _PEER_CELLS = 24
 # m; with levels above, or with as many levels as it takes otherwise, its multiple scattering gives no numbers.
@@ -230,8 +231,9 @@ def streams_ladder(band: BandPoints, sun: Floats) -> list[AtmosphereRung]:
     state = AtmosphericState.from_profile(PROFILE, aerosol=Aerosol("rural", visibility_km=VISIBILITY), clouds=[cloud])
 
     def table(nodes: int) -> AtmosphericQuantities:
-        of_four = BandAtmosphere.of(state, band)
-        return replace(of_four, air=replace(of_four.air, nodes=nodes)).table(_SMALL, sun)
+        own = BandAtmosphere.of(state, band)
+        azimuthal = azimuthal_count(nodes)
+        return replace(own, air=replace(own.air, nodes=nodes, azimuthal=azimuthal)).table(_SMALL, sun)
 
     exact = table(_MOST_NODES)
     rungs = []

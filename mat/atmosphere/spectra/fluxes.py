@@ -206,7 +206,7 @@ def sunlight_shares(
     share = ((altitude - levels[place]) / np.diff(levels)[place])[:, None, None]
     sine = np.sin(elevation)
     falling = falling_fluxes(
-        state, air.shells, air.optics, air.delta_fraction, air.scaled_source_paths, sine, ground_albedo
+        state, air.shells, air.optics, air.delta_fraction, air.scaled_source_paths, sine, ground_albedo, air.nodes
     )
     diffuse += falling[place] * (1 - share) + falling[place + 1] * share
     return direct, diffuse

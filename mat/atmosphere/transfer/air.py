@@ -22,6 +22,7 @@ from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.single_scattering import scattered_band, scattered_spectral, segment_attenuation
 from skyshine.mat.atmosphere.transfer.source_nodes import ELEVATIONS
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths, SourceRays
+from skyshine.mat.atmosphere.transfer.stream_count import azimuthal_count, node_count
 from skyshine.mat.atmosphere.transfer.thermal_source import ThermalSource
 from skyshine.schemas.arrays import Floats, Integers, Reals
 
@@ -86,7 +87,8 @@ class SpectralAir:
         optics = spectral_optics(state, points, gases)
         mean = float(np.average(optics.wavenumber, weights=points.weight if weight is None else weight))
         shells = Shells.of(state.altitude, state.number_density, mean)
-        return cls(state, shells, optics, SourceRays.of(shells))
+        nodes = node_count(state)
+        return cls(state, shells, optics, SourceRays.of(shells), nodes=nodes, azimuthal=azimuthal_count(nodes))
 
     def part(self, points: slice | Integers) -> SpectralAir:
         """The same air at some of the points."""

@@ -15,7 +15,6 @@ import numpy as np
 
 from skyshine.mat.atmosphere.state.state import AerosolComponent
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
-from skyshine.mat.atmosphere.transfer.diffuse_field import delta_fraction
 from skyshine.mat.atmosphere.transfer.geometry import trace
 from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, particle_sections
@@ -56,7 +55,7 @@ class Scattering:
         share = -np.expm1(-_chords(air) * _either(optics.extinction))
         scattering = optics.rayleigh + optics.aerosol_scattering
         with np.errstate(divide="ignore", over="ignore"):
-            scaled = optics.extinction - optics.aerosol_scattering * delta_fraction(optics)
+            scaled = optics.extinction - optics.aerosol_scattering * air.delta_fraction
             peak = _either(optics.phase.max(axis=0) @ optics.phase_share)
             single = np.maximum(
                 *(

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import constants
+from scipy.integrate import trapezoid
 
 from skyshine.mat.atmosphere.soundings.levels import HIGHEST_PRESSURE, TEMPERATURES
 from skyshine.mat.atmosphere.state.hydrostatics import DRY_AIR_MOLAR_MASS, gravity
@@ -177,8 +178,8 @@ def _water(profile: Profile, altitude: Floats, mixed: Booleans, air: GroundAir) 
     if air.vapour_pressure is None or air.mean_vapour_pressure is None:
         if np.any(mixed):
             weight = -np.gradient(np.exp(linear(altitude, profile.altitude, np.log(profile.pressure))), altitude)
-            column = np.trapezoid((weight * ratio)[mixed], altitude[mixed])
-            ratio = np.where(mixed, column / np.trapezoid(weight[mixed], altitude[mixed]), ratio)
+            column = trapezoid((weight * ratio)[mixed], altitude[mixed])
+            ratio = np.where(mixed, column / trapezoid(weight[mixed], altitude[mixed]), ratio)
     else:
         station = _station_pressure(profile, air.altitude) if air.pressure is None else air.pressure
         if max(air.vapour_pressure, air.mean_vapour_pressure) >= 0.5 * station:

@@ -18,6 +18,7 @@ import click
 import numpy as np
 import numpy.typing as npt
 import yaml
+from scipy.integrate import trapezoid
 
 from skyshine.mat.atmosphere.particles.crystals import JOIN, crystal_asymmetry, crystal_coalbedo
 from skyshine.mat.atmosphere.particles.mie import sphere_efficiencies
@@ -121,7 +122,7 @@ def sphere_table(index: npt.NDArray[np.complex128], radii: Floats) -> Floats:
 
 def bulk(sphere: Floats, number: Floats, radii: Floats) -> Floats:
     """Extinction, absorption [um^2] and asymmetry (3, W) of a distribution `number` (R,) per radius."""
-    extinction, absorption, forward = np.asarray(np.trapezoid(sphere * number, radii, axis=-1))
+    extinction, absorption, forward = np.asarray(trapezoid(sphere * number, radii, axis=-1))
     return np.array([extinction, absorption, forward / (extinction - absorption)])
 
 
@@ -132,7 +133,7 @@ def cloud_table(index: npt.NDArray[np.complex128], effective_radii: Sequence[flo
     for effective in effective_radii:
         number = RADII ** ((1 - 3 * VARIANCE) / VARIANCE) * np.exp(-RADII / (effective * VARIANCE))
         extinction, absorption, asymmetry = bulk(sphere, number, RADII)
-        mass = density * np.trapezoid(4 / 3 * np.pi * RADII**3 * number, RADII) * 1e-6  # um^3 to um^2 m
+        mass = density * trapezoid(4 / 3 * np.pi * RADII**3 * number, RADII) * 1e-6  # um^3 to um^2 m
         result.append((extinction / mass, absorption / mass, asymmetry))
     return np.array(result).transpose(1, 0, 2)
 
@@ -165,7 +166,7 @@ def rain_table(index: npt.NDArray[np.complex128]) -> Floats:
     for rate in RAIN_RATES:
         number = np.exp(-SLOPE_PER_CM * rate**SLOPE_EXPONENT * 2 * DROPS * 1e-4)
         extinction, absorption, asymmetry = bulk(sphere, number, DROPS)
-        twice = 2 * np.trapezoid(np.pi * DROPS**2 * number, DROPS)
+        twice = 2 * trapezoid(np.pi * DROPS**2 * number, DROPS)
         result.append((extinction / twice, absorption / twice, asymmetry))
     return np.array(result).transpose(1, 0, 2)
 
@@ -198,7 +199,7 @@ def write_types(path: Path, data: dict[str, Floats], extinction: Floats) -> None
     for name, (number, per_extinction) in TYPES.items():
         content = data[f"CLD{number}"][: HEIGHTS.size]  # g m^-3
         inside = np.flatnonzero(content)
-        depth = np.trapezoid(content, HEIGHTS) / per_extinction
+        depth = trapezoid(content, HEIGHTS) / per_extinction
         effective_radius = np.interp(
             -1 / per_extinction, -extinction, WATER_RADII
         )  # m^2 kg^-1, which falls with radius

@@ -40,7 +40,7 @@ TABLES = ("surface", "band", "atmosphere")
 NOT_ARRAYS = ("material", "texel", "level", "absorbed_change", "surroundings", "line_heading")  # keys of a pixel
 SECONDS = 20  # a loader that takes longer hangs
 MEMORY = 2 << 30  # bytes beyond those of the interpreter
-LONGEST = 600  # characters of a message, which may list the quantities of a file after a long path
+LONGEST = 800  # characters of a message, which may list the quantities of a file after a long path
 SANITIZED = "-g -O1 -Wall -Wextra -std=c11 -fsanitize=address,undefined -fno-sanitize-recover=all"
 SANITIZERS = {"ASAN_OPTIONS": "detect_leaks=0:exitcode=99:max_allocation_size_mb=2048:allocator_may_return_null=1"}
 

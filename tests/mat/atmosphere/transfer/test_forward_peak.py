@@ -49,7 +49,7 @@ def peak_of(air):
     """Moments over the fraction, as far as the angles resolve them, of the lowest level, and the fraction."""
     fraction = air.delta_fraction[0, 0]
     moments = moment_weights(PHASE_ANGLES, PHASE_ANGLES.size) @ air.optics.phase[:, 0, 0] / fraction
-    moments[:8] = 1.0
+    moments[: 2 * air.nodes] = 1.0
     return moments, fraction
 
 

@@ -8,6 +8,7 @@ from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol import AerosolModel
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.sources.solar import solar_irradiance
 from skyshine.mat.atmosphere.spectra.fluxes import (
     LONGWAVE,
@@ -20,6 +21,8 @@ from skyshine.mat.atmosphere.spectra.fluxes import (
 )
 from skyshine.mat.atmosphere.state.gas_amounts import GasAmounts
 from skyshine.mat.atmosphere.state.state import AerosolComponent, AtmosphericState
+from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.sky import sky_irradiance
 from skyshine.schemas.errors import InputError
 
 HEIGHTS = np.array([0.0, 1e3, 4e3])
@@ -50,6 +53,18 @@ def test_few_points_agree_with_all_of_the_table(state, fluxes):
         direct, diffuse = (total + one[0, 0] @ sun[part] for total, one in zip((direct, diffuse), both, strict=True))
     assert abs(fluxes.direct_normal[0, 6] - direct) <= stated["direct_normal"]["max"]
     assert abs(fluxes.diffuse[0, 6] - diffuse) <= stated["diffuse"]["max"]
+
+
+def test_light_under_a_cloud_is_that_of_tables_and_spectra():
+    """A cloud that asks for more ordinates: field, scaled beam and forward light agree with those of a sky."""
+    cloudy = AtmosphericState.from_profile(
+        "us_standard", surface_albedo=0.2, clouds=[CloudLayer("water", 1e3, 2e3, 10.0, 3.0)]
+    )
+    points = AbsorptionTable.open().points(15380.0, 15390.0)
+    elevation = np.array([30.0, 60.0])
+    _, diffuse = sunlight_shares(cloudy, points, HEIGHTS[:1], elevation, 0.2)
+    sky = sky_irradiance(SpectralAir.of(cloudy, points), HEIGHTS[:1], np.radians(elevation))
+    assert diffuse == pytest.approx(sky.scattered, rel=5e-4)
 
 
 def test_the_stated_errors_are_small():

@@ -14,7 +14,7 @@ from skyshine.mat.atmosphere.transfer.ordinate_light import OrdinateLight
 from skyshine.mat.atmosphere.transfer.segments import Depths
 from skyshine.mat.atmosphere.transfer.single_scattering import scattering_of_segments, segment_attenuation
 from skyshine.mat.atmosphere.transfer.source_paths import SourcePaths
-from skyshine.schemas.arrays import Floats, Singles
+from skyshine.schemas.arrays import Singles
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class LineScattering:
     """
 
     optics: SpectralOptics
-    scaled: Floats
+    scaled: Singles
     paths: SourcePaths
     peak: ForwardPeak
     diffuse: OrdinateLight
@@ -42,7 +42,8 @@ class LineScattering:
     def of(cls, air: SpectralAir) -> LineScattering:
         """What the light is computed from, of the air at its points."""
         optics = air.optics.single
-        return cls(optics, air.scaled_extinction, air.scaled_source_paths, air.forward_peak, air.diffuse_light.single)
+        scaled = air.scaled_extinction.astype(np.float32)
+        return cls(optics, scaled, air.scaled_source_paths, air.forward_peak, air.diffuse_light.single)
 
     def radiance(self, line: SampledLine, depths: Depths) -> Singles:
         """Light of the source that each segment of a line scatters to the observer, (K, P), per unit of its
@@ -54,5 +55,6 @@ class LineScattering:
         once /= np.float32(4 * np.pi)
         if self.peak.near(line.segments, line.to_source, line.deflection).size:
             once += self.peak.by_segment(line.segments, attenuation, line.to_source, line.deflection)
-        radiance: Singles = once[:, 0] + self.diffuse.by_segment(line.segments, depths, line.to_source, line.deflection)
+        angles = line.to_source, line.deflection
+        radiance: Singles = once[:, 0] + self.diffuse.by_segment(line.segments, depths, scaled, *angles)
         return radiance

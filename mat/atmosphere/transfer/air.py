@@ -208,7 +208,7 @@ class SpectralAir:
             some = attenuation[:, near]
             change = self.forward_peak.by_segment(segments, some, to_source[:, near], deflection[:, near])
             once[near] = np.maximum(once[near] + change.sum(axis=0), 0.0)
-        return once + self.diffuse_light.spectral(segments, depths, to_source, deflection)
+        return once + self.diffuse_light.spectral(segments, depths, scaled, to_source, deflection)
 
     def scattered_in_band(
         self, segments: Segments, depths: Depths, to_source: Floats, deflection: Floats, weight: Floats
@@ -225,7 +225,7 @@ class SpectralAir:
             change = self.forward_peak.by_segment(segments, attenuation, *angles) @ weight
             by_segment = np.diff(once[:, near], axis=0) + change
             once[1:, near] = np.cumsum(np.maximum(by_segment, 0.0), axis=0)
-        return once + self.diffuse_light.band(segments, depths, to_source, deflection, weight)
+        return once + self.diffuse_light.band(segments, depths, scaled, to_source, deflection, weight)
 
     def _near(self, segments: Segments, to_source: Floats, deflection: Floats) -> Integers:
         """Sources in whose light along a ray the forward peak matters; arguments as of `scattered_radiance`."""

@@ -8,6 +8,7 @@ from pathlib import Path
 # One thread a process for linear algebra, as in a build: the workers of the suite share the cores. Before numpy comes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("SKYSHINE_THREADS", "1")
 
 import numpy as np
 import pytest

@@ -18,7 +18,7 @@ from skyshine.mat.builder.executors import open_executor
 from skyshine.mat.builder.record import write_record
 from skyshine.mat.builder.tasks import PICTURES, run_task
 from skyshine.mat.job.load import LoadedJob
-from skyshine.mat.plan.plan import Kind, Plan, Task, make_plan, texture_file
+from skyshine.mat.plan.plan import Kind, Plan, Task, make_plan, texture_file, used_materials
 from skyshine.mat.plan.size import check_size
 from skyshine.mat.products.product import TaskReport
 from skyshine.mat.scene.check import check_scene
@@ -157,5 +157,5 @@ def _submit_later(
     executor: Executor, loaded: LoadedJob, tasks: Iterable[Task], folder: Path, fresh: bool
 ) -> dict[Future[TaskReport], Task]:
     usage = [folder / texture_file(loaded, i) for i in range(len(loaded.trimmed.texture_jobs))]
-    materials = make_plan(loaded, load_library(), usage or None).materials
+    materials = used_materials(loaded, load_library(), usage or None)
     return {executor.submit(run_task, task, loaded, folder, materials, fresh): task for task in tasks}

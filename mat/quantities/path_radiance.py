@@ -16,7 +16,7 @@ from skyshine.mat.atmosphere.transfer.sky import direct_transmittance
 from skyshine.mat.quantities.formulas import mean_transmittance
 from skyshine.mat.quantities.line_sources import LineSources
 from skyshine.mat.quantities.scattering_points import ScatteringPoints
-from skyshine.schemas.arrays import Booleans, Floats
+from skyshine.schemas.arrays import Booleans, Floats, Reals
 
 # Fraction of a line's length before the ground whose source function is continued behind the ground.
 _LAST_PART = 0.03
@@ -105,7 +105,7 @@ def _short_path(path: LineOfSight) -> Segments:
     return Segments(np.zeros(1, int), np.array([path.local_layer]), amount[0], amount[1], ends, ends, ends, ends)
 
 
-def _over_absorptance(light: Floats, extinction: Floats, band: BandPoints) -> Floats:
+def _over_absorptance(light: Floats, extinction: Reals, band: BandPoints) -> Floats:
     """In-band light (S,) of a short path over the in-band mean of its depths (1, P)."""
     ratio: Floats = light / (extinction[0] @ band.weight / band.weight.sum())
     return ratio

@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.directions import direction_weights
 from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts, through_three
@@ -64,12 +66,13 @@ class LineWeights:
         most = int(np.max(count, initial=0))
         before = np.cumsum(count) - count
         slot = np.repeat(np.arange(places.size) * most - before, count) + np.arange(order.size)
-        parts = []
-        for part in (segment, weight, factor):
-            padded = np.zeros((places.size * most, *part.shape[1:]), part.dtype)
-            padded[slot] = part[order]
-            parts.append(padded.reshape(places.size, most, *part.shape[1:]))
-        return cls(places, *parts, first)
+
+        def padded(part: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            result = np.zeros((places.size * most, *part.shape[1:]), part.dtype)
+            result[slot] = part[order]
+            return result.reshape(places.size, most, *part.shape[1:])
+
+        return cls(places, padded(segment), padded(weight), padded(factor), first)
 
     def runs(self) -> Iterator[tuple[slice, slice]]:
         """Parts of the R places that follow one another in the table, and these places of the table."""

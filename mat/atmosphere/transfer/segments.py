@@ -87,7 +87,7 @@ class Segments:
         """The segments that end at most at a distance [m] that is a segment end of the ray."""
         return self.first(min(int(np.searchsorted(self.distance, distance)), self.index.size))
 
-    def column(self, per_molecule: Floats) -> Floats:
+    def column(self, per_molecule: Reals) -> Reals:
         """Integral of a property (N, P) [m^2 per molecule] along each segment, (K, P), in the property's precision."""
         lower, upper = (air.astype(per_molecule.dtype, copy=False)[:, None] for air in (self.lower, self.upper))
         return lower * per_molecule[self.layer] + upper * per_molecule[self.layer + 1]

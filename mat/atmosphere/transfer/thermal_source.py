@@ -20,7 +20,6 @@ from skyshine.mat.atmosphere.transfer.diffuse_field import (
 )
 from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, direction_weights
 from skyshine.mat.atmosphere.transfer.geometry import Shells
-from skyshine.mat.atmosphere.transfer.layer_columns import vertical_column
 from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
 from skyshine.mat.atmosphere.transfer.line_weights import LineWeights, source_weights_along, straight_weights
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
@@ -32,9 +31,9 @@ from skyshine.schemas.arrays import Floats, Reals
 
 # Points solved together: their arrays fit into a processor's cache.
 _CHUNK = 64
-# Vertical optical depth of scattering straight forward up to which it counts among the moments of the ordinates:
-# thermal radiation changes by .1 % at most along a level path, and needs one table instead of two.
-_STRAIGHT = 0.004
+# Share of the extinction at all levels up to which scattering straight forward counts among the moments of the
+# ordinates: thermal radiation changes by a fifth of it at most, along a level path, and needs one table instead of two.
+_STRAIGHT = 0.006
 _TABLES = "extinction", "scaled", "source", "straight"
 
 
@@ -136,7 +135,7 @@ class ThermalField:
     ) -> ThermalField:
         """The field of a state; arguments as of `ThermalSource.of`."""
         points, directions = optics.wavenumber.size, ordinates(nodes, 1)
-        moments, fraction = solved_moments(optics, nodes), _delta_fraction(shells, optics, nodes)
+        moments, fraction = solved_moments(optics, nodes), _delta_fraction(optics, nodes)
         parts = layer_parts(shells, optics, fraction, molecules=False)
         source = np.empty((parts.places, directions.pairs[0].size, points))
         straight = np.empty((state.altitude.size, angles.size, points)) if np.any(fraction) else None
@@ -188,11 +187,11 @@ class ThermalField:
         return source
 
 
-def _delta_fraction(shells: Shells, optics: SpectralOptics, nodes: int) -> Floats:
+def _delta_fraction(optics: SpectralOptics, nodes: int) -> Floats:
     """`delta_fraction` of thermal radiation, (N, P): 0 where little of it is scattered straight forward."""
     fraction = delta_fraction(optics, nodes)
-    depth = vertical_column(shells, optics.aerosol_scattering * fraction).sum(axis=0)
-    result: Floats = np.where(depth > _STRAIGHT, fraction, 0.0)
+    share = optics.aerosol_scattering * fraction / np.where(optics.extinction > 0, optics.extinction, 1.0)
+    result: Floats = np.where(np.max(share, axis=0) > _STRAIGHT, fraction, 0.0)
     return result
 
 

@@ -52,8 +52,7 @@ class LineWeights:
         """Sum over the weights of each of so many segments, of values (R, C, ...)."""
         belongs = np.zeros((segments, self.segment.size), values.dtype)
         belongs[self.segment.ravel(), np.arange(self.segment.size)] = 1
-        flat = belongs @ values.reshape(self.segment.size, -1)
-        result: Reals = flat.reshape(segments, *values.shape[2:])
+        result: Reals = np.tensordot(belongs.reshape(segments, *self.segment.shape), values, 2)
         return result
 
     @classmethod

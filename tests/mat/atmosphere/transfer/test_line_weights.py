@@ -96,6 +96,19 @@ def test_weights_are_found_again_by_place_and_by_segment():
     assert [(places.start, places.stop) for _, places in weights.runs()] == [(3, 5), (7, 9)]
 
 
+def test_a_path_without_segments_has_no_light():
+    """A path of no length: nothing is weighted, and the sums are those of no segments."""
+    none, depths = segments_of([50.0]), Depths(np.zeros((0, 1)))
+    extinction = np.full((3, 1), 0.01)
+    for weights in (
+        source_weights_along(none, depths, depths, LEVELS, extinction, PARTS, np.ones((0, 1))),
+        straight_weights(none, depths, depths, LEVELS, np.array(DIRECTIONS)),
+    ):
+        assert not list(weights.runs())
+        assert weights.summed(weights.weight, 0).shape == (0, 1)
+        assert weights.summed(weights.weight, 2) == pytest.approx(np.zeros((2, 1)))
+
+
 def test_a_cubic_is_exact_between_places_and_held_beyond():
     known = np.array([0.0, 0.3, 1.0, 1.5, 2.7, 3.0])
     wanted = np.array([-1.0, 0.0, 0.1, 0.9, 2.0, 2.9, 3.0, 8.0])

@@ -24,8 +24,6 @@ class LineScattering:
     Attributes
     ----------
     optics : SpectralOptics
-    scaled : (N, P) array
-        Delta-scaled extinction, m^2 per molecule.
     paths : SourcePaths
         Delta scaled.
     peak : ForwardPeak
@@ -33,7 +31,6 @@ class LineScattering:
     """
 
     optics: SpectralOptics
-    scaled: Singles
     paths: SourcePaths
     peak: ForwardPeak
     diffuse: OrdinateLight
@@ -42,14 +39,13 @@ class LineScattering:
     def of(cls, air: SpectralAir) -> LineScattering:
         """What the light is computed from, of the air at its points."""
         optics = air.optics.single
-        scaled = air.scaled_extinction.astype(np.float32)
-        return cls(optics, scaled, air.scaled_source_paths, air.forward_peak, air.diffuse_light.single)
+        return cls(optics, air.scaled_source_paths, air.forward_peak, air.diffuse_light.single)
 
     def radiance(self, line: SampledLine, depths: Depths) -> Singles:
         """Light of the source that each segment of a line scatters to the observer, (K, P), per unit of its
         irradiance.
         """
-        scaled = Depths(line.segments.column(self.scaled))
+        scaled = Depths(line.segments.column(self.diffuse.scaled))
         attenuation = segment_attenuation(line.segments, scaled, self.paths, line.to_source)
         once = attenuation * scattering_of_segments(line.segments, self.optics, line.deflection)
         once /= np.float32(4 * np.pi)

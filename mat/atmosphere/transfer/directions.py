@@ -61,12 +61,14 @@ def line_or_cubic(known: Floats, wanted: Floats) -> Floats:
     lower = np.clip(np.searchsorted(known, inside, side="right") - 1, 0, max(known.size - 2, 0))
     nodes = np.clip(lower - (count - 1) // 2, 0, known.size - count)[:, None] + np.arange(count)
     weight = np.zeros((inside.size, known.size))
-    others = ~np.eye(count, dtype=bool)
-    around = known[np.arange(known.size - count + 1)[:, None] + np.arange(count)]
-    divisor = np.prod(around[:, :, None] - around[:, None], axis=2, where=others)  # of each four neighbours
-    beyond = inside[:, None] - known[nodes]
-    factor = np.prod(np.broadcast_to(beyond[:, None], (*beyond.shape, count)), axis=2, where=others)
-    np.put_along_axis(weight, nodes, factor / divisor[nodes[:, 0]], axis=1)
+    there = known[nodes]
+    beyond = inside[:, None] - there
+    for i in range(count):
+        part = np.ones(inside.size)
+        for j in range(count):
+            if j != i:
+                part *= beyond[:, j] / (there[:, i] - there[:, j])
+        weight[np.arange(inside.size), nodes[:, i]] = part
     return weight
 
 

@@ -8,11 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from skyshine.mat.atmosphere.transfer.directions import direction_weights
 from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts, through_three
@@ -27,58 +24,41 @@ _LEVEL = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class LineWeights:
-    """Weights of a table in the light of a ray's segments: at R of its places, for at most C segments each.
+    """Weights of a table in the light of a ray's segments, E of them, in the order of the table's places.
 
     Attributes
     ----------
-    place : (R,) int array
-        Increasing.
-    segment : (R, C) int array
-    weight : (R, C, P) array
-        0 where a place has fewer than C segments.
-    factor : (R, C, B) array
-        Of B neighbouring functions of direction of the table.
-    first : int
-        The first of these functions.
+    segment, place : (E,) int arrays
+    weight : (E, P) array
+    factor : (E, B) array
+        Of the table's B functions of direction.
     """
 
-    place: Integers
     segment: Integers
+    place: Integers
     weight: Reals
     factor: Floats
-    first: int = 0
 
     def summed(self, values: Reals, segments: int) -> Reals:
-        """Sum over the weights of each of so many segments, of values (R, C, ...)."""
-        belongs = np.zeros((segments, self.segment.size), values.dtype)
-        belongs[self.segment.ravel(), np.arange(self.segment.size)] = 1
-        result: Reals = np.tensordot(belongs.reshape(segments, *self.segment.shape), values, 2)
+        """Sum over the weights of each of so many segments, of values (E, ...)."""
+        order = np.argsort(self.segment, kind="stable")
+        found, start = np.unique(self.segment[order], return_index=True)
+        result = np.zeros((segments, *values.shape[1:]), values.dtype)
+        if found.size:
+            result[found] = np.add.reduceat(values[order], start, axis=0)
         return result
 
     @classmethod
-    def of(cls, segment: Integers, place: Integers, weight: Reals, factor: Floats, first: int = 0) -> LineWeights:
-        """Weights (E, P), of segments and at places (E,) in any order, with factors (E, B)."""
+    def of(cls, segment: Integers, place: Integers, weight: Reals, factor: Floats) -> LineWeights:
+        """Weights in any order."""
         order = np.argsort(place, kind="stable")
-        of_place = np.bincount(place)
-        places = np.flatnonzero(of_place)
-        count = of_place[places]
-        most = int(np.max(count, initial=0))
-        before = np.cumsum(count) - count
-        slot = np.repeat(np.arange(places.size) * most - before, count) + np.arange(order.size)
+        return cls(segment[order], place[order], weight[order], factor[order])
 
-        def padded(part: npt.NDArray[Any]) -> npt.NDArray[Any]:
-            result = np.zeros((places.size * most, *part.shape[1:]), part.dtype)
-            result[slot] = part[order]
-            return result.reshape(places.size, most, *part.shape[1:])
-
-        return cls(places, padded(segment), padded(weight), padded(factor), first)
-
-    def runs(self) -> Iterator[tuple[slice, slice]]:
-        """Parts of the R places that follow one another in the table, and these places of the table."""
-        ends = np.flatnonzero(np.diff(self.place) != 1) + 1
-        for start, stop in pairwise([0, *ends.tolist(), self.place.size]):
-            if stop > start:
-                yield slice(start, stop), slice(int(self.place[start]), int(self.place[stop - 1]) + 1)
+    def by_place(self) -> Iterator[tuple[int, slice]]:
+        """Each place with the part of the weights that is its own."""
+        first = np.flatnonzero(np.diff(self.place, prepend=-1))
+        for start, stop in zip(first, np.append(first[1:], self.place.size), strict=True):
+            yield int(self.place[start]), slice(int(start), int(stop))
 
 
 def source_weights_along(
@@ -105,22 +85,24 @@ def source_weights_along(
     functions : (K, B) array
         Functions of direction in the table, at each segment's.
     """
-    near, far = scaled.source_weights
+    cut = parts.count[segments.layer] > 1
+    whole = np.flatnonzero(~cut)
+    layer = segments.layer[whole]
+    near, far = (part[whole] for part in scaled.source_weights)
     total = near + far
-    climb = (0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]).astype(near.dtype)[:, None]
+    climb = (0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]).astype(near.dtype)[whole, None]
     # The source's mean counts each level by its extinction; its slope is limited so that no weight is negative.
-    share = segments.upper_part(extinction, scaled.per_segment)
+    share = segments.upper_part(extinction, scaled.per_segment)[whole]
     above = np.clip(total * share + (far - near) * climb, 0, total)
     weight = np.concatenate([total - above, above])
-    segment, place = np.tile(np.arange(len(near)), 2), np.concatenate([segments.layer, segments.layer + 1])
-    cut = parts.count[segments.layer] > 1
-    if parts.is_cut and np.any(cut):
-        inside = _inside_parts(segments, scaled.per_segment, levels, parts, np.flatnonzero(cut))
-        whole = np.flatnonzero(~cut[segment])
-        both = zip((segment[whole], place[whole], weight[whole]), inside, strict=True)
-        segment, place, weight = (np.concatenate(pair) for pair in both)
+    segment, places = np.tile(whole, 2), np.concatenate([layer, layer + 1])
     weight *= depths.transmittance[segment]
-    return LineWeights.of(segment, place, weight, functions[segment])
+    if np.any(cut):
+        inside = _inside_parts(segments, scaled.per_segment, levels, parts, np.flatnonzero(cut))
+        both = zip((segment, places, weight), inside, strict=True)
+        inside[2][:] *= depths.transmittance[inside[0]]
+        segment, places, weight = (np.concatenate(pair) for pair in both)
+    return LineWeights.of(segment, places, weight, functions[segment])
 
 
 def _inside_parts(
@@ -166,19 +148,24 @@ def _power_weights(depth: Floats) -> tuple[Reals, Reals, Reals]:
 
 
 def straight_weights(segments: Segments, depths: Depths, scaled: Depths, levels: Floats, angles: Floats) -> LineWeights:
-    """Weights of the radiance at levels, of light scattered straight forward; the functions are those of a grid of
-    directions. Arguments as of `source_weights_along`; `angles` (X,) as in `directions.direction_weights`.
+    """Weights of the radiance at levels and directions, of light scattered straight forward. A place is a level times
+    the number of directions plus the first of some neighbouring directions, the B functions. Arguments as
+    `source_weights_along`; `angles` (X,) as in `directions.direction_weights`.
     """
     left = scaled.per_segment
     weight = depths.transmittance * np.exp(-left) * -np.expm1(np.minimum(left - depths.per_segment, 0))
     bottom, height = levels[segments.layer], np.diff(levels)[segments.layer]
     share = np.clip((segments.altitude[1:] - bottom) / height, 0.0, 1.0)
-    of_direction = direction_weights(segments.upward_cosine, angles)
-    used = np.flatnonzero(np.any(of_direction != 0, axis=0))
-    first, beyond = (int(used[0]), int(used[-1]) + 1) if used.size else (0, 1)
-    of_direction = of_direction[:, first:beyond]
+    first, of_direction = neighbours(direction_weights(segments.upward_cosine, angles))
     some = [np.flatnonzero(part > _LEVEL) for part in (1 - share, share)]
     segment = np.concatenate(some)
     factor = of_direction[segment] * np.concatenate([(1 - share)[some[0]], share[some[1]]])[:, None]
     level = np.concatenate([segments.layer[some[0]], segments.layer[some[1]] + 1])
-    return LineWeights.of(segment, level, weight[segment], factor, first)
+    return LineWeights.of(segment, level * angles.size + first[segment], weight[segment], factor)
+
+
+def neighbours(weight: Floats) -> tuple[Integers, Floats]:
+    """First (K,) of the neighbouring columns of weights (K, X) that hold all that are not 0, and those columns."""
+    width = min(4, weight.shape[1])
+    first = np.minimum(np.argmax(weight != 0, axis=1), weight.shape[1] - width)
+    return first, np.take_along_axis(weight, first[:, None] + np.arange(width), axis=1)

@@ -15,7 +15,7 @@ Dahlback and Stamnes 1991, Planet. Space Sci. 39, 671 (beam through spherical la
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,7 +38,6 @@ from skyshine.schemas.arrays import Floats, Integers, Singles
 
 # Points solved together: bounds memory to about 200 MB a thread.
 _CHUNK = 32
-_GATHERED = 1 << 21  # numbers of light at the places of a ray held at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +58,7 @@ class OrdinateLight:
     source : (Q, U, B, P) array
         Of the scaled layers, by `Ordinates.functions` of the direction in which light leaves; those of azimuthal moment
         m times the cosine of m times the azimuth between that direction and the beam; single precision.
-    straight : (N, U, X, M, P) array or None
+    straight : (N, X, U, M, P) array or None
         Radiance at the levels by direction, which particles scatter straight forward; coefficients of those cosines.
         None where no light is scattered so; single precision.
     angles : (X,) array
@@ -125,7 +124,7 @@ class OrdinateLight:
         source = np.empty((parts.places, sine.size, directions.pairs[0].size, points), np.float32)
         straight = None
         if np.any(forward):
-            straight = np.empty((levels, sine.size, cosine.size, azimuthal, points), np.float32)
+            straight = np.empty((levels, cosine.size, sine.size, azimuthal, points), np.float32)
         falling = np.empty((levels, sine.size, points))
         albedo = state.albedo_at(optics.wavenumber)
 
@@ -148,7 +147,7 @@ class OrdinateLight:
             falling[..., part] = directions.flux(down[parts.levels])
             source[..., part] = layers.source(rising, down)
             if straight is not None:
-                straight[..., part] = np.swapaxes(layers.radiance(cosine, rising, down), 1, 2)
+                straight[..., part] = layers.radiance(cosine, rising, down)
 
         moments = solved_moments(optics, nodes)
         low_sun = LowSun.of(shells, nodes, sine) if spherical else None
@@ -181,12 +180,20 @@ class OrdinateLight:
             sr^-1.
         """
         nodes, share, azimuth = self._along(segments, cosine, deflection)
-        by_segment = np.einsum("ksv,ksm->skvm", share, azimuth)
+        weight = share[..., None] * azimuth[:, :, None]  # (K, S, V, M)
+        of_sources = np.moveaxis(weight, 0, 2)  # (S, V, K, M)
         radiance = np.zeros((share.shape[1], depths.per_segment.shape[1]), np.float32)
-        for table in self._tables(segments, depths, scaled, nodes):
-            for rows, points, light in table.moments(azimuth.shape[2]):
-                weight = np.swapaxes(by_segment[:, table.weights.segment[rows]], 2, 3)  # (S, R, V, C, M)
-                radiance[:, points] += weight.reshape(len(radiance), -1) @ light.reshape(-1, light.shape[-1])
+        for table, azimuthal, weights in self._tables(segments, depths, scaled, nodes):
+            for place, some in weights.by_place():
+                segment, factor = weights.segment[some], weights.factor[some]
+                if len(radiance) < azimuth.shape[2]:
+                    light = _from_place(table(place), weight[segment], azimuthal, factor)
+                    radiance += np.einsum("csp,cp->sp", light, weights.weight[some])
+                else:  # many sources share their azimuthal moments
+                    moments = _moments_from_place(table(place), azimuth.shape[2], azimuthal, factor)
+                    moments *= weights.weight[some][:, None]  # (V, c, M, P)
+                    rows = of_sources[:, :, segment].reshape(len(radiance), -1)
+                    radiance += rows @ moments.reshape(-1, moments.shape[-1])
         return np.maximum(radiance, 0.0, out=radiance)
 
     def band(
@@ -199,8 +206,15 @@ class OrdinateLight:
         scale = max(float(np.max(np.abs(weight))), np.finfo(float).tiny)  # keeps moonlight inside single precision
         unit = (weight / scale).astype(np.float32)
         light = np.zeros((len(share), share.shape[2], azimuth.shape[2]), np.float32)  # (K, V, M)
-        for table in self._tables(segments, depths, scaled, nodes):
-            light += table.weights.summed(table.in_band(unit, light.shape[2]), len(light))
+        for table, azimuthal, weights in self._tables(segments, depths, scaled, nodes):
+            of_points = (weights.weight * unit).astype(np.float32, copy=False)
+            by_function = np.empty((weights.place.size, nodes.size * azimuthal.size), np.float32)
+            for place, some in weights.by_place():
+                np.matmul(of_points[some], table(place).reshape(-1, unit.size).T, out=by_function[some])
+            moment = (azimuthal[:, None] == np.arange(light.shape[2])).astype(np.float32)  # (B, M)
+            by_elevation = by_function.reshape(-1, nodes.size, azimuthal.size)
+            by_elevation *= _by_function(weights.factor, azimuthal)[:, None]
+            light += weights.summed(by_elevation @ moment, len(light))
         by_azimuth = np.matmul(share, light)  # (K, S, M)
         radiance = np.zeros(cosine.shape)
         np.cumsum(np.maximum(np.sum(by_azimuth * azimuth, axis=-1), 0.0) * scale, axis=0, out=radiance[1:], dtype=float)
@@ -211,9 +225,15 @@ class OrdinateLight:
     ) -> Singles:
         """Radiance of each segment of a ray at the observer, (K, P) sr^-1, for one source; arguments as `spectral`."""
         nodes, share, azimuth = self._along(segments, cosine, deflection)
+        weight = (share[:, 0, :, None] * azimuth[:, 0, None])[:, None]  # (K, 1, V, M)
         radiance = np.zeros(depths.per_segment.shape, np.float32)
-        for table in self._tables(segments, depths, scaled, nodes):
-            radiance += table.weights.summed(table.radiance(share[:, 0], azimuth[:, 0]), len(radiance))
+        for table, azimuthal, weights in self._tables(segments, depths, scaled, nodes):
+            for place, some in weights.by_place():
+                segment = weights.segment[some]
+                light = _from_place(table(place), weight[segment], azimuthal, weights.factor[some])[:, 0]
+                light *= weights.weight[some]
+                for number, part in zip(segment, light, strict=True):
+                    radiance[number] += part
         return np.maximum(radiance, 0.0, out=radiance)
 
     def at(self, layer: int, share: float, upward_cosine: float, cosine: Floats, deflection: Floats) -> Floats:
@@ -233,18 +253,19 @@ class OrdinateLight:
         nodes, weight = source_nodes(self.sine, np.stack([cosine, cosine]))
         count = self.ordinates.azimuthal
         azimuth = _azimuth_cosines(direction, cosine[None], deflection[None], count)[0]  # (S, M)
-        by_node = weight[0][..., None] * azimuth[:, None]  # (S, V, M)
-        places, part = self.parts.at(layer, share)
-        light = np.tensordot(part, self.source[places][:, nodes], 1)  # (V, B, P)
-        rows = by_node[..., self.ordinates.pairs[0]] * self.ordinates.functions(direction)[0]
-        source = rows.reshape(len(cosine), -1) @ light.reshape(-1, light.shape[-1])
+        by_node = (weight[0][..., None] * azimuth[:, None])[None]  # (1, S, V, M)
+        functions = self.ordinates.functions(direction)
+        source = sum(
+            part * _from_place(self.source[place, nodes], by_node, self.ordinates.pairs[0], functions)[0]
+            for place, part in zip(*self.parts.at(layer, share), strict=True)
+        )
         ends = np.array([1 - share, share])
         whole, scaled = (ends @ part[layer : layer + 2] for part in (self.extinction, self.scaled))
         source = source * scaled
         if self.straight is not None:
             corner = ends[:, None] * direction_weights(direction, self.angles)
-            radiance = np.einsum("nx,nvxmp->vmp", corner, self.straight[layer : layer + 2, nodes], optimize=True)
-            source += (by_node.reshape(len(cosine), -1) @ radiance.reshape(-1, len(whole))) * (whole - scaled)
+            radiance = np.tensordot(corner, self.straight[layer : layer + 2, :, nodes], 2)  # (V, M, P)
+            source += (by_node[0].reshape(len(cosine), -1) @ radiance.reshape(-1, len(whole))) * (whole - scaled)
         result: Floats = np.maximum(source / np.where(whole > 0, whole, 1.0), 0.0)
         return result
 
@@ -265,88 +286,56 @@ class OrdinateLight:
         to_source, angle = (0.5 * (part[1:] + part[:-1]) for part in (cosine, deflection))
         return nodes, share, _azimuth_cosines(segments.upward_cosine, to_source, angle, self.ordinates.azimuthal)
 
-    def _tables(self, segments: Segments, depths: Depths, scaled: Depths, nodes: Integers) -> list[_Table]:
-        """Tables of light under some elevations of the source, with their weights along a ray."""
+    def _tables(
+        self, segments: Segments, depths: Depths, scaled: Depths, nodes: Integers
+    ) -> list[tuple[Callable[[int], Singles], Integers, LineWeights]]:
+        """Tables of light under some elevations of the source, (V, B, P) by place, with the azimuthal moments (B,) of
+        their functions, and their weights along a ray.
+        """
         used = slice(nodes[0], nodes[-1] + 1) if nodes.size else slice(0)
         functions = self.ordinates.functions(segments.upward_cosine)
         weights = source_weights_along(segments, depths, scaled, self.levels, self.scaled, self.parts, functions)
-        source = _Table(self.source[:, used], self.ordinates.pairs[0], weights)
+
+        def source(place: int) -> Singles:
+            return self.source[place, used]
+
         if self.straight is None:
-            return [source]
-        table = self.straight[:, used]
-        levels, elevations, _, count, points = table.shape
+            return [(source, self.ordinates.pairs[0], weights)]
+        table, count = self.straight, self.angles.size
         straight = straight_weights(segments, depths, scaled, self.levels, self.angles)
-        width = straight.factor.shape[2]
-        by_direction = table[:, :, straight.first : straight.first + width]
-        straight = replace(straight, factor=np.repeat(straight.factor, count, axis=2))
-        light = by_direction.reshape(levels, elevations, width * count, points)
-        return [source, _Table(light, np.tile(np.arange(count), width), straight)]
+        width = straight.factor.shape[1]
+
+        def radiance(place: int) -> Singles:
+            level, first = divmod(place, count)
+            some = np.swapaxes(table[level, first : first + width, used], 0, 1)  # (V, directions, M, P)
+            return some.reshape(len(some), -1, some.shape[-1])
+
+        moments = np.tile(np.arange(table.shape[3]), width)
+        return [(source, self.ordinates.pairs[0], weights), (radiance, moments, straight)]
 
 
-@dataclass(frozen=True, eq=False)
-class _Table:
-    """Light at places along a ray, in functions of direction that each belong to an azimuthal moment.
+def _by_function(factor: Floats, azimuthal: Integers) -> Singles:
+    """Factors (E, B) of functions, from those (E, B) or the same for several azimuthal moments, (E, fewer)."""
+    repeated: Singles = np.repeat(factor, azimuthal.size // factor.shape[1], axis=1).astype(np.float32)
+    return repeated
 
-    Attributes
-    ----------
-    light : (Q, V, B, P) array
-        Under sources at V elevations.
-    azimuthal : (B,) int array
-        The moment of each function.
-    weights : LineWeights
+
+def _from_place(table: Singles, weight: Singles, azimuthal: Integers, factor: Floats) -> Singles:
+    """Light (c, S, P) of a table (V, B, P), for weights (c, S, V, M) by elevation of the source and azimuthal moment,
+    and factors (c, B) by direction.
     """
+    rows = weight[..., azimuthal] * _by_function(factor, azimuthal)[:, None, None]
+    light = rows.reshape(-1, table.shape[0] * table.shape[1]) @ table.reshape(-1, table.shape[2])
+    result: Singles = light.reshape(*weight.shape[:2], -1).astype(np.float32, copy=False)
+    return result
 
-    light: Singles
-    azimuthal: Integers
-    weights: LineWeights
 
-    def moments(self, count: int) -> Iterator[tuple[slice, slice, Singles]]:
-        """Light (R, V, C, M, P) of so many azimuthal moments at the observer, with its rows of the weights and its
-        points: by parts that follow one another in the table, and few enough to hold.
-        """
-        of_moment = self._of_moment(count).T
-        for rows, places in self.weights.runs():
-            light = self.light[places]
-            factor = self.weights.factor[rows].astype(np.float32)  # (R, C, B)
-            of_places = (factor[:, :, None] * of_moment).reshape(len(factor), 1, -1, factor.shape[2])
-            shape = (*light.shape[:2], factor.shape[1], count)
-            at_once = max(1, _GATHERED // max(1, int(np.prod(shape))))
-            for start in range(0, light.shape[3], at_once):
-                points = slice(start, start + at_once)
-                some = np.matmul(of_places, light[..., points])
-                some = some.reshape(*shape, -1)
-                some *= self.weights.weight[rows][:, None, :, None, points]
-                yield rows, points, some
-
-    def in_band(self, unit: Singles, count: int) -> Singles:
-        """Light (R, C, V, M) of so many azimuthal moments at the observer, summed over the points by weights (P,)."""
-        of_points = (self.weights.weight * unit).astype(np.float32, copy=False)[:, None]  # (R, 1, C, P)
-        result = np.empty((*self.weights.segment.shape, self.light.shape[1], count), np.float32)
-        of_moment = self._of_moment(count)
-        for rows, places in self.weights.runs():
-            light = np.matmul(of_points[rows], np.swapaxes(self.light[places], 2, 3))  # (R, V, C, B)
-            light *= self.weights.factor[rows][:, None]
-            result[rows] = np.swapaxes(light @ of_moment, 1, 2)
-        return result
-
-    def radiance(self, share: Singles, azimuth: Singles) -> Singles:
-        """Light (R, C, P) at the observer, of one source, from weights of segments: (K, V) by its elevation and (K, M)
-        by azimuthal moment.
-        """
-        segment = self.weights.segment
-        factor = self.weights.factor * azimuth[segment][..., self.azimuthal]  # (R, C, B)
-        of_places = share[segment][..., None] * factor[:, :, None].astype(np.float32)  # (R, C, V, B)
-        result = np.zeros(self.weights.weight.shape, np.float32)
-        for rows, places in self.weights.runs():
-            for elevation in range(self.light.shape[1]):
-                result[rows] += np.matmul(of_places[rows, :, elevation], self.light[places, elevation])
-        result *= self.weights.weight
-        return result
-
-    def _of_moment(self, count: int) -> Singles:
-        """1 where a function (B,) belongs to an azimuthal moment (M,), and else 0."""
-        belongs: Singles = (self.azimuthal[:, None] == np.arange(count)).astype(np.float32)
-        return belongs
+def _moments_from_place(table: Singles, count: int, azimuthal: Integers, factor: Floats) -> Singles:
+    """Azimuthal moments (V, c, M, P), so many, of light of a table (V, B, P), for factors (c, B) by direction."""
+    belongs = np.arange(count)[:, None] == azimuthal
+    rows = _by_function(factor, azimuthal)[:, None] * belongs  # (c, M, B)
+    moments: Singles = np.matmul(rows.reshape(-1, azimuthal.size), table)
+    return moments.reshape(len(table), len(factor), count, -1)
 
 
 def falling_fluxes(

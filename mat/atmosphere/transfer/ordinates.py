@@ -16,6 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import lpmv
 
 from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 
@@ -173,18 +174,8 @@ def _pairs(azimuthal: int, moments: int) -> tuple[Integers, Integers]:
 
 
 def _legendre(cosine: Floats, azimuthal: int, moments: int) -> Floats:
-    """As `Ordinates.legendre`, by recurrence in the degree."""
     result = np.zeros((azimuthal, moments, cosine.size))
-    order = np.arange(azimuthal)
-    across = np.sqrt(np.maximum(1 - cosine**2, 0.0))
-    for degree in range(moments):
-        lower = min(degree, azimuthal)
-        if lower:
-            square = (degree**2 - order[:lower] ** 2)[:, None]
-            result[:lower, degree] = (2 * degree - 1) / np.sqrt(square) * cosine * result[:lower, degree - 1]
-            before = np.maximum((degree - 1) ** 2 - order[:lower] ** 2, 0)[:, None]
-            result[:lower, degree] -= np.sqrt(before / square) * result[:lower, degree - 2]
-        if degree < azimuthal:
-            last = result[degree - 1, degree - 1]
-            result[degree, degree] = -math.sqrt(1 - 1 / (2 * degree)) * across * last if degree else 1.0
+    for m in range(azimuthal):
+        for order in range(m, moments):
+            result[m, order] = math.sqrt(math.factorial(order - m) / math.factorial(order + m)) * lpmv(m, order, cosine)
     return result

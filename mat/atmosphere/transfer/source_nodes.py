@@ -64,17 +64,14 @@ def elevation_weights(sine: Floats, cosine: Floats) -> Floats:
     beyond both ends. From `_SMOOTH` on they are those of a cubic through four elevations.
     """
     inside = np.clip(cosine, sine[0], sine[-1])
-    weight = np.zeros((*inside.shape, sine.size))
+    place = np.interp(inside, sine, np.arange(sine.size))
+    weight: Floats = np.maximum(1 - np.abs(place[..., None] - np.arange(sine.size)), 0.0)
+    weight *= typical_light(inside)[..., None] / typical_light(sine)
     first = int(np.searchsorted(sine, np.sin(np.radians(_SMOOTH)) - 1e-9))
-    high = inside >= sine[first] if sine.size - first >= 4 else np.zeros(inside.shape, bool)
-    if np.any(high):
+    if sine.size - first >= 4:
+        high = inside >= sine[first]
+        weight[high] = 0.0
         weight[high, first:] = line_or_cubic(np.arcsin(sine[first:]), np.arcsin(inside[high]))
-    if not np.all(high):
-        low = inside[~high]
-        place = np.interp(low, sine, np.arange(sine.size))
-        of_low = np.maximum(1 - np.abs(place[:, None] - np.arange(sine.size)), 0.0)
-        of_low *= typical_light(low)[:, None] / typical_light(sine)
-        weight[~high] = of_low
     return weight
 
 

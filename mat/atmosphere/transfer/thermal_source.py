@@ -31,10 +31,7 @@ from skyshine.schemas.arrays import Floats, Reals
 
 # Points solved together: their arrays fit into a processor's cache.
 _CHUNK = 64
-# Share of the extinction at all levels up to which scattering straight forward counts among the moments of the
-# ordinates: thermal radiation changes by a fifth of it at most, along a level path, and needs one table instead of two.
-_STRAIGHT = 0.006
-_TABLES = "extinction", "scaled", "source", "straight"
+_GATHERED = 1 << 18  # numbers of a table copied at once for a ray
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +112,8 @@ class ThermalField:
         All, and delta-scaled, m^2 per molecule.
     source : (Q, B, P) array
         Source function of the scaled layers, by `Ordinates.functions` of direction.
-    straight : (N, X, P) array or None
-        Radiance at the levels by direction, which particles scatter straight forward; None where none do.
+    straight : (N, X, P) array
+        Radiance at the levels by direction, which particles scatter straight forward.
     angles : (X,) array
         Of its directions from the vertical, rad, increasing.
     """
@@ -126,7 +123,7 @@ class ThermalField:
     extinction: Floats
     scaled: Floats
     source: Reals
-    straight: Reals | None
+    straight: Reals
     angles: Floats
 
     @classmethod
@@ -135,10 +132,10 @@ class ThermalField:
     ) -> ThermalField:
         """The field of a state; arguments as of `ThermalSource.of`."""
         points, directions = optics.wavenumber.size, ordinates(nodes, 1)
-        moments, fraction = solved_moments(optics, nodes), _delta_fraction(optics, nodes)
+        moments, fraction = solved_moments(optics, nodes), delta_fraction(optics, nodes)
         parts = layer_parts(shells, optics, fraction, molecules=False)
         source = np.empty((parts.places, directions.pairs[0].size, points))
-        straight = np.empty((state.altitude.size, angles.size, points)) if np.any(fraction) else None
+        straight = np.empty((state.altitude.size, angles.size, points))
         albedo = np.broadcast_to(state.albedo_at(optics.wavenumber), (points,))
         ground = (1 - albedo) * planck_wavenumber(optics.wavenumber, state.surface_temperature)
 
@@ -148,8 +145,7 @@ class ThermalField:
             layers = ScaledLayers.of(shells, few, moments, fraction[:, part], molecules=False, azimuthal=1, parts=parts)
             rising, falling = layers.thermal(few.emission, ground[part], albedo[part])
             source[..., part] = layers.source(rising, falling, few.emission)[:, 0]
-            if straight is not None:
-                straight[..., part] = layers.radiance(np.cos(angles), rising, falling, few.emission)[:, :, 0, 0]
+            straight[..., part] = layers.radiance(np.cos(angles), rising, falling, few.emission)[:, :, 0, 0]
 
         parallel_map(solve, range(0, points, _CHUNK))
         scaled = optics.extinction - optics.aerosol_scattering * fraction
@@ -158,18 +154,17 @@ class ThermalField:
     @property
     def single(self) -> ThermalField:
         """The same in single precision."""
-        names = ("extinction", "scaled", "source") if self.straight is None else _TABLES
+        names = ("extinction", "scaled", "source", "straight")
         return replace(self, **{name: getattr(self, name).astype(np.float32) for name in names})
 
     def along(self, segments: Segments, depths: Depths, levels: Floats) -> Reals:
         """As `ThermalSource.along`, with the altitudes (N,) [m] of the levels."""
         functions = self.ordinates.functions(segments.upward_cosine)
-        scaled = depths if self.straight is None else Depths(segments.column(self.scaled))
+        scaled = Depths(segments.column(self.scaled))
         weights = source_weights_along(segments, depths, scaled, levels, self.scaled, self.parts, functions)
-        radiance = _along(self.source, weights, segments)
-        if self.straight is not None:
-            weights = straight_weights(segments, depths, scaled, levels, self.angles)
-            radiance += _along(self.straight, weights, segments)
+        straight = straight_weights(segments, depths, scaled, levels, self.angles)
+        radiance: Reals = _along(self.source.reshape(-1, self.source.shape[2]), functions.shape[1], weights, segments)
+        radiance += _along(self.straight.reshape(-1, self.straight.shape[2]), 1, straight, segments)
         return radiance
 
     def at(self, layer: int, share: float, upward_cosine: float) -> Floats:
@@ -178,28 +173,20 @@ class ThermalField:
         places, weight = self.parts.at(layer, share)
         scattered = np.tensordot(weight, self.ordinates.functions(direction)[0] @ self.source[places], 1)
         ends, both = np.array([1 - share, share]), slice(layer, layer + 2)
-        if self.straight is None:
-            result: Floats = scattered
-            return result
         straight = np.tensordot(ends[:, None] * direction_weights(direction, self.angles), self.straight[both], 2)
         whole, scaled = (ends @ part[both] for part in (self.extinction, self.scaled))
         source: Floats = (scaled * scattered + (whole - scaled) * straight) / np.where(whole > 0, whole, 1.0)
         return source
 
 
-def _delta_fraction(optics: SpectralOptics, nodes: int) -> Floats:
-    """`delta_fraction` of thermal radiation, (N, P): 0 where little of it is scattered straight forward."""
-    fraction = delta_fraction(optics, nodes)
-    share = optics.aerosol_scattering * fraction / np.where(optics.extinction > 0, optics.extinction, 1.0)
-    result: Floats = np.where(np.max(share, axis=0) > _STRAIGHT, fraction, 0.0)
-    return result
-
-
-def _along(table: Reals, weights: LineWeights, segments: Segments) -> Reals:
-    """Radiance (K, P) of light (Q, B, P) at the places of a table."""
-    functions = slice(weights.first, weights.first + weights.factor.shape[2])
+def _along(table: Reals, step: int, weights: LineWeights, segments: Segments) -> Reals:
+    """Radiance (K, P) of a table whose rows (R, P) of a place begin at the place times a step."""
+    rows = weights.place[:, None] * step + np.arange(weights.factor.shape[1])
+    factor = weights.factor[:, None].astype(table.dtype)
     light = np.empty(weights.weight.shape, table.dtype)
-    for rows, places in weights.runs():
-        np.matmul(weights.factor[rows].astype(table.dtype), table[places, functions], out=light[rows])
+    at_once = max(1, _GATHERED // (rows.shape[1] * table.shape[1]))
+    for start in range(0, len(rows), at_once):
+        some = slice(start, start + at_once)
+        light[some] = (factor[some] @ table[rows[some]])[:, 0]
     light *= weights.weight
     return weights.summed(light, segments.index.size)

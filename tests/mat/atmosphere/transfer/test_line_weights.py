@@ -8,7 +8,7 @@ from scipy.integrate import quad
 
 from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, direction_weights, line_or_cubic
 from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
-from skyshine.mat.atmosphere.transfer.line_weights import LineWeights, source_weights_along, straight_weights
+from skyshine.mat.atmosphere.transfer.line_weights import source_weights_along, straight_weights
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 
 LEVELS = np.array([0.0, 100.0, 300.0])
@@ -50,12 +50,10 @@ def test_a_source_quadratic_in_a_cut_layer_is_integrated_exactly(altitude, depth
     def source(height, layer):
         return np.where(layer == 0, 1 + height / 100, 3 + (height / 100 - 2) ** 2)
 
-    depths = Depths(segments.column(extinction))
-    weights = source_weights_along(
-        segments, depths, depths, LEVELS, extinction, PARTS, np.ones((segments.index.size, 1))
-    )
+    depths, functions = Depths(segments.column(extinction)), np.ones((segments.index.size, 1))
+    weights = source_weights_along(segments, depths, depths, LEVELS, extinction, PARTS, functions)
     table = source(places(), np.array([0, 0, 1, *PARTS.inside[0]]))  # the level between belongs to the whole layer
-    found = np.sum(weights.weight[..., 0] * table[weights.place][:, None])
+    found = np.sum(weights.weight[:, 0] * table[weights.place])
     wanted, before = 0.0, 0.0
     for low, high in pairwise(altitude):
         whole = abs(high - low) * depth / 100
@@ -74,39 +72,10 @@ def test_light_scattered_straight_forward_is_what_all_extinction_leaves_less_of(
     depths = Depths(segments.column(extinction))
     weights = straight_weights(segments, depths, Depths(0.4 * depths.per_segment), LEVELS, angles)
     total = np.zeros(2)
-    np.add.at(total, weights.segment, weights.weight[..., 0] * weights.factor.sum(axis=2))
+    np.add.at(total, weights.segment, weights.weight[:, 0] * weights.factor.sum(axis=1))
     assert total == pytest.approx([np.exp(-0.4) - np.exp(-1), np.exp(-1) * (np.exp(-0.8) - np.exp(-2))], rel=1e-12)
     none = straight_weights(segments, depths, depths, LEVELS, angles)
     assert not np.any(none.weight)
-
-
-def test_weights_are_found_again_by_place_and_by_segment():
-    """Two segments share a place, one place lies apart: the sums are those of a plain loop."""
-    segment, place = np.array([1, 0, 1, 0, 2]), np.array([4, 3, 3, 7, 8])
-    weight, factor = np.arange(1.0, 11).reshape(5, 2), np.arange(15.0).reshape(5, 3)
-    weights = LineWeights.of(segment, place, weight, factor)
-    table = np.random.default_rng(1).random((9, 3, 2))
-    wanted = np.zeros((3, 2))
-    for k in range(5):
-        wanted[segment[k]] += factor[k] @ table[place[k]] * weight[k]
-    found = np.empty_like(weights.weight)
-    for rows, places in weights.runs():
-        found[rows] = weights.factor[rows] @ table[places] * weights.weight[rows]
-    assert weights.summed(found, 3) == pytest.approx(wanted)
-    assert [(places.start, places.stop) for _, places in weights.runs()] == [(3, 5), (7, 9)]
-
-
-def test_a_path_without_segments_has_no_light():
-    """A path of no length: nothing is weighted, and the sums are those of no segments."""
-    none, depths = segments_of([50.0]), Depths(np.zeros((0, 1)))
-    extinction = np.full((3, 1), 0.01)
-    for weights in (
-        source_weights_along(none, depths, depths, LEVELS, extinction, PARTS, np.ones((0, 1))),
-        straight_weights(none, depths, depths, LEVELS, np.array(DIRECTIONS)),
-    ):
-        assert not list(weights.runs())
-        assert weights.summed(weights.weight, 0).shape == (0, 1)
-        assert weights.summed(weights.weight, 2) == pytest.approx(np.zeros((2, 1)))
 
 
 def test_a_cubic_is_exact_between_places_and_held_beyond():

@@ -75,6 +75,22 @@ def test_a_band_is_the_sum_of_its_points(hazy):
     assert np.all(np.diff(band, axis=0) >= 0)
 
 
+def test_light_of_many_sources_is_that_of_each_alone(hazy):
+    """Many share their azimuthal moments, one has none to share; the sky of a bright Sun depends on azimuth."""
+    air = hazy(0.4, np.geomspace(1e-28, 1e-24, 6))
+    rays = geometry.trace(air.shells, np.array([500.0]), np.radians([4.0]))
+    segments = Segments.of(rays, 0)
+    elevation, azimuth = np.radians([40.0, 40.0, 40.0, 8.0, 8.0, -3.0, 70.0, 1.0]), np.radians(np.linspace(10, 170, 8))
+    to_source, deflection = angles(rays, segments, (elevation, azimuth))
+    depths = Depths(segments.column(air.optics.extinction))
+    scaled, light = Depths(segments.column(air.scaled_extinction)), air.diffuse_light
+    together = light.spectral(segments, depths, scaled, to_source, deflection)
+    for k in range(8):
+        alone = light.spectral(segments, depths, scaled, to_source[:, k : k + 1], deflection[:, k : k + 1])
+        assert together[k] == pytest.approx(alone[0], rel=1e-5)
+    assert together[0, 0] > 1.05 * together[2, 0]
+
+
 def test_without_particles_scaling_changes_nothing(hazy):
     air = hazy(0.1, aerosol=Aerosol("none"))
     assert np.array_equal(air.scaled_extinction, air.optics.extinction)

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
-from skyshine.mat.atmosphere.state.state import AtmosphericState
-from skyshine.mat.atmosphere.transfer import geometry, thermal_source
+from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
@@ -80,29 +78,3 @@ def test_particles_dim_the_sky_little_and_path_radiance_stays_below_the_black_bo
         radiance = air.thermal_radiance(segments, Depths(depth)).sum(axis=0)
         assert np.all(radiance <= -np.expm1(-depth.sum(axis=0)) * black * (1 + 1e-9))
         assert np.all(radiance > 0)
-
-
-@pytest.mark.parametrize(("wavenumber", "visibility"), [(860.0, 23.0), (1000.0, 23.0), (2500.0, 300.0)])
-def test_a_weak_peak_may_count_among_the_moments_of_the_ordinates(monkeypatch, wavenumber, visibility):
-    """Radiance up, down and along a level path changes by .12 % at most where less than .006 of it is scattered so."""
-    points, seen = AbsorptionTable.open().points(wavenumber, wavenumber + 20), []
-    state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("rural", visibility_km=visibility))
-    for least in (thermal_source._STRAIGHT, 0.0):
-        monkeypatch.setattr(thermal_source, "_STRAIGHT", least)
-        air = SpectralAir.of(state, points)
-        rays = geometry.trace(air.shells, np.array([0.0, 0.0, 0.0, 1e4]), np.radians([90.0, 3.0, 0.0, -30.0]))
-        lines = [Segments.of(rays, row) for row in range(4)]
-        depths = [Depths(line.column(air.optics.extinction)) for line in lines]
-        seen.append(np.array([air.thermal_radiance(*pair).sum(axis=0) for pair in zip(lines, depths, strict=True)]))
-        scaled = air.thermal.field.scaled != air.thermal.field.extinction
-    change = np.abs(seen[0] / seen[1] - 1)
-    assert np.all(np.any(scaled, axis=0))
-    assert 1e-9 < np.max(change) < 1.2e-3
-
-
-def test_a_strong_peak_is_cut_off():
-    """Haze of 23 km in the clear windows at 4 um, where a level path would change by .8 %."""
-    state = AtmosphericState.from_profile("midlatitude_summer", aerosol=Aerosol("rural", visibility_km=23.0))
-    field = SpectralAir.of(state, AbsorptionTable.open().points(2500.0, 2520.0)).thermal.field
-    assert field.straight is not None
-    assert np.all(np.any(field.scaled < field.extinction, axis=0))

@@ -167,11 +167,12 @@ def build_surface():
     return built
 
 
-def written_once(folder, text):
-    """The job file of a folder that the workers of a run share."""
+def written_once(folder, text, write_files=lambda folder: None):
+    """The job file of a folder that the workers of a run share, and the files that it names."""
     folder.mkdir(exist_ok=True)
     with FileLock(folder / "lock"):
         if not (folder / "job.yaml").exists():
+            write_files(folder)
             (folder / "job.yaml").write_text(text, encoding="utf-8")
     return folder / "job.yaml"
 
@@ -183,6 +184,18 @@ def built_once(job):
             inline(load_job(job), jobs=1)
             (job.parent / "whole").touch()
     return job.parent / "built"
+
+
+@pytest.fixture(scope="session")
+def build_once(folder_of_the_run):
+    """Builds a job, of a name, a text and a function that writes the files that it names, where no worker of the run
+    has built it yet; gives the folder of its databases.
+    """
+
+    def built(name, text, write_files):
+        return built_once(written_once(folder_of_the_run / name, text, write_files))
+
+    return built
 
 
 @pytest.fixture(scope="session")

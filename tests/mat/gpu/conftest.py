@@ -11,8 +11,6 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from skyshine.mat.job.load import load_job
-
 COMMON = """\
 skyshine: 1
 name: plan
@@ -61,9 +59,13 @@ BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-c
 
 
 @pytest.fixture(scope="session", params=list(GRIDS))
-def plan_build(request, tmp_path_factory, build_inline):
+def plan_build(request, build_once):
     """Folder of databases of one band with Sun, Moon and a texture, in one layout of the atmosphere."""
-    folder = tmp_path_factory.mktemp(request.param)
+    return build_once(f"plan_{request.param}", COMMON + GRIDS[request.param], write_halves)
+
+
+def write_halves(folder):
+    """The image of the texture: grass on the left, asphalt on the right."""
     random = np.random.default_rng(1)
     colours = np.empty((20, 40, 3))
     colours[:, :20], colours[:, 20:] = (60, 140, 50), (120, 120, 125)
@@ -72,9 +74,6 @@ def plan_build(request, tmp_path_factory, build_inline):
     assert output.open(str(folder / "halves.png"), oiio.ImageSpec(40, 20, 3, "uint8"))
     assert output.write_image(np.ascontiguousarray(values))
     output.close()
-    (folder / "job.yaml").write_text(COMMON + GRIDS[request.param], encoding="utf-8")
-    build_inline(load_job(folder / "job.yaml"), jobs=1)
-    return folder / "built"
 
 
 class Browser:

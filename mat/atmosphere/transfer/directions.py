@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.atmosphere.transfer.node_cubics import NodeCubics
 from skyshine.mat.atmosphere.transfer.segments import source_weights
-from skyshine.schemas.arrays import Floats, Reals
+from skyshine.schemas.arrays import Floats, Integers, Reals
 
 # Of the directions of each hemisphere at which radiance is tabulated where all may be asked for, they are even in
 # arctanh(sin(angle from the vertical)): about the angle itself near the vertical, the logarithm of the cosine near the
@@ -14,6 +17,8 @@ from skyshine.schemas.arrays import Floats, Reals
 _COUNT, _LOWEST = 12, 0.02
 _STEEP = np.arcsin(np.tanh(np.linspace(0.0, np.arctanh(np.sqrt(1 - _LOWEST**2)), _COUNT)))
 DIRECTIONS: tuple[float, ...] = tuple(np.concatenate([_STEEP, np.pi - _STEEP[::-1]]).tolist())
+# Directions below the horizon follow those above, in order: from here on less what they are even in.
+_TURN = 100.0
 
 
 def angles_along(upward_cosine: npt.ArrayLike) -> tuple[float, ...]:
@@ -32,44 +37,50 @@ def angles_along(upward_cosine: npt.ArrayLike) -> tuple[float, ...]:
     return low, *grid[(grid > low + 1e-9) & (grid < high - 1e-9)].tolist(), high
 
 
-def direction_weights(upward_cosine: Floats, angles: Floats) -> Floats:
-    """Weights (K, X) of increasing angles (X,) for directions: of a cubic through the four nearest of the hemisphere,
-    or of a straight line through two; held beyond the last.
+def direction_weights(upward_cosine: Floats, angles: Floats) -> tuple[Integers, Floats]:
+    """Weights of tabulated directions for others: of a cubic through the four nearest of the hemisphere, or of a
+    straight line through two; held beyond the last.
+
+    Parameters
+    ----------
+    upward_cosine : (K,) array
+    angles : (X,) array
+        From the vertical, rad, increasing.
+
+    Returns
+    -------
+    first : (K,) int array
+        First of the W neighbouring directions that have a weight.
+    weight : (K, W) array
+        Of those from it on.
     """
-    weight = np.zeros((upward_cosine.size, angles.size))
-    tabulated, wanted = np.cos(angles), np.clip(upward_cosine, -1.0, 1.0)
-    above, rises = tabulated > 0, wanted > 0
-    if np.all(above) or not np.any(above):  # all directions are asked of the one hemisphere there is
-        rises = np.full(wanted.size, above[0])
-    for rows, nodes in ((np.flatnonzero(rises == side), np.flatnonzero(above == side)) for side in (True, False)):
-        if rows.size:
-            known, place = (
-                np.arctanh(np.sqrt(1 - np.clip(c, -1, 1) ** 2).clip(0, 1 - 1e-12))
-                for c in (tabulated[nodes], wanted[rows])
-            )
-            order = np.argsort(known)
-            weight[rows[:, None], nodes[order]] = line_or_cubic(known[order], place)
-    return weight
+    cubics, above = _cubics(tuple(angles.tolist()))
+    rises = upward_cosine > 0
+    if above in (0, angles.size):  # all directions are asked of the one hemisphere there is
+        rises = np.full(upward_cosine.size, above > 0)
+    place = _even(upward_cosine)
+    lowest, highest = cubics.nodes[[0, above - 1]] if above else (0.0, 0.0)
+    up = np.minimum(np.maximum(place, lowest), highest)
+    lowest, highest = cubics.nodes[[above, -1]] if above < angles.size else (0.0, 0.0)
+    down = np.minimum(np.maximum(_TURN - place, lowest), highest)
+    return cubics.weights(np.where(rises, up, down))
 
 
-def line_or_cubic(known: Floats, wanted: Floats) -> Floats:
-    """Weights (K, X) of values at increasing places (X,) for places (K,) between, held beyond both ends: of a cubic
-    through the four around, if there are so many, or of a straight line through two.
-    """
-    inside = np.clip(wanted, known[0], known[-1])
-    count = 4 if known.size >= 4 else min(known.size, 2)
-    lower = np.clip(np.searchsorted(known, inside, side="right") - 1, 0, max(known.size - 2, 0))
-    nodes = np.clip(lower - (count - 1) // 2, 0, known.size - count)[:, None] + np.arange(count)
-    weight = np.zeros((inside.size, known.size))
-    there = known[nodes]
-    beyond = inside[:, None] - there
-    for i in range(count):
-        part = np.ones(inside.size)
-        for j in range(count):
-            if j != i:
-                part *= beyond[:, j] / (there[:, i] - there[:, j])
-        weight[np.arange(inside.size), nodes[:, i]] = part
-    return weight
+@lru_cache(maxsize=64)
+def _cubics(angles: tuple[float, ...]) -> tuple[NodeCubics, int]:
+    """Cubics through directions at increasing angles, and the number of those above the horizon."""
+    cosine = np.cos(angles)
+    above = int(np.count_nonzero(cosine > 0))
+    place = _even(cosine)
+    nodes = np.concatenate([place[:above], _TURN - place[above:]])
+    return NodeCubics.of(nodes, [above] if 0 < above < len(angles) else []), above
+
+
+def _even(cosine: Floats) -> Floats:
+    """What directions are even in, from 0 at the vertical on."""
+    sine = np.sqrt(np.maximum(1 - cosine**2, 0.0))
+    place: Floats = np.arctanh(np.minimum(sine, 1 - 1e-12))
+    return place
 
 
 def along_directions(cosine: Floats, depth: Floats, emitted: Reals, ground: Floats) -> Reals:

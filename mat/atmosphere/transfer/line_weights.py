@@ -87,22 +87,43 @@ def source_weights_along(
     """
     cut = parts.count[segments.layer] > 1
     whole = np.flatnonzero(~cut)
-    layer = segments.layer[whole]
-    near, far = (part[whole] for part in scaled.source_weights)
-    total = near + far
-    climb = (0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]).astype(near.dtype)[whole, None]
-    # The source's mean counts each level by its extinction; its slope is limited so that no weight is negative.
-    share = segments.upper_part(extinction, scaled.per_segment)[whole]
-    above = np.clip(total * share + (far - near) * climb, 0, total)
-    weight = np.concatenate([total - above, above])
-    segment, places = np.tile(whole, 2), np.concatenate([layer, layer + 1])
-    weight *= depths.transmittance[segment]
+    weight = np.concatenate(end_weights(segments, depths, scaled, levels, extinction, whole))
+    segment, layer = np.tile(whole, 2), segments.layer[whole]
+    places = np.concatenate([layer, layer + 1])
     if np.any(cut):
-        inside = _inside_parts(segments, scaled.per_segment, levels, parts, np.flatnonzero(cut))
+        inside = part_weights(segments, depths, scaled, levels, parts, np.flatnonzero(cut))
         both = zip((segment, places, weight), inside, strict=True)
-        inside[2][:] *= depths.transmittance[inside[0]]
         segment, places, weight = (np.concatenate(pair) for pair in both)
     return LineWeights.of(segment, places, weight, functions[segment])
+
+
+def end_weights(
+    segments: Segments, depths: Depths, scaled: Depths, levels: Floats, extinction: Floats, which: Integers
+) -> tuple[Reals, Reals]:
+    """Weights (T, P) of the source function at the lower and at the upper level of the layers of some segments (T,), of
+    layers that are not cut; other arguments as of `source_weights_along`.
+    """
+    near, far = scaled.source_weights
+    share = segments.upper_part(extinction, scaled.per_segment)
+    transmittance = depths.transmittance
+    climb = (0.5 * np.diff(segments.altitude) / np.diff(levels)[segments.layer]).astype(near.dtype)[:, None]
+    if which.size < segments.index.size:
+        near, far, share, transmittance, climb = (part[which] for part in (near, far, share, transmittance, climb))
+    total = near + far
+    # The source's mean counts each level by its extinction; its slope is limited so that no weight is negative.
+    above = np.minimum(np.maximum(total * share + (far - near) * climb, 0), total)
+    return (total - above) * transmittance, above * transmittance
+
+
+def part_weights(
+    segments: Segments, depths: Depths, scaled: Depths, levels: Floats, parts: LayerParts, which: Integers
+) -> tuple[Integers, Integers, Reals]:
+    """Segment (E,), place (E,) and weight (E, P) of the places inside the layers of some segments (T,), of cut layers;
+    arguments as of `source_weights_along`.
+    """
+    segment, place, weight = _inside_parts(segments, scaled.per_segment, levels, parts, which)
+    weight *= depths.transmittance[segment]
+    return segment, place, weight
 
 
 def _inside_parts(
@@ -152,20 +173,29 @@ def straight_weights(segments: Segments, depths: Depths, scaled: Depths, levels:
     the number of directions plus the first of some neighbouring directions, the B functions. Arguments as
     `source_weights_along`; `angles` (X,) as in `directions.direction_weights`.
     """
-    left = scaled.per_segment
-    weight = depths.transmittance * np.exp(-left) * -np.expm1(np.minimum(left - depths.per_segment, 0))
-    bottom, height = levels[segments.layer], np.diff(levels)[segments.layer]
-    share = np.clip((segments.altitude[1:] - bottom) / height, 0.0, 1.0)
-    first, of_direction = neighbours(direction_weights(segments.upward_cosine, angles))
+    share, first, of_direction = straight_places(segments, levels, angles)
     some = [np.flatnonzero(part > _LEVEL) for part in (1 - share, share)]
     segment = np.concatenate(some)
     factor = of_direction[segment] * np.concatenate([(1 - share)[some[0]], share[some[1]]])[:, None]
     level = np.concatenate([segments.layer[some[0]], segments.layer[some[1]] + 1])
-    return LineWeights.of(segment, level * angles.size + first[segment], weight[segment], factor)
+    return LineWeights.of(
+        segment, level * angles.size + first[segment], straight_share(depths, scaled)[segment], factor
+    )
 
 
-def neighbours(weight: Floats) -> tuple[Integers, Floats]:
-    """First (K,) of the neighbouring columns of weights (K, X) that hold all that are not 0, and those columns."""
-    width = min(4, weight.shape[1])
-    first = np.minimum(np.argmax(weight != 0, axis=1), weight.shape[1] - width)
-    return first, np.take_along_axis(weight, first[:, None] + np.arange(width), axis=1)
+def straight_share(depths: Depths, scaled: Depths) -> Reals:
+    """Share (K, P) of the light at the far end of each segment that reaches the observer scattered straight forward."""
+    left = scaled.per_segment
+    share: Reals = np.exp(-left)
+    share *= np.expm1(np.minimum(left - depths.per_segment, 0))
+    share *= depths.transmittance
+    return np.negative(share, out=share)
+
+
+def straight_places(segments: Segments, levels: Floats, angles: Floats) -> tuple[Floats, Integers, Floats]:
+    """Where in a table by level and direction the far ends of segments are: the share (K,) of the upper level, the
+    first (K,) of some neighbouring directions and their weights (K, W); arguments as of `straight_weights`.
+    """
+    bottom, height = levels[segments.layer], np.diff(levels)[segments.layer]
+    share = np.minimum(np.maximum((segments.altitude[1:] - bottom) / height, 0.0), 1.0)
+    return share, *direction_weights(segments.upward_cosine, angles)

@@ -58,7 +58,7 @@ class OrdinateLight:
     source : (Q, U, B, P) array
         Of the scaled layers, by `Ordinates.functions` of the direction in which light leaves; those of azimuthal moment
         m times the cosine of m times the azimuth between that direction and the beam; single precision.
-    straight : (N, X, U, M, P) array or None
+    straight : (N, U, X, M, P) array or None
         Radiance at the levels by direction, which particles scatter straight forward; coefficients of those cosines.
         None where no light is scattered so; single precision.
     angles : (X,) array
@@ -124,7 +124,7 @@ class OrdinateLight:
         source = np.empty((parts.places, sine.size, directions.pairs[0].size, points), np.float32)
         straight = None
         if np.any(forward):
-            straight = np.empty((levels, cosine.size, sine.size, azimuthal, points), np.float32)
+            straight = np.empty((levels, sine.size, cosine.size, azimuthal, points), np.float32)
         falling = np.empty((levels, sine.size, points))
         albedo = state.albedo_at(optics.wavenumber)
 
@@ -147,7 +147,7 @@ class OrdinateLight:
             falling[..., part] = directions.flux(down[parts.levels])
             source[..., part] = layers.source(rising, down)
             if straight is not None:
-                straight[..., part] = layers.radiance(cosine, rising, down)
+                straight[..., part] = np.swapaxes(layers.radiance(cosine, rising, down), 1, 2)
 
         moments = solved_moments(optics, nodes)
         low_sun = LowSun.of(shells, nodes, sine) if spherical else None
@@ -263,8 +263,9 @@ class OrdinateLight:
         whole, scaled = (ends @ part[layer : layer + 2] for part in (self.extinction, self.scaled))
         source = source * scaled
         if self.straight is not None:
-            corner = ends[:, None] * direction_weights(direction, self.angles)
-            radiance = np.tensordot(corner, self.straight[layer : layer + 2, :, nodes], 2)  # (V, M, P)
+            first, of_direction = direction_weights(direction, self.angles)
+            near = self.straight[layer : layer + 2, nodes, first[0] : first[0] + of_direction.shape[1]]
+            radiance = np.einsum("ed,evdmp->vmp", ends[:, None] * of_direction, near)
             source += (by_node[0].reshape(len(cosine), -1) @ radiance.reshape(-1, len(whole))) * (whole - scaled)
         result: Floats = np.maximum(source / np.where(whole > 0, whole, 1.0), 0.0)
         return result
@@ -307,7 +308,7 @@ class OrdinateLight:
 
         def radiance(place: int) -> Singles:
             level, first = divmod(place, count)
-            some = np.swapaxes(table[level, first : first + width, used], 0, 1)  # (V, directions, M, P)
+            some = table[level, used, first : first + width]  # (V, directions, M, P)
             return some.reshape(len(some), -1, some.shape[-1])
 
         moments = np.tile(np.arange(table.shape[3]), width)
@@ -332,6 +333,9 @@ def _from_place(table: Singles, weight: Singles, azimuthal: Integers, factor: Fl
 
 def _moments_from_place(table: Singles, count: int, azimuthal: Integers, factor: Floats) -> Singles:
     """Azimuthal moments (V, c, M, P), so many, of light of a table (V, B, P), for factors (c, B) by direction."""
+    if factor.shape[1] < azimuthal.size:  # directions, with all moments of each
+        every: Singles = np.matmul(factor.astype(np.float32), table.reshape(len(table), factor.shape[1], -1))
+        return every.reshape(len(table), len(factor), count, -1)
     belongs = np.arange(count)[:, None] == azimuthal
     rows = _by_function(factor, azimuthal)[:, None] * belongs  # (c, M, B)
     moments: Singles = np.matmul(rows.reshape(-1, azimuthal.size), table)

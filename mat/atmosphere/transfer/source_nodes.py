@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.mat.atmosphere.transfer.directions import line_or_cubic
+from skyshine.mat.atmosphere.transfer.node_cubics import NodeCubics
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
 # Elevations of the source at which the field is solved, degree; between them its ratio to `typical_light` is linear in
@@ -70,9 +72,17 @@ def elevation_weights(sine: Floats, cosine: Floats) -> Floats:
     first = int(np.searchsorted(sine, np.sin(np.radians(_SMOOTH)) - 1e-9))
     if sine.size - first >= 4:
         high = inside >= sine[first]
-        weight[high] = 0.0
-        weight[high, first:] = line_or_cubic(np.arcsin(sine[first:]), np.arcsin(inside[high]))
+        nodes, near = _cubics(tuple(sine[first:].tolist())).weights(np.arcsin(inside[high]))
+        cubic = np.zeros((len(nodes), sine.size))
+        np.put_along_axis(cubic, first + nodes[:, None] + np.arange(near.shape[1]), near, axis=1)
+        weight[high] = cubic
     return weight
+
+
+@lru_cache(maxsize=64)
+def _cubics(sine: tuple[float, ...]) -> NodeCubics:
+    """Cubics through elevations of increasing sines."""
+    return NodeCubics.of(np.arcsin(sine))
 
 
 def typical_light(sine: Floats) -> Floats:

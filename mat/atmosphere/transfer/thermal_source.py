@@ -21,13 +21,13 @@ from skyshine.mat.atmosphere.transfer.diffuse_field import (
 from skyshine.mat.atmosphere.transfer.directions import DIRECTIONS, direction_weights
 from skyshine.mat.atmosphere.transfer.geometry import Shells
 from skyshine.mat.atmosphere.transfer.layer_parts import LayerParts
-from skyshine.mat.atmosphere.transfer.line_weights import LineWeights, source_weights_along, straight_weights
+from skyshine.mat.atmosphere.transfer.line_weights import end_weights, part_weights, straight_places, straight_share
 from skyshine.mat.atmosphere.transfer.optics import SpectralOptics
 from skyshine.mat.atmosphere.transfer.ordinates import Ordinates, ordinates
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments, emitted
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 from skyshine.mat.threads import parallel_map
-from skyshine.schemas.arrays import Floats, Reals
+from skyshine.schemas.arrays import Floats, Integers, Reals
 
 # Points solved together: their arrays fit into a processor's cache.
 _CHUNK = 64
@@ -159,13 +159,31 @@ class ThermalField:
 
     def along(self, segments: Segments, depths: Depths, levels: Floats) -> Reals:
         """As `ThermalSource.along`, with the altitudes (N,) [m] of the levels."""
-        functions = self.ordinates.functions(segments.upward_cosine)
+        functions, layer = self.ordinates.functions(segments.upward_cosine), segments.layer
         scaled = Depths(segments.column(self.scaled))
-        weights = source_weights_along(segments, depths, scaled, levels, self.scaled, self.parts, functions)
-        straight = straight_weights(segments, depths, scaled, levels, self.angles)
-        radiance: Reals = _along(self.source.reshape(-1, self.source.shape[2]), functions.shape[1], weights, segments)
-        radiance += _along(self.straight.reshape(-1, self.straight.shape[2]), 1, straight, segments)
+        radiance = self._straight_along(segments, depths, scaled, levels)
+        cut = self.parts.count[layer] > 1
+        whole = np.flatnonzero(~cut)
+        ends = end_weights(segments, depths, scaled, levels, self.scaled, whole)
+        for place, weight in zip((layer[whole], layer[whole] + 1), ends, strict=True):
+            radiance[whole] += weight * self._source(place, functions[whole])
+        if np.any(cut):
+            row, place, weight = part_weights(segments, depths, scaled, levels, self.parts, np.flatnonzero(cut))
+            np.add.at(radiance, row, weight * self._source(place, functions[row]))
         return radiance
+
+    def _source(self, place: Integers, functions: Floats) -> Reals:
+        """Source function (E, P) at places (E,), of functions of direction (E, B)."""
+        count = functions.shape[1]
+        return _looked_up(self.source, place[:, None] * count + np.arange(count), functions)
+
+    def _straight_along(self, segments: Segments, depths: Depths, scaled: Depths, levels: Floats) -> Reals:
+        """Radiance (K, P) that the segments scatter straight forward; arguments as of `along`."""
+        share, first, of_direction = straight_places(segments, levels, self.angles)
+        near = (segments.layer * self.angles.size + first)[:, None] + np.arange(of_direction.shape[1])
+        rows = np.concatenate([near, near + self.angles.size], axis=1)
+        factor = np.concatenate([(1 - share)[:, None] * of_direction, share[:, None] * of_direction], axis=1)
+        return straight_share(depths, scaled) * _looked_up(self.straight, rows, factor)
 
     def at(self, layer: int, share: float, upward_cosine: float) -> Floats:
         """As `ThermalSource.at`."""
@@ -173,20 +191,21 @@ class ThermalField:
         places, weight = self.parts.at(layer, share)
         scattered = np.tensordot(weight, self.ordinates.functions(direction)[0] @ self.source[places], 1)
         ends, both = np.array([1 - share, share]), slice(layer, layer + 2)
-        straight = np.tensordot(ends[:, None] * direction_weights(direction, self.angles), self.straight[both], 2)
+        first, of_direction = direction_weights(direction, self.angles)
+        near = slice(first[0], first[0] + of_direction.shape[1])
+        straight = np.tensordot(ends[:, None] * of_direction, self.straight[both, near], 2)
         whole, scaled = (ends @ part[both] for part in (self.extinction, self.scaled))
         source: Floats = (scaled * scattered + (whole - scaled) * straight) / np.where(whole > 0, whole, 1.0)
         return source
 
 
-def _along(table: Reals, step: int, weights: LineWeights, segments: Segments) -> Reals:
-    """Radiance (K, P) of a table whose rows (R, P) of a place begin at the place times a step."""
-    rows = weights.place[:, None] * step + np.arange(weights.factor.shape[1])
-    factor = weights.factor[:, None].astype(table.dtype)
-    light = np.empty(weights.weight.shape, table.dtype)
+def _looked_up(table: Reals, rows: Integers, factor: Floats) -> Reals:
+    """Sums (E, P) of rows (E, B) of a table (..., P), counted through all its axes but the last, times factors."""
+    table = table.reshape(-1, table.shape[-1])
+    result = np.empty((len(rows), table.shape[1]), table.dtype)
+    factor = factor[:, None].astype(table.dtype)
     at_once = max(1, _GATHERED // (rows.shape[1] * table.shape[1]))
     for start in range(0, len(rows), at_once):
         some = slice(start, start + at_once)
-        light[some] = (factor[some] @ table[rows[some]])[:, 0]
-    light *= weights.weight
-    return weights.summed(light, segments.index.size)
+        result[some] = (factor[some] @ table[rows[some]])[:, 0]
+    return result

@@ -91,6 +91,31 @@ def test_light_of_many_sources_is_that_of_each_alone(hazy):
     assert together[0, 0] > 1.05 * together[2, 0]
 
 
+@pytest.mark.parametrize("sources", [1, 12])
+def test_light_scattered_straight_forward_is_that_at_the_far_ends(hazy, sources):
+    """Few sources and many, their azimuthal moments apart: the second has a part that follows the azimuth."""
+    air = hazy(0.4, np.geomspace(1e-28, 1e-24, 6))
+    light, height = air.diffuse_light, air.state.altitude[:, None, None] / 1000
+    light = replace(light, source=np.zeros_like(light.source), straight=np.zeros_like(light.straight))
+    light.straight[:, :, :, 0] = (1 + height)[..., None] * np.where(light.angles < np.pi / 2, 3.0, 1.0)[:, None]
+    light.straight[:, :, :, 1] = 0.5 * light.straight[:, :, :, 0]
+    rays = geometry.trace(air.shells, np.array([500.0]), np.radians([30.0]))
+    segments = Segments.of(rays, 0)
+    azimuth = np.linspace(0.0, np.pi, sources)
+    to_source, deflection = angles(rays, segments, (np.full(sources, np.radians(40.0)), azimuth))
+    depths, scaled = Depths(segments.column(air.optics.extinction)), Depths(segments.column(light.scaled))
+    left = depths.transmittance * (np.exp(-scaled.per_segment) - np.exp(-depths.per_segment))
+    of_azimuth = left.T @ (1 + segments.altitude[1:, None] / 1000)
+    wanted = of_azimuth[:, 0] * (1 + 0.5 * np.cos(azimuth[:, None]))
+    found = light.spectral(segments, depths, scaled, to_source, deflection)
+    assert found == pytest.approx(wanted, rel=2e-3)
+    by_segment = light.by_segment(segments, depths, scaled, to_source[:, :1], deflection[:, :1])
+    assert by_segment.sum(axis=0) == pytest.approx(wanted[0], rel=2e-3)
+    weight = np.linspace(1.0, 2.0, 6)
+    band = light.band(segments, depths, scaled, to_source, deflection, weight)
+    assert band[-1] == pytest.approx(wanted @ weight, rel=2e-3)
+
+
 def test_without_particles_scaling_changes_nothing(hazy):
     air = hazy(0.1, aerosol=Aerosol("none"))
     assert np.array_equal(air.scaled_extinction, air.optics.extinction)

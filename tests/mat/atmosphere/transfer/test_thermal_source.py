@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from skyshine.mat.atmosphere.particles.aerosol_column import Aerosol
+from skyshine.mat.atmosphere.particles.cloud import CloudLayer
 from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.air import SpectralAir
+from skyshine.mat.atmosphere.transfer.line_weights import source_weights_along
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.radiometry.blackbody import planck_wavenumber
 
@@ -54,6 +56,42 @@ def test_the_source_inside_a_layer_lies_between_those_at_its_levels(air):
         assert middle == pytest.approx(0.5 * (below + above), rel=0.02)
         assert np.all(middle >= np.minimum(below, above) * (1 - 2e-3))
         assert np.all(middle <= np.maximum(below, above) * (1 + 2e-3))
+
+
+def along(air, field, altitude, elevation):
+    """Light (K, P) of the segments of a ray through a field, the segments and their depths, all and delta-scaled."""
+    rays = geometry.trace(air.shells, np.array([altitude]), np.radians([elevation]))
+    segments = Segments.of(rays, 0)
+    depths, scaled = Depths(segments.column(air.optics.extinction)), Depths(segments.column(field.scaled))
+    return field.along(segments, depths, air.state.altitude), segments, depths, scaled
+
+
+@pytest.mark.parametrize(("elevation", "of_side"), [(30.0, 1.0), (-30.0, 3.0)])
+def test_light_scattered_straight_forward_is_that_at_the_far_ends(air, elevation, of_side):
+    field, height = air.thermal.field, air.state.altitude[:, None, None] / 1000
+    side = np.where(field.angles < np.pi / 2, 3.0, 1.0)[:, None]
+    field = replace(field, source=np.zeros_like(field.source), straight=np.zeros_like(field.straight))
+    field.straight[:] = (1 + height) * side
+    found, segments, depths, scaled = along(air, field, 1310.0, elevation)
+    left = np.exp(-scaled.per_segment) - np.exp(-depths.per_segment)
+    wanted = depths.transmittance * left * (1 + segments.altitude[1:, None] / 1000) * of_side
+    assert found == pytest.approx(wanted, rel=1e-6, abs=1e-12)
+    assert np.max(wanted) > 1e-4
+
+
+def test_the_source_of_cut_layers_is_summed_as_that_of_sunlight(synthetic_points, isothermal):
+    cloud = CloudLayer("water", 1000.0, 2000.0, 10.0, 3.0)
+    air = SpectralAir.of(isothermal(280.0, clouds=[cloud]), synthetic_points(EDGES, {"CO2": SECTIONS}))
+    field = replace(air.thermal.field, straight=np.zeros_like(air.thermal.field.straight))
+    assert field.parts.is_cut
+    found, segments, depths, scaled = along(air, field, 1500.0, 20.0)
+    functions = field.ordinates.functions(segments.upward_cosine)
+    levels = air.state.altitude
+    weights = source_weights_along(segments, depths, scaled, levels, field.scaled, field.parts, functions)
+    wanted = np.zeros_like(found)
+    source = np.einsum("eb,ebp->ep", weights.factor, field.source[weights.place])
+    np.add.at(wanted, weights.segment, weights.weight * source)
+    assert found == pytest.approx(wanted, rel=1e-9, abs=1e-15)
 
 
 @pytest.mark.parametrize("elevation", [-90.0, -30.0, 20.0])

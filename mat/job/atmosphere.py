@@ -153,7 +153,12 @@ class State(StrictModel):
         ),
     )
     humidity_scale: float = Field(1.0, ge=0, le=10, description="Factor on the profile's water vapour.")
-    co2_ppm: float = Field(CARBON_DIOXIDE_PPM, ge=0, le=5000)
+    co2_ppm: float = Field(
+        CARBON_DIOXIDE_PPM,
+        ge=0,
+        le=5000,
+        description="Carbon dioxide, parts per million.",
+    )
     gases: dict[GasName, GasAmount] = Field({}, description="Amounts of gases, by formula.")
     aerosol: Annotated[str, one_of((*BOUNDARY_MODELS, "none"))] = Field("rural", description="Of the lowest 2 km.")
     visibility_km: float | None = Field(None, ge=0.1, le=300, description="By default the visibility of the aerosol.")
@@ -200,7 +205,7 @@ class State(StrictModel):
         max_length=8,
         description="Over the whole sky, for paths and surfaces alike, in place of the weather's cloud_fraction.",
     )
-    rain: Rain | None = None
+    rain: Rain | None = Field(None, description="From the ground to a height; by default none.")
     night_sky: float = Field(
         0.0,
         ge=0,
@@ -226,7 +231,7 @@ class State(StrictModel):
         None, exclude=True, description="Walls around all surfaces; by default an open plain."
     )
     date: datetime.date | None = Field(None, description="Of this state; by default the date of the site.")
-    weather: Weather
+    weather: Weather = Field(description="Of the day, which drives the surface temperatures.")
 
     _aerosol_origin: str | None = pydantic.PrivateAttr(None)
 
@@ -365,10 +370,16 @@ class Band(StrictModel):
 class Tolerances(StrictModel):
     """By quantity of the atmospheric tables."""
 
-    beta_star: Tolerance | None = None
-    path_radiance_ratio: Tolerance | None = None
-    ambient_radiance: Tolerance | None = None
-    direct_radiance: Tolerance | None = None
+    beta_star: Tolerance | None = Field(
+        None, description="Of transmittance, as the extinction coefficient that stands for it."
+    )
+    path_radiance_ratio: Tolerance | None = Field(
+        None, description="Of the light that the air between surface and observer sends."
+    )
+    ambient_radiance: Tolerance | None = Field(
+        None, description="Of the light of sky and surroundings that surfaces reflect."
+    )
+    direct_radiance: Tolerance | None = Field(None, description="Of the light of the source that surfaces reflect.")
 
 
 def _of_all(value: Any) -> Any:
@@ -383,11 +394,16 @@ def _of_all(value: Any) -> Any:
 class AtmosphereGrid(StrictModel):
     """Nodes of the atmospheric tables; on an axis that is not written, each quantity has its own."""
 
-    range_km: Annotated[list[float], axis(0, 100_000)] = [*RANGES_KM]
+    range_km: Annotated[list[float], axis(0, 100_000)] = Field(
+        [*RANGES_KM], description="From the observer along the line of sight."
+    )
     altitude_km: Annotated[list[float], axis(-0.5, 100_000)] | None = Field(
         None, description="Of the observer above sea level; by default from 2 m to 40 km above the site's ground."
     )
-    elevation_deg: Annotated[list[float], axis(-90, 90)] = [*ELEVATIONS_DEG]
+    elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(
+        [*ELEVATIONS_DEG],
+        description="Of the line of sight above the horizon at the observer; -90 looks straight down.",
+    )
     tolerance: Annotated[
         Tolerances | None, pydantic.BeforeValidator(_of_all, json_schema_input_type=Tolerance | Tolerances | None)
     ] = Field(
@@ -410,8 +426,13 @@ class AtmosphereGrid(StrictModel):
     )
     most_nodes: int = Field(20_000_000, ge=32, le=200_000_000, description="Of a table whose nodes a tolerance places.")
 
-    source_elevation_deg: Annotated[list[float], axis(-90, 90)] = [*SOURCE_ELEVATIONS_DEG]
-    source_azimuth_deg: Annotated[list[float], axis(0, 180)] = [*SOURCE_AZIMUTHS_DEG]
+    source_elevation_deg: Annotated[list[float], axis(-90, 90)] = Field(
+        [*SOURCE_ELEVATIONS_DEG], description="Of Sun and Moon above the horizon."
+    )
+    source_azimuth_deg: Annotated[list[float], axis(0, 180)] = Field(
+        [*SOURCE_AZIMUTHS_DEG],
+        description="Of Sun and Moon from that of the line of sight; light is the same on both sides.",
+    )
 
     @property
     def written(self) -> frozenset[str]:

@@ -18,7 +18,9 @@ from skyshine.schemas.errors import InputError
 class Cloud(StrictModel):
     """A layer of cloud: one of LOWTRAN7's types, what is written beside it in its place; or all of it written out."""
 
-    type: Annotated[str, one_of(CLOUD_TYPES)] | None = None
+    type: Annotated[str, one_of(CLOUD_TYPES)] | None = Field(
+        None, description="One of LOWTRAN7's; by default all is written out."
+    )
     phase: Annotated[str, one_of(PHASES)] | None = Field(None, description="By default that of the type, else water.")
     height_km: tuple[float, float] | None = Field(None, description="Base and top above the ground.")
     optical_depth: float | None = Field(None, ge=0, le=LARGEST_OPTICAL_DEPTH, description="Vertical, at 0.55 um.")
@@ -83,5 +85,9 @@ class Cloud(StrictModel):
 class Rain(StrictModel):
     """Even rain from the ground to a height."""
 
-    rate_mm_h: float = Field(ge=RATES[0], le=RATES[1])
+    rate_mm_h: float = Field(
+        ge=RATES[0],
+        le=RATES[1],
+        description="Of rainfall at the ground; it sets the size of the drops (Marshall and Palmer 1948).",
+    )
     top_km: float = Field(3.0, ge=0.02, le=15, description="Above the ground.")

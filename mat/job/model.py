@@ -62,7 +62,7 @@ class Output(StrictModel):
     """Where the files go."""
 
     folder: str = Field("built", min_length=1, description="Relative to the job file.")
-    pictures: bool = True
+    pictures: bool = Field(True, description="Whether a PNG of each database is drawn beside it.")
     max_gigabytes: float = Field(
         100.0, gt=0, le=1e6, description="Of all tables together, before compression; a larger job is refused."
     )
@@ -81,11 +81,23 @@ class Job(StrictModel):
     """A whole job."""
 
     skyshine: Literal[1] = Field(description="Version of the job format.")
-    name: str = Field(min_length=1, max_length=80)
-    site: Site
-    states: list[State] = Field(min_length=1, max_length=MEMBER_LIMIT)
-    bands: list[Band] = Field(min_length=1, max_length=99)
-    sources: list[Literal["sun", "moon"]] = Field(["sun", "moon"], min_length=1, max_length=2)
+    name: str = Field(
+        min_length=1, max_length=80, description="Stands in every file; letters, digits, dots, dashes, underscores."
+    )
+    site: Site = Field(description="Where and when; it places Sun and Moon.")
+    states: list[State] = Field(
+        min_length=1,
+        max_length=MEMBER_LIMIT,
+        description="Of the atmosphere with its weather; each has databases of its own.",
+    )
+    bands: list[Band] = Field(
+        min_length=1,
+        max_length=99,
+        description="Of wavelength, even or with a response; each has databases of its own.",
+    )
+    sources: list[Literal["sun", "moon"]] = Field(
+        ["sun", "moon"], min_length=1, max_length=2, description="Whose light tables are built."
+    )
     textures: Annotated[tuple[JobTexture, ...], Field(max_length=10_000)] = Field(
         (), description="Images to classify, or finished .tmm.h5 files."
     )
@@ -96,10 +108,10 @@ class Job(StrictModel):
     temperatures_c: dict[MaterialName, Annotated[float | list[float], by_hour(OperatedCelsius)]] = Field(
         {}, description="Temperatures given by hand in place of the heat balance, one or 24 at the hours 0 to 23."
     )
-    atmosphere_grid: AtmosphereGrid = AtmosphereGrid()
-    surface_grid: SurfaceGrid = SurfaceGrid()
+    atmosphere_grid: AtmosphereGrid = Field(AtmosphereGrid(), description="Nodes of the atmospheric tables.")
+    surface_grid: SurfaceGrid = Field(SurfaceGrid(), description="Nodes of the temperature tables.")
     accuracy: Annotated[Accuracy, pydantic.BeforeValidator(by_number, json_schema_input_type=Tolerance | Accuracy)] = (
-        Accuracy()
+        Field(Accuracy(), description="How finely all is computed.")
     )
     water_continuum: Annotated[WaterContinuum, pydantic.AfterValidator(_packaged_continuum)] = Field(
         default_factory=_default_continuum,
@@ -123,7 +135,7 @@ class Job(StrictModel):
         alias="needs",
         description="What scenes will ask for; nodes and sources that none of that reads are left out.",
     )
-    output: Output = Output()
+    output: Output = Field(Output(), description="Where the files go, and how large they may be.")
 
     @pydantic.model_validator(mode="before")
     @classmethod

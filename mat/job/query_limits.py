@@ -25,13 +25,17 @@ _ROUND_DEG = 6  # decimals of a slope and an azimuth
 class QueryLimits(StrictModel):
     """The least and most that a runtime will ask for; what is not named may be anything."""
 
-    range_km: Annotated[Span, span(0, 100_000)] | None = None
-    observer_altitude_km: Annotated[Span, span(-0.5, 100_000)] | None = None
+    range_km: Annotated[Span, span(0, 100_000)] | None = Field(None, description="From the observer to the surfaces.")
+    observer_altitude_km: Annotated[Span, span(-0.5, 100_000)] | None = Field(
+        None, description="Of the observer above sea level."
+    )
     elevation_deg: Annotated[Span, span(-90, 90)] | None = Field(
         None, description="Of the line of sight, with all pixels of the frame."
     )
-    surface_altitude_km: Annotated[Span, span(-0.5, 9)] | None = None
-    slope_deg: Annotated[Span, span(0, 180)] | None = None
+    surface_altitude_km: Annotated[Span, span(-0.5, 9)] | None = Field(
+        None, description="Of the surfaces above sea level."
+    )
+    slope_deg: Annotated[Span, span(0, 180)] | None = Field(None, description="Of the surfaces' faces.")
     faces_deg: Annotated[list[Face], Field(min_length=1, max_length=1024)] | None = Field(
         None,
         description=(

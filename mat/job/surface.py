@@ -49,11 +49,15 @@ Pressure = Annotated[float, Field(ge=200, le=1100)]
 class HourlyWeather(StrictModel):
     """Air near the ground at times of the day, linear between them; every list is as long as ``time``."""
 
-    time: Annotated[list[TimeOfDay], Field(min_length=8, max_length=1440), pydantic.AfterValidator(ascending)]
-    air_temperature_c: list[Celsius]
-    relative_humidity_percent: list[Percent] | None = None
-    wind_speed_m_s: list[Speed] | None = None
-    cloud_fraction: list[Fraction] | None = None
+    time: Annotated[list[TimeOfDay], Field(min_length=8, max_length=1440), pydantic.AfterValidator(ascending)] = Field(
+        description="Local clock, ascending within a day."
+    )
+    air_temperature_c: list[Celsius] = Field(description="Of the air near the ground.")
+    relative_humidity_percent: list[Percent] | None = Field(None, description="By default that of the day's weather.")
+    wind_speed_m_s: list[Speed] | None = Field(None, description="By default that of the day's weather.")
+    cloud_fraction: list[Fraction] | None = Field(
+        None, description="Of the sky that clouds cover; by default that of the day's weather."
+    )
     pressure_hpa: list[Pressure] | None = Field(None, description="By default that of the state's profile.")
     direct_normal_w_m2: list[Irradiance] | None = Field(
         None,
@@ -100,7 +104,9 @@ class Weather(StrictModel):
         ]
         | None
     ) = Field(None, description="All day, or the lowest and highest of the day, at the altitude of the site.")
-    hourly: HourlyWeather | None = None
+    hourly: HourlyWeather | None = Field(
+        None, description="Measured or forecast values by time of day, in place of the day's."
+    )
     file: str | None = Field(
         None,
         min_length=1,
@@ -110,9 +116,9 @@ class Weather(StrictModel):
         ),
     )
     relative_humidity_percent: Percent = Field(50.0, description="Daily mean; the vapour is constant.")
-    wind_speed_m_s: Speed = 2.0
-    cloud_fraction: Fraction = 0.0
-    ground_albedo: Fraction = 0.2
+    wind_speed_m_s: Speed = Field(2.0, description="Mean over the day, near the ground.")
+    cloud_fraction: Fraction = Field(0.0, description="Of the sky that clouds cover.")
+    ground_albedo: Fraction = Field(0.2, description="Share of sunlight that the ground around surfaces reflects.")
     radiation: Literal["computed", "measured"] = Field(
         "computed",
         description=(
@@ -180,9 +186,16 @@ class Operation(StrictModel):
     kind: Literal["fixed", "convective", "heated"] = Field(
         description="A temperature, air of a temperature with a transfer coefficient, or a heat flux outwards."
     )
-    temperature_c: Annotated[float | list[float], by_hour(OperatedCelsius)] | None = None
-    coefficient_w_m2_k: float | None = Field(None, gt=0, le=1e5)
-    heat_flux_w_m2: Annotated[float | list[float], by_hour(OperatedHeat)] | None = None
+    temperature_c: Annotated[float | list[float], by_hour(OperatedCelsius)] | None = Field(
+        None,
+        description="Of the fixed back, or of the air behind a convective one; one for the day or one for each hour.",
+    )
+    coefficient_w_m2_k: float | None = Field(
+        None, gt=0, le=1e5, description="Of the transfer between the back and the air behind."
+    )
+    heat_flux_w_m2: Annotated[float | list[float], by_hour(OperatedHeat)] | None = Field(
+        None, description="From the back into the material; one for the day or one for each hour."
+    )
 
     @pydantic.model_validator(mode="after")
     def _complete(self) -> Self:
@@ -209,8 +222,14 @@ class SurfaceGrid(StrictModel):
     altitude_km: Annotated[list[float], axis(-0.5, 9)] | None = Field(
         None, description="Of the surface above sea level; by default from the site's ground to 3 km above it."
     )
-    azimuth_deg: Annotated[list[float], axis(0, 359.999)] = [360.0 / _AZIMUTHS * i for i in range(_AZIMUTHS)]
-    slope_deg: Annotated[list[float], axis(0, 180)] = [180.0 / (_SLOPES - 1) * i for i in range(_SLOPES)]
+    azimuth_deg: Annotated[list[float], axis(0, 359.999)] = Field(
+        [360.0 / _AZIMUTHS * i for i in range(_AZIMUTHS)],
+        description="Towards which a face looks, from north through east.",
+    )
+    slope_deg: Annotated[list[float], axis(0, 180)] = Field(
+        [180.0 / (_SLOPES - 1) * i for i in range(_SLOPES)],
+        description="Of a face: 0 is level and looks up, 90 a wall, 180 looks down.",
+    )
     time: Annotated[list[TimeOfDay], Field(min_length=1, max_length=512), pydantic.AfterValidator(ascending)] | None = (
         Field(
             None,

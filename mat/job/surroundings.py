@@ -72,7 +72,7 @@ class StateSurroundings(StrictModel):
         1.0,
         description="Open share of the sky above the horizon; walls hide the rest, but not the Sun.",
     )
-    wall: Wall = Wall()
+    wall: Wall = Field(Wall(), description="In front of surfaces; by default none.")
 
     @pydantic.model_validator(mode="after")
     def _has_walls(self) -> Self:

@@ -61,9 +61,9 @@ class Plan(StrictModel):
     """A texture seen from above, such as an aerial photograph, on level ground or over heights."""
 
     texture: SceneFilePath = Field(description="Its .tmm.h5 file.")
-    metres_per_texel: float = Field(gt=0, le=1e4)
+    metres_per_texel: float = Field(gt=0, le=1e4, description="Along both sides of a texel.")
     top_azimuth_deg: Azimuth = Field(0.0, description="Where the top of the image points, from north eastward.")
-    height_map: HeightMap | None = None
+    height_map: HeightMap | None = Field(None, description="Heights of the ground; without one it is level.")
 
 
 class TextureOfMaterial(StrictModel):
@@ -87,15 +87,15 @@ class Mesh(StrictModel):
     )
     up: Literal["y", "z"] = Field("y", description="Axis of the file that points up; glTF says y.")
     x_azimuth_deg: Azimuth = Field(90.0, description="Where the x axis of the file points, from north eastward.")
-    metres_per_unit: float = Field(1.0, gt=0, le=1e6)
+    metres_per_unit: float = Field(1.0, gt=0, le=1e6, description="Of the file's coordinates; glTF says 1.")
 
 
 class SurfaceModel(StrictModel):
     """What is seen: exactly one of a plan and a mesh."""
 
     altitude_km: float = Field(ge=-0.5, le=9, description="Of height 0.")
-    plan: Plan | None = None
-    mesh: Mesh | None = None
+    plan: Plan | None = Field(None, description="A texture seen from above.")
+    mesh: Mesh | None = Field(None, description="Triangles with materials.")
     unknown_material: str | None = Field(
         None,
         min_length=1,
@@ -124,7 +124,7 @@ class PlanView(StrictModel):
     height_m: float = Field(gt=0, le=1e5, description="Of the observer above surface.altitude_km.")
     size: tuple[Side, Side] = Field(description="Columns and rows.")
     samples: int = Field(1, ge=1, le=8, description="Rays along each side of a pixel, which is the mean of them.")
-    centre_m: tuple[Metres, Metres] = (0.0, 0.0)
+    centre_m: tuple[Metres, Metres] = Field((0.0, 0.0), description="Of the picture: east and north.")
     width_m: float | None = Field(None, gt=0, le=1e6, description="Of the picture; by default the surface fits in.")
     top_azimuth_deg: Azimuth | None = Field(
         None, description="Where the top of the picture points; by default as the plan does, north for a mesh."
@@ -134,9 +134,9 @@ class PlanView(StrictModel):
 class Station(StrictModel):
     """Where the camera stands at an hour."""
 
-    hour: Hour
-    position_m: Point
-    look_at_m: Point
+    hour: Hour = Field(description="Local clock.")
+    position_m: Point = Field(description="Of the camera: east, north and up.")
+    look_at_m: Point = Field(description="The point in the middle of the picture.")
 
 
 class Perspective(StrictModel):
@@ -145,7 +145,7 @@ class Perspective(StrictModel):
     field_of_view_deg: float = Field(gt=0, lt=170, description="From the left edge of the picture to the right.")
     size: tuple[Side, Side] = Field(description="Columns and rows.")
     samples: int = Field(1, ge=1, le=8, description="Rays along each side of a pixel, which is the mean of them.")
-    position_m: Point | None = None
+    position_m: Point | None = Field(None, description="Of the camera: east, north and up.")
     look_at_m: Point | None = Field(None, description="The point in the middle of the picture.")
     track: list[Station] | None = Field(
         None, min_length=1, max_length=MAX_FRAMES, description="In place of position_m, look_at_m and hours."
@@ -167,8 +167,8 @@ class Perspective(StrictModel):
 class Camera(StrictModel):
     """Exactly one of two kinds of camera."""
 
-    perspective: Perspective | None = None
-    plan_view: PlanView | None = None
+    perspective: Perspective | None = Field(None, description="A pinhole camera.")
+    plan_view: PlanView | None = Field(None, description="An observer who looks straight down at every pixel.")
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -200,8 +200,8 @@ class HourRange(StrictModel):
     """Equal steps through a part of the day."""
 
     first: Hour = Field(description="Local clock.")
-    last: Hour
-    step: float = Field(gt=0, le=24)
+    last: Hour = Field(description="Local clock, not before the first.")
+    step: float = Field(gt=0, le=24, description="Hours between two pictures.")
 
     @pydantic.model_validator(mode="after")
     def _few(self) -> Self:
@@ -220,10 +220,10 @@ Hours = Annotated[
 class Sensor(StrictModel):
     """Equation (44): counts of N bits from radiance in W m^-2 sr^-1."""
 
-    bits: int = Field(12, ge=1, le=16)
+    bits: int = Field(12, ge=1, le=16, description="Of a count.")
     gain: float = Field(gt=0, description="G: radiance of the highest count where buffer_gain is 1 and offset 0.")
-    buffer_gain: float = Field(1.0, gt=0)
-    offset: float = Field(0.0, ge=-1, le=1)
+    buffer_gain: float = Field(1.0, gt=0, description="BG: factor on the counts.")
+    offset: float = Field(0.0, ge=-1, le=1, description="DC: taken from radiance over gain before it is counted.")
 
 
 class SceneModel(StrictModel):
@@ -237,8 +237,8 @@ class SceneModel(StrictModel):
     state: int = Field(1, ge=1, description="Atmospheric state of the databases, counted from 1.")
     bands: list[str] | None = Field(None, min_length=1, description="Names, b01 where the job gives none; default all.")
     source: Literal["sun", "moon"] = Field("sun", description="Whose light and path radiance are read.")
-    surface: SurfaceModel
-    camera: Camera
+    surface: SurfaceModel = Field(description="What is seen.")
+    camera: Camera = Field(description="Where it is seen from.")
     hours: Hours | None = Field(None, description="Local clock; 0 to 21 by 3 without it.")
     sensors: dict[str, Sensor] | None = Field(None, description="By name of the band; counts are written for these.")
 

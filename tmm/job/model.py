@@ -83,7 +83,7 @@ class Seeds(StrictModel):
         default=None,
         description="GeoJSON in pixel coordinates; `properties.material` names the material.",
     )
-    labels: LabelImage | None = None
+    labels: LabelImage | None = Field(None, description="Image of the texture's size whose colours name materials.")
 
     @pydantic.model_validator(mode="after")
     def _not_empty(self) -> Seeds:
@@ -147,8 +147,8 @@ QUANTITIES = {
 class Range(StrictModel):
     """An interval; a missing end is open."""
 
-    at_least: float | None = None
-    below: float | None = None
+    at_least: float | None = Field(None, description="Smallest value that lies in the range.")
+    below: float | None = Field(None, description="Value below which the range ends.")
 
     @pydantic.model_validator(mode="after")
     def _not_empty(self) -> Range:
@@ -162,14 +162,14 @@ class Range(StrictModel):
 class Rule(StrictModel):
     """A material for the texels whose quantities all lie in the ranges; without ranges, for all texels."""
 
-    material: MaterialName
+    material: MaterialName = Field(description="Of the texels for which the rule holds.")
     when: dict[str, Range] = Field(default={}, description=f"Ranges of: {', '.join(QUANTITIES)}, or names of layers.")
 
 
 class Rules(StrictModel):
     """Rules, of which the first that holds gives the material; where none holds it is unknown."""
 
-    rules: tuple[Rule, ...] = Field(min_length=1)
+    rules: tuple[Rule, ...] = Field(min_length=1, description="In the order in which they are tried.")
     layers: dict[str, JobPath] = Field(
         default={}, description="Further images of the texture's size, such as height, whose first channel rules name."
     )
@@ -230,18 +230,22 @@ class TextureJob(StrictModel):
         min_length=1,
         description="Name or number, from 1, of the channel of near infrared, if there is one.",
     )
-    classifier: Classifier = Classifier()
-    held_out: HeldOut = HeldOut()
+    classifier: Classifier = Field(
+        Classifier(), description="How texels are classified from seeds, clusters or a model."
+    )
+    held_out: HeldOut = Field(HeldOut(), description="How the quality is measured.")
     material: MaterialName | None = Field(default=None, description="One material for the whole texture.")
-    palette: Palette | None = None
-    rules: Rules | None = None
-    seeds: Seeds | None = None
+    palette: Palette | None = Field(None, description="Materials by the colours of the image itself.")
+    rules: Rules | None = Field(None, description="Materials by thresholds of colour and of further layers.")
+    seeds: Seeds | None = Field(None, description="Texels whose material is known, from which the others follow.")
     model: JobPath | None = Field(
         default=None,
         description="File of a classifier trained by 'tmm train', relative to the job file; beside seeds, both "
         "together find the materials that the seeds name.",
     )
-    clusters: Clusters | None = None
+    clusters: Clusters | None = Field(
+        None, description="Clusters of colours, found without seeds and named afterwards."
+    )
     overrides: Seeds | None = Field(
         default=None, description="Polygons and label images whose texels have their material whatever is found there."
     )
@@ -292,7 +296,7 @@ def stored_job(text: str) -> TextureJob:
 class TmmJob(StrictModel):
     """A job of the command `tmm`."""
 
-    textures: tuple[TextureJob, ...] = Field(min_length=1)
+    textures: tuple[TextureJob, ...] = Field(min_length=1, description="Each becomes a database.")
     output: str = Field(default="build", min_length=1, description="Folder of the databases, relative to the job file.")
 
     @pydantic.model_validator(mode="after")

@@ -92,6 +92,24 @@ def test_the_json_schemas_are_in_step_with_the_models(name):
     assert schemas.path(name).read_text(encoding="utf-8") == job_schema.schema_text(name)
 
 
+def undescribed(schema, path=""):
+    """Keys of a schema, and of all that it holds, that say nothing of themselves."""
+    if isinstance(schema, list):
+        return [key for part in schema for key in undescribed(part, path)]
+    if not isinstance(schema, dict):
+        return []
+    own = [f"{path}.{key}" for key, part in schema.get("properties", {}).items() if not part.get("description")]
+    return own + [key for name, part in schema.items() for key in undescribed(part, f"{path}/{name}")]
+
+
+@pytest.mark.parametrize("name", ["mat-job.schema.json", "mat-scene.schema.json", "tmm-job.schema.json"])
+def test_every_key_of_a_job_says_what_it_is(name):
+    import json
+
+    assert undescribed({"$defs": {"A": {"properties": {"b": {"type": "string"}}}}}) == ["/$defs/A.b"]
+    assert undescribed(json.loads(job_schema.schema_text(name))) == []
+
+
 def test_the_schema_accepts_the_good_job_and_refuses_a_bad_one(tmp_path):
     import json
 

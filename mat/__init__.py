@@ -1,9 +1,9 @@
 """The table builder: atmospheric quantities and surface temperatures for infrared scene runtimes.
 
-`build` and `check` take a job as `mat build` and `mat check` do; `open` reads a database; `spectrum`, `temperature` and
-`band` compute one thing without a job's tables; `report` measures how wrong built tables are; `Scene` draws pictures
-from built tables, and `contrast` compares two materials through the day; `example` names a packaged job. Results are
-small objects; most of them have `to_xarray`.
+`build` and `check` take a job as `mat build` and `mat check` do; `open` reads a database, `open_catalog` finds one by
+date, band or source; `spectrum`, `temperature` and `band` compute one thing without a job's tables; `report` measures
+how wrong built tables are; `Scene` draws pictures from built tables, and `contrast` compares two materials through the
+day; `example` names a packaged job. Results are small objects; most of them have `to_xarray`.
 
 Examples
 --------
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from skyshine.mat.api.scene import Scene
     from skyshine.mat.api.spectrum import spectrum
     from skyshine.mat.api.temperature import temperature
+    from skyshine.mat.tables.catalog import open_catalog
     from skyshine.mat.tables.loader import open_table as open
 
 _HOMES = {
@@ -40,12 +41,25 @@ _HOMES = {
     "contrast": ("api.contrast", "contrast"),
     "example": ("api.examples", "example"),
     "open": ("tables.loader", "open_table"),
+    "open_catalog": ("tables.catalog", "open_catalog"),
     "report": ("api.report", "report"),
     "spectrum": ("api.spectrum", "spectrum"),
     "temperature": ("api.temperature", "temperature"),
 }
 
-__all__ = ["Scene", "band", "build", "check", "contrast", "example", "open", "report", "spectrum", "temperature"]
+__all__ = [
+    "Scene",
+    "band",
+    "build",
+    "check",
+    "contrast",
+    "example",
+    "open",
+    "open_catalog",
+    "report",
+    "spectrum",
+    "temperature",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from skyshine.mat.gpu.shader import write_shaders
 from skyshine.mat.gpu.stated_error import with_stated_error
 from skyshine.mat.gpu.surface import export_surface
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
+from skyshine.mat.tables.catalog import CATALOG, open_catalog
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.schemas.errors import InputError
@@ -75,13 +75,10 @@ def databases(given: Iterable[Path]) -> list[Path]:
 
 
 def _refuse_half_built(folder: Path, files: list[Path]) -> None:
-    catalog = folder / "catalog.json"
+    catalog = folder / CATALOG
     if not catalog.is_file():
-        raise InputError("holds databases but no catalog.json: its build has not ended; run 'mat build'", file=folder)
-    try:
-        listed = {str(entry["file"]) for entry in json.loads(catalog.read_text(encoding="utf-8"))["files"]}
-    except (OSError, ValueError, KeyError, TypeError):
-        raise InputError("is damaged; run 'mat build' again", file=catalog) from None
+        raise InputError(f"holds databases but no {CATALOG}: its build has not ended; run 'mat build'", file=folder)
+    listed = {entry.file for entry in open_catalog(folder).entries}
     missing = sorted(listed - {file.name for file in files})
     if missing:
         raise InputError(f"lists {missing[0]}, which is not there; run 'mat build' again", file=catalog)

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from skyshine.mat.render.scene_file import LoadedScene
 from skyshine.mat.tables.atmosphere_table import AtmosphereTable
 from skyshine.mat.tables.axes import PERIODIC, AxisRule
+from skyshine.mat.tables.catalog import CATALOG, Entry, open_catalog
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.surface_tables import BandTable, TemperatureTable
 from skyshine.mat.tables.table import Table
 from skyshine.schemas.arrays import Booleans, Floats, Integers
 from skyshine.schemas.errors import InputError, nearest
 
-CATALOG = "catalog.json"
 TableType = TypeVar("TableType", bound=Table)
 Place = tuple[str | int, ...]
 Refuse = Callable[[Place, str], InputError]
@@ -77,12 +76,12 @@ class SceneTables:
             The folder, or a state, band or source in it, is missing, or a database is damaged.
         """
         entries = _catalog(folder, refuse)
-        states = sorted({entry["state"] for entry in entries if entry.get("filetype") == "htt"})
+        states = sorted({entry.state for entry in entries if entry.filetype == "htt" and entry.state is not None})
         if state not in states:
             allowed = ", ".join(map(str, states)) or "none; build the job first"
             raise refuse(("state",), f"{folder} holds no state {state}; allowed: {allowed}")
-        of_state = [entry for entry in entries if entry.get("state", state) == state]
-        numbers = {entry["band_name"]: entry["band"] for entry in of_state if entry.get("filetype") == "band"}
+        of_state = [entry for entry in entries if entry.state in (None, state)]
+        numbers = {str(entry.band_name): entry.band for entry in of_state if entry.filetype == "band"}
         names = list(numbers) if bands is None else bands
         opened = []
         for place, name in enumerate(names):
@@ -148,31 +147,17 @@ def held_hours(surface: TemperatureTable, hours: Floats) -> Booleans:
     return held
 
 
-def _catalog(folder: Path, refuse: Refuse) -> list[dict[str, Any]]:
-    path = folder / CATALOG
-    if not path.is_file():
+def _catalog(folder: Path, refuse: Refuse) -> tuple[Entry, ...]:
+    if not (folder / CATALOG).is_file():
         raise refuse(("databases",), f"{folder} holds no {CATALOG}; run mat build, or name the folder it wrote")
-    try:
-        files = [dict(entry) for entry in json.loads(path.read_text(encoding="utf-8"))["files"]]
-    except (OSError, ValueError, KeyError, TypeError):
-        files = []
-    keys = {"htt": ("state",), "band": ("band", "band_name"), "atmq": ("state", "band")}
-    whole = all(
-        isinstance(entry.get("file"), str)
-        and Path(entry["file"]).name == entry["file"]
-        and all(key in entry for key in keys.get(str(entry.get("filetype")), ()))
-        for entry in files
-    )
-    if not files or not whole:
-        raise InputError("is no catalogue of databases; run mat build again", file=path)
-    return files
+    return open_catalog(folder).entries
 
 
-def _file(entries: Sequence[dict[str, Any]], **wanted: Any) -> str | None:
-    """Name of the first file whose entry has all these values."""
+def _file(entries: Sequence[Entry], filetype: str, band: int | None = None) -> str | None:
+    """Name of the first file of a type, and of a band."""
     for entry in entries:
-        if all(entry.get(key) == value for key, value in wanted.items()):
-            return str(entry["file"])
+        if entry.filetype == filetype and band in (None, entry.band):
+            return entry.file
     return None
 
 

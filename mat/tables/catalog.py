@@ -1,16 +1,25 @@
-"""``catalog.json``: every database of a folder with its type, state, band, versions and hash."""
+"""``catalog.json``: every database of a folder with its type, state, band, date, versions and hash."""
 
 from __future__ import annotations
 
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date as Date
 from pathlib import Path
 from typing import Any
 
+import pydantic
+
+from skyshine.mat.tables.loader import open_table
+from skyshine.mat.tables.table import Table
+from skyshine.schemas.errors import InputError, nearest
 from skyshine.schemas.hdf5 import open_database
+from skyshine.schemas.paths import StrPath
 from skyshine.schemas.whole_files import write_whole
 
+CATALOG = "catalog.json"
 CATALOG_FORMAT = "1.1.0"
 # Root attributes by the keys of an entry, in which state and band are numbers.
 _NAMES = {
@@ -21,14 +30,171 @@ _NAMES = {
     "source": "source",
 }
 _NAME = re.compile(r"^(?:s(?P<state>\d+))?(?:b(?P<band>\d+))?\.")
+_LISTED = 40  # values that one line of an error lists
+_NEEDED = {"htt": ("state",), "band": ("band", "band_name"), "atmq": ("state", "band")}
+
+
+class Entry(pydantic.BaseModel):
+    """One database of a folder.
+
+    Attributes
+    ----------
+    file : str
+        Its name.
+    filetype : str
+    state, band : int or None
+        Counted from 1, as in the job; None for a database that belongs to none.
+    state_name, band_name : str or None
+        That the job gives.
+    date : datetime.date or None
+        Local day.
+    source : str or None
+        'sun' or 'moon'.
+    """
+
+    model_config = pydantic.ConfigDict(frozen=True)
+
+    file: str
+    filetype: str = ""
+    state: int | None = None
+    band: int | None = None
+    state_name: str | None = None
+    band_name: str | None = None
+    date: Date | None = None
+    source: str | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _whole(self) -> Entry:
+        if Path(self.file).name != self.file:
+            raise ValueError("a database of another folder")
+        if any(getattr(self, key) is None for key in _NEEDED.get(self.filetype, ())):
+            raise ValueError("lacks what databases of its type have")
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class Catalog:
+    """The databases of a folder, found by what they hold.
+
+    Attributes
+    ----------
+    folder : Path
+    entries : tuple of Entry
+        In the order of their names.
+    """
+
+    folder: Path
+    entries: tuple[Entry, ...]
+
+    def __repr__(self) -> str:
+        return f"<Catalog {self.folder}, {len(self.entries)} databases>"
+
+    def find(
+        self,
+        filetype: str | None = None,
+        *,
+        state: int | str | None = None,
+        band: int | str | None = None,
+        date: Date | str | None = None,
+        source: str | None = None,
+    ) -> tuple[Entry, ...]:
+        """Databases that have all of what is given; none where they do not come together.
+
+        Parameters
+        ----------
+        filetype : str, optional
+            'htt', 'band', 'atmq', 'lunar_atmq', 'thermal_atmq' or 'tmm'.
+        state, band : int or str, optional
+            By number, from 1, or by the name that the job gives.
+        date : datetime.date or str, optional
+            Local day, such as 2026-07-28.
+        source : {'sun', 'moon'}, optional
+
+        Raises
+        ------
+        InputError
+            No database of the folder has one of them.
+        """
+        found = self.entries
+        for key, wanted in (
+            ("filetype", filetype),
+            ("state", state),
+            ("band", band),
+            ("date", date),
+            ("source", source),
+        ):
+            if wanted is None:
+                continue
+            values = [_values(entry, key) for entry in self.entries]
+            if not any(str(wanted) in value for value in values):
+                known = list(dict.fromkeys(text for value in values for text in value))
+                allowed = nearest(str(wanted), known) if len(known) <= _LISTED else f"{known[0]} to {known[-1]}"
+                raise InputError(f"holds no {key} '{wanted}'; {allowed}", file=self.folder / CATALOG)
+            having = {entry.file for entry, value in zip(self.entries, values, strict=True) if str(wanted) in value}
+            found = tuple(entry for entry in found if entry.file in having)
+        return found
+
+    def open(self, filetype: str | None = None, **wanted: Any) -> Table:
+        """The only database that has all of what is given, as `find`.
+
+        Raises
+        ------
+        InputError
+            There is none, or more than one; as `find` and `loader.open_table`.
+        """
+        found = self.find(filetype, **wanted)
+        if len(found) != 1:
+            asked = ", ".join(f"{key} {value}" for key, value in {"filetype": filetype, **wanted}.items() if value)
+            names = ", ".join(entry.file for entry in found[:4]) + (" ..." if len(found) > 4 else "")
+            raise InputError(
+                f"has {len(found)} databases of {asked or 'all'}{': ' + names if found else ''}; allowed: one; ask for"
+                " filetype, state, band, date or source",
+                file=self.folder / CATALOG,
+            )
+        return open_table(self.folder / found[0].file)
+
+
+def open_catalog(folder: StrPath) -> Catalog:
+    """The catalogue of a folder of built databases.
+
+    Raises
+    ------
+    InputError
+        The folder has no catalogue, because its build has not ended, or a damaged one.
+
+    Examples
+    --------
+    >>> import skyshine.mat
+    >>> year = skyshine.mat.open_catalog("a_year/built")  # doctest: +SKIP
+    >>> [entry.file for entry in year.find("atmq", date="2026-07-28", band="window")]  # doctest: +SKIP
+    ['s209b01.atmq.h5']
+    >>> table = year.open("htt", date="2026-07-28")  # doctest: +SKIP
+    """
+    path = Path(folder) / CATALOG
+    if not path.is_file():
+        raise InputError(f"holds no {CATALOG}; run mat build, or name the folder it wrote", file=folder)
+    try:
+        files = json.loads(path.read_text(encoding="utf-8"))["files"]
+        entries = tuple(Entry.model_validate(entry) for entry in files)
+    except (OSError, ValueError, KeyError, TypeError):
+        entries = ()
+    if not entries:
+        raise InputError("is no catalogue of databases; run mat build again", file=path)
+    return Catalog(Path(folder), entries)
 
 
 def write_catalog(folder: Path, names: Sequence[str]) -> Path:
     """Write the catalogue of the databases `names` in `folder`."""
-    path = folder / "catalog.json"
+    path = folder / CATALOG
     content = {"format_version": CATALOG_FORMAT, "files": [_entry(folder, name) for name in sorted(names)]}
     write_whole(path, json.dumps(content, indent=2) + "\n")
     return path
+
+
+def _values(entry: Entry, key: str) -> list[str]:
+    """What a database is asked for by: a number, a name."""
+    values = [getattr(entry, key), getattr(entry, f"{key}_name", None)]
+    return [str(value) for value in values if value is not None]
 
 
 def _entry(folder: Path, name: str) -> dict[str, Any]:

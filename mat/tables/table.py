@@ -169,7 +169,8 @@ class Table:
         """The table as an xarray Dataset, in memory: axes as coordinates, materials by name.
 
         A material axis has the names as its index and the codes as the coordinate ``material_code``, so that
-        ``.sel(material="asphalt_road")`` picks one. The stated errors are not in it; see `error`.
+        ``.sel(material="asphalt_road")`` picks one. The day is the coordinate ``date``, along which files of a year
+        are joined. The stated errors are not in it; see `error`.
 
         Raises
         ------
@@ -195,6 +196,8 @@ class Table:
                 attributes.pop(COORDINATES, None)
             coordinates[f"{AXIS}_code"] = coordinates[AXIS]
             coordinates[AXIS] = arrays.pop(NAMES)
+        if "date" in self.attributes:
+            coordinates["date"] = ((), np.datetime64(str(self.attributes["date"]), "ns"), {"long_name": "local day"})
         return xarray.Dataset(arrays, coordinates, self.attributes | self.fixed_axes)
 
     @property

@@ -1,5 +1,7 @@
 """Tables in xarray: materials by name, the same numbers, a short repr."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,10 @@ import skyshine.mat
 from skyshine.mat.tables.axes import EXACT, PERIODIC, table_axis
 from skyshine.mat.tables.files import HTT
 from skyshine.mat.tables.named_materials import with_names
-from skyshine.schemas.hdf5 import Group, Header, Variable, write_file
+from skyshine.schemas.hdf5 import Group, Header, Variable, read_file, write_file
 
 xarray = pytest.importorskip("xarray")
+HEADER = Header(HTT.name, HTT.format_version, "data", "job", "Temperatures")
 DIMS = ("material", "altitude", "azimuth", "slope", "time")
 
 
@@ -27,8 +30,7 @@ def file(tmp_path):
         "slope": table_axis([0.0], "degree", "slope"),
         "time": table_axis([0.0], "h", "local time", interpolation=PERIODIC, period=24.0),
     }
-    header = Header(HTT.name, HTT.format_version, "data", "job", "Temperatures")
-    write_file(tmp_path / "s01.htt.h5", Group(axes, with_names(variables)), header)
+    write_file(tmp_path / "s01.htt.h5", Group(axes, with_names(variables)), HEADER)
     return tmp_path / "s01.htt.h5"
 
 
@@ -41,6 +43,22 @@ def test_a_material_is_selected_by_name(file):
         assert int(chosen["material_code"]) == 5 and chosen["temperature"].attrs["units"] == "K"
         assert data["temperature"].sel(material="asphalt_road").interp(altitude=0.5).item() == 291.0
         assert data.attrs["filetype"] == "htt" and data["altitude"].attrs["interpolation"] == "linear"
+
+
+def test_days_are_joined_along_a_time_axis(file):
+    pytest.importorskip("dask.array")
+    from skyshine.mat.tables.xarray_engine import SkyshineEngine
+
+    paths = []
+    for day in ("2026-07-28", "2026-01-02"):
+        paths.append(file.with_name(f"{day}.htt.h5"))
+        root, _ = read_file(file)
+        write_file(paths[-1], replace(root, attributes={**root.attributes, "date": day}), HEADER)
+    joined = xarray.open_mfdataset(paths, engine=SkyshineEngine, combine="nested", concat_dim="date").sortby("date")
+    assert joined["date"].dtype.kind == "M" and joined.sizes["date"] == 2
+    july = joined.sel(date="2026-07", material="asphalt_road", altitude=0.0)["temperature"]
+    assert july.squeeze().compute().item() == 290.0
+    assert "date" not in skyshine.mat.open(file).to_xarray().coords
 
 
 @pytest.mark.parametrize("engine", ["netcdf4", "h5netcdf"])

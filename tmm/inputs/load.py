@@ -9,7 +9,7 @@ from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.polygons import seed_polygons
+from skyshine.tmm.inputs.polygons import seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.job.model import Seeds, TextureJob
 
@@ -32,7 +32,7 @@ def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     names = set(job.materials)
     for seeds in (job.seeds, job.overrides):
         if seeds is not None:
-            names |= {name for name, _ in seed_polygons(seeds, Path(base_folder))}
+            names |= seed_names(seeds, Path(base_folder))
     if job.model is not None and job.seeds is None:
         names |= set(read_model(Path(base_folder) / job.model).names)
     return tuple(sorted(names))
@@ -75,7 +75,7 @@ def _seeds(
     job: TextureJob, seeds: Seeds, names: tuple[str, ...], texture: TextureFile, base_folder: Path
 ) -> SeedTexels:
     labelled = seeds.labels.palette.values() if seeds.labels else ()
-    seeded = {*labelled, *(name for name, _ in seed_polygons(seeds, base_folder))}
+    seeded = {*labelled, *seed_names(seeds, base_folder)}
     for name in job.classifier.prior if isinstance(job.classifier.prior, dict) else ():
         if name not in seeded:
             raise InputError(

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.texture import Windowed
-from skyshine.tmm.inputs.polygons import Ring, check_vertices, polygon_mask, seed_polygons
+from skyshine.tmm.inputs.polygons import Ring, polygon_mask, seed_polygons
 from skyshine.tmm.job.model import Seeds, TextureJob
 
 BLOCK = 32  # texels; a label image is divided into regions of this size
@@ -80,19 +80,21 @@ def seed_texels(
     InputError
         A polygon reaches beyond the image, the label image does not fit, or a material that has polygons has no texel
         left once texels without data and texels claimed by several materials are taken away. A material of the label
-        palette alone may be absent: textures share a palette; but not all may.
+        palette or of map coordinates may be absent, for textures share them; but not all may.
     """
     claims = Claims()
-    polygons = seed_polygons(seeds, base_folder)
+    polygons = seed_polygons(seeds, base_folder, texture, path)
+    if not polygons and seeds.labels is None:
+        raise InputError(f"no polygon of {seeds.file} lies on this image; compare their coordinates", file=path)
     for region, (name, rings) in enumerate(polygons):
-        check_vertices(name, rings, texture, path)
         texels = _inside(rings, texture)
         claims.add(texels, np.full_like(texels, names.index(name)), np.full_like(texels, region))
     if seeds.labels is not None:
         labels = Labels(seeds.labels, base_folder, names).fits(texture.height, texture.width)
         for texels, material, blocks in _label_claims(labels, len(names), job.held_out.random_seed):
             claims.add(texels, material, blocks)
-    return _settle(job.name, names, {name for name, _ in polygons}, texture, path, claims.merged())
+    drawn = {*seeds.polygons} if seeds.coordinates == "map" else {name for name, _ in polygons}
+    return _settle(job.name, names, drawn, texture, path, claims.merged())
 
 
 class Claims:
@@ -138,7 +140,7 @@ def _settle(
 ) -> SeedTexels:
     """Keep the texels that one material alone claims and that have data; the claims are those of `Claims.merged`.
 
-    Materials `drawn` by polygons must keep some; others are left out where they have none.
+    Materials `drawn` by polygons for this texture alone must keep some; others are left out where they have none.
     """
     texel, lowest, highest, region = claims
     agreed = lowest == highest
@@ -194,7 +196,7 @@ def _inside(rings: tuple[Ring, ...], texture: Windowed) -> npt.NDArray[Any]:
     outline = np.array([position[:2] for position in rings[0]])
     # A vertex on the far edge of the image stands in its last texel.
     low, high = (
-        np.minimum(edge.astype(int), (texture.width - 1, texture.height - 1))
+        np.clip(edge, 0, (texture.width - 1, texture.height - 1)).astype(int)
         for edge in (outline.min(0), outline.max(0))
     )
     width, height = high - low + 1

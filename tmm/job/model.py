@@ -83,8 +83,12 @@ class Seeds(StrictModel):
     )
     file: JobPath | None = Field(
         default=None,
-        description="GeoJSON in pixel coordinates; `properties.material` names the material. {name} stands for the "
-        "texture's name.",
+        description="GeoJSON; `properties.material` names the material. {name} stands for the texture's name.",
+    )
+    coordinates: Literal["pixel", "map"] = Field(
+        default="pixel",
+        description="Coordinates of the GeoJSON file: those of pixels, or those of the map that the image lies on (its "
+        "GeoTIFF tags or world file); what lies beyond the image is left out then.",
     )
     labels: LabelImage | None = None
 

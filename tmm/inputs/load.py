@@ -8,6 +8,7 @@ from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.polygons import seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
@@ -45,6 +46,12 @@ def job_files(job: TextureJob) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*seed_files(job.seeds), *layers, *model, *seed_files(job.overrides))))
 
 
+def mask_files(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
+    """Files beside the image that say where it has data, relative to the job's folder; those that are there."""
+    name = job.image + SIDECAR
+    return (name,) if job.alpha == "no-data" and (base_folder / name).is_file() else ()
+
+
 def load_texture(
     job: TextureJob, base_folder: Path, library: MaterialLibrary
 ) -> tuple[TextureFile, DistinctColours, tuple[str, ...], SeedTexels | None]:
@@ -60,7 +67,8 @@ def load_texture(
     colours = DistinctColours(texture)
     if not colours.valid_texels:
         raise InputError(
-            "has no texel with data (all are transparent or not finite); name another image, or say 'alpha: ignore'",
+            "has no texel with data (all are transparent, masked, of the no-data value or not finite); name another "
+            "image, or say 'alpha: ignore'",
             file=texture.path,
         )
     names = job_materials(job, base_folder)

@@ -229,7 +229,9 @@ class TextureJob(StrictModel):
         description="Name of the database (NAME.tmm.h5); by default the image's name without its ending.",
     )
     alpha: Literal["no-data", "ignore"] = Field(
-        default="no-data", description="Whether texels with alpha below one half are left without a material."
+        default="no-data",
+        description="Whether texels with alpha below one half, masked ones (in a TIFF, or in a .msk file beside the "
+        "image) and those of a TIFF's no-data value are left without a material.",
     )
     colour_space: Literal["auto", "srgb", "linear"] = Field(
         default="auto",

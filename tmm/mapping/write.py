@@ -19,6 +19,7 @@ from skyshine.tmm.database.layout import CHUNK, composite_layout, in_ratios, in_
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
 from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.inputs.load import mask_files
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.texture_map import STRIP, TextureMap
 
@@ -167,6 +168,8 @@ def is_current(
         digests[job.image] = made["texture_sha256"]
         place = read_georeference(Path(base_folder) / job.image)
         if tuple(made.get("geo_affine", ())) != (() if place is None else place.affine):
+            return False
+        if not digests.keys() >= {*mask_files(job, Path(base_folder))}:
             return False
         return all(file_sha256(Path(base_folder) / name) == digest for name, digest in digests.items())
 

@@ -76,7 +76,8 @@ def _shares(image: MaterialImage) -> npt.NDArray[np.uint8]:
 
 def _share(image: MaterialImage, shares: npt.NDArray[np.uint8], code: int) -> npt.NDArray[np.uint8]:
     """Share (H, W) of one material."""
-    return np.where(image.level.mix_code == code, shares, 0).sum(axis=-1, dtype=np.uint8)
+    share: npt.NDArray[np.uint8] = np.where(image.level.mix_code == code, shares, 0).sum(axis=-1, dtype=np.uint8)
+    return share
 
 
 def _write_png(path: Path, values: npt.NDArray[np.uint8]) -> None:

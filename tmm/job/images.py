@@ -37,20 +37,13 @@ def find_images(folder: Path, image: str) -> dict[str, str] | None:
     ValueError
         There is no such image, or one lies outside the job's folder.
     """
-    place = job_path(folder, image)
-    if place.is_dir():
-        found = [path for path in place.iterdir() if path.suffix.lower() in _ENDINGS]
-    elif not place.exists() and re.search(r"[*?\[]|" + UDIM, image):
-        pattern = PurePath(image.replace(UDIM, _TILE))
-        start, pattern = (
-            (Path(pattern.anchor), pattern.relative_to(pattern.anchor)) if pattern.anchor else (folder, pattern)
-        )
-        found = list(start.glob(str(pattern)))
-    else:
+    try:
+        found = _matches(folder, image)
+    except OSError as error:
+        raise ValueError(f"found '{image[:60]}', which cannot be looked at: {error.strerror}; check the path") from None
+    if found is None:
         return None
-    images = sorted(
-        _as_written(path, folder, image) for path in found if path.is_file() and not path.name.startswith(".")
-    )
+    images = sorted(_as_written(path, folder, image) for path in found)
     if not images:
         raise ValueError(f"found no image for '{image}'; name a file, a folder of images, or a pattern that some match")
     for name in images:
@@ -63,6 +56,21 @@ def find_images(folder: Path, image: str) -> dict[str, str] | None:
         twice = next(name for name in names if names.count(name) > 1)
         raise ValueError(f"found two images for '{image}' that would both be named '{twice}'; list them with a 'name'")
     return dict(zip(names, images, strict=True))
+
+
+def _matches(folder: Path, image: str) -> list[Path] | None:
+    """The files that are meant, none of them hidden; None where `image` is a file's name."""
+    place = job_path(folder, image)
+    if place.is_dir():
+        found = [path for path in place.iterdir() if path.suffix.lower() in _ENDINGS]
+    elif not place.exists() and re.search(r"[*?\[]|" + UDIM, image):
+        pattern, start = PurePath(image.replace(UDIM, _TILE)), folder
+        if pattern.anchor:
+            start, pattern = Path(pattern.anchor), pattern.relative_to(pattern.anchor)
+        found = list(start.glob(str(pattern)))
+    else:
+        return None
+    return [path for path in found if path.is_file() and not path.name.startswith(".")]
 
 
 def _as_written(path: Path, folder: Path, image: str) -> str:

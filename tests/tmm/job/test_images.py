@@ -106,6 +106,9 @@ def test_each_texture_has_its_own_seeds(job, files):
     "text, message",
     [
         ("  - {image: '*.jpg', material: grass_green}\n", "found no image for '\\*.jpg'"),
+        (f"  - {{image: {'a' * 5000}, material: grass_green}}\n", "which cannot be looked at"),
+        ("  - {image: '**a/*.png', material: grass_green}\n", "\\*\\*"),
+        ("  - {image: '**/../../*.png', material: grass_green}\n", "leads out of the job's folder"),
         ("  - {image: '../*.png', material: grass_green}\n", "leads out of the job's folder"),
         ("  - {image: '*.png', name: x, material: grass_green}\n", "leave 'name' out"),
         (
@@ -125,3 +128,9 @@ def test_a_link_out_of_the_folder_is_no_image_of_a_pattern(job, files, tmp_path)
     (tmp_path / "link.png").symlink_to("/etc/hostname")
     with pytest.raises(InputError, match=r"'link.png', which leads out of the job's folder"):
         job("  - {image: '*.png', material: grass_green}\n")
+
+
+def test_an_absolute_pattern(job, files, tmp_path):
+    files("a.png", "b.png")
+    loaded = job(f"  - {{image: '{tmp_path}/*.png', material: grass_green}}\n")
+    assert [texture.image for texture in loaded.textures] == [f"{tmp_path}/{name}.png" for name in "ab"]

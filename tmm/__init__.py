@@ -1,9 +1,9 @@
 """The texture material mapper: photographs in, material codes with their confidence out.
 
 `load_job` reads a job file, `check` says what it will do with a texture, `map_textures` writes the databases of all its
-textures; `map_texture` and `write_texture` do so for one `TextureJob`. `open_tmm` reads a database, `read_usage` its
-shares of materials; `score`, `preview`, `export` and `import_texture` are those of the commands. Trained classifiers
-come from `train_library`.
+textures, an outcome for each; `map_texture` and `write_texture` do so for one `TextureJob`. `open_tmm` reads a
+database, `read_usage` its shares of materials; `score`, `preview`, `export` and `import_texture` are those of the
+commands. Trained classifiers come from `train_library`.
 
 Examples
 --------

@@ -13,7 +13,7 @@ COMMANDS = {
     "info": "Show what a texture database holds.",
     "usage": "Share of each material in one texture or several.",
     "import": "Take materials from an OGC CDB or an indexed PNG.",
-    "export": "Write a texture's materials for others: OGC CDB, glTF, DIRSIG, indexed PNG.",
+    "export": "Write a texture's materials for others: PNG, GeoTIFF, glTF, DIRSIG, OGC CDB.",
     "bench": "Error against run time of all classifiers on labelled textures.",
     "preview": "Draw texture, materials, confidence and shadows side by side.",
 }

@@ -5,6 +5,8 @@ from typing import Any
 import click
 
 from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.commands.problems import raise_all
 
 
 @click.command(epilog="Example: tmm check demo.tmm.yaml")
@@ -12,20 +14,31 @@ from skyshine.schemas.commands import allow_outside_option, emit_json, json_opti
 @allow_outside_option
 @json_option
 def command(job: str, as_json: bool) -> None:
-    """Check JOB: read its images and find its seeds; nothing is classified or written."""
+    """Check JOB: read its images and find its seeds; nothing is classified or written.
+
+    All textures are checked, also where one is wrong; the status is 2 then.
+    """
     from skyshine.materials.library import load_library
     from skyshine.tmm.job.load import load_job
     from skyshine.tmm.mapping.run import check
 
     library = load_library()
     loaded, folder = load_job(job, library)
-    reports = [check(entry, folder, library) for entry in loaded.textures]
+    reports, problems = [], []
+    for entry in loaded.textures:
+        try:
+            reports.append(check(entry, folder, library))
+        except InputError as problem:
+            problems.append((entry.name, problem))
     if as_json:
-        emit_json({"job": job, "textures": reports})
-        return
-    for report in reports:
-        _print(report)
-    click.echo(f"{job}: holds")
+        failed = [{"name": name, "error": str(problem)} for name, problem in problems]
+        emit_json({"job": job, "textures": reports, "failed": failed})
+    else:
+        for report in reports:
+            _print(report)
+    raise_all(problems, len(loaded.textures))
+    if not as_json:
+        click.echo(f"{job}: holds")
 
 
 def _print(report: dict[str, Any]) -> None:

@@ -8,10 +8,12 @@ import click
 
 from skyshine.schemas.commands import allow_outside_option, emit_json, json_option, progress
 from skyshine.schemas.quantity import quantity
+from skyshine.tmm.commands.problems import raise_all
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from skyshine.tmm.mapping.run import Outcome
     from skyshine.tmm.mapping.texture_map import TextureMap
     from skyshine.tmm.mapping.write import Written
 
@@ -19,26 +21,44 @@ if TYPE_CHECKING:
 @click.command(epilog="Example: tmm classify demo.tmm.yaml --out build")
 @click.argument("job", type=click.Path())
 @click.option("--out", type=click.Path(), help="Output folder; by default the one that the job names.")
+@click.option(
+    "--fresh", is_flag=True, help="Classify everything again; without it, databases that still hold are kept."
+)
 @allow_outside_option
 @json_option
-def command(job: str, out: str | None, as_json: bool) -> None:
-    """Map the texels of all textures of JOB to materials and write one database for each."""
+def command(job: str, out: str | None, fresh: bool, as_json: bool) -> None:
+    """Map the texels of all textures of JOB to materials and write one database for each.
+
+    A texture that cannot be mapped is reported, and the others are finished; the status is 2 then.
+    """
     from skyshine.materials.library import load_library
     from skyshine.tmm.job.load import load_job
     from skyshine.tmm.mapping.run import classify
 
     library = load_library()
     loaded, folder = load_job(job, library)
-    reports = []
+    reports, problems = [], []
     with progress(len(loaded.textures), "classifying") as advance:
-        for mapped, written, path in classify(loaded, folder, out, library):
-            reports.append(_report(mapped, written, path))
+        for outcome in classify(loaded, folder, out, library, fresh=fresh):
+            reports.append(_outcome(outcome))
+            if outcome.problem is not None:
+                problems.append((outcome.job.name, outcome.problem))
             advance(1)
     if as_json:
         emit_json({"textures": reports})
-        return
-    for report in reports:
-        _print(report)
+    else:
+        for report in reports:
+            _print(report)
+    raise_all(problems, len(reports))
+
+
+def _outcome(outcome: Outcome) -> dict[str, Any]:
+    if outcome.mapped is not None and outcome.written is not None:
+        return {"state": "written", **_report(outcome.mapped, outcome.written, outcome.path)}
+    named = {"file": str(outcome.path), "name": outcome.job.name}
+    if outcome.problem is not None:
+        return {"state": "failed", **named, "error": str(outcome.problem)}
+    return {"state": "kept", **named}
 
 
 def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
@@ -67,6 +87,11 @@ def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
 
 
 def _print(report: dict[str, Any]) -> None:
+    if report["state"] == "failed":
+        return
+    if report["state"] == "kept":
+        click.echo(f"{report['file']}: is there already, from the same job and image; kept")
+        return
     click.echo(f"{report['file']}: {report['width']} x {report['height']}")
     for name, share in report["usage"].items():
         click.echo(f"  {100 * share['value']:5.1f} %  {name}")

@@ -15,7 +15,11 @@ if TYPE_CHECKING:
 @click.command(epilog="Example: tmm export build/yellowstone_road.tmm.h5 --to gltf --out exchange")
 @click.argument("file", type=click.Path())
 @click.option(
-    "--to", "form", type=click.Choice(["png", "gltf", "dirsig", "cdb"]), required=True, help="Format to write."
+    "--to",
+    "form",
+    type=click.Choice(["png", "masks", "splat", "geotiff", "gltf", "dirsig", "cdb"]),
+    required=True,
+    help="Format to write.",
 )
 @click.option("--out", type=click.Path(), required=True, help="Folder to write into; of a CDB, its root.")
 @click.option(
@@ -48,9 +52,10 @@ def command(
 ) -> None:
     """Write the materials of FILE in another format.
 
-    png: indexed PNG with a legend. gltf: a quad with a feature ID texture and a property table. dirsig: material map
-    and mixture map. cdb: raster materials with their composite material table, of a tile (005, 006) or of a model (504,
-    505).
+    png: indexed PNG with a legend. masks: a grey PNG for each material (Unreal, Blender). splat: RGBA PNG of four
+    materials each (Unity). geotiff: codes and confidence on the map. gltf: a quad with a feature ID texture and a
+    property table. dirsig: material map and mixture map. cdb: raster materials with their composite material table, of
+    a tile (005, 006) or of a model (504, 505).
     """
     from skyshine.materials.library import load_library
     from skyshine.tmm.exchange.export import CdbTarget, export

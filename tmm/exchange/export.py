@@ -15,7 +15,7 @@ from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import CdbMaterials, load_map
 from skyshine.tmm.exchange.image import MaterialImage, read_levels
 
-Form = Literal["png", "gltf", "dirsig", "cdb"]
+Form = Literal["png", "masks", "splat", "geotiff", "gltf", "dirsig", "cdb"]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def export(
     ----------
     path : path
         A ``.tmm.h5``.
-    form : {"png", "gltf", "dirsig", "cdb"}
+    form : {"png", "masks", "splat", "geotiff", "gltf", "dirsig", "cdb"}
     out : path
         Folder; of a CDB, its root.
     library : MaterialLibrary
@@ -69,14 +69,19 @@ def export(
     if form == "cdb":
         return _export_cdb(path, Path(out), library, level, target)
     from skyshine.tmm.exchange.dirsig import write_dirsig
+    from skyshine.tmm.exchange.geotiff import write_geotiff
     from skyshine.tmm.exchange.gltf import write_gltf
     from skyshine.tmm.exchange.indexed_png import write_png
+    from skyshine.tmm.exchange.share_maps import write_masks, write_splat_maps
 
     image = read_levels(path, [level or 0])[0]
     if level:
         image = replace(image, name=f"{image.name}.{level}")
     writers: dict[Form, Callable[[Path, MaterialImage], list[Path]]] = {
         "png": write_png,
+        "masks": write_masks,
+        "splat": write_splat_maps,
+        "geotiff": lambda folder, texture: write_geotiff(folder, texture, path, level or 0),
         "dirsig": write_dirsig,
         "gltf": lambda folder, texture: write_gltf(folder, texture, binary),
     }

@@ -16,6 +16,9 @@ _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _PIXEL_IS_POINT = 2  # GTRasterTypeGeoKey: the tie point is the centre of the texel, not its corner
 _USER_DEFINED = 32767
 
+# What tifffile raises of files that it cannot read; its own error is a ValueError.
+TIFF_ERRORS = (struct.error, ValueError, TypeError, IndexError, KeyError, OverflowError, ZeroDivisionError)
+
 Affine = tuple[float, float, float, float, float, float]
 
 
@@ -43,9 +46,13 @@ def read_georeference(image: Path) -> GeoReference | None:
     InputError
         A world file does not hold six numbers, or maps everything to a line; or GeoTIFF tags are damaged.
     """
+    return (_geotiff(image) if is_tiff(image) else None) or _world(image)
+
+
+def is_tiff(image: Path) -> bool:
+    """Whether a file begins as a TIFF or BigTIFF."""
     with open(image, "rb") as file:
-        magic = file.read(4)
-    return (_geotiff(image) if magic in _TIFF else None) or _world(image)
+        return file.read(4) in _TIFF
 
 
 def _geotiff(image: Path) -> GeoReference | None:
@@ -54,16 +61,7 @@ def _geotiff(image: Path) -> GeoReference | None:
     try:
         with tifffile.TiffFile(image) as file:
             tags = getattr(file.pages[0], "geotiff_tags", None) or {}
-    except (
-        tifffile.TiffFileError,
-        struct.error,
-        ValueError,
-        TypeError,
-        IndexError,
-        KeyError,
-        OverflowError,
-        ZeroDivisionError,
-    ):
+    except TIFF_ERRORS:
         return None  # OpenImageIO reads images whose tags tifffile does not
     try:
         affine = _affine(tags)

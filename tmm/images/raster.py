@@ -34,10 +34,16 @@ class Raster:
         uint8 and uint16 as stored; any other integer is scaled to its full range, any other float is float32.
     """
 
-    def __init__(self, path: Path) -> None:
-        """Open the file; raises InputError where it is missing, is no image, or holds more than one plane."""
+    def __init__(self, path: Path, number: int = 0) -> None:
+        """Open an image of the file, by default its first.
+
+        Raises
+        ------
+        InputError
+            The file is missing, is no image, or holds more than one plane, or has no such image.
+        """
         self.path = path
-        self._source, self.spec = _open(path)
+        self._source, self.spec = _open(path, number)
         self.height, self.width, self.channels = self.spec.height, self.spec.width, self.spec.nchannels
         kind = str(self.spec.format)
         self._kind = kind if kind in ("uint8", "uint16") else "float"
@@ -132,7 +138,7 @@ def file_sha256(path: Path) -> str:
         raise InputError(f"cannot be read: {error.strerror}; check the path", file=path) from None
 
 
-def _open(path: Path) -> tuple[Any, Any]:
+def _open(path: Path, number: int) -> tuple[Any, Any]:
     import OpenImageIO as oiio
 
     if not path.is_file():
@@ -143,6 +149,8 @@ def _open(path: Path) -> tuple[Any, Any]:
         source = oiio.ImageInput.open(str(path), config)
     if source is None:
         raise InputError(_reason("is not an image that can be read", oiio.geterror()), file=path)
+    if number and not source.seek_subimage(number, 0):
+        raise InputError(_reason(f"has no image {number}", source.geterror()), file=path)
     spec = source.spec()
     if spec.depth > 1 or spec.width < 1 or spec.height < 1:
         raise InputError(f"has the size {spec.width} x {spec.height} x {spec.depth}; allowed: one plane", file=path)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.tmm.images.no_data import NoData
 from skyshine.tmm.images.raster import Raster, file_sha256
 
 ALPHA_LIMIT = 0.5  # the usual cut-off of alpha-tested textures
@@ -40,7 +41,7 @@ class Texture:
         Red, green, blue as the file holds them: integers over their full range, floats as they are. Grey is repeated.
         A fourth channel is near infrared.
     valid : (H, W) bool
-        False where the texel is transparent or a channel is not finite.
+        False where the texel is transparent, the file says that it has no data, or a channel is not finite.
     encoding : str
         ``srgb``, ``linear``, or another colour space that OpenImageIO names and can convert.
     """
@@ -91,17 +92,19 @@ class TextureFile:
         colour_space : {"auto", "srgb", "linear"}
             ``auto`` takes the file's own metadata; without any, integers are sRGB and floats linear.
         alpha : {"no-data", "ignore"}
-            Whether texels with alpha below one half have no data.
+            Whether texels with alpha below one half, masked ones and those of a no-data value have no data.
         near_infrared : str, optional
             Name or number, from 1, of the channel of near infrared.
 
         Raises
         ------
         InputError
-            The file is missing or is no image, its colour space is unknown, or it lacks a channel.
+            The file is missing or is no image, its colour space is unknown, it lacks a channel, or its mask does
+            not fit.
         """
         self.path, self._raster = path, Raster(path)
         self._picked, self._alpha = _channels(path, self._raster.spec, near_infrared)
+        self._no_data = NoData(path, self._raster) if alpha == "no-data" else None
         if alpha == "ignore":
             self._alpha = None
         self.height, self.width, self.channels = self._raster.height, self._raster.width, len(self._picked)
@@ -123,6 +126,8 @@ class TextureFile:
         if self._alpha is not None:
             full = np.iinfo(self.dtype).max if self.dtype.kind == "u" else 1.0
             valid &= values[..., self._alpha] >= ALPHA_LIMIT * full
+        if self._no_data is not None:
+            valid &= self._no_data.valid(rows, columns, colours)
         return colours, valid
 
 

@@ -8,8 +8,9 @@ from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.polygons import seed_polygons
+from skyshine.tmm.inputs.polygons import seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.job.model import Seeds, TextureJob
 
@@ -32,7 +33,7 @@ def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     names = set(job.materials)
     for seeds in (job.seeds, job.overrides):
         if seeds is not None:
-            names |= {name for name, _ in seed_polygons(seeds, Path(base_folder))}
+            names |= seed_names(seeds, Path(base_folder))
     if job.model is not None and job.seeds is None:
         names |= set(read_model(Path(base_folder) / job.model).names)
     return tuple(sorted(names))
@@ -43,6 +44,12 @@ def job_files(job: TextureJob) -> tuple[str, ...]:
     layers = tuple(job.rules.layers.values()) if job.rules else ()
     model = (job.model,) if job.model else ()
     return tuple(dict.fromkeys((*seed_files(job.seeds), *layers, *model, *seed_files(job.overrides))))
+
+
+def mask_files(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
+    """Files beside the image that say where it has data, relative to the job's folder; those that are there."""
+    name = job.image + SIDECAR
+    return (name,) if job.alpha == "no-data" and (base_folder / name).is_file() else ()
 
 
 def load_texture(
@@ -60,7 +67,8 @@ def load_texture(
     colours = DistinctColours(texture)
     if not colours.valid_texels:
         raise InputError(
-            "has no texel with data (all are transparent or not finite); name another image, or say 'alpha: ignore'",
+            "has no texel with data (all are transparent, masked, of the no-data value or not finite); name another "
+            "image, or say 'alpha: ignore'",
             file=texture.path,
         )
     names = job_materials(job, base_folder)
@@ -75,7 +83,7 @@ def _seeds(
     job: TextureJob, seeds: Seeds, names: tuple[str, ...], texture: TextureFile, base_folder: Path
 ) -> SeedTexels:
     labelled = seeds.labels.palette.values() if seeds.labels else ()
-    seeded = {*labelled, *(name for name, _ in seed_polygons(seeds, base_folder))}
+    seeded = {*labelled, *seed_names(seeds, base_folder)}
     for name in job.classifier.prior if isinstance(job.classifier.prior, dict) else ():
         if name not in seeded:
             raise InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +13,7 @@ from pydantic import Field
 
 from skyshine.schemas.documents import parse_model, read_yaml
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.texture import Windowed
 from skyshine.tmm.job.model import Seeds
 
@@ -49,25 +51,69 @@ class _Feature(_Open):
     geometry: _Point | _Polygon | _MultiPolygon = Field(discriminator="type")
 
 
+class _CrsName(_Open):
+    name: str
+
+
+class _Crs(_Open):
+    properties: _CrsName
+
+
 class _FeatureCollection(_Open):
+    """RFC 7946, with the member `crs` of GeoJSON 2008 that geographic information systems still write."""
+
     type: Literal["FeatureCollection"]
     features: tuple[_Feature, ...] = Field(min_length=1)
+    crs: _Crs | None = None
 
 
-def seed_polygons(seeds: Seeds, base_folder: Path) -> list[tuple[str, tuple[Ring, ...]]]:
-    """All polygons of seeds, those of the GeoJSON file last: material and rings (the outer one first, then holes).
+def seed_names(seeds: Seeds, base_folder: Path) -> set[str]:
+    """Materials of all polygons of seeds, those of the GeoJSON file included; raises as `seed_polygons`."""
+    features = _read_features(base_folder, seeds.file).features if seeds.file is not None else ()
+    return {*seeds.polygons, *(feature.properties.material for feature in features)}
+
+
+def seed_polygons(
+    seeds: Seeds, base_folder: Path, texture: Windowed, image: Path
+) -> list[tuple[str, tuple[Ring, ...]]]:
+    """All polygons of seeds in pixel coordinates, those of the GeoJSON file last.
+
+    Parameters
+    ----------
+    image : Path
+        Of the texture; it gives the place on the map.
+
+    Returns
+    -------
+    list of (str, tuple of Ring)
+        Material and rings (the outer one first, then holes). Polygons in map coordinates that lie beyond the image are
+        left out; others may reach beyond it.
 
     Raises
     ------
     InputError
-        The GeoJSON file cannot be read or is not a FeatureCollection of polygons and points with a material.
+        The GeoJSON file cannot be read or is not a FeatureCollection of polygons and points with a material; its
+        coordinates are those of a map, and the image has no place on it; or a polygon in pixel coordinates reaches
+        beyond the texture.
     """
     polygons: list[tuple[str, tuple[Ring, ...]]] = [
         (name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings
     ]
-    if seeds.file is None:
-        return polygons
-    collection = _read_features(base_folder, seeds.file)
+    mapped: list[tuple[str, tuple[Ring, ...]]] = []
+    if seeds.file is not None:
+        collection = _read_features(base_folder, seeds.file)
+        read = _shapes(collection)
+        if seeds.coordinates == "map":
+            mapped = _on_image(read, _place(image, collection, base_folder / seeds.file), texture)
+        else:
+            polygons += read
+    for name, rings in polygons:
+        _check_vertices(name, rings, texture, image)
+    return polygons + mapped
+
+
+def _shapes(collection: _FeatureCollection) -> list[tuple[str, tuple[Ring, ...]]]:
+    polygons: list[tuple[str, tuple[Ring, ...]]] = []
     for feature in collection.features:
         name, geometry = feature.properties.material, feature.geometry
         if isinstance(geometry, _Point):
@@ -76,6 +122,54 @@ def seed_polygons(seeds: Seeds, base_folder: Path) -> list[tuple[str, tuple[Ring
             shapes = geometry.coordinates if isinstance(geometry, _MultiPolygon) else (geometry.coordinates,)
             polygons += [(name, rings) for rings in shapes]
     return polygons
+
+
+def _place(image: Path, collection: _FeatureCollection, file: Path) -> GeoReference:
+    """The georeference of an image, in whose system the features must be; they are where they name none."""
+    place = read_georeference(image)
+    if place is None:
+        raise InputError(
+            f"has no place on a map, in whose coordinates {file.name} is; give it GeoTIFF tags or a world file, or draw"
+            " in pixel coordinates",
+            file=image,
+        )
+    stated = None if collection.crs is None else _epsg(collection.crs.properties.name)
+    own = _epsg(place.crs)
+    if stated is not None and own is not None and stated != own:
+        raise InputError(
+            f"has coordinates of EPSG:{stated}; allowed: those of the image {image.name}, EPSG:{own}; reproject the "
+            "polygons",
+            file=file,
+        )
+    return place
+
+
+def _epsg(name: str) -> int | None:
+    """Number of a coordinate system by a name such as EPSG:32633 or urn:ogc:def:crs:EPSG::32633; None for others."""
+    if name.upper().endswith("CRS84"):
+        return 4326  # the same system; in both files longitude comes first
+    found = re.search(r"EPSG:(?:[0-9.]*:)?([0-9]+)$", name, re.IGNORECASE)
+    return int(found[1]) if found else None
+
+
+def _on_image(
+    polygons: list[tuple[str, tuple[Ring, ...]]], place: GeoReference, texture: Windowed
+) -> list[tuple[str, tuple[Ring, ...]]]:
+    """Polygons in pixel coordinates, of those in map coordinates whose bounds meet the image."""
+    a, b, c, d, e, f = place.affine
+    size = (texture.width, texture.height)
+    kept: list[tuple[str, tuple[Ring, ...]]] = []
+    for name, rings in polygons:
+        pixels: list[Ring] = []
+        for ring in rings:
+            ground = np.array([position[:2] for position in ring]) - (c, f)
+            # Rounded far below a texel, so that what lies on an edge of the image does so exactly.
+            texels = np.round(np.linalg.solve([[a, b], [d, e]], ground.T).T, 6)
+            pixels.append(tuple((float(x), float(y)) for x, y in texels))
+        outer = np.array(pixels[0])
+        if (outer.max(axis=0) >= 0).all() and (outer.min(axis=0) <= size).all():
+            kept.append((name, tuple(pixels)))
+    return kept
 
 
 def _read_features(folder: Path, name: str) -> _FeatureCollection:
@@ -93,7 +187,7 @@ def _read_features(folder: Path, name: str) -> _FeatureCollection:
         ) from None
 
 
-def check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: Path) -> None:
+def _check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: Path) -> None:
     """Refuse a polygon that reaches beyond the texture."""
     for x, y, *_ in (position for ring in rings for position in ring):
         if not (0 <= x <= texture.width and 0 <= y <= texture.height):
@@ -126,9 +220,10 @@ def polygon_mask(
             # Texel centres stand at half integers, those of skimage at integers.
             columns, rows = (outline - (left + 0.5, top + 0.5)).T / step
             mask[polygon(rows, columns, mask.shape)] = number == 0  # type: ignore[no-untyped-call]
+    vertices = outlines[0][((outlines[0] >= 0) & (outlines[0] <= (texture.width, texture.height))).all(axis=1)]
     # A vertex on the far edge of the image stands in its last texel.
     last = (texture.width - 1, texture.height - 1)
-    columns, rows = (np.minimum(outlines[0].astype(int), last) - (left, top)).T
+    columns, rows = (np.minimum(vertices.astype(int), last) - (left, top)).T
     there = (columns >= 0) & (columns < shape[1]) & (rows >= 0) & (rows < shape[0])
     there &= (columns % step == 0) & (rows % step == 0)
     mask[rows[there] // step, columns[there] // step] = True

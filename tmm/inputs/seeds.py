@@ -12,7 +12,7 @@ import numpy.typing as npt
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.texture import Windowed
-from skyshine.tmm.inputs.polygons import Ring, check_vertices, polygon_mask, seed_polygons
+from skyshine.tmm.inputs.polygons import Ring, polygon_mask, seed_polygons
 from skyshine.tmm.job.model import Seeds, TextureJob
 
 BLOCK = 32  # texels; a label image is divided into regions of this size
@@ -56,6 +56,13 @@ def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
     return tuple(name for name in files if name is not None)
 
 
+def unlabelled(job: TextureJob, seeds: SeedTexels | None) -> tuple[str, ...]:
+    """Materials of a job's label palette that have no seed in this texture."""
+    if seeds is None or job.seeds is None or job.seeds.labels is None:
+        return ()
+    return tuple(sorted({*job.seeds.labels.palette.values()} - {*seeds.names}))
+
+
 def seed_texels(
     job: TextureJob, seeds: Seeds, names: tuple[str, ...], texture: Windowed, path: Path, base_folder: Path
 ) -> SeedTexels:
@@ -71,19 +78,23 @@ def seed_texels(
     Raises
     ------
     InputError
-        A polygon reaches beyond the image, the label image does not fit, or a material has no texel left once texels
-        without data and texels claimed by several materials are taken away.
+        A polygon reaches beyond the image, the label image does not fit, or a material that has polygons has no texel
+        left once texels without data and texels claimed by several materials are taken away. A material of the label
+        palette or of map coordinates may be absent, for textures share them; but not all may.
     """
     claims = Claims()
-    for region, (name, rings) in enumerate(seed_polygons(seeds, base_folder)):
-        check_vertices(name, rings, texture, path)
+    polygons = seed_polygons(seeds, base_folder, texture, path)
+    if not polygons and seeds.labels is None:
+        raise InputError(f"no polygon of {seeds.file} lies on this image; compare their coordinates", file=path)
+    for region, (name, rings) in enumerate(polygons):
         texels = _inside(rings, texture)
         claims.add(texels, np.full_like(texels, names.index(name)), np.full_like(texels, region))
     if seeds.labels is not None:
         labels = Labels(seeds.labels, base_folder, names).fits(texture.height, texture.width)
         for texels, material, blocks in _label_claims(labels, len(names), job.held_out.random_seed):
             claims.add(texels, material, blocks)
-    return _settle(job, names, texture, path, *claims.merged())
+    drawn = {*seeds.polygons} if seeds.coordinates == "map" else {name for name, _ in polygons}
+    return _settle(job.name, names, drawn, texture, path, claims.merged())
 
 
 class Claims:
@@ -120,28 +131,32 @@ class Claims:
 
 
 def _settle(
-    job: TextureJob,
+    title: str,
     names: tuple[str, ...],
+    drawn: set[str],
     texture: Windowed,
     path: Path,
-    texel: npt.NDArray[np.int64],
-    lowest: npt.NDArray[np.int64],
-    highest: npt.NDArray[np.int64],
-    region: npt.NDArray[np.int64],
+    claims: npt.NDArray[np.int64],
 ) -> SeedTexels:
-    """Keep the texels that one material alone claims and that have data; the claims are those of `Claims.merged`."""
+    """Keep the texels that one material alone claims and that have data; the claims are those of `Claims.merged`.
+
+    Materials `drawn` by polygons for this texture alone must keep some; others are left out where they have none.
+    """
+    texel, lowest, highest, region = claims
     agreed = lowest == highest
     rows, columns = np.divmod(texel, texture.width)
     colours, valid = gather(texture, rows, columns)
     keep = agreed & valid
     material = lowest[keep]
-    number = np.bincount(material, minlength=len(names))
-    for index in np.flatnonzero(number == 0):
-        raise InputError(
-            f"material '{names[index]}' of '{job.name}' has no seed texel left (outside the data, or claimed by other "
-            "materials too); draw a polygon that it has alone",
-            file=path,
-        )
+    here = np.bincount(material, minlength=len(names)) > 0
+    for index in np.flatnonzero(~here):
+        if names[index] in drawn or not here.any():
+            raise InputError(
+                f"material '{names[index]}' of '{title}' has no seed texel left (outside the data, or claimed by other "
+                "materials too); draw a polygon that it has alone",
+                file=path,
+            )
+    names, material = tuple(np.array(names, object)[here]), (np.cumsum(here) - 1)[material]
     rows, columns = rows[keep], columns[keep]
     region = _divide(material, region[keep], rows, columns)
     return SeedTexels(names, rows, columns, material, region, colours[keep], int(np.sum(~agreed)))
@@ -181,7 +196,7 @@ def _inside(rings: tuple[Ring, ...], texture: Windowed) -> npt.NDArray[Any]:
     outline = np.array([position[:2] for position in rings[0]])
     # A vertex on the far edge of the image stands in its last texel.
     low, high = (
-        np.minimum(edge.astype(int), (texture.width - 1, texture.height - 1))
+        np.clip(edge, 0, (texture.width - 1, texture.height - 1)).astype(int)
         for edge in (outline.min(0), outline.max(0))
     )
     width, height = high - low + 1

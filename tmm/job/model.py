@@ -6,10 +6,9 @@ image as it is stored: x to the right, y down, the texel of column c and row r s
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import PurePath
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pydantic
@@ -19,6 +18,7 @@ from pydantic import Field
 from skyshine.schemas.documents import StrictModel
 from skyshine.schemas.errors import nearest
 from skyshine.schemas.paths import job_path
+from skyshine.tmm.job.images import find_images, texture_name
 
 MAX_RADIUS = 127
 
@@ -67,7 +67,9 @@ Probability = Annotated[float, Field(ge=0, le=1)]
 class LabelImage(StrictModel):
     """An image of the texture's size whose colours name materials; colours outside the palette label nothing."""
 
-    image: JobPath = Field(description="Label image, of the same width and height as the texture.")
+    image: JobPath = Field(
+        description="Label image, of the same width and height as the texture; {name} stands for the texture's name."
+    )
     palette: dict[PaletteKey, MaterialName] = Field(
         min_length=1, description='Material of each label colour ("#RRGGBB") or grey level (0 to 65535).'
     )
@@ -81,7 +83,12 @@ class Seeds(StrictModel):
     )
     file: JobPath | None = Field(
         default=None,
-        description="GeoJSON in pixel coordinates; `properties.material` names the material.",
+        description="GeoJSON; `properties.material` names the material. {name} stands for the texture's name.",
+    )
+    coordinates: Literal["pixel", "map"] = Field(
+        default="pixel",
+        description="Coordinates of the GeoJSON file: those of pixels, or those of the map that the image lies on (its "
+        "GeoTIFF tags or world file); what lies beyond the image is left out then.",
     )
     labels: LabelImage | None = Field(None, description="Image of the texture's size whose colours name materials.")
 
@@ -212,14 +219,19 @@ class HeldOut(StrictModel):
 class TextureJob(StrictModel):
     """One texture and what is known of it."""
 
-    image: JobPath = Field(description="Image file, relative to the job file.")
+    image: JobPath = Field(
+        description="Image file, relative to the job file; or a folder of images, a pattern such as photos/*.png, or a "
+        "name with <UDIM>, which stand for one texture an image."
+    )
     name: str = Field(
         default="",
         pattern=r"^([A-Za-z0-9_][A-Za-z0-9_.-]*)?$",
         description="Name of the database (NAME.tmm.h5); by default the image's name without its ending.",
     )
     alpha: Literal["no-data", "ignore"] = Field(
-        default="no-data", description="Whether texels with alpha below one half are left without a material."
+        default="no-data",
+        description="Whether texels with alpha below one half, masked ones (in a TIFF, or in a .msk file beside the "
+        "image) and those of a TIFF's no-data value are left without a material.",
     )
     colour_space: Literal["auto", "srgb", "linear"] = Field(
         default="auto",
@@ -254,7 +266,7 @@ class TextureJob(StrictModel):
     @classmethod
     def _name_by_image(cls, data: Any) -> Any:
         if isinstance(data, dict) and not data.get("name") and isinstance(data.get("image"), str):
-            return {**data, "name": re.sub(r"[^A-Za-z0-9_.-]", "_", PurePath(data["image"]).stem).lstrip(".-")}
+            return {**data, "name": texture_name(data["image"])}
         return data
 
     @pydantic.model_validator(mode="after")
@@ -285,6 +297,44 @@ class TextureJob(StrictModel):
         return tuple(sorted(names))
 
 
+def _single_images(texture: TextureJob, folder: Path) -> list[TextureJob]:
+    """The textures that an entry of a job stands for."""
+    images = find_images(folder, texture.image) or {texture.name: texture.image}
+    if texture.name != texture_name(texture.image):
+        if len(images) > 1:
+            raise ValueError(
+                f"found the name '{texture.name}' for the {len(images)} images of '{texture.image}'; leave 'name' out,"
+                " they are named as their files"
+            )
+        images = dict(zip([texture.name], images.values(), strict=True))
+    return [
+        texture.model_copy(
+            update={
+                "image": image,
+                "name": name,
+                "seeds": _own_files(texture.seeds, name, folder),
+                "overrides": _own_files(texture.overrides, name, folder),
+            }
+        )
+        for name, image in images.items()
+    ]
+
+
+def _own_files(seeds: Seeds | None, name: str, folder: Path) -> Seeds | None:
+    """Seeds whose files are those of one texture: {name} in their paths is its name."""
+    if seeds is None:
+        return None
+
+    def own(path: str) -> str:
+        if "{name}" in path:
+            path = path.replace("{name}", name)
+            job_path(folder, path)
+        return path
+
+    labels = seeds.labels and seeds.labels.model_copy(update={"image": own(seeds.labels.image)})
+    return seeds.model_copy(update={"file": None if seeds.file is None else own(seeds.file), "labels": labels})
+
+
 WAYS = ("material", "palette", "rules", "seeds", "model", "clusters")
 
 
@@ -298,6 +348,15 @@ class TmmJob(StrictModel):
 
     textures: tuple[TextureJob, ...] = Field(min_length=1, description="Each becomes a database.")
     output: str = Field(default="build", min_length=1, description="Folder of the databases, relative to the job file.")
+
+    @pydantic.field_validator("textures")
+    @classmethod
+    def _every_image(cls, textures: tuple[TextureJob, ...], info: pydantic.ValidationInfo) -> tuple[TextureJob, ...]:
+        """One texture an image; a job from elsewhere than a file has no folder, and its images stand as they are."""
+        folder = (info.context or {}).get("folder")
+        if folder is None:
+            return textures
+        return tuple(single for texture in textures for single in _single_images(texture, folder))
 
     @pydantic.model_validator(mode="after")
     def _distinct_names(self) -> TmmJob:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from skyshine.tmm.inputs.seeds import unlabelled
 from skyshine.tmm.mapping.texture_map import TextureMap
 from skyshine.tmm.mapping.write import Written
 
@@ -13,6 +14,8 @@ def doubts(mapped: TextureMap, written: Written) -> list[str]:
         found.append(
             f"all seeds are of one material, so that every texel becomes {mapped.seeds.names[0]}; draw seeds of others"
         )
+    if absent := unlabelled(mapped.job, mapped.seeds):
+        found.append(f"the label image has no texel of {', '.join(absent)}; fine where the texture has none")
     if not written.texels.any():
         way = {
             "palette": "no texel has a colour of the palette; compare its keys with the image",

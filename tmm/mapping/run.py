@@ -5,21 +5,24 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.paths import job_path
 from skyshine.schemas.quantity import quantity
 from skyshine.tmm.classify.gaussian import GaussianModel
 from skyshine.tmm.inputs.load import load_texture
+from skyshine.tmm.inputs.seeds import unlabelled
 from skyshine.tmm.job.model import Clusters, TextureJob, TmmJob
 from skyshine.tmm.mapping.texture_map import TextureMap, map_texture
 from skyshine.tmm.mapping.ways import find_clusters
-from skyshine.tmm.mapping.write import Written, write_texture
+from skyshine.tmm.mapping.write import Written, is_current, write_texture
 
 
 def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, Any]:
@@ -32,6 +35,7 @@ def check(job: TextureJob, folder: Path, library: MaterialLibrary) -> dict[str, 
     """
     texture, colours, _, seeds = load_texture(job, folder, library)
     counts = {name: int((seeds.material == k).sum()) for k, name in enumerate(seeds.names)} if seeds else {}
+    counts |= dict.fromkeys(unlabelled(job, seeds), 0)
     return {
         "name": job.name,
         "image": job.image,
@@ -67,10 +71,33 @@ def _clusters(clusters: Clusters, model: GaussianModel) -> list[dict[str, Any]]:
     ]
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one texture of a job.
+
+    Attributes
+    ----------
+    job : TextureJob
+    path : Path
+        Of its database.
+    mapped : TextureMap or None
+    written : Written or None
+        Both None where the database was there already, or could not be made.
+    problem : InputError or None
+        Why it could not be made.
+    """
+
+    job: TextureJob
+    path: Path
+    mapped: TextureMap | None = None
+    written: Written | None = None
+    problem: InputError | None = None
+
+
 def classify(
-    job: TmmJob, folder: Path, out: str | os.PathLike[str] | None, library: MaterialLibrary
-) -> Iterator[tuple[TextureMap, Written, Path]]:
-    """Build and write the databases of a job one by one.
+    job: TmmJob, folder: Path, out: str | os.PathLike[str] | None, library: MaterialLibrary, *, fresh: bool = False
+) -> Iterator[Outcome]:
+    """Build and write the databases of a job one by one; what is wrong with one texture does not keep from the others.
 
     Parameters
     ----------
@@ -78,24 +105,31 @@ def classify(
         Folder of the job file.
     out : path, optional
         Output folder; by default the job's.
+    fresh : bool
+        Build all; else databases that are there, from the same job, image, seeds and library, are kept.
 
     Yields
     ------
-    mapped : TextureMap
-    written : Written
-    path : Path
-        Of its database.
+    Outcome
 
     Raises
     ------
     InputError
-        An image or its seeds are wrong, or a file cannot be written.
+        The job's output folder lies outside its own.
     """
     target = _inside(folder, job.output) if out is None else Path(out)
     for texture in job.textures:
         path = target / f"{texture.name}.tmm.h5"
-        mapped = map_texture(texture, folder, library)
-        yield mapped, write_texture(mapped, path), path
+        if not fresh and is_current(path, texture, folder, library.version):
+            remove_abandoned(path)
+            yield Outcome(texture, path)
+            continue
+        try:
+            mapped = map_texture(texture, folder, library)
+            outcome = Outcome(texture, path, mapped, write_texture(mapped, path))
+        except InputError as problem:
+            outcome = Outcome(texture, path, problem=problem)
+        yield outcome
 
 
 def _inside(folder: Path, name: str) -> Path:

@@ -18,7 +18,7 @@ from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.load import job_files, load_texture
+from skyshine.tmm.inputs.load import job_files, load_texture, mask_files
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.ways import (
@@ -128,7 +128,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
         seeds=seeds,
         quality=quality,
         place=read_georeference(texture.path),
-        files={name: file_sha256(base_folder / name) for name in job_files(job)},
+        files={name: file_sha256(base_folder / name) for name in (*job_files(job), *mask_files(job, base_folder))},
         mapper=mapper,
     )
 

@@ -16,7 +16,7 @@ from skyshine.tmm.features.colour import ndvi, to_coordinates, to_lab
 from skyshine.tmm.images.labels import NONE, Labels
 from skyshine.tmm.images.raster import Raster
 from skyshine.tmm.images.texture import Windowed
-from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_polygons
+from skyshine.tmm.inputs.polygons import polygon_mask, seed_polygons
 from skyshine.tmm.job.model import Clusters, Palette, Rules, Seeds
 
 CLUSTER_SAMPLE = 1 << 16  # texels that clusters are found from
@@ -188,7 +188,7 @@ class Overrides:
     def __init__(self, mapper: Mapper, texture: Windowed, seeds: Seeds, base_folder: Path, path: Path) -> None:
         """Read the overrides; raises InputError where a polygon or a label image does not fit the texture."""
         self._mapper, self._texture = mapper, texture
-        polygons = seed_polygons(seeds, base_folder)
+        polygons = seed_polygons(seeds, base_folder, texture, path)
         labelled = seeds.labels.palette.values() if seeds.labels else ()
         mapped = list(mapper.names)
         self.names = tuple(mapped + sorted({*labelled, *(name for name, _ in polygons)} - set(mapped)))
@@ -197,7 +197,6 @@ class Overrides:
             self._labels = Labels(seeds.labels, base_folder, self.names).fits(texture.height, texture.width)
         self._polygons = []
         for name, rings in polygons:
-            check_vertices(name, rings, texture, path)
             outline = np.array([position[:2] for position in rings[0]])
             self._polygons.append((self.names.index(name), rings, outline.min(axis=0), outline.max(axis=0)))
 

@@ -17,7 +17,9 @@ from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
 from skyshine.tmm.database.layout import CHUNK, composite_layout, in_ratios, in_steps, level_layout, texture_header
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
+from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.raster import file_sha256
+from skyshine.tmm.inputs.load import mask_files
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.texture_map import STRIP, TextureMap
 
@@ -164,6 +166,11 @@ def is_current(
         made = file["provenance"].attrs
         digests = {name.partition(":")[2]: made[name] for name in made if name.startswith("sha256:")}
         digests[job.image] = made["texture_sha256"]
+        place = read_georeference(Path(base_folder) / job.image)
+        if tuple(made.get("geo_affine", ())) != (() if place is None else place.affine):
+            return False
+        if not digests.keys() >= {*mask_files(job, Path(base_folder))}:
+            return False
         return all(file_sha256(Path(base_folder) / name) == digest for name, digest in digests.items())
 
     return hdf5.is_current(path, texture_header(job, library_version), same_sources)

@@ -9,7 +9,7 @@ from skyshine.tmm.classify.trained import Network
 from skyshine.tmm.images.georeference import _affine
 from skyshine.tmm.images.texture import Texture
 from skyshine.tmm.inputs.seeds import _divide, _settle
-from skyshine.tmm.job.model import Palette, TextureJob
+from skyshine.tmm.job.model import Palette
 from skyshine.tmm.mapping.ways import nearest_palette, palette_colour
 from skyshine.tmm.quality.counts import Tally
 
@@ -128,10 +128,9 @@ def test_geotiff_tags_by_hand():
 
 def test_texels_of_two_materials_are_no_seeds(tmp_path):
     texture = Texture(np.zeros((2, 3, 3), np.uint8), np.ones((2, 3), bool), "srgb")
-    job = TextureJob(image="a.png", material="a")
     # Texel 1 is claimed by both materials, texels 0 and 5 by one each.
     claims = np.array([[0, 1, 5], [0, 0, 1], [0, 1, 1], [0, 0, 1]])
-    seeds = _settle(job, ("a", "b"), texture, tmp_path, *claims)
+    seeds = _settle("a", ("a", "b"), {"a", "b"}, texture, tmp_path, claims)
     assert seeds.rows.tolist() == [0, 1] and seeds.columns.tolist() == [0, 2] and seeds.material.tolist() == [0, 1]
     assert seeds.conflicting == 1
 

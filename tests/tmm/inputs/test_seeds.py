@@ -8,7 +8,7 @@ import pytest
 
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.inputs.load import job_materials, load_texture
-from skyshine.tmm.inputs.seeds import Claims
+from skyshine.tmm.inputs.seeds import Claims, unlabelled
 from skyshine.tmm.mapping.texture_map import map_texture
 
 GREEN, GREY = "grass_green", "asphalt_road"
@@ -105,11 +105,31 @@ def test_labels_of_another_size(job, two_halves, write_image, tmp_path, library)
         map_texture(job(two_halves, seeds=_labels(image, {"#000000": GREEN})), tmp_path, library)
 
 
-def test_a_material_without_texels(job, two_halves, write_image, tmp_path, library):
+def test_a_shared_palette_may_have_more_materials_than_a_texture(job, two_halves, write_image, tmp_path, library):
     image = write_image("labels.png", np.zeros((20, 40, 3), np.uint8))
     mapped = job(two_halves, seeds=_labels(image, {"#000000": GREEN, "#FFFFFF": GREY}))
+    *_, seeds = load_texture(mapped, tmp_path, library)
+    assert seeds.names == (GREEN,) and not seeds.material.any() and unlabelled(mapped, seeds) == (GREY,)
+
+
+def test_the_materials_left_keep_their_texels(job, two_halves, write_image, tmp_path, library):
+    labels = np.zeros((20, 40, 3), np.uint8)
+    labels[:, 20:] = 255
+    image = write_image("labels.png", labels)
+    palette = {"#000000": GREEN, "#808080": "concrete", "#FFFFFF": GREY}
+    mapped = job(two_halves, seeds=_labels(image, palette), classifier={"radius": 0})
+    *_, seeds = load_texture(mapped, tmp_path, library)
+    assert unlabelled(mapped, seeds) == ("concrete",) and {*seeds.names} == {GREEN, GREY}
+    assert (seeds.columns[seeds.material == seeds.names.index(GREY)] >= 20).all()
+    found = map_texture(mapped, tmp_path, library)
+    code = next(found.windows())[2]
+    assert code[0, 0] == library[GREEN].code and code[0, -1] == library[GREY].code
+
+
+def test_labels_of_no_material_at_all(job, two_halves, write_image, tmp_path, library):
+    image = write_image("labels.png", np.full((20, 40, 3), 7, np.uint8))
     with pytest.raises(InputError, match="'asphalt_road' of 'halves' has no seed texel left"):
-        map_texture(mapped, tmp_path, library)
+        map_texture(job(two_halves, seeds=_labels(image, {"#000000": GREEN, "#FFFFFF": GREY})), tmp_path, library)
 
 
 def test_overlap_is_left_out_and_counted(job, two_halves, tmp_path, library):

@@ -1,0 +1,31 @@
+"""The end of a command that worked through several textures: what was wrong with some of them."""
+
+from __future__ import annotations
+
+import click
+
+from skyshine.schemas.errors import InputError
+
+
+def raise_all(problems: list[tuple[str, InputError]], textures: int) -> None:
+    """Report each problem in one line on standard error and raise for all of them; does nothing where there is none.
+
+    Parameters
+    ----------
+    problems : list of (str, InputError)
+        With the names of their textures.
+    textures : int
+        How many the command worked through.
+
+    Raises
+    ------
+    InputError
+        The only problem of the only texture, else how many textures failed.
+    """
+    if not problems:
+        return
+    if textures == 1:
+        raise problems[0][1]
+    for name, problem in problems:
+        click.echo(f"tmm: texture '{name}': {problem}", err=True)
+    raise InputError(f"{len(problems)} of {textures} textures failed, see above; the others are finished")

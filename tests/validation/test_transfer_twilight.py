@@ -10,11 +10,8 @@ once more. All take the levels, gases and particles of the same state at one mon
 ``pip install sasktran2`` brings the former; the table is printed with ``-s``.
 """
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
+import plane_parallel
 import pytest
 
 from skyshine.mat.atmosphere.gases.absorption import AbsorptionTable
@@ -25,18 +22,7 @@ from skyshine.mat.atmosphere.transfer import geometry
 from skyshine.mat.atmosphere.transfer.optics import rayleigh_phase, rayleigh_scattering
 
 sk = pytest.importorskip("sasktran2")
-
-
-def beside(name):
-    """A module of this folder."""
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-plane_parallel, spherical_monte_carlo = beside("plane_parallel"), beside("spherical_monte_carlo")
+spherical_monte_carlo = pytest.importorskip("spherical_monte_carlo")  # it needs numba
 
 pytestmark = pytest.mark.validation
 

@@ -103,9 +103,19 @@ class Segments:
         part: Reals = (upper / np.maximum(column, np.finfo(np.float32).tiny)).astype(column.dtype, copy=False)
         return part
 
-    def mean(self, values: Reals) -> Reals:
-        """Mean over each segment's air of a property (N, ...) at the levels, (K, ...)."""
-        share = self.upper_share.reshape(-1, *(1,) * (values.ndim - 1))
+    def upper_share_of(self, per_molecule: Reals) -> Floats:
+        """Share of each segment's integral of a property (N, P) over all points that counts with the upper level of its
+        layer, (K,); that of the air where the property is 0.
+        """
+        total = per_molecule.sum(axis=1, dtype=float)
+        upper = self.upper * total[self.layer + 1]
+        column = self.lower * total[self.layer] + upper
+        share: Floats = np.divide(upper, column, out=self.upper_share, where=column > 0)
+        return share
+
+    def mean(self, values: Reals, upper_share: Floats) -> Reals:
+        """Mean over each segment of a property (N, ...) at the levels, (K, ...); weights (K,) of the upper level."""
+        share = upper_share.reshape(-1, *(1,) * (values.ndim - 1))
         between: Reals = values[self.layer] * (1 - share) + values[self.layer + 1] * share
         return between
 

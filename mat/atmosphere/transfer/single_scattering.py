@@ -11,7 +11,7 @@ import numpy as np
 from skyshine.mat.atmosphere.transfer.optics import PHASE_ANGLES, SpectralOptics, rayleigh_phase
 from skyshine.mat.atmosphere.transfer.segments import Depths, Segments
 from skyshine.mat.atmosphere.transfer.source_paths import HIDDEN, SourcePaths
-from skyshine.schemas.arrays import Floats, Integers, Singles
+from skyshine.schemas.arrays import Floats, Integers, Reals, Singles
 
 
 def segment_attenuation(segments: Segments, depths: Depths, source_paths: SourcePaths, cosine: Floats) -> Singles:
@@ -35,7 +35,7 @@ def segment_attenuation(segments: Segments, depths: Depths, source_paths: Source
 
 
 def aerosol_phase(segments: Segments, optics: SpectralOptics, cosine: Floats) -> Floats:
-    """Phase function of the particles in each segment.
+    """Phase function of the particles in each segment; where rain or cloud ends theirs, not that of the haze above.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def aerosol_phase(segments: Segments, optics: SpectralOptics, cosine: Floats) ->
     place = angle / PHASE_ANGLES[1]
     first = np.minimum(place.astype(int), PHASE_ANGLES.size - 2)
     fraction = (place - first)[..., None]
-    share = segments.upper_share[:, None, None]
+    share = segments.upper_share_of(optics.aerosol_scattering)[:, None, None]
     layer = segments.layer[:, None]
 
     def at_level(level: Integers) -> Floats:
@@ -101,7 +101,11 @@ def scattering_of_segments(
     light: Singles = rayleigh_phase(middle, optics.rayleigh_anisotropy.mean()).astype(np.float32)[..., None] * molecules
     if np.any(optics.aerosol_scattering):
         particles = segments.column(optics.aerosol_scattering).astype(np.float32, copy=False)[:, None]
-        shape = aerosol_phase(segments, optics, cosine) if phase is None else segments.mean(phase)
+        shape: Reals = (
+            aerosol_phase(segments, optics, cosine)
+            if phase is None
+            else segments.mean(phase, segments.upper_share_of(optics.aerosol_scattering))
+        )
         light += (shape @ optics.phase_share).astype(np.float32) * particles
     return light
 

@@ -150,7 +150,7 @@ def splice(table: str, part: str, out: str) -> None:
 )
 @click.option(
     "--tolerance",
-    default=0.025,
+    default=0.0125,
     show_default=True,
     help="Rms error of fluxes, W m-2 and percent, at which fewer points do.",
 )

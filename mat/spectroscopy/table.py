@@ -31,7 +31,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import Axis, Group, Header, Variable, write_file
 
 FORMAT_VERSION = "1.1"
-DATA_VERSION = "2.1.0"
+DATA_VERSION = "2.2.0"
 # Names of the data by the name of the water vapour continuum.
 DATA_NAMES = {"mt_ckd_4.3": "hitran2012-mtckd4.3", "lowtran7": "hitran2012-lowtran7"}
 PART_VERSION = 1  # raised when the way from lines to points changes, so that finished parts are made again

@@ -17,8 +17,8 @@ def part_file(path: Path) -> Path:
     return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}{PART}")
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text file whole or not at all.
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file whole or not at all; text in UTF-8.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def write_whole(path: Path, text: str) -> None:
     """
     part = part_file(path)
     try:
-        part.write_text(text, encoding="utf-8")
+        part.write_bytes(content.encode() if isinstance(content, str) else content)
         os.replace(part, path)
     except OSError as error:
         words = error.strerror or error

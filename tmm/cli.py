@@ -7,6 +7,7 @@ from skyshine.schemas.commands import CommandGroup
 COMMANDS = {
     "init": "Write a starter job that runs as it is.",
     "check": "Check a job: images, seeds, materials.",
+    "suggest": "Ask for the materials of the patches where an answer is worth most.",
     "classify": "Map the texels of a job's textures to materials.",
     "train": "Train a classifier for a library of textures.",
     "score": "Compare a texture database with a label image.",

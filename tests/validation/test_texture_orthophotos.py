@@ -134,10 +134,9 @@ def test_seeds_of_the_photograph(shared_data, tmp_path, record_property, kind, m
     assert quality.mean_iou >= least
 
 
-def test_model_for_unseen_sheets(shared_data, tmp_path, record_property):
-    """Sheets are dealt out over parts; each part is classified by a model of the others, as it is and in shadow."""
-    pytest.importorskip("sklearn")
-    library, names = load_library(None), list(PALETTES["orthophoto"].values())
+def unseen_sheets(shared_data, tmp_path):
+    """Photographs of each part of the sheets, with a library model that is trained on the other parts."""
+    library = load_library(None)
     photographs = _photographs(shared_data, "orthophoto", tmp_path, LIBRARY_PATCHES, "textured", LIBRARY_HALF)
     known, names_of = [], []
     for photograph in photographs:
@@ -145,17 +144,25 @@ def test_model_for_unseen_sheets(shared_data, tmp_path, record_property):
         known.append(library_examples(texture, seeds, len(photographs), RANDOM_SEED))
         names_of.append(seeds.names)
     sheet = np.array([photograph.image.stem.rsplit("_", 1)[0] for photograph in photographs])
-    whole, shaded, sunlit = (Tally(len(names)) for _ in range(3))
     for part in np.array_split(np.random.default_rng(RANDOM_SEED).permutation(np.unique(sheet)), PARTS):
         held = np.isin(sheet, part)
         others = np.flatnonzero(~held)
         model = train_textured(
             [known[i] for i in others], [names_of[i] for i in others], Classifier(prior="seeds"), RANDOM_SEED
         )
+        yield [photographs[i] for i in np.flatnonzero(held)], model
+
+
+def test_model_for_unseen_sheets(shared_data, tmp_path, record_property):
+    """Sheets are dealt out over parts; each part is classified by a model of the others, as it is and in shadow."""
+    pytest.importorskip("sklearn")
+    names = list(PALETTES["orthophoto"].values())
+    whole, shaded, sunlit = (Tally(len(names)) for _ in range(3))
+    for unseen, model in unseen_sheets(shared_data, tmp_path):
         index = np.array([*(names.index(name) for name in model.names), -1])
         random = np.random.default_rng(RANDOM_SEED)
-        for i in np.flatnonzero(held):
-            truth, texture = photographs[i].truth, open_texture(photographs[i].job, photographs[i].image.parent)
+        for photograph in unseen:
+            truth, texture = photograph.truth, open_texture(photograph.job, photograph.image.parent)
             labelled = truth >= 0
             pixels, valid = texture.window(slice(0, texture.height), slice(0, texture.width))
             linear, shadow = in_shadow(pixels, texture.encoding, random)

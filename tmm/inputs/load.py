@@ -10,6 +10,7 @@ from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.inputs.answers import read_answers
 from skyshine.tmm.inputs.polygons import seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.job.model import Seeds, TextureJob
@@ -71,6 +72,13 @@ def load_texture(
             "image, or say 'alpha: ignore'",
             file=texture.path,
         )
+    for given in (job.seeds, job.overrides):
+        if given is not None and given.suggested is not None:
+            # Names are compared here, where the library is known, so that a wrong one is shown at its line.
+            path = base_folder / given.suggested
+            if not path.exists():
+                raise InputError("is not there yet; let 'tmm suggest' write it, then fill in its names", file=path)
+            read_answers(path, texture, library.names)
     names = job_materials(job, base_folder)
     for name in names:
         if name not in library:

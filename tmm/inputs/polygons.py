@@ -15,6 +15,7 @@ from skyshine.schemas.documents import parse_model, read_yaml
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.texture import Windowed
+from skyshine.tmm.inputs.answers import disk, read_answers
 from skyshine.tmm.job.model import Seeds
 
 
@@ -68,15 +69,17 @@ class _FeatureCollection(_Open):
 
 
 def seed_names(seeds: Seeds, base_folder: Path) -> set[str]:
-    """Materials of all polygons of seeds, those of the GeoJSON file included; raises as `seed_polygons`."""
+    """Materials of all polygons of seeds, GeoJSON and answered places included; raises as `seed_polygons`."""
     features = _read_features(base_folder, seeds.file).features if seeds.file is not None else ()
-    return {*seeds.polygons, *(feature.properties.material for feature in features)}
+    answered = {answer.seed for answer in read_answers(base_folder / seeds.suggested)} if seeds.suggested else set()
+    named = {name for name in answered if name is not None}
+    return {*seeds.polygons, *(feature.properties.material for feature in features), *named}
 
 
 def seed_polygons(
     seeds: Seeds, base_folder: Path, texture: Windowed, image: Path
 ) -> list[tuple[str, tuple[Ring, ...]]]:
-    """All polygons of seeds in pixel coordinates, those of the GeoJSON file last.
+    """All polygons of seeds in pixel coordinates; disks around answered places, then those of the GeoJSON file, last.
 
     Parameters
     ----------
@@ -100,6 +103,9 @@ def seed_polygons(
         (name, (ring,)) for name, rings in seeds.polygons.items() for ring in rings
     ]
     mapped: list[tuple[str, tuple[Ring, ...]]] = []
+    for answer in read_answers(base_folder / seeds.suggested, texture) if seeds.suggested else ():
+        if answer.seed is not None:
+            polygons.append((answer.seed, (disk(answer, texture.width, texture.height),)))
     if seeds.file is not None:
         collection = _read_features(base_folder, seeds.file)
         read = _shapes(collection)

@@ -52,7 +52,7 @@ class SeedTexels:
 
 def seed_files(seeds: Seeds | None) -> tuple[str, ...]:
     """Files that seeds come from, relative to the job's folder."""
-    files = (seeds.file, seeds.labels.image if seeds.labels else None) if seeds else ()
+    files = (*seeds.files().values(), seeds.labels.image if seeds.labels else None) if seeds else ()
     return tuple(name for name in files if name is not None)
 
 
@@ -84,6 +84,10 @@ def seed_texels(
     """
     claims = Claims()
     polygons = seed_polygons(seeds, base_folder, texture, path)
+    if not polygons and seeds.labels is None and seeds.file is None:
+        raise InputError(
+            f"no place of {seeds.suggested} has a material yet; fill in the names of its numbered patches", file=path
+        )
     if not polygons and seeds.labels is None:
         raise InputError(f"no polygon of {seeds.file} lies on this image; compare their coordinates", file=path)
     for region, (name, rings) in enumerate(polygons):

@@ -76,7 +76,7 @@ class LabelImage(StrictModel):
 
 
 class Seeds(StrictModel):
-    """Texels whose material is known, from any of three places."""
+    """Texels whose material is known, from any of four places."""
 
     polygons: dict[MaterialName, Polygons] = Field(
         default={}, description="Polygons of [x, y] pixel coordinates by material; one vertex alone names one texel."
@@ -91,12 +91,21 @@ class Seeds(StrictModel):
         "GeoTIFF tags or world file); what lies beyond the image is left out then.",
     )
     labels: LabelImage | None = Field(None, description="Image of the texture's size whose colours name materials.")
+    suggested: JobPath | None = Field(
+        default=None,
+        description="List of numbered places with their materials, which 'tmm suggest' writes to be filled in. {name} "
+        "stands for the texture's name.",
+    )
 
     @pydantic.model_validator(mode="after")
     def _not_empty(self) -> Seeds:
-        if not self.polygons and self.file is None and self.labels is None:
-            raise ValueError("found no seeds; allowed: polygons, file, labels; give at least one of them")
+        if not self.polygons and self.file is None and self.labels is None and self.suggested is None:
+            raise ValueError("found no seeds; allowed: polygons, file, labels, suggested; give at least one of them")
         return self
+
+    def files(self) -> dict[str, str | None]:
+        """The files of polygons and places by their keys."""
+        return {"file": self.file, "suggested": self.suggested}
 
 
 class Classifier(StrictModel):
@@ -332,7 +341,8 @@ def _own_files(seeds: Seeds | None, name: str, folder: Path) -> Seeds | None:
         return path
 
     labels = seeds.labels and seeds.labels.model_copy(update={"image": own(seeds.labels.image)})
-    return seeds.model_copy(update={"file": None if seeds.file is None else own(seeds.file), "labels": labels})
+    files = {key: None if path is None else own(path) for key, path in seeds.files().items()}
+    return seeds.model_copy(update={**files, "labels": labels})
 
 
 WAYS = ("material", "palette", "rules", "seeds", "model", "clusters")

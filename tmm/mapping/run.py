@@ -117,7 +117,7 @@ def classify(
     InputError
         The job's output folder lies outside its own.
     """
-    target = _inside(folder, job.output) if out is None else Path(out)
+    target = output_folder(job, folder, out)
     for texture in job.textures:
         path = target / f"{texture.name}.tmm.h5"
         if not fresh and is_current(path, texture, folder, library.version):
@@ -132,8 +132,16 @@ def classify(
         yield outcome
 
 
-def _inside(folder: Path, name: str) -> Path:
+def output_folder(job: TmmJob, folder: Path, out: str | os.PathLike[str] | None) -> Path:
+    """The folder that is written to: `out`, by default the job's, which must lie inside the job's own `folder`.
+
+    Raises
+    ------
+    InputError
+    """
+    if out is not None:
+        return Path(out)
     try:
-        return job_path(folder, name, written=True)
+        return job_path(folder, job.output, written=True)
     except ValueError as error:
         raise InputError(f"output: {error}") from None

@@ -47,12 +47,15 @@ def draw(
         step = -(-max(file.height, file.width) // MAX_SIDE)
         job = file.job
         place = find_image(file, Path(path), image)
-        photograph, light = _photograph(TextureFile(place, job.colour_space, "ignore", job.near_infrared), step)
+        texture = TextureFile(place, job.colour_space, "ignore", job.near_infrared)
+        pixels, valid = thinned(texture, step)
+        light = np.full(valid.shape, np.nan)
+        light[valid] = luminance(pixels[valid], texture.encoding)
         wide = file.width > 2 * file.height
         rows, columns = (4, 1) if wide else (2, 2)
         figure = Figure(figsize=(14, 12 * rows / columns * file.height / file.width + 0.9), layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
-        axes[0].imshow(photograph)
+        axes[0].imshow(on_screen(pixels, valid))
         axes[0].set_title(f"{file.attributes['texture']}, {file.width} x {file.height}")
         code = file.thinned("code", step)
         legend = _draw_codes(file, axes[1], code)
@@ -69,21 +72,22 @@ def draw(
         raise InputError(f"cannot be written: {error.strerror}; check the folder", file=out) from None
 
 
-def _photograph(texture: TextureFile, step: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Every `step`-th row and column: colours (h, w, 3) float32 for the screen, and relative luminance (h, w).
-
-    High dynamic range is cut at its 99th percentile.
-    """
+def thinned(texture: TextureFile, step: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Pixels (h, w, C) and validity (h, w) of every `step`-th row and column."""
     rows = [texture.window(slice(top, top + 1), slice(0, texture.width)) for top in range(0, texture.height, step)]
     pixels, valid = (np.concatenate([row[part][:, ::step] for row in rows]) for part in (0, 1))
-    light = np.full(valid.shape, np.nan)
-    light[valid] = luminance(pixels[valid], texture.encoding)
+    return pixels, valid
+
+
+def on_screen(pixels: npt.NDArray[Any], valid: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Colours (h, w, 3) float32 for the screen; high dynamic range is cut at its 99th percentile."""
     pixels = pixels[..., :3]
     if pixels.dtype.kind == "u":
-        return pixels / np.float32(np.iinfo(pixels.dtype).max), light
+        return pixels / np.float32(np.iinfo(pixels.dtype).max)
     finite = np.where(valid[..., np.newaxis], pixels, 0)
     white = np.percentile(finite[valid], 99) if valid.any() else 1.0
-    return np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2), light
+    shown: npt.NDArray[Any] = np.clip(finite / max(white, np.finfo(np.float32).tiny), 0, 1) ** np.float32(1 / 2.2)
+    return shown
 
 
 def _draw_shadows(file: TmmFile, axis: Axes, code: npt.NDArray[np.uint16], light: npt.NDArray[Any]) -> None:

@@ -9,14 +9,6 @@ from click.testing import CliRunner
 from skyshine.tmm.cli import COMMANDS, main
 
 
-@pytest.fixture
-def run():
-    def invoke(*arguments):
-        return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-    return invoke
-
-
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory, request):
     folder = tmp_path_factory.mktemp("demo")

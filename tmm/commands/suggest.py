@@ -1,0 +1,104 @@
+"""``tmm suggest``: ask for the materials of the places where an answer is worth most."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from skyshine.schemas.commands import allow_outside_option, emit_json, json_option
+from skyshine.schemas.errors import InputError
+from skyshine.schemas.quantity import quantity
+from skyshine.tmm.commands.problems import raise_all
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from skyshine.tmm.mapping.suggest import Suggestion
+
+SMALL = 0.01  # expected gain of a whole sheet of questions below which they are hardly worth it
+
+
+@click.command(epilog="Example: tmm suggest demo.tmm.yaml --count 12")
+@click.argument("job", type=click.Path())
+@click.option("--out", type=click.Path(), help="Folder of the pictures; by default the output folder of the job.")
+@click.option("--count", type=click.IntRange(1, 200), default=12, show_default=True, help="Places to ask about.")
+@allow_outside_option
+@json_option
+def command(job: str, out: str | None, count: int, as_json: bool) -> None:
+    """Ask where an answer is worth most: for each texture of JOB a picture of numbered patches, NAME.suggest.png, the
+    same as a page to fill in, NAME.suggest.html, and the list of answers.
+
+    The list is the one that the job names as `suggested` in `seeds`, else NAME.answers.yaml beside the job. Fill in
+    material names, name the list in the job, and run again until the expected gain is small. Answers that are there
+    are kept. The job needs seeds, a model, or nothing but `seeds: {suggested: LIST}`.
+    """
+    from pathlib import Path
+
+    from skyshine.materials.library import load_library
+    from skyshine.tmm.job.load import load_job
+    from skyshine.tmm.mapping.run import output_folder
+    from skyshine.tmm.mapping.suggest import suggest
+    from skyshine.tmm.report.questions import write_questions
+
+    library = load_library()
+    loaded, folder = load_job(job, library)
+    target = output_folder(loaded, folder, out)
+    reports, problems = [], []
+    for entry in loaded.textures:
+        try:
+            suggestion = suggest(entry, folder, library, count)
+            files = write_questions(suggestion, Path(target), library.names)
+        except InputError as problem:
+            problems.append((entry.name, problem))
+            continue
+        reports.append(_report(suggestion, files))
+        if not as_json:
+            _print(reports[-1])
+    if as_json:
+        failed = [{"name": name, "error": str(problem)} for name, problem in problems]
+        emit_json({"job": job, "textures": reports, "failed": failed})
+    raise_all(problems, len(loaded.textures))
+
+
+def _report(suggestion: Suggestion, files: tuple[Path, Path]) -> dict[str, Any]:
+    return {
+        "name": suggestion.job.name,
+        "list": str(suggestion.path),
+        "named_in_job": suggestion.named,
+        "picture": str(files[0]),
+        "page": str(files[1]),
+        "answered": len(suggestion.kept),
+        "expected_wrong": None if suggestion.doubt is None else quantity(suggestion.doubt, "1"),
+        "expected_gain": quantity(suggestion.gain, "1"),
+        "small": suggestion.gain < SMALL,
+        "questions": [
+            {
+                "number": question.answer.number,
+                "x": question.answer.x,
+                "y": question.answer.y,
+                "radius": question.answer.radius,
+                "expected_gain": quantity(question.gain, "1"),
+                "now": question.now or None,
+            }
+            for question in suggestion.questions
+        ],
+    }
+
+
+def _print(report: dict[str, Any]) -> None:
+    wrong, gain = report["expected_wrong"], 100 * report["expected_gain"]["value"]
+    known = "nothing is known yet" if wrong is None else f"{100 * wrong['value']:.1f} % of the texels expected wrong"
+    click.echo(f"{report['name']}: {report['answered']} answers so far, {known}")
+    if report["questions"]:
+        numbers = [question["number"] for question in report["questions"]]
+        click.echo(f"  asked: {numbers[0]} to {numbers[-1]}, expected to put {gain:.1f} % of the texels right")
+    if report["small"]:
+        click.echo("  the expected gain is small: more answers will hardly change the map")
+    click.echo(f"  look at {report['page']} or {report['picture']}")
+    use = (
+        ""
+        if report["named_in_job"]
+        else f", and name it in the job: seeds: {{suggested: {report['name']}.answers.yaml}}"
+    )
+    click.echo(f"  fill in {report['list']}{use}")

@@ -1,0 +1,248 @@
+"""What to ask next about a texture, from what its seeds and its model know so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from skyshine.materials.library import MaterialLibrary
+from skyshine.schemas.errors import InputError
+from skyshine.tmm.classify.combined import Survey, library_classes, seed_shares, survey
+from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.classify.questions import choose, clearness, doubt, middles, reach, strangeness
+from skyshine.tmm.classify.trained import TrainedModel
+from skyshine.tmm.images.texture import TextureFile
+from skyshine.tmm.inputs.answers import Answer, read_answers
+from skyshine.tmm.inputs.load import load_texture
+from skyshine.tmm.inputs.seeds import SeedTexels
+from skyshine.tmm.job.model import TextureJob
+from skyshine.tmm.training.examples import examples
+from skyshine.tmm.training.train import train_on_seeds
+
+RADIUS = 8  # of the disk that is asked about, in texels of the survey's grid, at most
+SEEDED = 1 / 8  # share of a superpixel that must be seeds for it to be known
+WAYS = ("seeds", "model", "clusters")  # that answers are of use to
+
+
+@dataclass(frozen=True)
+class Question:
+    """A place whose material is asked for.
+
+    Attributes
+    ----------
+    answer : Answer
+        To be filled in.
+    gain : float
+        Share of the texture's texels that it is expected to put right.
+    now : str
+        The material that its superpixel has by what is known so far; empty where nothing is.
+    """
+
+    answer: Answer
+    gain: float
+    now: str
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """What to ask about one texture.
+
+    Attributes
+    ----------
+    texture : TextureFile
+    step : int
+        The texture was looked at in every `step`-th row and column.
+    path : Path
+        Of the list of answers; `kept` are those that it has already.
+    named : bool
+        Whether the job names this list.
+    doubt : float or None
+        Share of the texels that are expected to have a wrong material now; None where nothing is known yet.
+    """
+
+    job: TextureJob
+    texture: TextureFile
+    step: int
+    path: Path
+    named: bool
+    kept: tuple[Answer, ...]
+    questions: tuple[Question, ...]
+    doubt: float | None
+
+    @property
+    def gain(self) -> float:
+        """Share of the texels that all answers together are expected to put right."""
+        return sum(question.gain for question in self.questions)
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of superpixels.
+
+    Attributes
+    ----------
+    names : tuple of str
+        K materials; none where nothing is known.
+    shares : (N, K) float64
+    covered : (N,) float64
+        Chance that a superpixel is of one of the materials.
+    seeded : (N,) bool
+        Whether it has seeds.
+    vouched : bool
+        Whether a library says something also of what looks like no seed.
+    """
+
+    names: tuple[str, ...]
+    shares: npt.NDArray[np.float64]
+    covered: npt.NDArray[np.float64]
+    seeded: npt.NDArray[np.bool_]
+    vouched: bool
+
+
+def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int) -> Suggestion:
+    """Find the places of a texture where an answer is worth most.
+
+    Parameters
+    ----------
+    count : int
+        Places to find; a small texture has fewer.
+
+    Raises
+    ------
+    InputError
+        An image, its seeds or a list of answers is wrong; the job's materials do not come from seeds; or there is a
+        list of answers that the job does not name, which would be lost.
+    """
+    if job.way not in WAYS:
+        raise InputError(
+            f"'{job.name}' has its materials by {job.way}; allowed for suggestions: {', '.join(WAYS)}; give it 'seeds'"
+        )
+    suggested = job.seeds.suggested if job.seeds else None
+    path = folder / (suggested or f"{job.name}.answers.yaml")
+    if suggested is None and path.exists():
+        raise InputError(
+            f"exists, and '{job.name}' does not use it; add 'suggested: {path.name}' to its seeds, or move the file",
+            file=path,
+        )
+    listed = read_answers(path, materials=library.names) if path.exists() else []
+    kept = tuple(answer for answer in listed if answer.material is not None)
+    texture, _, _, seeds = load_texture(_with_seeds(job, kept), folder, library)
+    model = None if job.model is None else read_model(folder / job.model)
+    if model is not None:
+        model.require_channels(texture)
+    surveyed = survey(texture, model)
+    known = _known(job, texture, surveyed, model, seeds, library)
+    answered = [(answer.y, answer.x) for answer in kept]
+    barren = [(answer.y, answer.x) for answer in kept if answer.seed is None]
+    asked, wrong = ask(surveyed, known, answered, barren, count)
+    first = max((answer.number for answer in kept), default=0) + 1
+    questions = []
+    for i, (superpixel, row, column, radius, gain) in enumerate(asked):
+        place = Answer(number=first + i, x=column, y=row, radius=radius)
+        now = known.names[int(known.shares[superpixel].argmax())] if known.names else ""
+        questions.append(Question(place, gain, now))
+    return Suggestion(
+        job, texture, surveyed.step, path, suggested is not None, kept, tuple(questions), wrong if known.names else None
+    )
+
+
+def _with_seeds(job: TextureJob, kept: tuple[Answer, ...]) -> TextureJob:
+    """The job without a list that has no seed yet, and without seeds where there are no others."""
+    if job.seeds is None or job.seeds.suggested is None or any(answer.seed for answer in kept):
+        return job
+    others = job.seeds.model_copy(update={"suggested": None})
+    drawn = others.polygons or others.file is not None or others.labels is not None
+    return job.model_copy(update={"seeds": others if drawn else None})
+
+
+def known_by_library(surveyed: Survey, model: TrainedModel | None) -> Known:
+    """What is known before the first seed: what a library model says, or nothing."""
+    number = len(surveyed.superpixels.size)
+    nowhere = np.zeros(number, bool)
+    if model is None:
+        return Known((), np.ones((number, 1)), np.zeros(number), nowhere, False)
+    return Known(model.names, surveyed.library, np.ones(number), nowhere, True)
+
+
+def known_by_seeds(
+    surveyed: Survey,
+    shares: npt.NDArray[np.float64],
+    names: tuple[str, ...],
+    classes: npt.NDArray[np.float64],
+    seeds: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
+) -> Known:
+    """What is known by seeds, and by a library where there is one; the parameters as of `seed_shares`."""
+    number = len(surveyed.superpixels.size)
+    covered = np.ones(number)
+    if len(classes) and (classes > 0).any(axis=0).all():
+        covered = (surveyed.library @ classes).sum(axis=1)
+    at = surveyed.superpixels.label[seeds[0] // surveyed.step, seeds[1] // surveyed.step]
+    touched = np.bincount(at, minlength=number) * surveyed.step**-2.0
+    return Known(names, shares, covered, touched > SEEDED * surveyed.superpixels.size, bool(classes.any()))
+
+
+def _known(
+    job: TextureJob,
+    texture: TextureFile,
+    surveyed: Survey,
+    model: TrainedModel | None,
+    seeds: SeedTexels | None,
+    library: MaterialLibrary,
+) -> Known:
+    if seeds is None:
+        return known_by_library(surveyed, model)
+    random_seed = job.held_out.random_seed
+    known = examples(texture, seeds, random_seed) if job.classifier.method == "textured" else None
+    own = train_on_seeds(texture, seeds, job.classifier, known, random_seed, None)
+    classes = np.empty((0, len(own.names)))
+    if model is not None:
+        groups = {name: library[name].group for name in (*model.names, *own.names) if name in library}
+        classes = library_classes(model.names, own.names, groups)
+    material = np.array([own.names.index(name) for name in seeds.names])[seeds.material]
+    placed = (seeds.rows, seeds.columns, material)
+    shares = seed_shares(surveyed, own, classes, placed)
+    return known_by_seeds(surveyed, shares, own.names, classes, placed)
+
+
+def ask(
+    surveyed: Survey, known: Known, asked: list[tuple[int, int]], barren: list[tuple[int, int]], count: int
+) -> tuple[list[tuple[int, int, int, int, float]], float]:
+    """Places where an answer is worth most.
+
+    Parameters
+    ----------
+    asked : list of (int, int)
+        Rows and columns of the texture that are not asked about again.
+    barren : list of (int, int)
+        Those where, and where it looks alike, nothing can be gained.
+
+    Returns
+    -------
+    list of tuple
+        Superpixel, row, column, radius and gain of each place.
+    float
+        Share of the texels that are expected to have a wrong material now.
+    """
+    superpixels, step = surveyed.superpixels, surveyed.step
+    told = reach(superpixels.mean(surveyed.stack))
+    texels = superpixels.mean(surveyed.valid[np.newaxis].astype(np.float64))[:, 0] * superpixels.size
+    strange = strangeness(told, known.seeded)
+    wrong = doubt(known.shares, known.covered, known.seeded, strange)
+    now = float(wrong @ texels / max(texels.sum(), 1))
+    rows, columns, depth = middles(superpixels, surveyed.valid)
+    allowed = (depth >= 0) & ~known.seeded
+    allowed[[superpixels.label[row // step, column // step] for row, column in asked]] = False
+    for row, column in barren:
+        wrong *= 1 - told[superpixels.label[row // step, column // step]]
+    places = []
+    unheard = np.zeros_like(strange) if known.vouched else strange
+    clear = clearness(superpixels, surveyed.stack[:3], allowed)
+    for place in choose(told, texels, wrong, known.shares, clear, unheard, count):
+        i = place.superpixel
+        radius = min(int(depth[i]), RADIUS) * step
+        places.append((i, int(rows[i]) * step, int(columns[i]) * step, radius, place.gain))
+    return places, now

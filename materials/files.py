@@ -132,16 +132,23 @@ def refuse_incomplete_back(model: StrictModel, kind: str, keys: dict[str, str]) 
 
 
 class SurfaceFile(StrictModel):
-    """Surface properties; m, 1, s m^-1."""
+    """Surface properties; m, 1, s m^-1.
+
+    A file of before `exposure` has none: a stack on a back of kind `fixed`, which is ground, is a field then, any other
+    a plate.
+    """
 
     roughness_length: Sourced[Roughness]
     wetness: Sourced[Fraction]
     surface_resistance: Sourced[Resistance]
     canopy: Sourced[bool]
     snow: Sourced[bool]
+    exposure: Sourced[Literal["field", "plate", "roof", "wall"]] | None = None
 
-    def properties(self) -> SurfaceProperties:
-        return SurfaceProperties(**{name: getattr(self, name).value for name in type(self).model_fields})
+    def properties(self, back: str) -> SurfaceProperties:
+        """Of a stack on a kind of back."""
+        given = {name: getattr(self, name).value for name in type(self).model_fields if getattr(self, name) is not None}
+        return SurfaceProperties(**{"exposure": "field" if back == "fixed" else "plate"} | given)
 
 
 class ThermalFile(StrictModel):
@@ -167,7 +174,7 @@ class SpecularFile(StrictModel):
 def load_thermal(file: StrPath) -> tuple[ThermalStack, SurfaceProperties, dict[str, str]]:
     """Stack, surface properties and the source of each of their fields, from `ht/NAME.yaml`."""
     content = load_model(file, ThermalFile)
-    return content.stack(), content.surface.properties(), _sources(content)
+    return content.stack(), content.surface.properties(content.back.kind.value), _sources(content)
 
 
 def load_specular(file: StrPath) -> tuple[float, float, dict[str, str]]:

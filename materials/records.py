@@ -82,11 +82,15 @@ class SurfaceProperties:
     wetness : float
         Fraction of the surface that evaporates, 0 to 1.
     surface_resistance : float
-        In series with the aerodynamic resistance to evaporation [s m^-1]; 0 for free water.
+        In series with the aerodynamic resistance to evaporation [s m^-1]; 0 for free water. Of a canopy the
+        least, in full light and humid air of 25 C.
     canopy : bool
         Vegetation whose leaves exchange with the air within the canopy.
     snow : bool
         Temperature cannot exceed the melting point.
+    exposure : str
+        How wind reaches it: "field" (endless ground or canopy), "plate" (an object on open ground), "roof" or "wall"
+        (of a building).
     """
 
     roughness_length: float
@@ -94,6 +98,7 @@ class SurfaceProperties:
     surface_resistance: float
     canopy: bool
     snow: bool
+    exposure: str = "field"
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,8 @@ def command(
 
     Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
     melt. The CSV has the columns time (ISO 8601), sw_down, lw_down, air_temperature, relative_humidity, wind_speed,
-    pressure in SI and percent; air_temperature[C] names another unit. A back by hour is in UTC under a CSV, and so are
+    pressure in SI and percent; air_temperature[C] names another unit; wind_height and air_height [m] where wind and
+    air were not measured at 10 and 2 m. A back by hour is in UTC under a CSV, and so are
     the hours of --shade; with --job they are local clock hours.
 
     With --job the surface stands between the ground and the walls that the state names. Shade ends the direct light and

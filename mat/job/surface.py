@@ -27,7 +27,7 @@ from skyshine.schemas.documents import StrictModel
 
 # Default nodes of the temperature table, and the number of its times: with them 99 % of reads err by .2 to .9 K over
 # all library materials and dates from winter to the tropics, sheet metal alone by 1.4 K.
-SURFACE_HEIGHTS_KM = (0, 1, 2, 3)
+SURFACE_HEIGHTS_KM = (0, 0.75, 1.5, 2.25, 3)
 _AZIMUTHS, _SLOPES, _TIMES = 30, 21, 40
 
 
@@ -44,6 +44,8 @@ Irradiance = Annotated[float, Field(ge=0, le=1500)]
 Longwave = Annotated[float, Field(ge=20, le=800)]
 Speed = Annotated[float, Field(ge=0, le=60)]
 Pressure = Annotated[float, Field(ge=200, le=1100)]
+# Of masts: above the roughness of open ground, below the depth of the surface layer.
+MastHeight = Annotated[float, Field(ge=0.1, le=200)]
 
 
 class HourlyWeather(StrictModel):
@@ -72,6 +74,8 @@ class HourlyWeather(StrictModel):
     altitude_km: float | None = Field(
         None, ge=-0.5, le=9, description="Where the air was measured; by default the altitude of the site."
     )
+    wind_height_m: MastHeight | None = Field(None, description="Of the anemometer; by default that of the weather.")
+    air_height_m: MastHeight | None = Field(None, description="Of the thermometer; by default that of the weather.")
 
     @pydantic.model_validator(mode="after")
     def _complete(self) -> Self:
@@ -116,7 +120,11 @@ class Weather(StrictModel):
         ),
     )
     relative_humidity_percent: Percent = Field(50.0, description="Daily mean; the vapour is constant.")
-    wind_speed_m_s: Speed = Field(2.0, description="Mean over the day, near the ground.")
+    wind_speed_m_s: Speed = Field(2.0, description="Mean over the day, at `wind_height_m`.")
+    wind_height_m: MastHeight = Field(
+        10.0, description="Of the anemometer above open ground; 10 m in EPW, TMY3 and synoptic reports."
+    )
+    air_height_m: MastHeight = Field(2.0, description="Of thermometer and hygrometer; 2 m in EPW, TMY3 and reports.")
     cloud_fraction: Fraction = Field(0.0, description="Of the sky that clouds cover.")
     ground_albedo: Fraction = Field(0.2, description="Share of sunlight that the ground around surfaces reflects.")
     radiation: Literal["computed", "measured"] = Field(
@@ -164,6 +172,13 @@ class Weather(StrictModel):
             if low > high:
                 raise ValueError(f"found air_temperature_c [{low:g}, {high:g}]; allowed: [lowest, highest]; swap them")
         return self
+
+    @property
+    def heights_m(self) -> tuple[float, float]:
+        """Of anemometer and thermometer [m]: as written here, else those of the table by hour, else the defaults."""
+        given = ((name, getattr(self.hourly, name, None)) for name in ("wind_height_m", "air_height_m"))
+        wind, air = (getattr(self, k) if v is None or k in self.model_fields_set else v for k, v in given)
+        return wind, air
 
     @property
     def mean_air_temperature_c(self) -> float:

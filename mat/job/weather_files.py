@@ -17,18 +17,22 @@ from skyshine.mat.job.surface import HOURLY_QUANTITIES, LONGEST_GAP_H, RADIATION
 from skyshine.mat.job.typical_years import Station, YearFile, is_tmy3, read_year
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.vapour import saturation_pressure
-from skyshine.mat.surface.weather_readings import AIR_COLUMNS, Column, read_readings
+from skyshine.mat.surface.weather_readings import AIR_COLUMNS, HEIGHT_COLUMNS, Column, Readings, read_readings
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.regular_files import refuse_special_file
 
 _WATTS = {"W/m2": (1.0, 0.0)}
-COLUMNS = AIR_COLUMNS | {
-    "cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0),
-    "direct_normal": Column(_WATTS, 0.0, 1500.0),
-    "diffuse": Column(_WATTS, 0.0, 1500.0),
-    "lw_down": Column(_WATTS, 20.0, 800.0),
-}
+COLUMNS = (
+    AIR_COLUMNS
+    | HEIGHT_COLUMNS
+    | {
+        "cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0),
+        "direct_normal": Column(_WATTS, 0.0, 1500.0),
+        "diffuse": Column(_WATTS, 0.0, 1500.0),
+        "lw_down": Column(_WATTS, 20.0, 800.0),
+    }
+)
 
 
 # What stands in the place of a quantity that a typical year lacks for longer than linear interpolation may bridge.
@@ -69,8 +73,8 @@ def read_weather(
     ----------
     file : path
         ``.epw``; TMY3 in ``.csv``; or another ``.csv`` with columns time (such as 08:30, local clock),
-        air_temperature and any of relative_humidity, wind_speed, pressure, cloud_fraction in SI and percent, and of
-        direct_normal, diffuse and lw_down, means over the time since the row before.
+        air_temperature and any of relative_humidity, wind_speed, pressure, cloud_fraction in SI and percent,
+        wind_height and air_height, and of direct_normal, diffuse and lw_down, means over the time since the row before.
     day : date
         Month and day are taken from a typical year.
     utc_offset_h : float
@@ -109,6 +113,9 @@ def _day_table(file: Path, radiation: bool) -> HourlyWeather:
         "cloud_fraction": values.get("cloud_fraction"),
         "pressure_hpa": values["pressure"] / 100.0 if "pressure" in values else None,
     }
+    for name in HEIGHT_COLUMNS:
+        if name in values:
+            found[f"{name}_m"] = _constant(table, name)
     if radiation:
         found |= {
             "direct_normal_w_m2": values["direct_normal"],
@@ -116,6 +123,19 @@ def _day_table(file: Path, radiation: bool) -> HourlyWeather:
             "longwave_down_w_m2": values.get("lw_down"),
         }
     return _hourly(file, found)
+
+
+def _constant(table: Readings, name: str) -> float:
+    """The one value of a column; InputError at the line of another."""
+    values = table.values[name]
+    if np.any(values != values[0]):
+        wrong = int(np.argmax(values != values[0]))
+        raise InputError(
+            f"{name}: found {values[wrong]:g} after {values[0]:g}; allowed: one height for the day; split the file",
+            file=table.file,
+            line=table.lines[wrong],
+        )
+    return float(values[0])
 
 
 def _least(values: Floats | None, limit: float) -> Floats | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from skyshine.mat.atmosphere.sources.ephemeris import position
@@ -10,6 +12,7 @@ from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.site import Site, local_times_utc
 from skyshine.mat.job.surface import HourlyWeather, Weather
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.convection import WIND_HEIGHT, Wind
 from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -32,13 +35,13 @@ def near_surface_air(sun: SunPath, given: Weather) -> NearSurfaceAir:
     daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
     if given.hourly is None:
         low, high = np.broadcast_to(np.asarray(given.air_temperature_c, float), 2) + ZERO_CELSIUS
-        return from_extremes(sun, low, high, *daily)
+        return _measured_at(given, from_extremes(sun, low, high, *daily))
     table = given.hourly
     by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
     humidity, wind, cloud = (
         np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)
     )
-    return from_hours(
+    air = from_hours(
         sun.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
         np.array(table.time),
         np.array(table.air_temperature_c) + ZERO_CELSIUS,
@@ -48,6 +51,13 @@ def near_surface_air(sun: SunPath, given: Weather) -> NearSurfaceAir:
         None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
         measured_radiation(table) if given.radiation == "measured" else None,
     )
+    return _measured_at(given, air)
+
+
+def _measured_at(given: Weather, air: NearSurfaceAir) -> NearSurfaceAir:
+    """The air with the heights at which it was measured."""
+    wind_height, air_height = given.heights_m
+    return replace(air, wind_height=wind_height, air_height=air_height)
 
 
 def measured_radiation(table: HourlyWeather) -> MeasuredRadiation:
@@ -100,8 +110,11 @@ def daily_means(weather: Weather) -> tuple[float, float, float | None]:
 
 
 def mean_wind(weather: Weather) -> float:
-    """Wind speed at 10 m, mean of the day, m s^-1."""
+    """Wind speed at 10 m over open ground, mean of the day, m s^-1."""
     hourly = weather.hourly
     if hourly is None or hourly.wind_speed_m_s is None:
-        return weather.wind_speed_m_s
-    return float(np.mean(np.interp(_QUARTERS, hourly.time, hourly.wind_speed_m_s, period=24)))
+        speed = weather.wind_speed_m_s
+    else:
+        speed = float(np.mean(np.interp(_QUARTERS, hourly.time, hourly.wind_speed_m_s, period=24)))
+    height = weather.heights_m[0]
+    return speed if height == WIND_HEIGHT else float(Wind(speed, height).at(WIND_HEIGHT))

@@ -12,6 +12,8 @@ from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.schemas.arrays import Floats, Integers
 
+SEASON = 30 * 24.0  # h: longest record with one deep temperature; chosen: a month, as climates and EPW give the ground
+
 
 def at_hours(values: npt.ArrayLike, hours: Floats) -> Floats:
     """Values of the day, one or 24 at the clock hours 0 to 23, at other hours: linear and periodic."""
@@ -29,7 +31,8 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats) -> Fl
     ----------
     material : SurfaceMaterial
     forcing : Forcing
-        Its mean air temperature stands for a temperature that the material does not give.
+        Its mean air temperature stands for a temperature that the material does not give: over all of a day or of some
+        weeks, over the `SEASON` around each time of a longer record, whose ground follows the year.
     hours : (N,) ndarray
         Of the clock.
 
@@ -41,10 +44,24 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats) -> Fl
     boundary = material.thermal.back
     given = boundary.heat_flux if boundary.kind == "heated" else boundary.temperature
     if given is None:
-        mean: Floats = np.atleast_2d(forcing.air_temperature).mean(axis=-1, keepdims=True)
-        return mean + np.zeros((forcing.shape[0], 1))
+        mean = _of_season(np.atleast_2d(forcing.air_temperature), hours)
+        return np.repeat(mean, forcing.shape[0] // len(mean), axis=0)
     series = at_hours(given, hours if np.ndim(given) else np.zeros(1))
     return np.repeat(series[None, :], forcing.shape[0], axis=0)
+
+
+def _of_season(air: Floats, hours: Floats) -> Floats:
+    """Mean air temperature (rows, 1), or (rows, N) around each of N equally spaced hours of more than a season."""
+    steps = air.shape[1]
+    length = steps * float(hours[1] - hours[0]) if min(steps, len(hours)) > 1 else 0.0
+    if length <= SEASON:
+        whole: Floats = air.mean(axis=1, keepdims=True)
+        return whole
+    half = round(0.5 * SEASON / length * steps)
+    padded = np.concatenate([air[:, -half:], air, air[:, :half]], axis=1)
+    total = np.cumsum(np.pad(padded, ((0, 0), (1, 0))), axis=1)
+    around: Floats = (total[:, 2 * half + 1 :] - total[:, : -2 * half - 1]) / (2 * half + 1)
+    return around
 
 
 @dataclass(frozen=True, eq=False)

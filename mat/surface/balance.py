@@ -8,16 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.surface.convection import AIR_HEAT_CAPACITY, air_density, forced_coefficient, natural_coefficients
+from skyshine.mat.surface.convection import (
+    AIR_HEAT_CAPACITY,
+    AIR_HEIGHT,
+    LEAST_HEIGHT,
+    TREE_ROUGHNESS,
+    WIND_HEIGHT,
+    Wind,
+    air_density,
+    forced_coefficient,
+    natural_coefficients,
+)
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.vapour import surface_vapour, surface_vapour_slopes
+from skyshine.mat.surface.stability import Stability
+from skyshine.mat.surface.stomata import canopy_resistance
+from skyshine.mat.surface.vapour import surface_vapour, surface_vapour_and_slopes
 from skyshine.materials.records import SurfaceProperties
 from skyshine.schemas.arrays import Floats, Integers, Reals
 from skyshine.schemas.errors import InputError
@@ -30,7 +42,8 @@ PSYCHROMETER_RATIO = 0.665e-3
 LEAST_CONVECTION = 2.0
 # Width [K] over which the sign of the temperature difference turns, so that convection is smooth at zero.
 _TURNOVER = 0.1
-_LEAST_TEMPERATURE = 1.0  # K, of air
+# Least values of fields that are not just positive: K, 1, m.
+_LIMITS = {"air_temperature": 1.0, "cos_slope": -1.0, "wind_height": LEAST_HEIGHT, "air_height": LEAST_HEIGHT}
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +61,13 @@ class Forcing:
     vapour_pressure, pressure : ndarray
         [Pa]; pressure 0 is vacuum.
     wind_speed : ndarray
-        At 10 m [m/s].
+        [m/s]
     cos_slope : ndarray
         1 face up, 0 a wall, -1 face down.
+    wind_height, air_height : ndarray
+        At which wind, and air temperature and humidity, were measured [m]; by default 10 and 2.
+    open_light : ndarray
+        Sunlight on open level ground, to which leaves open [W m^-2]; by default that on the plane.
     """
 
     shortwave_direct: Floats
@@ -63,11 +80,19 @@ class Forcing:
     pressure: Floats
     wind_speed: Floats
     cos_slope: Floats
+    wind_height: Floats = field(default_factory=lambda: np.array([[WIND_HEIGHT]]))
+    air_height: Floats = field(default_factory=lambda: np.array([[AIR_HEIGHT]]))
+    open_light: Floats = field(default_factory=lambda: np.empty((0, 0)))
+
+    def __post_init__(self) -> None:
+        if not np.size(self.open_light):
+            on_plane = self.shortwave_direct + self.shortwave_diffuse + self.shortwave_reflected
+            object.__setattr__(self, "open_light", on_plane)
 
     @property
     def shape(self) -> tuple[int, int]:
         """(columns, N)."""
-        columns, steps = np.broadcast_shapes(*(np.shape(getattr(self, field.name)) for field in fields(self)))
+        columns, steps = np.broadcast_shapes(*(np.shape(getattr(self, item.name)) for item in fields(self)))
         return columns, steps
 
     @classmethod
@@ -76,20 +101,20 @@ class Forcing:
         shapes = [part.shape for part in parts]
         whole = (
             np.concatenate(
-                [np.broadcast_to(getattr(part, field.name), shape) for part, shape in zip(parts, shapes, strict=True)]
+                [np.broadcast_to(getattr(part, item.name), shape) for part, shape in zip(parts, shapes, strict=True)]
             )
-            for field in fields(cls)
+            for item in fields(cls)
         )
         return cls(*whole)
 
     def columns(self, chosen: slice | Integers) -> Forcing:
         """The forcing of a slice or index array of columns."""
-        return Forcing(*(_rows(getattr(self, field.name), chosen) for field in fields(self)))
+        return Forcing(*(_rows(getattr(self, item.name), chosen) for item in fields(self)))
 
     def times(self, chosen: Integers) -> Forcing:
         """The forcing at an index array of times."""
         steps = self.shape[1]
-        parts = (np.atleast_2d(getattr(self, field.name)) for field in fields(self))
+        parts = (np.atleast_2d(getattr(self, item.name)) for item in fields(self))
         return Forcing(*(part[:, chosen] if part.shape[1] == steps else part for part in parts))
 
     def check(self) -> None:
@@ -100,16 +125,16 @@ class Forcing:
         InputError
             A value is not a number, or negative where only positive makes sense; it names field, column and time.
         """
-        for field in fields(self):
-            values = np.asarray(getattr(self, field.name), float)
-            limit = {"air_temperature": _LEAST_TEMPERATURE, "cos_slope": -1.0}.get(field.name, 0.0)
+        for item in fields(self):
+            values = np.asarray(getattr(self, item.name), float)
+            limit = _LIMITS.get(item.name, 0.0)
             if values.min() >= limit and values.max() < np.inf:  # false where one is not a number
                 continue
             wrong = ~(np.isfinite(values) & (values >= limit))
             place = np.argwhere(np.broadcast_to(wrong, self.shape))[0]
             value = np.broadcast_to(values, self.shape)[tuple(place)]
             raise InputError(
-                f"found {field.name} = {value:g} in column {place[0]} at time step {place[1]}; "
+                f"found {item.name} = {value:g} in column {place[0]} at time step {place[1]}; "
                 f"allowed: finite numbers of at least {limit:g}; check the weather or sky that it comes from"
             )
 
@@ -135,11 +160,13 @@ class Balance:
     -----
     Convection blends forced and natural transfer by the cubes of their coefficients, as Churchill (1977), AIChE J. 23,
     10-16, does for assisting flow: h^3 = h_least^3 + h_forced^3 + c^3 |dT|, the natural law being c |dT|^(1/3). The
-    turn of c between the unstable and stable side is smoothed over 0.1 K, so that h has all derivatives and is never
-    below 2 W m^-2 K^-1 where there is air. Evaporation is the bulk latent flux
-    wetness rho cp / gamma (e_sat(T) - e) / (r_a + r_s), r_a = rho cp / h, r_s the surface resistance (Penman 1948,
-    Monteith 1965); the same path carries condensation when e > e_sat(T). Below freezing e_sat is that over ice and the
-    flux carries the heat of sublimation: the water is frost.
+    turn of c between the unstable and stable side is smoothed over 0.1 K, and h is never below 2 W m^-2 K^-1 where
+    there is air. On a field h_forced depends on the temperature difference too, by `Stability`, but for trees, over
+    which the similarity of the surface layer underestimates the exchange (Thom et al. 1975, Q. J. R. Meteorol. Soc.
+    101, 93-105; Garratt 1980, ibid. 106, 803-819). Evaporation is the bulk latent flux wetness rho cp / gamma
+    (e_sat(T) - e) / (r_a + r_s), r_a = rho cp / h, r_s the surface resistance (Penman 1948, Monteith 1965); the same
+    path carries condensation when e > e_sat(T). Below freezing e_sat is that over ice and the flux carries the heat of
+    sublimation: the water is frost.
     """
 
     def __init__(self, forcing: Forcing, material: SurfaceMaterial) -> None:
@@ -178,21 +205,33 @@ class Balance:
         for name, value in vars(self).items():
             if isinstance(value, np.ndarray):
                 setattr(balance, name, value.astype(np.float32))
+        if not self.airless and self.stability is not None:
+            balance.stability = self.stability.single()
         return balance
 
     def _set_air(self, surface: SurfaceProperties) -> None:
         forcing = self.forcing
         if np.any(np.asarray(forcing.pressure) <= 0):
             raise InputError("found pressure 0 in some columns only; allowed: air in all of them or vacuum in all")
-        forced = forced_coefficient(forcing.wind_speed, forcing.pressure, forcing.air_temperature, surface)
+        wind = Wind(forcing.wind_speed, forcing.wind_height, forcing.air_height)
+        forced = forced_coefficient(wind, forcing.pressure, forcing.air_temperature, surface)
         warmer, colder = natural_coefficients(forcing.cos_slope, forcing.pressure)
         self.even, self.odd = 0.5 * (warmer**3 + colder**3), 0.5 * (warmer**3 - colder**3)
-        self.forced_cube = LEAST_CONVECTION**3 + forced * forced * forced
+        self.least_cube, self.forced_cube = LEAST_CONVECTION**3, forced * forced * forced
+        self.stability = None
+        if surface.exposure == "field" and surface.roughness_length <= TREE_ROUGHNESS:
+            self.stability = Stability.of(wind, forcing.air_temperature, forcing.cos_slope, surface.roughness_length)
 
     def _set_water(self, surface: SurfaceProperties) -> None:
         forcing = self.forcing
         heat_capacity = air_density(forcing.pressure, forcing.air_temperature) * AIR_HEAT_CAPACITY
-        self.resistance = surface.surface_resistance / heat_capacity
+        resistance: float | Floats = surface.surface_resistance
+        if surface.canopy:
+            air = forcing.vapour_pressure, forcing.pressure
+            resistance = canopy_resistance(
+                surface.surface_resistance, surface.roughness_length, forcing.open_light, forcing.air_temperature, air
+            )
+        self.resistance = resistance / heat_capacity
         self.psychrometer = PSYCHROMETER_RATIO * forcing.pressure
         self.surface_path = self.psychrometer * self.resistance
         self.vapour_pressure = forcing.vapour_pressure
@@ -215,18 +254,26 @@ class Balance:
 
     def loss_and_slope(self, temperature: Reals) -> tuple[Reals, Reals]:
         """f(T) and its derivative by temperature [W m^-2 K^-1], each (columns, N)."""
-        loss = self.loss(temperature)
-        slope = 4 * self.emission * np.abs(temperature) ** 3
+        slope = np.abs(temperature)
+        slope *= slope * slope
+        slope *= self.emission
+        net = slope * temperature
+        net -= self.absorbed
+        slope *= 4.0
         if self.airless:
-            return loss, slope + np.zeros(self.shape)
+            return net, slope
         difference = temperature - self.air_temperature
-        coefficient = self._coefficient(difference)
-        width = np.sqrt(difference**2 + _TURNOVER**2)
-        bend = (self.even * difference / width + self.odd) / (3 * coefficient**2)
-        slope = slope + coefficient + bend * difference
+        coefficient, bend = self._coefficient_and_bend(difference)
         if self.wetness:
-            slope += self._latent_slope(temperature, coefficient, bend)
-        return loss, slope
+            latent, latent_slope = self._latent_and_slope(temperature, coefficient, bend)
+            net += latent
+            slope = slope + latent_slope
+        slope = slope + coefficient
+        bend *= difference
+        slope += bend
+        difference *= coefficient
+        net += difference
+        return net, slope
 
     def _coefficient(self, difference: Reals) -> Reals:
         """Convective transfer coefficient h [W m^-2 K^-1] at temperature differences to the air [K]."""
@@ -235,8 +282,41 @@ class Balance:
         np.sqrt(cube, out=cube)
         cube *= self.even
         cube += self.odd * difference
-        cube += self.forced_cube
-        return np.cbrt(cube, out=cube)
+        if self.stability is None:
+            cube += self.forced_cube
+        else:
+            factor = self.stability.factor(difference)
+            cube += self.forced_cube * factor * factor * factor
+        cube += self.least_cube
+        return _cube_root(cube)
+
+    def _coefficient_and_bend(self, difference: Reals) -> tuple[Reals, Reals]:
+        """`_coefficient` and its derivative by temperature [W m^-2 K^-2]."""
+        width = difference * difference
+        width += _TURNOVER**2
+        np.sqrt(width, out=width)
+        cube = self.even * width
+        cube += self.odd * difference
+        bend = difference / width
+        bend *= self.even
+        bend += self.odd
+        if self.stability is None:
+            cube += self.forced_cube
+        else:
+            factor, slope = self.stability.factor_and_slope(difference)
+            forced = self.forced_cube * factor
+            forced *= factor
+            slope *= forced
+            slope *= 3.0
+            bend += slope
+            forced *= factor
+            cube += forced
+        cube += self.least_cube
+        coefficient = _cube_root(cube)
+        cube = coefficient * coefficient
+        cube *= 3.0
+        bend /= cube
+        return coefficient, bend
 
     def _latent(self, temperature: Reals, coefficient: Reals) -> Reals:
         """Latent heat flux [W m^-2], given the convective transfer coefficient."""
@@ -249,15 +329,23 @@ class Balance:
         vapour /= transfer
         return vapour
 
-    def _latent_slope(self, temperature: Reals, coefficient: Reals, bend: Reals) -> Reals:
-        """Derivative of `_latent` by temperature, `bend` being that of the coefficient."""
-        vapour, latent_heat = surface_vapour(temperature)
-        vapour_slope, heat_slope = surface_vapour_slopes(temperature, vapour)
-        deficit = vapour - self.vapour_pressure
-        transfer = 1 / (1 / coefficient + self.resistance)
-        transfer_slope = transfer**2 * bend / coefficient**2
-        rise = transfer * (latent_heat * vapour_slope + heat_slope * deficit) + transfer_slope * latent_heat * deficit
-        return self.wetness * rise / self.psychrometer
+    def _latent_and_slope(self, temperature: Reals, coefficient: Reals, bend: Reals) -> tuple[Reals, Reals]:
+        """`_latent` and its derivative by temperature, `bend` being that of the coefficient."""
+        vapour, latent_heat, slope, heat_slope = surface_vapour_and_slopes(temperature)
+        vapour -= self.vapour_pressure
+        slope *= latent_heat
+        slope += heat_slope * vapour
+        vapour *= latent_heat
+        path = self.psychrometer / coefficient
+        transfer = path + self.surface_path
+        vapour *= self.wetness / transfer
+        slope *= self.wetness / transfer
+        path *= bend
+        path /= coefficient
+        path /= transfer
+        path *= vapour
+        slope += path
+        return vapour, slope
 
     def fluxes(self, temperature: Reals) -> dict[str, Reals]:
         """Each flux by name [W m^-2], (columns, N): absorbed ones positive inwards, the others positive outwards."""
@@ -276,3 +364,23 @@ class Balance:
             if self.wetness:
                 parts["evaporation"] = self._latent(temperature, coefficient)
         return parts
+
+
+def _cube_root(cube: Reals) -> Reals:
+    """Cube root of numbers between 1 and 1e30, to 1e-6 in single and 1e-12 in double precision.
+
+    Logarithm and exponential of single precision are several times as fast as numpy's own cube root; one step of
+    Newton's method doubles their digits.
+    """
+    root = np.log(cube, dtype=np.float32, casting="same_kind")
+    root *= np.float32(1 / 3)
+    np.exp(root, out=root)
+    if cube.dtype == np.float32:
+        return root
+    fine = root.astype(float)
+    ratio = fine * fine
+    np.divide(cube, ratio, out=ratio)
+    ratio -= fine
+    ratio *= 1 / 3
+    fine += ratio
+    return fine

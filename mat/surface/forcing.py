@@ -379,6 +379,8 @@ class Scene:
         else:
             view = np.tile(self._views.sky, len(self.altitude))[:, None]
             ground = step_means(self._views.received(self._longwave_around), steps).reshape(-1, steps)
+        sine = np.maximum(np.sin(np.radians(self.sun.solar_elevation)), 0.0)
+        light = self._sunlight[0] * self._visible * sine + self._sunlight[1]
         sky = view * longwave
         if self.surroundings is not None:
             around = self.surroundings
@@ -395,4 +397,7 @@ class Scene:
             pressure=pressure,
             wind_speed=step_means(self.weather.wind_speed[None, :], steps),
             cos_slope=cosine,
+            wind_height=np.array([[self.weather.wind_height]]),
+            air_height=np.array([[self.weather.air_height]]),
+            open_light=np.repeat(step_means(light, steps), planes, axis=0),
         )

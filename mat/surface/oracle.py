@@ -18,6 +18,7 @@ from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.convection import AIR_GAS_CONSTANT, AIR_HEAT_CAPACITY, natural_coefficients
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.materials.records import SurfaceProperties
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
@@ -138,7 +139,10 @@ def _into_back(material: SurfaceMaterial, drive: Any, temperature: Any, resistan
     return (temperature - drive) / resistance
 
 
-_NAMES = ("shortwave", "longwave", "air", "vapour", "pressure", "wind", "warmer", "colder")
+_NAMES = (
+    *("shortwave", "longwave", "air", "vapour", "pressure", "wind", "wind_height", "air_height"),
+    *("upward", "warmer", "colder"),
+)
 
 
 def _parameters(forcing: Forcing, count: int) -> Floats:
@@ -151,6 +155,9 @@ def _parameters(forcing: Forcing, count: int) -> Floats:
         forcing.vapour_pressure,
         forcing.pressure,
         forcing.wind_speed,
+        forcing.wind_height,
+        forcing.air_height,
+        1.0 + np.minimum(90.0 - np.degrees(np.arccos(forcing.cos_slope)), 0.0) / 90.0,
         warmer,
         colder,
     ]
@@ -159,20 +166,18 @@ def _parameters(forcing: Forcing, count: int) -> Floats:
 
 def _loss(ca: Any, material: SurfaceMaterial, surface: Any, parameter: Any) -> Any:
     """Outward flux of the surface [W m^-2] as a casadi expression."""
-    short, long, air, vapour, pressure, wind, warmer, colder = ca.vertsplit(parameter)
+    short, long, air, vapour, pressure, speed, wind_height, air_height, upward, warmer, colder = ca.vertsplit(parameter)
+    wind = speed, wind_height, air_height
     emissivity = material.thermal_emissivity
     net = emissivity * (Stefan_Boltzmann * surface**4 - long) - material.solar_absorptance * short
     properties = material.surface
-    roughness = properties.roughness_length
-    logs = np.log1p(10.0 / roughness) * np.log1p(2.0 * np.exp(2.0) / roughness)
     volumetric = pressure / (AIR_GAS_CONSTANT * air) * AIR_HEAT_CAPACITY
-    forced = volumetric * 0.16 * wind / logs
-    if not properties.canopy:
-        plate = 5.678 * (0.53 if roughness > 3e-5 else 0.50) * (0.7229474 * wind / 0.3048) ** 0.78
-        forced = ca.fmax(forced, plate * (pressure / 101325.0) ** 0.8)
     difference = surface - air
     width = ca.sqrt(difference**2 + 0.01)
     natural = 0.5 * (warmer**3 * (width + difference) + colder**3 * (width - difference))
+    forced = _forced(ca, properties, volumetric, pressure, wind)
+    if properties.exposure == "field" and properties.roughness_length <= 0.3:
+        forced *= _stability(ca, properties.roughness_length, difference / air, wind, upward)
     coefficient = ca.if_else(pressure > 0, (8.0 + forced**3 + natural) ** (1.0 / 3.0), 0.0)
     net += coefficient * difference
     if properties.wetness:
@@ -180,14 +185,73 @@ def _loss(ca: Any, material: SurfaceMaterial, surface: Any, parameter: Any) -> A
         frozen = ca.fmin(ca.fmax(-celsius / 2.0, 0.0), 1.0)
         ice = frozen * frozen * (3.0 - 2.0 * frozen)
         over_ice = 9.550426 - 5723.265 / surface + 3.53068 * ca.log(surface) - 0.00728332 * surface
-        over_water = 54.842763 - 6763.22 / surface - 4.210 * ca.log(surface) + 0.000367 * surface
-        over_water += ca.tanh(0.0415 * (surface - 218.8)) * (
-            53.878 - 1331.22 / surface - 9.44523 * ca.log(surface) + 0.014025 * surface
-        )
+        over_water = _over_water(ca, surface)
         deficit = (ca.exp(ice * over_ice + (1.0 - ice) * over_water) - vapour) * (1.0 + ice * 0.333 / 2.501)
-        resistance = volumetric / coefficient + properties.surface_resistance
+        resistance = volumetric / coefficient
+        if properties.canopy:
+            resistance += _leaves(ca, properties, short, air, (vapour, pressure))
+        else:
+            resistance += properties.surface_resistance
         net += properties.wetness * volumetric / (0.665e-3 * pressure) * deficit / resistance
     return net
+
+
+def _over_water(ca: Any, kelvin: Any) -> Any:
+    """Logarithm of the saturation pressure [ln Pa]."""
+    bend = 53.878 - 1331.22 / kelvin - 9.44523 * ca.log(kelvin) + 0.014025 * kelvin
+    level = 54.842763 - 6763.22 / kelvin - 4.210 * ca.log(kelvin) + 0.000367 * kelvin
+    return level + ca.tanh(0.0415 * (kelvin - 218.8)) * bend
+
+
+def _leaves(ca: Any, surface: SurfaceProperties, sunlight: Any, air: Any, humidity: tuple[Any, Any]) -> Any:
+    """Resistance of a canopy [s m^-1]."""
+    least, trees = surface.surface_resistance, surface.roughness_length > 0.3
+    vapour, pressure = humidity
+    light = 1.1 * sunlight / (150.0 if trees else 300.0)
+    share = (light + least * (5.0 if trees else 3.0) / 5000.0) / (1.0 + light)
+    deficit = 0.622 * ca.fmax(ca.exp(_over_water(ca, air)) - vapour, 0.0) / pressure
+    mild = ca.fmax(1.0 - 0.0016 * (air - 298.15) ** 2, 0.01)
+    return ca.fmin(least * (1.0 + (54.53 if trees else 36.35) * deficit) / (share * mild), 5000.0)
+
+
+def _forced(ca: Any, surface: SurfaceProperties, volumetric: Any, pressure: Any, wind: tuple[Any, Any, Any]) -> Any:
+    """Transfer coefficient of the wind in neutral air [W m^-2 K^-1]; `wind` is speed, its height, that of the air."""
+    roughness, (speed, wind_height, air_height) = surface.roughness_length, wind
+    if surface.exposure == "field":
+        logs = ca.log(1 + wind_height / roughness) * ca.log(1 + air_height * np.exp(2.0) / roughness)
+        return volumetric * 0.16 * ca.sqrt(speed**2 + 0.01) / logs
+
+    def at(height: float) -> Any:
+        return speed * np.log(height / 0.03) / ca.log(wind_height / 0.03)
+
+    thin = (pressure / 101325.0) ** 0.8
+    if surface.exposure == "plate":
+        return 5.678 * (0.53 if roughness > 3e-5 else 0.50) * (at(2.0) / 0.3048) ** 0.78 * thin
+    factor = np.interp(np.log10(roughness), [-5, -4, -3, np.log10(0.002), -2], [1.0, 1.11, 1.52, 1.67, 2.17])
+    if surface.exposure == "roof":
+        return factor * 0.0296 * 0.0257 / 5.0 * (1.2041 * at(6.0) * 5.0 / 1.81e-5) ** 0.8 * 0.71 ** (1 / 3) * thin
+    return factor * (1.63 * at(10.0) ** 0.89 + 1.775 * at(10.0) ** 0.617) * thin
+
+
+def _stability(ca: Any, roughness: float, relative: Any, wind: tuple[Any, Any, Any], upward: Any) -> Any:
+    """Louis' factor at a difference over air temperature."""
+    speed, wind_height, air_height = wind
+    height = ca.sqrt(wind_height * air_height)
+
+    def heat(level: Any) -> Any:
+        return ca.log(1 + level * np.exp(2.0) / roughness)
+
+    momentum, there = ca.log(1 + height / roughness), ca.log(1 + wind_height / roughness)
+    squared = (speed**2 + 0.01) * (momentum / there) ** 2
+    number = 9.80665 * height * relative * heat(height) / heat(air_height) / squared
+    excess = 2.0
+    cubic = 3.2165 + 4.3431 * excess + 0.5360 * excess**2 - 0.0781 * excess**3
+    power = 0.5802 - 0.1571 * excess + 0.0327 * excess**2 - 0.0026 * excess**3
+    free = 15 * cubic * 0.16 / (momentum * heat(height)) * (1 + height * np.exp(2.0) / roughness) ** power
+    warm, cold = ca.fmax(number, 0.0), ca.fmax(-number, 0.0)
+    unstable = 1 + 15 * warm / (1 + free * ca.sqrt(warm + 1e-16))
+    level = ca.if_else(number > 0, unstable, 1 / (1 + 15 * cold * ca.sqrt(1 + 5 * cold)))
+    return 1 + upward * (level - 1)
 
 
 def _collocation(

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.convection import AIR_HEIGHT, WIND_HEIGHT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
@@ -26,8 +27,9 @@ class Record:
     step : float
         [s]; the record repeats after N steps.
     values : dict of str to ndarray
-        "sw_down" and "lw_down" [W m^-2], "air_temperature" [K], "relative_humidity" [percent], "wind_speed" [m/s] and
-        "pressure" [Pa]. Negative pyranometer readings are 0, humidity is at most 100.
+        "sw_down" and "lw_down" [W m^-2], "air_temperature" [K], "relative_humidity" [percent], "wind_speed" [m/s],
+        "pressure" [Pa], "wind_height" and "air_height" [m]. Negative pyranometer readings are 0, humidity is at most
+        100.
     """
 
     start: np.datetime64
@@ -36,10 +38,13 @@ class Record:
 
     @classmethod
     def of(cls, seconds: Floats, values: Mapping[str, Floats]) -> Record:
-        """The record of readings (n,) at increasing times since 1970 [s], linear between them, at their median step."""
+        """The record of readings (n,) at increasing times since 1970 [s], linear between them, at their median step;
+        heights that are not given are those of WMO-No. 8.
+        """
         step, steps = equal_steps(seconds)
         grid = seconds[0] + step * np.arange(steps)
         series = {name: np.interp(grid, seconds, readings) for name, readings in values.items()}
+        series = {"wind_height": np.full(steps, WIND_HEIGHT), "air_height": np.full(steps, AIR_HEIGHT)} | series
         series["sw_down"] = np.maximum(series["sw_down"], 0.0)
         series["relative_humidity"] = np.minimum(series["relative_humidity"], 100.0)
         return cls(np.datetime64(round(1e3 * seconds[0]), "ms"), step, series)
@@ -118,4 +123,6 @@ def record_forcing(
         pressure=np.atleast_2d(values["pressure"]),
         wind_speed=np.atleast_2d(values["wind_speed"]),
         cos_slope=np.array([[cosine]]),
+        wind_height=np.atleast_2d(values["wind_height"]),
+        air_height=np.atleast_2d(values["air_height"]),
     )

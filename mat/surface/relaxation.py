@@ -1,7 +1,8 @@
 """Batches of columns iterated with one matrix: to near the solution in single precision, to the tolerance in double.
 
 With g(t) the batch's mean slope of f, T goes to (diag(g) + C)^-1 (g T - f(T) + source). That leaves an imbalance of the
-change of T times the error of g, which Anderson acceleration reduces.
+change of T times the error of g, which Anderson acceleration reduces. Where stability bends f, slopes differ
+severalfold between columns: each then has Newton's step with its own slopes, found with the common matrix.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from skyshine.mat.surface.acceleration import Anderson, OwnSlopes, steeper
 from skyshine.mat.surface.balance import MELTING_POINT, Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -20,10 +22,13 @@ from skyshine.schemas.arrays import Booleans, Floats, Integers, Reals
 TOLERANCE = 1e-3
 _ITERATIONS = 16  # in either precision; more for snow, whose melting settles slowly
 _MELTING_ITERATIONS = 60
-# Change [K] at which single precision gives way to double: several times the rounding of temperatures near 300 K.
-_NEAR = 5e-4
+# Change [K] at which single precision gives way to double: several times the rounding of temperatures near 300 K; more
+# after Newton's step, whose own error is far smaller; still more in coarse steps.
+_NEAR, _NEAR_NEWTON, _NEAR_COARSE = 5e-4, 3e-3, 0.02
 # K: an iterate beyond these has diverged.
 _COLDEST, _HOTTEST = 1.0, 3000.0
+_RENEWED = 0.1  # K: after larger changes each column of a field gets its own slopes anew
+_USUAL = 4  # iterations after which a column whose steps change sign is taken to cycle across a bend
 _SAMPLE, _RENEWALS = 32, 3  # columns and coarse matrices that determine the relaxation of a material
 _COARSE_STEPS = 48  # of a day, at least, in which they are found
 
@@ -76,6 +81,10 @@ class Relaxation:
         temperature and `melting` (u - T_m) the heat spent on melting where u exceeds T_m.
     melting : float
         [W m^-2 K^-1]
+    stiffness : ndarray, shape (1,)
+        Diagonal of C [W m^-2 K^-1].
+    coarse : Relaxation or None
+        In coarse steps, in which the iteration begins.
     """
 
     slope: Reals
@@ -85,6 +94,8 @@ class Relaxation:
     origin_flux: Floats
     cap: float | None
     melting: float
+    stiffness: Reals
+    coarse: Relaxation | None = None
 
     @classmethod
     def of(
@@ -117,13 +128,17 @@ class Relaxation:
         times = np.arange(0, conduction.steps, every if conduction.steps % every == 0 else 1)
         few = replace(conduction, steps=times.size)
         source = source if source.shape[1] == 1 else source[:, times]
-        about, start = cls._converging(Balance(forcing.times(times), material), few, source)
-        return cls._about(
+        coarse_balance = Balance(forcing.times(times), material)
+        about, start = cls._converging(coarse_balance, few, source)
+        whole = cls._about(
             Balance(forcing, material),
             conduction,
             _between(about, conduction.steps).astype(float, copy=False),
             None if start is None else _between(start, conduction.steps).astype(float, copy=False),
         )
+        if start is None or times.size == conduction.steps:
+            return whole
+        return replace(whole, coarse=cls._about(coarse_balance, few, about, start))
 
     @classmethod
     def _converging(cls, balance: Balance, conduction: Conduction, source: Floats) -> tuple[Floats, Floats | None]:
@@ -134,7 +149,7 @@ class Relaxation:
         start: Floats | None = None
         for _ in range(_RENEWALS):
             relaxation = cls._about(balance, conduction, temperature, start)
-            iterate, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
+            iterate, _, _ = relaxation.iterate(balance, source, temperature, 2, 0.0)
             if not np.all(plausible(iterate)):
                 break
             temperature = iterate.astype(float, copy=False)
@@ -152,12 +167,19 @@ class Relaxation:
         ends = slope.mean() + conduction.admittance.real[[0, -1]]
         melting = 2 * ends.prod() / ends.sum()
         origin = temperature.mean(axis=0, keepdims=True)
-        return cls(slope, inverse, start, origin, conduction.flux(origin), cap, float(melting))
+        return cls(
+            slope, inverse, start, origin, conduction.flux(origin), cap, float(melting), conduction.matrix[0, :1]
+        )
 
     @cached_property
     def single(self) -> Relaxation:
         """The same in single precision."""
-        return replace(self, slope=self.slope.astype(np.float32), inverse=self.inverse.astype(np.float32))
+        return replace(
+            self,
+            slope=self.slope.astype(np.float32),
+            inverse=self.inverse.astype(np.float32),
+            stiffness=self.stiffness.astype(np.float32),
+        )
 
     def solve(
         self, balance: Balance, conduction: Conduction, source: Floats, start: Reals | None = None
@@ -178,11 +200,12 @@ class Relaxation:
         temperature, melt, loss, imbalance : (columns, N) ndarray
             [K], [W m^-2]; columns whose imbalance is not within the tolerance have not settled.
         iterations : (columns,) ndarray of int32
+            Of all N steps.
         """
-        unknown, single_count = self.approach(balance, source, start)
+        unknown, single_count, own = self._approach(balance, source, start)
         if not np.all((unknown > _COLDEST) & (unknown < 1e5)):
             unknown = self._begin(balance, source)
-        memory = _Anderson()
+        memory = Anderson()
         for count in range(self._max_iterations + 1):
             temperature: Floats = unknown
             melt = np.zeros(unknown.shape)
@@ -195,23 +218,54 @@ class Relaxation:
             largest = max(imbalance.max(), -imbalance.min())
             if largest <= TOLERANCE or not largest < 1e9 or count == self._max_iterations:
                 break
-            change: Floats = imbalance @ self.inverse
+            change: Reals = imbalance.astype(np.float32) @ self.single.inverse  # of a small change few digits count
             np.negative(change, out=change)
+            if own is not None:
+                if count > 1:
+                    own = self.single._own_slopes(balance.loss_and_slope(temperature)[1].astype(np.float32))
+                    memory = Anderson()
+                change = own.step(change)
             unknown = memory.next(unknown + change, change).astype(float, copy=False)
         return temperature, melt, loss, imbalance, np.full(len(unknown), single_count + count, np.int32)
 
     def approach(self, balance: Balance, source: Floats, start: Reals | None = None) -> tuple[Floats, int]:
-        """Unknowns to about `_NEAR`, iterated in single precision, and the count of iterations."""
+        """Unknowns to some `_NEAR`, iterated in single precision, and the count of iterations."""
+        return self._approach(balance, source, start)[:2]
+
+    def _approach(
+        self, balance: Balance, source: Floats, start: Reals | None, tolerance: float | None = None
+    ) -> tuple[Floats, int, OwnSlopes | None]:
+        """`approach`, and the slopes of each column where it has its own."""
+        if start is None:
+            start = self._coarse_start(balance, source)
         guess = self._begin(balance, source) if start is None else _between(start, balance.shape[1])
-        change, count = self.single.iterate(
+        newton = self.cap is None and not balance.airless and balance.stability is not None
+        change, count, own = self.single.iterate(
             balance.single(),
             (source - self.origin_flux).astype(np.float32),
             (guess - self.origin).astype(np.float32),
             self._max_iterations,
-            _NEAR,
+            tolerance or (_NEAR_NEWTON if newton else _NEAR),
             self.origin.astype(np.float32),
+            None if not newton else 2 if start is None else 1,
         )
-        return change + self.origin, count
+        return change + self.origin, count, own
+
+    def _coarse_start(self, balance: Balance, source: Floats) -> Floats | None:
+        """Unknowns in coarse steps (columns, fewer steps); None where there are none or they diverge."""
+        if self.coarse is None:
+            return None
+        every = balance.shape[1] // self.coarse.slope.size
+        times = np.arange(0, balance.shape[1], every)
+        source = source if source.shape[1] == 1 else source[:, times]
+        few = Balance(balance.forcing.times(times), balance.material)
+        unknown, _, _ = self.coarse._approach(few, source, None, _NEAR_COARSE)
+        if not np.all((unknown > _COLDEST) & (unknown < 1e5)):
+            return None
+        if self.cap is not None:
+            excess = np.maximum(unknown - self.cap, 0.0)
+            unknown += (self.coarse.melting / self.melting - 1.0) * excess
+        return unknown
 
     def _begin(self, balance: Balance, source: Floats) -> Floats:
         return first_guess(balance) if self.start is None else np.repeat(self.start, len(source), axis=0)
@@ -228,7 +282,8 @@ class Relaxation:
         max_iterations: int,
         tolerance: float,
         origin: Reals | float = 0.0,
-    ) -> tuple[Reals, int]:
+        newton: int | None = None,
+    ) -> tuple[Reals, int, OwnSlopes | None]:
         """Accelerated fixed-point iteration, in the precision of its arguments.
 
         Parameters
@@ -243,6 +298,8 @@ class Relaxation:
             Largest change of an unknown [K] at which the iteration ends.
         origin : (1, N) ndarray or float
             [K]
+        newton : int, optional
+            Iteration from which on each column has its own slopes, renewed until changes are small.
 
         Returns
         -------
@@ -250,28 +307,46 @@ class Relaxation:
             Less the origin [K].
         count : int
             Of the iterations.
+        own : OwnSlopes or None
+            The last.
         """
-        memory = _Anderson()
+        memory, own, largest = Anderson(), None, np.inf
+        last: tuple[Reals, Reals, Reals] | None = None
         for count in range(1, max_iterations + 1):
-            target = self._relaxed(balance, source, unknown, origin)
-            change = target - unknown
+            loss = None
+            if newton is not None and count >= newton and largest > _RENEWED:
+                loss, slope = balance.loss_and_slope(unknown + origin)
+            target = self._relaxed(balance, source, unknown, origin, loss)
+            change: Reals = target - unknown
+            if loss is not None:
+                if last is not None and count > _USUAL:
+                    slope = steeper(slope, change, unknown, loss, *last)
+                own, last, memory = self._own_slopes(slope), (change, unknown, loss), Anderson()
+            if own is not None:
+                change = own.step(change)
+                target = unknown + change
             largest = max(change.max(), -change.min())
             if largest < tolerance:
-                return target, count
+                return target, count, own
             if not largest < 1e6:
                 break
             unknown = memory.next(target, change)
-        return unknown, count
+        return unknown, count, own
 
-    def _relaxed(self, balance: Balance, source: Reals, unknown: Reals, origin: Reals | float) -> Reals:
-        """The unknown less the relaxed imbalance."""
+    def _own_slopes(self, slope: Reals) -> OwnSlopes:
+        return OwnSlopes.of(slope, self.slope, self.stiffness, self.inverse)
+
+    def _relaxed(
+        self, balance: Balance, source: Reals, unknown: Reals, origin: Reals | float, loss: Reals | None = None
+    ) -> Reals:
+        """The unknown less the relaxed imbalance; `loss` is that of the balance where it is known."""
         temperature = unknown + origin
         if self.cap is not None:
             excess = np.maximum(temperature - self.cap, 0.0)
             np.minimum(temperature, self.cap, out=temperature)
             unknown = unknown - excess
         target: Reals = unknown * self.slope
-        target -= balance.loss(temperature)
+        target -= balance.loss(temperature) if loss is None else loss
         target += source
         if self.cap is not None:
             target -= self.melting * excess
@@ -296,50 +371,3 @@ def _weights_between(fewer: int, steps: int) -> Floats:
 def melting_cap(material: SurfaceMaterial) -> float | None:
     """Temperature that the surface cannot exceed [K]; None where it does not melt."""
     return MELTING_POINT if material.surface.snow else None
-
-
-class _Anderson:
-    """Anderson acceleration of depth two, each column its own.
-
-    References
-    ----------
-    Walker and Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, 1715-1735.
-    """
-
-    def __init__(self) -> None:
-        self.last: tuple[Reals, Reals] | None = None
-        self.steps: list[tuple[Reals, Reals]] = []
-
-    def next(self, target: Reals, change: Reals) -> Reals:
-        """The next iterate from G(x) and G(x) - x; `target` and `change` are kept, not copied."""
-        if self.last is not None:
-            self.steps = [(target - self.last[0], change - self.last[1]), *self.steps[:1]]
-        self.last = target, change
-        if not self.steps:
-            return target
-        bend = self.steps[0][1]
-        first = _dot(bend, bend)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            one = len(self.steps) == 1
-            weights = [_dot(bend, change) / first] if one else self._two(first, bend, change)
-        result = target.copy()
-        for weight, (step, _) in zip(weights, self.steps, strict=True):
-            result -= np.where(np.isfinite(weight), weight, 0.0).astype(step.dtype)[:, None] * step
-        return result
-
-    def _two(self, first: Floats, bend: Reals, change: Reals) -> list[Floats]:
-        """Weights of both steps; `first` is the square of the newer bend."""
-        older = self.steps[1][1]
-        second, cross = _dot(older, older), _dot(bend, older)
-        right, right_older = _dot(bend, change), _dot(older, change)
-        determinant = first * second - cross**2
-        # Nearly parallel differences carry one direction only.
-        single = determinant < np.sqrt(np.finfo(change.dtype).eps) * first * second
-        one = np.where(single, right / first, (second * right - cross * right_older) / determinant)
-        two = np.where(single, 0.0, (first * right_older - cross * right) / determinant)
-        return [one, two]
-
-
-def _dot(one: Reals, other: Reals) -> Floats:
-    product: Floats = np.einsum("ct,ct->c", one, other).astype(float)
-    return product

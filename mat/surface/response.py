@@ -1,8 +1,9 @@
 """Linear response of surfaces to a change of absorbed heat, and how their heat loss departs from linear.
 
-About a solution T of f(T) + C T = source, a small change q of the absorbed heat moves T by J^-1 q, J = diag(f') + C.
+About a solution T of f(T) + C T = source, a small change q of the absorbed heat moves T by about J^-1 q, J = s + C,
+with the day's mean s of f'. One s a day lets readers take rows between hours though f' changes tenfold at sunrise.
 The rows of J^-1 at `RESPONSE_HOURS` are summed over cells of lag: heat that was absorbed long ago matters by its mean
-over hours. Larger changes add the excess of f over its tangent, which is tabulated against temperature; with it the
+over hours. The excess of f over s T is added, which is tabulated against temperature; with it the
 response of one face holds for faces of other azimuths, on which the Sun shines at other hours.
 """
 
@@ -29,8 +30,8 @@ RESPONSE_HOURS = np.arange(24.0)
 LAG_STARTS = np.array(
     [-1 / 24, 1 / 24, 1 / 8, 3 / 8, 5 / 8, 7 / 8, 11 / 8, 15 / 8, 23 / 8, 31 / 8, 47 / 8, 63 / 8, 95 / 8, 127 / 8]
 )
-# K from the temperature of the response; closer where most changes are.
-_AWAY = (4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 30.0, 36.0, 44.0, 52.0, 60.0, 75.0, 95.0, 120.0)
+# K from the temperature of the air, where stable air turns unstable and the heat loss bends; closer near it.
+_AWAY = (0.5, 1.5, 3.0, 5.0, 8.0, 12.0, 17.0, 23.0, 30.0, 40.0, 52.0, 70.0, 95.0, 140.0)
 OFFSETS = np.array([*(-offset for offset in reversed(_AWAY)), 0.0, *_AWAY])
 RESPONSE_SLOPES = np.array([0.0, 90.0, 180.0])  # degree
 NO_LIMIT = 1e4  # K, above all temperatures of a database
@@ -47,13 +48,13 @@ class SurfaceResponse:
     kernel : ndarray, shape (columns, 24, L)
         Kelvin at `RESPONSE_HOURS` per mean change of absorbed heat over each cell of lag [K m^2 W^-1].
     temperature : ndarray, shape (columns, 24)
-        About which the response is taken [K].
+        From which `OFFSETS` count [K]: that of the air, of the surface itself where there is none.
     loss_slope : ndarray, shape (columns, 24)
-        Derivative of the heat loss f by temperature there [W m^-2 K^-1].
+        Mean over the day of the derivative of the heat loss f by temperature [W m^-2 K^-1].
     loss_excess : ndarray, shape (columns, 24, O)
-        f at `OFFSETS` from that temperature, less its tangent [W m^-2].
+        f at `OFFSETS` from `temperature`, less f there and less the offset times that derivative [W m^-2].
     melt : ndarray, shape (columns, 24)
-        Heat spent on melting there [W m^-2].
+        Heat spent on melting [W m^-2].
     """
 
     kernel: Floats
@@ -128,8 +129,8 @@ def _fill(
     temperature, melt = (
         np.stack([np.interp(times, known, row, period=1.0) for row in rows]) for rows in (coarse, solution.melt)
     )
-    loss, slope = balance.loss_and_slope(temperature)
-    slope = np.maximum(slope, _LEAST_SLOPE)
+    _, slope = balance.loss_and_slope(temperature)
+    slope = np.maximum(slope.mean(axis=1, keepdims=True), _LEAST_SLOPE) + np.zeros(slope.shape)
     at_hours = np.arange(RESPONSE_HOURS.size) * (FINE_STEPS // RESPONSE_HOURS.size)
     rows = np.eye(FINE_STEPS)[:, at_hours]
     lags = (at_hours[:, None] - np.arange(FINE_STEPS)) % FINE_STEPS
@@ -138,14 +139,16 @@ def _fill(
         inverse = np.linalg.solve((conduction.matrix + np.diag(column_slope)).T, rows).T
         by_lag = np.take_along_axis(inverse, lags, axis=1)
         response.kernel[column] = np.add.reduceat(by_lag, cells, axis=1)
-    response.temperature[columns] = temperature[:, at_hours]
     response.loss_slope[columns] = slope[:, at_hours]
     response.melt[columns] = melt[:, at_hours]
     balance = Balance(forcing.times(at_hours), material)
-    temperature, loss, slope = temperature[:, at_hours], loss[:, at_hours], slope[:, at_hours]
+    slope = slope[:, at_hours]
+    origin = temperature[:, at_hours] if balance.airless else balance.air_temperature + np.zeros(slope.shape)
+    response.temperature[columns] = origin
+    loss = balance.loss(origin)
     for number, offset in enumerate(OFFSETS):
-        moved = np.maximum(temperature + offset, _COLDEST)
-        response.loss_excess[columns, :, number] = balance.loss(moved) - loss - slope * (moved - temperature)
+        moved = np.maximum(origin + offset, _COLDEST)
+        response.loss_excess[columns, :, number] = balance.loss(moved) - loss - slope * (moved - origin)
 
 
 def lag_cells(steps: int) -> Integers:
@@ -190,7 +193,7 @@ def response_table(
     steps: int = STEPS,
     given: Collection[str] = (),
 ) -> ResponseTable:
-    """Responses of all materials at the lowest and the highest altitude of a scene, for faces of its slopes.
+    """Responses of all materials at the altitudes of a scene, for faces of its slopes.
 
     Parameters
     ----------
@@ -201,7 +204,7 @@ def response_table(
     given : collection of str
         Names of materials whose temperature is given, which no heat changes.
     """
-    altitudes = np.unique(np.asarray(scene.altitude, float)[[0, -1]])
+    altitudes = np.unique(np.asarray(scene.altitude, float))
     slopes, azimuths = response_planes(scene.sun, np.asarray(scene.slope, float))
     planes = Scene(scene.sun, scene.weather, scene.sky, altitudes, slopes, azimuths)
     forcing_at = lru_cache(maxsize=None)(planes.forcing)

@@ -56,6 +56,7 @@ def random_material(generator: np.random.Generator) -> SurfaceMaterial:
         surface_resistance=_log(generator, 1, 500) if generator.random() < 0.5 else 0.0,
         canopy=bool(generator.random() < 0.2),
         snow=bool(generator.random() < 0.15),
+        exposure=str(generator.choice(["field", "plate", "roof", "wall"], p=[0.55, 0.15, 0.15, 0.15])),
     )
     return SurfaceMaterial(
         "random", stack, surface, float(generator.uniform(0.02, 1)), float(generator.uniform(0.02, 1))
@@ -74,6 +75,7 @@ def random_forcing(generator: np.random.Generator) -> Callable[[int], Forcing]:
     gusts = generator.random() < 0.3
     tilt = generator.uniform(-1, 1)
     sky = generator.uniform(0.5, 1.0)
+    heights = generator.uniform(1, 30), generator.uniform(0.5, 12)
 
     def forcing(steps: int) -> Forcing:
         hours = np.arange(steps) * (24.0 / steps)
@@ -93,6 +95,8 @@ def random_forcing(generator: np.random.Generator) -> Callable[[int], Forcing]:
             pressure=np.full((1, steps), 0.0 if vacuum else 9e4),
             wind_speed=windy[None],
             cos_slope=np.array([[tilt]]),
+            wind_height=np.array([[heights[0]]]),
+            air_height=np.array([[heights[1]]]),
         )
 
     return forcing

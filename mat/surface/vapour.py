@@ -41,7 +41,8 @@ def saturation_pressure(temperature: npt.ArrayLike) -> Floats:
     ----------
     Murphy and Koop 2005, equation (10).
     """
-    pressure: Floats = np.exp(_water(np.asarray(temperature, float)))
+    kelvin = np.asarray(temperature, float)
+    pressure: Floats = np.exp(_water(np.atleast_1d(kelvin))).reshape(kelvin.shape)
     return pressure
 
 
@@ -73,48 +74,91 @@ def surface_vapour(temperature: Reals) -> tuple[Reals, Reals]:
         logarithm[freezes] += frozen * (_ice(kelvin[freezes]) - logarithm[freezes])
         latent_heat = np.ones_like(kelvin)
         latent_heat[freezes] = 1 + (_SUBLIMATION_RATIO - 1) * frozen
-    return np.exp(logarithm), latent_heat
+    return np.exp(logarithm, out=logarithm), latent_heat
 
 
-def surface_vapour_slopes(temperature: Reals, pressure: Reals) -> tuple[Reals, Reals]:
-    """Derivatives of both values of `surface_vapour` by temperature.
+def surface_vapour_and_slopes(temperature: Reals) -> tuple[Reals, Reals, Reals, Reals]:
+    """Both values of `surface_vapour` and their derivatives by temperature.
 
     Parameters
     ----------
     temperature : ndarray
         [K]
-    pressure : ndarray
-        That `surface_vapour` gives for it [Pa].
 
     Returns
     -------
-    pressure_slope, latent_heat_slope : ndarray
-        [Pa K^-1], [K^-1]
+    pressure, latent_heat, pressure_slope, latent_heat_slope : ndarray
+        [Pa], [1], [Pa K^-1], [K^-1]; those of the latent heat have one element where no water is frozen.
     """
     kelvin = np.maximum(temperature, _COLDEST_VAPOUR)
-    frozen, freezing = _frozen_share(kelvin - ZERO_CELSIUS)
-    slope = _water_slope(kelvin)
-    if np.any(frozen > 0):
-        slope = slope + frozen * (_ice_slope(kelvin) - slope) + freezing * (_ice(kelvin) - _water(kelvin))
-    return np.where(temperature > _COLDEST_VAPOUR, pressure * slope, 0.0), (_SUBLIMATION_RATIO - 1) * freezing
+    logarithm, slope = _water_and_slope(kelvin)
+    latent_heat = np.ones((1,) * kelvin.ndim, kelvin.dtype)
+    latent_slope = np.zeros_like(latent_heat)
+    freezes = kelvin < ZERO_CELSIUS
+    if np.any(freezes):
+        cold = kelvin[freezes]
+        frozen, freezing = _frozen_share(cold - ZERO_CELSIUS)
+        beside = _ice(cold) - logarithm[freezes]
+        slope[freezes] += frozen * (_ice_slope(cold) - slope[freezes]) + freezing * beside
+        logarithm[freezes] += frozen * beside
+        latent_heat, latent_slope = np.ones_like(kelvin), np.zeros_like(kelvin)
+        latent_heat[freezes] = 1 + (_SUBLIMATION_RATIO - 1) * frozen
+        latent_slope[freezes] = (_SUBLIMATION_RATIO - 1) * freezing
+        slope[temperature <= _COLDEST_VAPOUR] = 0.0
+    pressure = np.exp(logarithm, out=logarithm)
+    slope *= pressure
+    return pressure, latent_heat, slope, latent_slope
 
 
 def _water(kelvin: Reals) -> Reals:
     """Logarithm of the pressure over liquid water [ln Pa]."""
-    logarithm = np.log(kelvin)
-    first = 54.842763 - 6763.22 / kelvin - 4.210 * logarithm + 0.000367 * kelvin
-    second = 53.878 - 1331.22 / kelvin - 9.44523 * logarithm + 0.014025 * kelvin
-    exponent: Reals = first + np.tanh(0.0415 * (kelvin - 218.8)) * second
-    return exponent
+    return _water_terms(kelvin)[0]
 
 
-def _water_slope(kelvin: Reals) -> Reals:
-    """Derivative of `_water` by temperature [K^-1]."""
-    bend = np.tanh(0.0415 * (kelvin - 218.8))
-    second = 53.878 - 1331.22 / kelvin - 9.44523 * np.log(kelvin) + 0.014025 * kelvin
-    first = 6763.22 / kelvin**2 - 4.210 / kelvin + 0.000367 + 0.0415 * (1 - bend**2) * second
-    slope: Reals = first + bend * (1331.22 / kelvin**2 - 9.44523 / kelvin + 0.014025)
-    return slope
+def _water_and_slope(kelvin: Reals) -> tuple[Reals, Reals]:
+    """`_water` and its derivative by temperature [K^-1]."""
+    exponent, bend, second = _water_terms(kelvin)
+    inverse = 1 / kelvin
+    slope = 1331.22 * inverse
+    slope -= 9.44523
+    slope *= inverse
+    slope += 0.014025
+    slope *= bend
+    bend *= bend
+    np.subtract(1.0, bend, out=bend)
+    bend *= second
+    bend *= 0.0415
+    slope += bend
+    bend = 6763.22 * inverse
+    bend -= 4.210
+    bend *= inverse
+    slope += bend
+    slope += 0.000367
+    return exponent, slope
+
+
+def _water_terms(kelvin: Reals) -> tuple[Reals, Reals, Reals]:
+    """The logarithm over liquid water a + b tanh(c) [ln Pa], tanh(c) and b."""
+    logarithm, inverse = np.log(kelvin), 1 / kelvin
+    bend = kelvin - 218.8
+    bend *= 2 * 0.0415
+    np.minimum(bend, 80.0, out=bend)  # tanh is 1 there; more overflows single precision in trial temperatures
+    np.exp(bend, out=bend)  # tanh x = 1 - 2 / (1 + exp 2x): exp takes half the time of tanh
+    bend += 1.0
+    np.divide(-2.0, bend, out=bend)
+    bend += 1.0
+    second = 0.014025 * kelvin
+    second -= 1331.22 * inverse
+    second -= 9.44523 * logarithm
+    second += 53.878
+    inverse *= -6763.22
+    logarithm *= 4.210
+    exponent = 0.000367 * kelvin
+    exponent += inverse
+    exponent -= logarithm
+    exponent += 54.842763
+    exponent += bend * second
+    return exponent, bend, second
 
 
 def _ice(kelvin: Reals) -> Reals:

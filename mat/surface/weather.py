@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from skyshine.mat.surface.convection import AIR_HEIGHT, WIND_HEIGHT
 from skyshine.mat.surface.measured import MeasuredRadiation
 from skyshine.mat.surface.sun_path import SunPath, sun_hours
 from skyshine.mat.surface.vapour import saturation_pressure
@@ -34,13 +35,15 @@ class NearSurfaceAir:
     vapour_pressure : ndarray
         [Pa]
     wind_speed : ndarray
-        At 10 m above the ground [m/s].
+        [m/s]
     cloud_fraction : ndarray
         0 to 1.
     pressure : ndarray or None
         [Pa]; None takes that of the atmospheric state.
     radiation : MeasuredRadiation or None
         None takes sunlight and sky longwave of the atmospheric state.
+    wind_height, air_height : float
+        At which wind, and temperature and humidity, are given [m].
     """
 
     altitude: float
@@ -50,6 +53,8 @@ class NearSurfaceAir:
     cloud_fraction: Floats
     pressure: Floats | None = None
     radiation: MeasuredRadiation | None = None
+    wind_height: float = WIND_HEIGHT
+    air_height: float = AIR_HEIGHT
 
     def at(self, altitude: Floats, pressure: Floats) -> tuple[Floats, Floats, Floats]:
         """Air temperature [K], vapour pressure and pressure [Pa] over surfaces at other altitudes.
@@ -92,7 +97,7 @@ def from_extremes(
     relative_humidity : float
         At the mean of both temperatures [percent]; the vapour pressure is constant but where the air is saturated.
     wind_speed : float
-        At 10 m [m/s].
+        [m/s]
     cloud_fraction : float
         0 to 1.
     """

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
+from skyshine.mat.surface.convection import LEAST_HEIGHT
 from skyshine.mat.surface.record import Record, equal_steps
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.csv_table import Head, column_heads, data_lines, delimiter_of, read_text, row_cells
@@ -58,13 +59,16 @@ AIR_COLUMNS = {
     "wind_speed": Column({"m/s": (1.0, 0.0), "km/h": (1 / 3.6, 0.0), "kt": (1852 / 3600, 0.0)}, 0.0, 120.0),
     "pressure": Column({"Pa": (1.0, 0.0), "hPa": (100.0, 0.0), "kPa": (1000.0, 0.0)}, 0.0, 120e3),
 }
+# Heights of measurement, by default those of WMO-No. 8: 10 m and 2 m.
+HEIGHT_COLUMNS = {name: Column({"m": (1.0, 0.0)}, LEAST_HEIGHT, 200.0) for name in ("wind_height", "air_height")}
 
 # Thermopile pyranometers read a few W m^-2 below zero at night (thermal offset, BSRN: McArthur 2005, WMO/TD-No. 1274).
-RECORD_COLUMNS = {
+_NEEDED_COLUMNS = {
     "sw_down": Column({"W/m2": (1.0, 0.0)}, -25.0, 2000.0),
     "lw_down": Column({"W/m2": (1.0, 0.0)}, 20.0, 800.0),
     **AIR_COLUMNS,
 }
+RECORD_COLUMNS = _NEEDED_COLUMNS | HEIGHT_COLUMNS
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,8 +198,9 @@ def read_record(file: str | os.PathLike[str]) -> Record:
     Parameters
     ----------
     file : path
-        Columns time (ISO 8601; UTC where it names no zone) and all of `RECORD_COLUMNS`, in any order; ``name[unit]`` in
-        the header names another unit. Empty lines and lines that begin with # are skipped.
+        Columns time (ISO 8601; UTC where it names no zone) and all of `RECORD_COLUMNS` but the heights, which are 10
+        and 2 m by default, in any order; ``name[unit]`` in the header names another unit. Empty lines and lines that
+        begin with # are skipped.
 
     Returns
     -------
@@ -207,7 +212,7 @@ def read_record(file: str | os.PathLike[str]) -> Record:
     InputError
         With file:line:column of what does not fit.
     """
-    readings = read_readings(file, RECORD_COLUMNS, RECORD_COLUMNS, _moment)
+    readings = read_readings(file, RECORD_COLUMNS, _NEEDED_COLUMNS, _moment)
     readings.refuse_gaps(np.diff(readings.time), MAXIMUM_GAP)
     _, steps = equal_steps(readings.time)
     if steps > MAXIMUM_STEPS:

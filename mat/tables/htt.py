@@ -161,19 +161,19 @@ def shade_fields(table: ResponseTable, scene: Scene, extraterrestrial: float) ->
             "K m^2 W^-1",
             "change of temperature per mean change of absorbed heat over the cell of lag",
         ),
-        response.REFERENCE: Variable(column, table.temperature, "K", "surface temperature about which the response is"),
+        response.REFERENCE: Variable(column, table.temperature, "K", "air temperature, from which offsets count"),
         response.LOSS_SLOPE: Variable(
-            column, table.loss_slope, "W m^-2 K^-1", "derivative of the heat loss by temperature"
+            column, table.loss_slope, "W m^-2 K^-1", "mean derivative of the heat loss by temperature"
         ),
         response.LOSS_EXCESS: Variable(
             (*column, response.OFFSET),
             table.loss_excess,
             "W m^-2",
-            "heat loss above that at response_temperature, less its tangent",
+            "heat loss above that at response_temperature, less the slope times the offset",
         ),
         light.ABSORPTANCE: Variable(("material",), table.solar_absorptance, "1", "solar absorptance"),
         light.EMISSIVITY: Variable(("material",), table.thermal_emissivity, "1", "thermal emissivity"),
-        response.MELT: Variable(column, table.melt, "W m^-2", "heat spent on melting at response_temperature"),
+        response.MELT: Variable(column, table.melt, "W m^-2", "heat spent on melting"),
         response.HIGHEST: Variable(
             ("material",), table.highest, "K", "temperature that the surface cannot exceed because it melts"
         ),

@@ -52,21 +52,22 @@ def soil(name, absorptance, conductivity, capacity, roughness, wetness=0.0, resi
     )
 
 
-def compare(material, measured, folder):
+def compare(material, measured, folder, heights=(10.0, 2.0)):
     """Root mean square error [K] of the model, and of air temperature alone, over the longest stretch without gaps.
 
-    Prints a table of bias and root mean square by day and by night, beside air temperature and the day before.
+    `heights` are those of wind and air temperature above ground [m]. Prints a table of bias and root mean square by day
+    and by night, beside air temperature and the day before.
     """
     whole = np.flatnonzero(np.all([np.isfinite(measured[name]) for name in (*FORCING, "lw_up")], axis=0))
     gaps = np.flatnonzero(np.diff(measured["time"][whole]) > np.timedelta64(3, "h"))
     whole = max(np.split(whole, gaps + 1), key=len)
     measured = {name: values[whole] for name, values in measured.items()}
     rows = [
-        f"{time}Z," + ",".join(f"{measured[name][i]:.4f}" for name in FORCING)
+        f"{time}Z," + ",".join(f"{measured[name][i]:.4f}" for name in FORCING) + f",{heights[0]},{heights[1]}"
         for i, time in enumerate(np.datetime_as_string(measured["time"], unit="s"))
     ]
     file = folder / "record.csv"
-    file.write_text("\n".join([HEADER, *rows]) + "\n")
+    file.write_text("\n".join([f"{HEADER},wind_height,air_height", *rows]) + "\n")
     step = float(np.median(np.diff(measured["time"])) / np.timedelta64(1, "s"))
     place = np.round((measured["time"] - measured["time"][0]) / np.timedelta64(1, "s") / step).astype(int)
     found = column.from_record(material, read_record(file), 0.0, 0.0, None, 0.2).temperature[place]
@@ -127,14 +128,15 @@ def test_surfrad_alamosa(shared_data, tmp_path):
     """A clear winter day on a high semi-desert without snow (albedo 0.18 at noon): half saturated sandy clay (water
     content 0.2 of a pore fraction of 0.4: k 0.9 W/mK, C 2.27 MJ/m3K, de Vries 1963 in Moene and van Dam 2014, table
     2.2; field
-    capacity 0.31, Lee and Pielke 1992), sparse low brush (z0 2 cm), albedo as measured that day."""
+    capacity 0.31, Lee and Pielke 1992), sparse low brush (z0 2 cm), albedo as measured that day. Both wind and air
+    temperature are those of 10 m (README of the SURFRAD files)."""
     table = np.loadtxt(shared_data / "heat" / "surfrad" / "surfrad-slv16001.dat", skiprows=2)
     measured = {name: table[:, index] for name, index in SURFRAD_COLUMNS.items()}
     measured["time"] = np.datetime64("2016-01-01T00:00:00") + np.arange(len(table)) * np.timedelta64(60, "s")
     wetness = moisture_availability(0.2, 0.31)
     material = soil("alamosa", 1 - albedo(measured), 0.9, 2.27e6, 0.02, wetness)
-    rms, air = compare(material, measured, tmp_path)
-    assert rms < 1.5 and rms < 0.5 * air
+    rms, air = compare(material, measured, tmp_path, heights=(10.0, 10.0))
+    assert rms < 1.45 and rms < 0.5 * air
 
 
 def test_arm_e13(shared_data, tmp_path):
@@ -159,13 +161,15 @@ def test_arm_e13(shared_data, tmp_path):
     measured["time"] = np.datetime64("2019-01-01T00:00:00") + np.arange(1440) * np.timedelta64(60, "s")
     material = soil("arm e13", 1 - albedo(measured), 0.915, 2.26e6, 0.02)
     rms, air = compare(material, measured, tmp_path)
-    assert rms < 1.0 and rms < 0.5 * air
+    assert rms < 0.45 and rms < 0.5 * air
 
 
 def test_oak_canopy_of_puechabon(shared_data, tmp_path):
     """May over an evergreen oak forest: what it absorbs in all is measured, Rn + LW_up; sunlight is told from the rest
-    by
-    photon flux, 2.02 umol of it a joule (Meek et al. 1984, Agron. J. 76, 939-945)."""
+    by photon flux, 2.02 umol of it a joule (Meek et al. 1984, Agron. J. 76, 939-945). Leaves as those of evergreen
+    broad-leaved forest in Chen and Dudhia (2001): 150 s/m over a leaf area index of 5. Heights and roughness are taken
+    as the library's, not this tower's 6 m above oaks of 6 m, so near to which the logarithmic law has a third of the
+    exchange that was measured."""
     rows = list(csv.DictReader((shared_data / "heat" / "fluxnet" / "FR_Pue_May_2012.csv").open()))
 
     def column_of(name):
@@ -174,6 +178,8 @@ def test_oak_canopy_of_puechabon(shared_data, tmp_path):
     air, pressure = column_of("Tair"), 10 * column_of("pressure")
     sunlight, up = column_of("PPFD") / 2.02, column_of("LW_up")
     material = canopy("oak of Puechabon", "deciduous")
+    evergreen = replace(material.surface, surface_resistance=150.0 / 5)
+    material = replace(material, surface=evergreen)
     measured = {
         "time": np.datetime64("2012-05-01T00:00:00") + np.arange(len(rows)) * np.timedelta64(1800, "s"),
         "sw_down": sunlight,
@@ -185,7 +191,7 @@ def test_oak_canopy_of_puechabon(shared_data, tmp_path):
         "pressure": pressure,
     }
     rms, air_rms = compare(material, measured, tmp_path)
-    assert rms <= air_rms
+    assert rms < 0.9 and rms < air_rms
 
 
 def test_caldern_meadow(shared_data, tmp_path):
@@ -208,17 +214,16 @@ def test_caldern_meadow(shared_data, tmp_path):
     measured["pressure"] = np.full(len(rows), 982.0)
     material = canopy("caldern meadow", "grass_green", solar_absorptance=1 - albedo(measured))
     rms, _ = compare(material, measured, tmp_path)
-    assert rms < 2.6
+    assert rms < 2.1
 
 
 def test_bsrn_payerne_grass(shared_data, tmp_path):
     """June over grass, minutes averaged by tens; wind was not recorded: 2 m/s at 2 m, what FAO Paper 56 (chapter 3)
-    takes then,
-    are 2.7 m/s at 10 m (its equation 47)."""
+    takes then."""
     measured = bsrn(shared_data / "heat" / "bsrn" / "bsrn-pay0616.dat.gz")
     material = canopy("grass of Payerne", "grass_green", solar_absorptance=1 - albedo(measured))
-    rms, air = compare(material, measured, tmp_path)
-    assert rms < 3.0 and rms < air
+    rms, air = compare(material, measured, tmp_path, heights=(2.0, 2.0))
+    assert rms < 1.25 and rms < air
 
 
 def bsrn(file, average=10):
@@ -257,7 +262,7 @@ def bsrn(file, average=10):
         parts = values.reshape(-1, average)
         counts = np.isfinite(parts).sum(axis=1)
         means[name] = np.where(counts > 0, np.nansum(parts, axis=1) / np.maximum(counts, 1), np.nan)
-    means["wind"] = np.full(minutes // average, 2.7)
+    means["wind"] = np.full(minutes // average, 2.0)
     means["time"] = np.datetime64("2016-06-01T00:00:00") + np.arange(minutes // average) * np.timedelta64(
         60 * average, "s"
     )

@@ -7,7 +7,7 @@ import pytest
 
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.surface import surface_materials
-from skyshine.mat.surface.back_boundary import at_hours
+from skyshine.mat.surface.back_boundary import at_hours, back_drive
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import depth_response
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -152,3 +152,27 @@ def test_a_material_file_carries_its_back_by_hour(tmp_path):
     file.write_text(f"{before}back:\n  kind: {{value: heated, source: test}}\n{surface}", encoding="utf-8")
     with pytest.raises(InputError, match="hood.yaml:.*back: a back of kind 'heated' needs a 'heat_flux'"):
         load_thermal(file)
+
+
+def a_record(days, air):
+    """Hourly forcing of a record under an air temperature (N,) [K]."""
+    none = np.zeros((1, 1))
+    return Forcing(none, none, none, none, none, air[None], none, none + 1e5, none + 2, none + 1), np.arange(
+        24.0 * days
+    )
+
+
+def test_a_year_does_not_rest_on_the_year_s_mean():
+    """A monthly mean of a yearly wave of 10 K keeps sin(x) / x of it, x = 30 pi / 365: 9.89 K, and no wave of days."""
+    hours = np.arange(24.0 * 365)
+    air = 283.0 + 10 * np.cos(2 * np.pi * hours / hours.size) + 6 * np.cos(2 * np.pi * hours / 24)
+    forcing, clock = a_record(365, air)
+    drive = back_drive(material(Back("fixed")), forcing, clock)
+    assert drive.shape == (1, hours.size)
+    expected = 283.0 + 9.89 * np.cos(2 * np.pi * hours / hours.size)
+    assert np.abs(drive[0] - expected).max() < 0.03
+
+
+def test_some_weeks_rest_on_their_mean():
+    air = 283.0 + np.linspace(-5.0, 5.0, 24 * 30)
+    assert back_drive(material(Back("fixed")), *a_record(30, air)) == pytest.approx(np.full((1, 1), 283.0))

@@ -13,7 +13,7 @@ from skyshine.schemas.errors import InputError
 
 LAYER = Layer(0.1, 1.0, 2000.0, 1000.0)
 STACK = ThermalStack(LAYER, (LAYER, LAYER), Back("adiabatic"))
-SMOOTH = SurfaceProperties(1e-6, 0.0, 0.0, False, False)
+SMOOTH = SurfaceProperties(1e-6, 0.0, 0.0, False, False, "plate")
 
 
 def material(surface=SMOOTH, absorptance=0.7, emissivity=0.9):
@@ -55,10 +55,11 @@ def test_frost_forms_from_air_that_is_dry_over_water():
     assert balance.fluxes(np.array([[253.15]]))["evaporation"][0, 0] < 0
 
 
+@pytest.mark.parametrize("exposure", ["field", "plate", "roof", "wall"])
 @given(st.floats(220, 380), st.floats(0, 1), st.floats(0, 400), st.floats(0, 40), st.floats(-1, 1), st.floats(0, 4000))
-@settings(max_examples=80, deadline=None)
-def test_slope_is_the_derivative(temperature, wetness, resistance, wind, tilt, vapour):
-    surface = SurfaceProperties(1e-3, wetness, resistance, False, False)
+@settings(max_examples=60, deadline=None)
+def test_slope_is_the_derivative(exposure, temperature, wetness, resistance, wind, tilt, vapour):
+    surface = SurfaceProperties(1e-3, wetness, resistance, False, False, exposure)
     balance = Balance(forcing(wind_speed=wind, cos_slope=tilt, vapour_pressure=vapour), material(surface))
     around = np.array([[temperature - 1e-3, temperature, temperature + 1e-3]])
     loss, slope = balance.loss_and_slope(around)
@@ -153,11 +154,14 @@ def test_convection_by_hand():
 
 
 def test_evaporation_of_a_canopy_by_hand():
-    """Penman and Monteith with FAO Paper 56's numbers: grass of 12 cm in 2 m/s, r_s = 70 s/m, air of 20 C and 50 %,
-    the leaf at air temperature: rho cp / gamma (es - e) / (ra + rs)."""
-    grass = SurfaceProperties(0.123 * 0.12, 1.0, 70.0, True, False)
+    """Penman and Monteith with FAO Paper 56's numbers: grass of 12 cm in 2 m/s, air of 20 C and 50 %, the leaf at air
+    temperature: rho cp / gamma (es - e) / (ra + rs). r_s of the stomata is 70 s/m in light of 500 W/m2:
+    r_least (1 + 36.35 dq) / (light (1 - .0016 5^2)), light = (y + r_least 3 / 5000) / (1 + y), y = 500 / 272.7."""
     vapour = 0.5 * saturation_pressure(293.15)
-    air = forcing(air_temperature=293.15, vapour_pressure=vapour, wind_speed=2.0)
+    dryness, light = 1 + 36.35 * 0.622 * 0.5 * 2339.2 / 101325.0, 500 / (300 / 1.1)
+    least = 70.0 * 0.96 * light / (dryness * (1 + light) - 70.0 * 0.96 * 3 / 5000)
+    grass = SurfaceProperties(0.123 * 0.12, 1.0, least, True, False)
+    air = forcing(air_temperature=293.15, vapour_pressure=vapour, wind_speed=2.0, open_light=500.0)
     evaporation = Balance(air, material(grass)).fluxes(np.array([[293.15]]))["evaporation"][0, 0]
     volumetric = 101325.0 / (287.053 * 293.15) * 1013.0
     resistance = np.log1p(10 / 0.01476) * np.log1p(2 * np.e**2 / 0.01476) / (0.16 * 2.0)

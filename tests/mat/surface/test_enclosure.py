@@ -259,12 +259,21 @@ def test_walls_that_do_not_settle_are_refused(sun_path, weather, sky, monkeypatc
 
 
 def test_the_response_is_taken_about_temperatures_in_the_enclosure(plain):
-    plate = material()
-    open_air, warm = (
-        response_table([plate], scene).temperature
-        for scene in (plain, within(plain, Enclosure(black(330.0, 1), black(330.0, 8), Horizon((0.0,), (80.0,)))))
-    )
-    assert np.all(warm[0, 0, 0] > open_air[0, 0, 0].min() + 5)
+    """Its slope is the day's mean of the heat loss's, by differences of a kelvin about the solution among the walls."""
+    plate, warmest = material(), []
+    hot = within(plain, Enclosure(black(330.0, 1), black(330.0, 8), Horizon((0.0,), (80.0,))))
+    for scene in (plain, hot):
+        level = Scene(scene.sun, scene.weather, scene.sky, [0.0], [0.0], [0.0])
+        [(_, solution)] = solve_columns(plate, level.forcing)
+        temperature = solution.temperature
+        balance = Balance(level.forcing(temperature.shape[1]), plate)
+        slope = (balance.loss(temperature + 0.5) - balance.loss(temperature - 0.5)).mean()
+        stored = response_table([plate], scene).loss_slope[0, 0, 0]
+        assert stored == pytest.approx(np.full(24, slope), rel=0.02)
+        warmest.append((temperature.mean(), slope))
+    (open_air, loose), (warm, stiff) = warmest
+    assert warm > open_air + 2
+    assert stiff > 1.03 * loose
 
 
 def test_of_the_open_air_the_horizon_takes_the_direct_light_alone(plain):

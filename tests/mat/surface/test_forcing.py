@@ -242,3 +242,15 @@ def test_altitude_below_the_ground_is_refused(sun_path, weather, sky):
     scene = Scene(sun_path, weather, low_sky(sky), np.array([-431.0]), np.array([0.0]), np.array([0.0]))
     with pytest.raises(InputError, match="found surface altitudes -431 to -431 m; allowed: -430 to 3570 m"):
         scene.forcing(96)
+
+
+def test_leaves_open_to_the_light_of_open_ground(sun_path, weather, sky):
+    """On a level face that is direct and diffuse light together; faces of every tilt have the same."""
+    slopes, azimuths = np.array([0.0, 90.0, 180.0]), np.array([0.0, 90.0, 0.0])
+    forcing = Scene(sun_path, weather, sky, np.array([0.0, 1000.0]), slopes, azimuths).forcing(48)
+    light, on_plane = (
+        np.broadcast_to(values, forcing.shape).reshape(2, 3, 48)
+        for values in (forcing.open_light, forcing.shortwave_direct + forcing.shortwave_diffuse)
+    )
+    assert light == pytest.approx(np.repeat(on_plane[:, :1], 3, axis=1), abs=1e-6)
+    assert light.max() > 300

@@ -27,6 +27,18 @@ COLUMNS = {
         ThermalStack(Layer(0.001, 0.3, 300.0, 3000.0), (SOIL, SOIL), Back("fixed")),
         SurfaceProperties(0.1, 1.0, 120.0, True, False),
     ),
+    "vehicle": (
+        ThermalStack(Layer(0.002, 45.0, 7800.0, 480.0), (FOAM, FOAM), Back("convective", None, 3.0)),
+        SurfaceProperties(1e-4, 0.0, 0.0, False, False, "plate"),
+    ),
+    "roof": (
+        ThermalStack(Layer(0.001, 0.2, 1000.0, 1000.0), (CONCRETE, FOAM), Back("convective", 294.0, 8.0)),
+        SurfaceProperties(1e-3, 0.0, 0.0, False, False, "roof"),
+    ),
+    "wall": (
+        ThermalStack(Layer(0.001, 0.8, 1800.0, 900.0), (CONCRETE, FOAM), Back("convective", 294.0, 8.0)),
+        SurfaceProperties(2e-3, 0.0, 0.0, False, False, "wall"),
+    ),
 }
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.surface import relaxation
+from skyshine.mat.surface.acceleration import Anderson
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
@@ -51,7 +52,7 @@ def test_anderson_solves_a_linear_problem_in_as_many_steps_as_it_has_dimensions(
     matrix = np.array([[0.9, 0.3], [-0.4, 0.7]])[:rows, :rows]
     offset, unknown = np.array([[1.0, 2.0]])[:, :rows], np.zeros((1, rows))
     exact = np.linalg.solve(np.eye(rows) - matrix, offset[0])
-    memory = relaxation._Anderson()
+    memory = Anderson()
     for _ in range(iterates - 1):
         target = unknown @ matrix.T + offset
         unknown = memory.next(target, target - unknown)
@@ -63,7 +64,7 @@ def test_columns_are_accelerated_each_on_its_own():
     rates, offset = np.array([[0.9, 0.2], [-0.8, 0.5]]), np.array([[1.0, 2.0], [3.0, -1.0]])
 
     def iterates(chosen):
-        memory, unknown = relaxation._Anderson(), np.zeros((len(chosen), 2))
+        memory, unknown = Anderson(), np.zeros((len(chosen), 2))
         for _ in range(5):
             target = rates[chosen] * unknown + offset[chosen]
             unknown = memory.next(target, target - unknown)

@@ -17,7 +17,7 @@ from skyshine.materials.records import Back, Layer, SurfaceProperties, ThermalSt
 from skyshine.schemas.errors import InputError
 
 SIGMA = 5.670374419e-8
-DRY = SurfaceProperties(1e-6, 0.0, 0.0, False, False)
+DRY = SurfaceProperties(1e-6, 0.0, 0.0, False, False, "plate")
 WALL = ThermalStack(
     Layer(0.0, 1.0, 1.0, 1.0),
     (Layer(0.1, 1.4, 2100.0, 880.0), Layer(0.05, 0.035, 30.0, 1400.0)),

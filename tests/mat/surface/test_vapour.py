@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
-from skyshine.mat.surface.vapour import saturation_pressure, surface_vapour, surface_vapour_slopes
+from skyshine.mat.surface.vapour import saturation_pressure, surface_vapour, surface_vapour_and_slopes
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,9 @@ def test_slopes_are_the_derivatives(celsius):
     around = celsius + ZERO_CELSIUS + np.array([-1e-4, 0.0, 1e-4])
     pressure, latent_heat = surface_vapour(around)
     latent_heat = latent_heat + np.zeros(3)
-    slope, latent_slope = surface_vapour_slopes(around, pressure)
+    same, same_heat, slope, latent_slope = surface_vapour_and_slopes(around)
+    latent_slope = latent_slope + np.zeros(3)
+    assert np.allclose(same, pressure, rtol=1e-14) and np.allclose(same_heat, latent_heat, rtol=1e-14)
     assert slope[1] == pytest.approx((pressure[2] - pressure[0]) / 2e-4, rel=1e-5)
     assert latent_slope[1] == pytest.approx((latent_heat[2] - latent_heat[0]) / 2e-4, rel=1e-4, abs=1e-9)
 
@@ -55,4 +57,4 @@ def test_half_of_the_water_is_frozen_in_the_middle_of_the_range():
 def test_no_vapour_leaves_a_surface_of_deep_cold():
     pressure, _ = surface_vapour(np.array([40.0, 100.0, 150.0]))
     assert np.all(pressure == pressure[2]) and pressure[2] < 2e-5
-    assert np.all(surface_vapour_slopes(np.array([40.0, 100.0]), pressure[:2])[0] == 0)
+    assert np.all(surface_vapour_and_slopes(np.array([40.0, 100.0]))[2] == 0)

@@ -42,6 +42,8 @@ CELLS = {
     "relative_humidity": {"%": ("40", 40.0), "percent": ("40", 40.0), "1": ("0.5", 50.0)},
     "wind_speed": {"m/s": ("5", 5.0), "km/h": ("18", 5.0), "kt": ("1", 0.514444)},
     "pressure": {"Pa": ("101325", 101325.0), "hPa": ("1013.25", 101325.0), "kPa": ("101.325", 101325.0)},
+    "wind_height": {"m": ("10", 10.0)},
+    "air_height": {"m": ("1.5", 1.5)},
 }
 
 
@@ -96,3 +98,12 @@ def test_wrong_rows_are_placed(tmp_path, row, message):
 def test_wrong_headers_are_placed(tmp_path, header, message):
     with pytest.raises(InputError, match=message):
         read_record(write(tmp_path, *hourly(), header=header))
+
+
+def test_heights_of_measurement_are_those_of_the_file_or_of_wmo(tmp_path):
+    rows = list(hourly())
+    plain = read_record(write(tmp_path, *rows)).values
+    assert np.all(plain["wind_height"] == 10.0) and np.all(plain["air_height"] == 2.0)
+    masts = write(tmp_path, *(row + ",3,1.5" for row in rows), header=HEADER + ",wind_height,air_height")
+    given = read_record(masts).values
+    assert np.all(given["wind_height"] == 3.0) and np.all(given["air_height"] == 1.5)

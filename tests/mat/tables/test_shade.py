@@ -295,6 +295,7 @@ def test_a_file_without_the_response_says_what_to_do(day, tmp_path):
 
 
 def test_a_table_of_part_of_the_day_is_shaded_too(day, tmp_path):
+    # Where the table holds no time, the loss is taken at air temperature.
     root, _ = read_file(day.table.path)
     nodes = np.array([9.0, 11.0, 13.0, 15.0])
     time = replace(
@@ -309,7 +310,7 @@ def test_a_table_of_part_of_the_day_is_shaded_too(day, tmp_path):
     )
     table = open_file(tmp_path / "part.h5")
     place = {"material": "asphalt_road", "slope": 90.0, "azimuth": 270.0, "time": nodes}
-    np.testing.assert_allclose(table.shaded_temperature(**place), day.table.shaded_temperature(**place), atol=1.0)
+    np.testing.assert_allclose(table.shaded_temperature(**place), day.table.shaded_temperature(**place), atol=1.5)
 
 
 @pytest.mark.parametrize(

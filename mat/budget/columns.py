@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
-from functools import lru_cache, partial
 
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import at_hours
-from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.days import joined_days, solve_days
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import solve_columns
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
@@ -58,26 +55,15 @@ def temperatures_at(
         Scene(*inputs, altitude[row : row + 1] * 1e3, slope[row : row + 1], azimuth[row : row + 1], around[row])
         for row in range(time.size)
     ]
-    forcing_at = lru_cache(maxsize=None)(partial(_joined_forcing, scenes))
+    days = joined_days(scenes) if scenes else []
     result = np.empty((time.size, len(materials)))
     for number, material in enumerate(materials):
         if given and material.name in given:
             result[:, number] = at_hours(given[material.name], time)
             continue
-        for rows, solution in solve_columns(material, forcing_at, steps=steps) if scenes else ():
+        for rows, solution in solve_days(material, days, steps=steps) if scenes else ():
             result[rows, number] = _at_time(solution.temperature, time[rows])
     return result
-
-
-def _joined_forcing(scenes: Sequence[Scene], steps: int) -> Forcing:
-    """Forcing of scenes of one column each, as columns of one."""
-    parts = [scene.forcing(steps) for scene in scenes]
-    return Forcing(
-        *(
-            np.concatenate([np.broadcast_to(values, (1, np.shape(values)[-1])) for values in of_scenes])
-            for of_scenes in ([getattr(part, field.name) for part in parts] for field in fields(Forcing))
-        )
-    )
 
 
 def _at_time(temperature: Floats, time_h: Floats) -> Floats:

@@ -268,11 +268,18 @@ def _with_weather_files(job: Job, document: Document) -> tuple[Job, list[str]]:
                 )
             given = [name for name in HOURLY_QUANTITIES if name in state.weather.model_fields_set]
             measured, day = state.weather.radiation == "measured", state.date or job.site.date
-            found = read_weather(file, day, job.site.utc_offset_h, radiation=measured, given=given)
+            found = read_weather(
+                file,
+                day,
+                job.site.utc_offset_h,
+                radiation=measured,
+                given=given,
+                days_before=state.weather.history_days,
+            )
             notes = [*found.notes, *filter(None, [_other_place(job.site, found.station)])]
             warnings += [(i + 1, f"weather file {state.weather.file} {text}") for text in notes]
-            hourly = found.hourly.model_copy(update=dict.fromkeys(given))
-            weather = state.weather.model_copy(update={"file": None, "hourly": hourly})
+            *before, hourly = (table.model_copy(update=dict.fromkeys(given)) for table in (*found.before, found.hourly))
+            weather = state.weather.model_copy(update={"file": None, "hourly": hourly, "days_before": before})
             states[i] = state.model_copy(update={"weather": weather})
     return job.model_copy(update={"states": states}), merged(warnings)
 

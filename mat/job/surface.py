@@ -31,6 +31,8 @@ SURFACE_HEIGHTS_KM = (0, 0.75, 1.5, 2.25, 3)
 _AZIMUTHS, _SLOPES, _TIMES = 30, 21, 40
 
 
+# Days before the date: conduction through half a metre of soil has a day's memory, of a metre a week's.
+LONGEST_HISTORY = 30
 LONGEST_GAP_H = 3.0  # that linear interpolation between hourly values may bridge
 # What a table by hour may give instead of one value for the day.
 HOURLY_QUANTITIES = ("relative_humidity_percent", "wind_speed_m_s", "cloud_fraction")
@@ -119,6 +121,20 @@ class Weather(StrictModel):
             "Keys beside it replace its values."
         ),
     )
+    history_days: int = Field(
+        0,
+        ge=0,
+        le=LONGEST_HISTORY,
+        description=(
+            "Days of the file before the date whose weather the ground remembers; 0: the day repeats. A CSV file needs"
+            " dates then (ISO 8601 on the local clock)."
+        ),
+    )
+    days_before: list[HourlyWeather] = Field(
+        [],
+        max_length=LONGEST_HISTORY,
+        description="Beside `hourly`: the days before the date that the ground remembers, oldest first.",
+    )
     relative_humidity_percent: Percent = Field(50.0, description="Daily mean; the vapour is constant.")
     wind_speed_m_s: Speed = Field(2.0, description="Mean over the day, at `wind_height_m`.")
     wind_height_m: MastHeight = Field(
@@ -135,6 +151,26 @@ class Weather(StrictModel):
             " weather, not of the state's air."
         ),
     )
+
+    @pydantic.model_validator(mode="after")
+    def _has_its_history(self) -> Self:
+        if self.history_days and self.file is None:
+            raise ValueError(
+                f"found history_days: {self.history_days} without a file; allowed: with a file; give one, or"
+                " days_before beside hourly"
+            )
+        if self.days_before and self.hourly is None:
+            raise ValueError(
+                "found days_before without hourly; allowed: with hourly; give it, or history_days of a file"
+            )
+        for number, day in enumerate(self.days_before, 1):
+            for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION, "altitude_km"):
+                if (getattr(day, name) is None) != (getattr(self.hourly, name) is None):
+                    raise ValueError(
+                        f"found {name} in one of hourly and day {number} of days_before; allowed: the same quantities"
+                        " on all days; give it in both or neither"
+                    )
+        return self
 
     @pydantic.model_validator(mode="after")
     def _measured_or_not(self) -> Self:

@@ -1,10 +1,10 @@
-"""Weather of one day from a file: EPW, TMY3, or a CSV table by time of day."""
+"""Weather of a day, and of the days before it, from a file: EPW, TMY3, or a CSV table."""
 
 from __future__ import annotations
 
-from collections.abc import Container
-from dataclasses import dataclass
-from datetime import date
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, field
+from datetime import date, datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
 
@@ -53,26 +53,36 @@ class FileWeather:
     Attributes
     ----------
     hourly : HourlyWeather
+    before : list of HourlyWeather
+        Of the days before, oldest first.
     station : Station or None
-        None for a table by time of day, which has no place.
+        None for a CSV table, which has no place.
     notes : tuple of str
         What stands in the place of what the file lacks.
     """
 
     hourly: HourlyWeather
+    before: list[HourlyWeather] = field(default_factory=list)
     station: Station | None = None
     notes: tuple[str, ...] = ()
 
 
 def read_weather(
-    file: Path, day: date, utc_offset_h: float, *, radiation: bool = False, given: Container[str] = ()
+    file: Path,
+    day: date,
+    utc_offset_h: float,
+    *,
+    radiation: bool = False,
+    given: Container[str] = (),
+    days_before: int = 0,
 ) -> FileWeather:
-    """The weather of a file on a day, by local clock hours.
+    """The weather of a file on a day and on days before it, by local clock hours.
 
     Parameters
     ----------
     file : path
-        ``.epw``; TMY3 in ``.csv``; or another ``.csv`` with columns time (such as 08:30, local clock),
+        ``.epw``; TMY3 in ``.csv``; or another ``.csv`` with columns time (such as 08:30 or 2026-06-21T08:30, local
+        clock unless it names a zone),
         air_temperature and any of relative_humidity, wind_speed, pressure, cloud_fraction in SI and percent,
         wind_height and air_height, and of direct_normal, diffuse and lw_down, means over the time since the row before.
     day : date
@@ -83,6 +93,8 @@ def read_weather(
         Read measured sunlight and, where the file has it, sky longwave too.
     given : container of str
         Keys that the job writes itself: the file need not have them.
+    days_before : int
+        Days before the day that are wanted too; the day is not taken to repeat then.
 
     Raises
     ------
@@ -90,23 +102,68 @@ def read_weather(
         With file:line:column of what does not fit.
     """
     refuse_special_file(file)
+    days = [day - timedelta(days=before) for before in range(days_before, -1, -1)]
     if file.suffix.lower() == ".epw":
-        return _typical_day(read_year(file, "EPW"), day, utc_offset_h, radiation, given)
+        return _typical_days(read_year(file, "EPW"), days, utc_offset_h, radiation, given)
     if file.suffix.lower() == ".csv":
         if is_tmy3(file):
-            return _typical_day(read_year(file, "TMY3"), day, utc_offset_h, radiation, given)
-        return FileWeather(_day_table(file, radiation))
+            return _typical_days(read_year(file, "TMY3"), days, utc_offset_h, radiation, given)
+        *before, hourly = _day_tables(file, days, utc_offset_h, radiation)
+        return FileWeather(hourly, before)
     raise InputError(f"found the ending '{file.suffix}'; allowed: .epw or .csv; convert the file", file=file)
 
 
-def _day_table(file: Path, radiation: bool) -> HourlyWeather:
+def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool) -> list[HourlyWeather]:
+    """The rows of each day; a table by time of day, without dates, is one day."""
     needed = ["air_temperature", *(("direct_normal", "diffuse") if radiation else ())]
-    table = read_readings(file, COLUMNS, needed, lambda cell: 3600.0 * hours_of(cell))
-    following = np.append(table.time[1:], table.time[0] + 86400.0)
-    table.refuse_gaps(following - table.time, 3600.0 * LONGEST_GAP_H)
-    values = table.values
+    table = read_readings(file, COLUMNS, needed, lambda cell: _local_seconds(cell, utc_offset_h))
+    number = np.floor_divide(table.time, 86400.0).astype(int)
+    if number[0] == 0:
+        if len(days) > 1 or number[-1] > 0:
+            raise InputError(
+                "found a time of day; allowed: dates too where days before are wanted, on all lines; write such as"
+                f" {days[-1]}T08:30",
+                file=file,
+                line=table.lines[0],
+                column=1,
+            )
+        return [_day_table(table, slice(None), radiation)]
+    tables = []
+    for day in days:
+        rows = np.flatnonzero(number == day.toordinal())
+        if not rows.size:
+            first, last = (date.fromordinal(int(at)) for at in number[[0, -1]])
+            raise InputError(
+                f"found no reading of {day}; allowed: days of the file, {first} to {last}; take another date, or fewer"
+                " history_days",
+                file=file,
+            )
+        tables.append(_day_table(table, slice(rows[0], rows[-1] + 1), radiation))
+    return tables
+
+
+def _local_seconds(cell: str, utc_offset_h: float) -> float:
+    """Seconds of the local clock since midnight of a time of day, or since that before year 1 of a date and time."""
+    if "-" not in cell:
+        return 3600.0 * hours_of(cell)
+    try:
+        moment = datetime.fromisoformat(cell)
+    except ValueError:
+        raise ValueError(f"found '{cell}'; allowed: a time such as 08:30, or 2026-06-21T08:30") from None
+    if moment.tzinfo is not None:
+        moment = moment.astimezone(timezone(timedelta(hours=utc_offset_h)))
+    of_day = moment - datetime.combine(moment.date(), datetime.min.time(), moment.tzinfo)
+    return 86400.0 * moment.toordinal() + of_day.total_seconds()
+
+
+def _day_table(table: Readings, rows: slice, radiation: bool) -> HourlyWeather:
+    """Some rows, which are those of one day."""
+    clock = np.mod(table.time[rows], 86400.0)
+    part = Readings(table.file, table.lines[rows], clock, {name: each[rows] for name, each in table.values.items()})
+    part.refuse_gaps(np.append(clock[1:], clock[0] + 86400.0) - clock, 3600.0 * LONGEST_GAP_H)
+    values = part.values
     found = {
-        "time": [seconds / 3600 for seconds in table.time],
+        "time": [seconds / 3600 for seconds in clock],
         "air_temperature_c": values["air_temperature"] - ZERO_CELSIUS,
         "relative_humidity_percent": _least(values.get("relative_humidity"), 100.0),
         "wind_speed_m_s": values.get("wind_speed"),
@@ -115,14 +172,14 @@ def _day_table(file: Path, radiation: bool) -> HourlyWeather:
     }
     for name in HEIGHT_COLUMNS:
         if name in values:
-            found[f"{name}_m"] = _constant(table, name)
+            found[f"{name}_m"] = _constant(part, name)
     if radiation:
         found |= {
             "direct_normal_w_m2": values["direct_normal"],
             "diffuse_w_m2": values["diffuse"],
             "longwave_down_w_m2": values.get("lw_down"),
         }
-    return _hourly(file, found)
+    return _hourly(table.file, found)
 
 
 def _constant(table: Readings, name: str) -> float:
@@ -142,26 +199,56 @@ def _least(values: Floats | None, limit: float) -> Floats | None:
     return None if values is None else np.minimum(values, limit)
 
 
-def _typical_day(year: YearFile, day: date, utc_offset_h: float, radiation: bool, given: Container[str]) -> FileWeather:
+def _typical_days(
+    year: YearFile, days: Sequence[date], utc_offset_h: float, radiation: bool, given: Container[str]
+) -> FileWeather:
+    """Each of consecutive days; a single one is taken to repeat."""
+    notes: dict[str, None] = {}
+    tables = [_typical_day(year, day, utc_offset_h, radiation, given, notes, repeats=len(days) == 1) for day in days]
+    return FileWeather(tables[-1], tables[:-1], year.station, tuple(notes))
+
+
+def _typical_day(
+    year: YearFile,
+    day: date,
+    utc_offset_h: float,
+    radiation: bool,
+    given: Container[str],
+    notes: dict[str, None],
+    *,
+    repeats: bool,
+) -> HourlyWeather:
     """The 24 readings of a day of a typical year, each at the end of its hour as both formats define it."""
-    notes = []
-    if (day.month, day.day) == (2, 29) and not any(reading[2:4] == (2, 29) for reading in year.readings):
-        day = day.replace(day=28)
-        notes.append("has no 29 February; the 28th stands for it")
-    rows = year.hours_of(day)
-    hours = (np.arange(1.0, 25.0) + utc_offset_h - year.utc_offset_h) % 24.0
-    order = np.argsort(hours)
-    found: dict[str, Any] = {"time": list(hours[order]), "altitude_km": year.station.altitude / 1e3}
+    rows, hours = _readings_of(year, day, utc_offset_h - year.utc_offset_h, repeats, notes)
+    found: dict[str, Any] = {"time": list(hours), "altitude_km": year.station.altitude / 1e3}
     for name in (*_READ, *RADIATION) if radiation else _READ:
         if name in given or (name == "longwave_down_w_m2" and name not in year.columns):
             continue
-        values = _instead(year, rows, name, year.values(name, rows), notes)
-        found[name] = None if values is None else values[order]
+        found[name] = _instead(year, rows, name, year.values(name, rows), notes)
     found["relative_humidity_percent"] = _least(found.get("relative_humidity_percent"), 100.0)
-    return FileWeather(_hourly(year.file, found), year.station, tuple(notes))
+    return _hourly(year.file, found)
 
 
-def _instead(year: YearFile, rows: list[int], name: str, values: Floats, notes: list[str]) -> Floats | None:
+def _readings_of(
+    year: YearFile, day: date, ahead_h: float, repeats: bool, notes: dict[str, None]
+) -> tuple[list[int], Floats]:
+    """Numbers of 24 readings and their local clock hours, ascending: of the file's day, or of the clock's where days
+    do not repeat, to which the days beside it lend theirs.
+    """
+    found = []
+    for shift in (0,) if repeats else (-1, 0, 1):
+        beside = day + timedelta(days=shift)
+        if not repeats and not -24.0 <= 24.0 * shift + ahead_h < 23.0:  # none of its hours 1 to 24 is in the day
+            continue
+        if (beside.month, beside.day) == (2, 29) and not any(reading[2:4] == (2, 29) for reading in year.readings):
+            beside = beside.replace(day=28)
+            notes["has no 29 February; the 28th stands for it"] = None
+        found += [(24.0 * shift + hour + ahead_h, row) for hour, row in enumerate(year.hours_of(beside), 1)]
+    inside = sorted((hour % 24.0, row) for hour, row in found if repeats or 0 <= hour < 24)
+    return [row for _, row in inside], np.array([hour for hour, _ in inside])
+
+
+def _instead(year: YearFile, rows: list[int], name: str, values: Floats, notes: dict[str, None]) -> Floats | None:
     """Values without gaps: short ones interpolated, long ones by other readings; None where the job must say."""
     missing = np.isnan(values)
     count = int(np.count_nonzero(missing))
@@ -169,7 +256,7 @@ def _instead(year: YearFile, rows: list[int], name: str, values: Floats, notes: 
         return values
     known, hours = np.flatnonzero(~missing), np.arange(24)
     if known.size and np.max(np.diff([*known, known[0] + 24])) <= LONGEST_GAP_H:
-        notes.append(f"has no {name} in {count} of 24 hours; interpolated")
+        notes[f"has no {name} in {count} of 24 hours; interpolated"] = None
         return np.interp(hours, known, values[known], period=24)
     other = None
     if name == "relative_humidity_percent":
@@ -177,17 +264,17 @@ def _instead(year: YearFile, rows: list[int], name: str, values: Floats, notes: 
     elif name == "cloud_fraction":
         other = _cloud_of_longwave(year, rows), "the longwave radiation of the sky (Clark and Allen)"
     if other is not None and np.all(np.isfinite(other[0])):
-        notes.append(f"has no {name} in {count} of 24 hours; it follows from {other[1]}")
+        notes[f"has no {name} in {count} of 24 hours; it follows from {other[1]}"] = None
         return np.where(missing, other[0], values)
     if name not in _INSTEAD:
-        line = year.readings[rows[int(np.argmax(missing))]][0]
+        line = min(year.readings[rows[number]][0] for number in np.flatnonzero(missing))
         raise InputError(
             f"has no {name} in {count} of the 24 hours; allowed: gaps up to {LONGEST_GAP_H:g} h; take another date or"
             " file",
             file=year.file,
             line=line,
         )
-    notes.append(f"has no {name} in {count} of 24 hours; {_INSTEAD[name]}")
+    notes[f"has no {name} in {count} of 24 hours; {_INSTEAD[name]}"] = None
     return None
 
 

@@ -80,7 +80,7 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
     columns = len(plan.materials) * len(job.surface_altitudes_km) * planes
     material = MATERIAL + (TIMES if surface.time is None else 0.0)
     shaded = response_planes(job)
-    shade = RESPONSE_PLANE * shaded + (SHADE_ERROR if shaded else 0.0)
+    days = sum(1 + len(state.weather.days_before) for state in job.states)
     weights = EMISSION_WEIGHT * len(plan.materials) * PLANCK_TEMPERATURES.size
     emitted = job.atmosphere_axes("beta_star_thermal")
     emitted_lines = len(emitted["altitude_km"]) * len(emitted["elevation_deg"]) + EMISSION_LINES * part
@@ -96,8 +96,8 @@ def estimate(loaded: LoadedJob, plan: Plan) -> dict[str, float]:
         "weighted transmittance": sets
         * emission
         * sum(count for number, count in zip(job.needed_bands, points, strict=True) if number in weighted),
-        "temperature": sets * (SKY + material * len(plan.materials) + COLUMN * columns) + _surroundings(job),
-        "shade": sets * len(plan.materials) * shade,
+        "temperature": sets * (SKY + material * len(plan.materials)) + COLUMN * columns * days + _surroundings(job),
+        "shade": len(plan.materials) * (sets * RESPONSE_PLANE * shaded + days * (SHADE_ERROR if shaded else 0.0)),
         "textures": TEXTURE * len(job.texture_jobs),
         "pictures": PICTURE * files if job.output.pictures else 0.0,
     }

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from skyshine.mat.surface.balance import Balance, Forcing
+from skyshine.mat.surface.days import joined_days, solve_days
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, ResponseTable
-from skyshine.mat.surface.solver import FINE_STEPS, solve_columns
+from skyshine.mat.surface.solver import FINE_STEPS
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.tables.axes import AxisRule
 from skyshine.mat.tables.response import StoredResponse
@@ -95,7 +96,7 @@ def shade_error(
         replace(sunlit, surroundings=Surroundings(((0.0, 24.0),), generator.uniform(0.3, 0.9), wall)),
     ]
     forcings = [scene.forcing(FINE_STEPS) for scene in (sunlit, *shades)]
-    together = Forcing.stacked(forcings)
+    days = joined_days([sunlit, *shades])
     response = stored_response(table)
     kilometres = np.repeat(sunlit.altitude, _PLACES) / 1e3
     errors, frozen, by_material = [], [], []
@@ -105,7 +106,7 @@ def shade_error(
             continue
         highest = np.full(kilometres.size, table.highest[number], float)
         columns = response.columns(np.full(kilometres.size, number), kilometres, np.tile(slopes, _PLACES))
-        temperature, melts = _solved(material, together)
+        temperature, melts = _solved(material, days)
         start, *whole = temperature.reshape(len(forcings), -1, FINE_STEPS)
         melting, *melting_there = melts.reshape(len(forcings), -1)
         absorbed, *absorbed_there = (Balance(forcing, material).absorbed for forcing in forcings)
@@ -128,11 +129,11 @@ def shade_error(
     )
 
 
-def _solved(material: SurfaceMaterial, forcing: Forcing) -> tuple[Floats, Booleans]:
+def _solved(material: SurfaceMaterial, days: Sequence[Callable[[int], Forcing]]) -> tuple[Floats, Booleans]:
     """Temperatures (columns, FINE_STEPS) [K], and which columns melt at some time."""
-    temperature = np.empty(forcing.shape)
+    temperature = np.empty(days[-1](FINE_STEPS).shape)
     melts = np.zeros(len(temperature), bool)
-    for columns, solution in solve_columns(material, lambda _: forcing, steps=FINE_STEPS):
+    for columns, solution in solve_days(material, days, steps=FINE_STEPS):
         temperature[columns] = solution.temperature
         melts[columns] = np.any(solution.melt > 0, axis=1)
     return temperature, melts

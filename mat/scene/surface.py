@@ -20,7 +20,7 @@ from skyshine.mat.job.surface import Operation, at_kelvin
 from skyshine.mat.job.surroundings import StateSurroundings
 from skyshine.mat.radiometry.reflectance import solar_absorptance, thermal_emissivity
 from skyshine.mat.scene.atmosphere import atmospheric_state, materials_digest, without_air_time
-from skyshine.mat.scene.weather import measured_radiation, near_surface_air, sun_path
+from skyshine.mat.scene.weather import earlier_suns, measured_radiation, near_surface_air, sun_path
 from skyshine.mat.surface.enclosed import GivenEmitter, solved_enclosure
 from skyshine.mat.surface.enclosure import Enclosure
 from skyshine.mat.surface.forcing import Sky
@@ -64,10 +64,14 @@ def scene_inputs(job: Job, state_index: int) -> tuple[SunPath, NearSurfaceAir, S
     sun = sun_path(place)
     air = atmospheric_state(place, without_air_time(state))
     sky = band_model_sky(air, job.surface_altitudes_km[-1] * 1e3, ground_albedo(state), sun.sun_distance)
-    weather = near_surface_air(sun, state.weather)
-    if state.clouds:  # their layers are in the sky already
-        weather = replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
+    weather = near_surface_air(sun, state.weather, earlier_suns(place, state.weather))
+    if state.clouds:  # their layers are in the sky already, on the days before as on this
+        weather = replace(_cloudless(weather), before=tuple((sun, _cloudless(air)) for sun, air in weather.before))
     return sun, weather, replace(sky, enclosure=_enclosure(job, state, sun, weather, sky))
+
+
+def _cloudless(weather: NearSurfaceAir) -> NearSurfaceAir:
+    return replace(weather, cloud_fraction=np.zeros_like(weather.cloud_fraction))
 
 
 def has_enclosure(state: State) -> bool:
@@ -146,9 +150,11 @@ def check_measured_light(job: Job, state_index: int) -> None:
     InputError
         Light was measured while the Sun is down.
     """
-    weather = job.states[state_index - 1].weather
+    weather, place = job.states[state_index - 1].weather, job.on_date_of_state(state_index).site
     if weather.radiation == "measured" and weather.hourly is not None:
-        measured_radiation(weather.hourly).refuse_light_at_night(sun_path(job.on_date_of_state(state_index).site))
+        suns = [*earlier_suns(place, weather), sun_path(place)]
+        for table, sun in zip([*weather.days_before, weather.hourly], suns, strict=True):
+            measured_radiation(table).refuse_light_at_night(sun)
 
 
 def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:

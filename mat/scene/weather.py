@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from datetime import timedelta
 
 import numpy as np
 
@@ -30,26 +32,53 @@ def sun_path(place: Site) -> SunPath:
     return SunPath(place.altitude_km * 1e3, sun.elevation, sun.azimuth, float(sun.sun_distance[0]))
 
 
-def near_surface_air(sun: SunPath, given: Weather) -> NearSurfaceAir:
-    """The weather of a state through the day."""
-    daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
+def earlier_suns(place: Site, weather: Weather) -> list[SunPath]:
+    """The Sun through each of the days before that the weather holds, oldest first."""
+    days = len(weather.days_before)
+    dates = [place.date - timedelta(days=before) for before in range(days, 0, -1)]
+    return [sun_path(place.model_copy(update={"date": date})) for date in dates]
+
+
+def near_surface_air(sun: SunPath, given: Weather, earlier: Sequence[SunPath] = ()) -> NearSurfaceAir:
+    """The weather of a state through its day, with the days before whose Sun is given."""
     if given.hourly is None:
+        daily = given.relative_humidity_percent, given.wind_speed_m_s, given.cloud_fraction
         low, high = np.broadcast_to(np.asarray(given.air_temperature_c, float), 2) + ZERO_CELSIUS
         return _measured_at(given, from_extremes(sun, low, high, *daily))
-    table = given.hourly
-    by_hour = (table.relative_humidity_percent, table.wind_speed_m_s, table.cloud_fraction)
-    humidity, wind, cloud = (
-        np.asarray(all_day if hours is None else hours, float) for all_day, hours in zip(daily, by_hour, strict=True)
-    )
+    tables = [*given.days_before, given.hourly]
+    first = len(tables) - 1 - len(earlier)
+    airs = [_air_of_day(each, given, tables, day) for day, each in enumerate((*earlier, sun), first)]
+    return replace(airs[-1], before=tuple(zip(earlier, airs[:-1], strict=True)))
+
+
+def _joined(days: Sequence[Floats], period: float = 0.0) -> Floats:
+    """Values of consecutive days, before them the last of the first day and after them the first of the last day."""
+    return np.concatenate([days[0][-1:] - period, *days, days[-1][:1] + period])
+
+
+def _air_of_day(sun: SunPath, given: Weather, tables: Sequence[HourlyWeather], day: int) -> NearSurfaceAir:
+    """The air of one of consecutive days; the first follows on a day like itself, the last is followed by one."""
+    hours = _joined([np.array(table.time) + 24.0 * (number - day) for number, table in enumerate(tables)], 24.0)
+
+    def series(name: str, all_day: float = np.nan) -> Floats:
+        by_hour = ((table, getattr(table, name)) for table in tables)
+        return _joined(
+            [
+                np.full(len(table.time), all_day) if values is None else np.array(values, float)
+                for table, values in by_hour
+            ]
+        )
+
+    table, measured = tables[day], given.radiation == "measured"
     air = from_hours(
         sun.altitude if table.altitude_km is None else 1e3 * table.altitude_km,
-        np.array(table.time),
-        np.array(table.air_temperature_c) + ZERO_CELSIUS,
-        humidity,
-        wind,
-        cloud,
-        None if table.pressure_hpa is None else 100.0 * np.array(table.pressure_hpa),
-        measured_radiation(table) if given.radiation == "measured" else None,
+        hours,
+        series("air_temperature_c") + ZERO_CELSIUS,
+        series("relative_humidity_percent", given.relative_humidity_percent),
+        series("wind_speed_m_s", given.wind_speed_m_s),
+        series("cloud_fraction", given.cloud_fraction),
+        None if any(each.pressure_hpa is None for each in tables) else 100.0 * series("pressure_hpa"),
+        measured_radiation(table) if measured else None,
     )
     return _measured_at(given, air)
 

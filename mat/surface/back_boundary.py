@@ -24,7 +24,7 @@ def at_hours(values: npt.ArrayLike, hours: Floats) -> Floats:
     return result
 
 
-def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats) -> Floats:
+def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: Floats | None = None) -> Floats:
     """Temperature or heat flux that drives the back of each column.
 
     Parameters
@@ -35,6 +35,8 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats) -> Fl
         weeks, over the `SEASON` around each time of a longer record, whose ground follows the year.
     hours : (N,) ndarray
         Of the clock.
+    air : (rows or columns, 1) ndarray, optional
+        In the place of the forcing's mean air temperature, that of more days than the forcing's [K].
 
     Returns
     -------
@@ -44,7 +46,7 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats) -> Fl
     boundary = material.thermal.back
     given = boundary.heat_flux if boundary.kind == "heated" else boundary.temperature
     if given is None:
-        mean = _of_season(np.atleast_2d(forcing.air_temperature), hours)
+        mean = _of_season(np.atleast_2d(forcing.air_temperature), hours) if air is None else air
         return np.repeat(mean, forcing.shape[0] // len(mean), axis=0)
     series = at_hours(given, hours if np.ndim(given) else np.zeros(1))
     return np.repeat(series[None, :], forcing.shape[0], axis=0)
@@ -84,15 +86,28 @@ class BackFlux:
     heat: tuple[float, float]
 
     @classmethod
-    def of(cls, material: SurfaceMaterial, forcing: Forcing, conduction: Conduction, hours: Floats) -> BackFlux:
-        """The flux of a material's back at clock hours (N,)."""
-        drive = back_drive(material, forcing, hours)
+    def of(
+        cls,
+        material: SurfaceMaterial,
+        forcing: Forcing,
+        conduction: Conduction,
+        hours: Floats,
+        air: Floats | None = None,
+    ) -> BackFlux:
+        """The flux of a material's back at clock hours (N,); `air` as `back_drive` takes it."""
+        drive = back_drive(material, forcing, hours, air)
         lowest, highest = drive.min(axis=1, keepdims=True), drive.max(axis=1, keepdims=True)
         source = drive * conduction.steady_transfer if drive.shape[1] == 1 else conduction.from_back(drive)
         if material.thermal.back.kind != "heated":
             return cls(source, lowest, highest, (0.0, 0.0))
         unbounded = np.full_like(lowest, np.inf)
         return cls(source, unbounded, -unbounded, (float(lowest.min()), float(highest.max())))
+
+    def after(self, flux: Floats, lowest: Floats, highest: Floats) -> BackFlux:
+        """That of columns which days before, between these temperatures (columns, 1) [K], bring a flux (columns, N)."""
+        return BackFlux(
+            self.source + flux, np.minimum(self.lowest, lowest), np.maximum(self.highest, highest), self.heat
+        )
 
     def columns(self, chosen: slice | Integers) -> BackFlux:
         """The flux of a slice or index array of columns."""

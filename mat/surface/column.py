@@ -12,6 +12,7 @@ import numpy.typing as npt
 from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import depth_response, frequencies
+from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky, plane_irradiance
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.record import Record, record_forcing
@@ -20,6 +21,7 @@ from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
+from skyshine.schemas.errors import InputError
 
 # Solar elevation and azimuth [degree] at UTC times.
 SunAt: TypeAlias = Callable[[npt.NDArray[np.datetime64]], tuple[Floats, Floats]]
@@ -73,7 +75,9 @@ def from_scene(
 ) -> ColumnResult:
     """A plane at an altitude [m] under a scene's Sun, sky and weather; slope and azimuth in degrees, depth in m."""
     scene = Scene(sun, weather, sky, np.array([altitude]), np.array([slope]), np.array([azimuth]), surroundings)
-    ((_, solution),) = solve_columns(material, scene.forcing, steps=STEPS)
+    if depth is not None and weather.before:
+        raise InputError("found a depth and days before; allowed: one of them; remove history_days or the depth")
+    ((_, solution),) = solve_days(material, scene.days, steps=STEPS)
     steps = solution.temperature.shape[1]
     hours = [float(hour) for hour in np.arange(steps) * (24.0 / steps)]
     return _result(material, scene.forcing(steps), solution, (hours, "h"), DAY, depth)

@@ -216,15 +216,49 @@ def frequencies(steps: int, period: float, scheme: str) -> Complexes:
     Lubich (1988), Convolution quadrature and discretized operational calculus I, Numer. Math. 52, 129-145.
     """
     angle = 2 * np.pi * np.arange(steps // 2 + 1) / steps
-    delay = np.exp(-1j * angle)
-    multipliers: dict[str, Complexes] = {
-        "spectral": 1j * angle,
-        "bdf2": 1.5 - 2 * delay + 0.5 * delay**2,
-        "euler": 1 - delay,
-    }
+    if scheme == "spectral":
+        return 1j * angle * steps / period
+    return _of_delay(np.exp(-1j * angle), scheme) * steps / period
+
+
+def _of_delay(delay: Complexes, scheme: str) -> Complexes:
+    """delta of a factor by which a time scheme delays one step."""
+    multipliers = {"bdf2": 1.5 - 2 * delay + 0.5 * delay**2, "euler": 1 - delay}
     if scheme not in multipliers:
-        raise ValueError(f"unknown scheme '{scheme}': one of {', '.join(multipliers)}")
-    return multipliers[scheme] * steps / period
+        raise ValueError(f"unknown scheme '{scheme}': one of spectral, {', '.join(multipliers)}")
+    delta: Complexes = multipliers[scheme]
+    return delta
+
+
+def delayed_response(stack: ThermalStack, step: float, lags: int, scheme: str) -> Floats:
+    """Heat flux into the surface at 0, 1, 2 ... steps after it had 1 K for one step.
+
+    Parameters
+    ----------
+    stack : ThermalStack
+    step : float
+        [s]
+    lags : int
+    scheme : str
+        "bdf2" or "euler"; see `frequencies`.
+
+    Returns
+    -------
+    (lags,) ndarray
+        [W m^-2 K^-1]; of the circulant matrix of a period of N steps, summed over lags that differ by N.
+
+    References
+    ----------
+    Lubich (1988), Convolution quadrature and discretized operational calculus II, Numer. Math. 52, 413-425: the
+    weights by Fourier transform on a circle of radius below 1.
+    """
+    length = 2 * lags
+    # What comes around the circle loses five digits, and rounding grows by five.
+    radius = 10.0 ** (-5.0 / length)
+    delay = radius * np.exp(-2j * np.pi * np.arange(length // 2 + 1) / length)
+    around = np.fft.irfft(surface_admittance(stack, _of_delay(delay, scheme) / step), length)
+    response: Floats = around[:lags] / radius ** np.arange(lags)
+    return response
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,6 +310,11 @@ class Conduction:
         if self.steps <= _DENSE_FLUX_STEPS:
             return temperature @ self.matrix.T
         return np.fft.irfft(np.fft.rfft(temperature) * self.admittance, self.steps)
+
+    def mean_flux(self, temperature: Floats) -> Floats:
+        """Mean over the period (...,) of `flux`."""
+        mean: Floats = self.steady_conductance * temperature.mean(axis=-1)
+        return mean
 
     def relax(self, flux: Floats, conductance: float) -> Floats:
         """Temperatures (..., N) [K] whose conduction plus `conductance` times themselves is `flux` (..., N)."""

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skyshine.mat.surface.back_boundary import at_hours
+from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.horizon import LEVEL, Horizon
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import STEPS, solve_columns
+from skyshine.mat.surface.solver import STEPS
 from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
@@ -130,7 +131,7 @@ def _given(given: GivenEmitter, altitude: Floats) -> Emitter:
 def _temperature(material: SurfaceMaterial, scene: Scene, steps: int) -> Floats:
     """Temperature of a material on all planes of a scene, (A, P, SUN_STEPS)."""
     kelvin = np.empty((len(scene.altitude) * len(scene.slope), SUN_STEPS))
-    for columns, solution in solve_columns(material, scene.forcing, steps=steps):
+    for columns, solution in solve_days(material, scene.days, steps=steps):
         times = np.arange(solution.temperature.shape[1]) * (24.0 / solution.temperature.shape[1])
         kelvin[columns] = [np.interp(sun_hours(), times, row, period=24.0) for row in solution.temperature]
     return kelvin.reshape(len(scene.altitude), len(scene.slope), SUN_STEPS)

@@ -6,8 +6,9 @@ them and then averaged over the solver's steps, so that sunrise on a wall keeps 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -329,6 +330,15 @@ class Scene:
             _carried(light[0], direct, clear[0]),
             _carried(light[1], diffuse, clear[1]),
         )
+
+    @property
+    def days(self) -> list[Callable[[int], Forcing]]:
+        """`forcing` of the days that the weather holds, oldest first and this one last, each kept once computed.
+
+        All have the sky of this day, its ground and walls among it.
+        """
+        scenes = [replace(self, sun=sun, weather=weather) for sun, weather in self.weather.before]
+        return [lru_cache(maxsize=None)(scene.forcing) for scene in (*scenes, self)]
 
     @property
     def _station_altitude(self) -> Floats:

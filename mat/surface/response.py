@@ -11,16 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
 from dataclasses import dataclass, fields
-from functools import lru_cache
 
 import numpy as np
 
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import Conduction
+from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.relaxation import melting_cap
-from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS, Method, Solution, solve_columns
+from skyshine.mat.surface.solver import DAY, FINE_STEPS, STEPS, Method, Solution
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.schemas.arrays import Floats, Integers, Singles
 
@@ -92,15 +92,15 @@ def response_planes(sun: SunPath, slopes: Floats) -> tuple[Floats, Floats]:
 
 
 def surface_response(
-    material: SurfaceMaterial, forcing_at: Callable[[int], Forcing], *, steps: int = STEPS
+    material: SurfaceMaterial, days: Sequence[Callable[[int], Forcing]], *, steps: int = STEPS
 ) -> SurfaceResponse:
     """Response of all columns of a material.
 
     Parameters
     ----------
     material : SurfaceMaterial
-    forcing_at : callable
-        As `skyshine.mat.surface.solver.solve_columns` takes it.
+    days : sequence of callables
+        As `skyshine.mat.surface.days.solve_days` takes them.
     steps : int
         Solver times of a day.
 
@@ -110,9 +110,9 @@ def surface_response(
     within minutes. Melting is left out of J: the response is that of a surface of this temperature that does not melt.
     Readers end the melting before such a surface cools.
     """
-    forcing = forcing_at(FINE_STEPS)
+    forcing = days[-1](FINE_STEPS)
     response = SurfaceResponse.empty(forcing.shape[0])
-    for columns, solution in solve_columns(material, forcing_at, steps=steps, fine_steps=steps):
+    for columns, solution in solve_days(material, days, steps=steps, fine_steps=steps):
         _fill(response, material, forcing.columns(columns), columns, solution)
     return response
 
@@ -207,7 +207,7 @@ def response_table(
     altitudes = np.unique(np.asarray(scene.altitude, float))
     slopes, azimuths = response_planes(scene.sun, np.asarray(scene.slope, float))
     planes = Scene(scene.sun, scene.weather, scene.sky, altitudes, slopes, azimuths)
-    forcing_at = lru_cache(maxsize=None)(planes.forcing)
+    days = planes.days
     solved: dict[Hashable, SurfaceResponse] = {}
     responses = []
     for material in materials:
@@ -215,7 +215,7 @@ def response_table(
             responses.append(SurfaceResponse.empty(altitudes.size * slopes.size))
             continue
         if material.physics not in solved:
-            solved[material.physics] = surface_response(material, forcing_at, steps=steps)
+            solved[material.physics] = surface_response(material, days, steps=steps)
         responses.append(solved[material.physics])
     shape = (len(materials), altitudes.size, slopes.size, RESPONSE_HOURS.size)
     kernel, temperature, slope, excess, melt = (

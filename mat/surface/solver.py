@@ -140,29 +140,29 @@ def solve_columns(
     forcing = forcing_at(steps)
     forcing.check()
     columns = np.arange(forcing.shape[0])
-    if fine > steps and scheme == "bdf2" and not _settles_slowly(material, forcing, coarse):
+    if fine > steps and scheme == "bdf2" and not settles_slowly(material, forcing, coarse):
         start = _approach(material, forcing, coarse, start_hour)
         finer = Conduction(material.thermal, fine, period, scheme)
-        first = _solve(material, forcing_at(fine), finer, Method.BDF2_FINE, start_hour, columns, start)
+        first = _solve_from(material, forcing_at(fine), finer, Method.BDF2_FINE, start_hour, columns, start)
     else:
-        first = _solve(material, forcing, coarse, Method.BDF2, start_hour, columns)
+        first = _solve_from(material, forcing, coarse, Method.BDF2, start_hour, columns)
     broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
     if scheme != "bdf2" or not broken.size:
         return [(columns, first)]
     euler = Conduction(material.thermal, fine, period, "euler")
-    second = _solve(material, forcing_at(fine).columns(broken), euler, Method.EULER, start_hour, broken)
+    second = _solve_from(material, forcing_at(fine).columns(broken), euler, Method.EULER, start_hour, broken)
     kept = np.setdiff1d(columns, broken)
     return [(kept, first.columns(kept)), (broken, second)] if kept.size else [(broken, second)]
 
 
-def _settles_slowly(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> bool:
+def settles_slowly(material: SurfaceMaterial, forcing: Forcing, conduction: Conduction) -> bool:
     """Whether the surface takes longer than a step to follow the weather, at air temperature in a sample of columns."""
     balance = Balance(forcing.columns(sampled(forcing.shape[0])), material)
     _, slope = balance.loss_and_slope(first_guess(balance))
     return conduction.response_time_exceeds(float(np.median(slope)))
 
 
-def _solve(
+def _solve_from(
     material: SurfaceMaterial,
     forcing: Forcing,
     conduction: Conduction,
@@ -171,11 +171,40 @@ def _solve(
     names: Integers,
     start: Reals | None = None,
 ) -> Solution:
+    """`solve_by` in a period that begins at an hour."""
+    back_flux = BackFlux.of(material, forcing, conduction, clock(conduction, start_hour))
+    return solve_by(material, forcing, conduction, back_flux, method, names, start)
+
+
+def solve_by(
+    material: SurfaceMaterial,
+    forcing: Forcing,
+    conduction: Conduction,
+    back_flux: BackFlux,
+    method: Method,
+    names: Integers,
+    start: Reals | None = None,
+) -> Solution:
     """Solve all columns by one scheme, chunk by chunk.
 
-    `names` (columns,) are the numbers of the columns in messages; `start` (columns, fewer steps) are temperatures [K].
+    Parameters
+    ----------
+    material : SurfaceMaterial
+    forcing : Forcing
+    conduction : Conduction
+    back_flux : BackFlux
+    method : Method
+        That of the scheme, without Newton.
+    names : (columns,) ndarray
+        Numbers of the columns in messages.
+    start : (columns, fewer steps) ndarray, optional
+        Temperatures [K] to begin with.
+
+    Raises
+    ------
+    ConvergenceError
+        No method solves a column.
     """
-    back_flux = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour))
     relaxation = None
     if conduction.steps <= DENSE_STEPS:
         relaxation = Relaxation.of(material, forcing, conduction, back_flux.source, start)
@@ -200,7 +229,7 @@ def _chunks(columns: int, steps: int) -> list[slice]:
     return [slice(start, min(start + size, columns)) for start in range(0, columns, size)]
 
 
-def _clock(conduction: Conduction, start_hour: float) -> Floats:
+def clock(conduction: Conduction, start_hour: float = 0.0) -> Floats:
     """Clock hours (N,) of the times of the period."""
     return start_hour + np.arange(float(conduction.steps)) * (conduction.period / conduction.steps / 3600.0)
 
@@ -209,7 +238,7 @@ def _approach(
     material: SurfaceMaterial, forcing: Forcing, conduction: Conduction, start_hour: float
 ) -> npt.NDArray[np.float32] | None:
     """Temperatures (columns, N) [K] from which finer steps begin; None where the iteration diverges."""
-    source = BackFlux.of(material, forcing, conduction, _clock(conduction, start_hour)).source
+    source = BackFlux.of(material, forcing, conduction, clock(conduction, start_hour)).source
     relaxation = Relaxation.of(material, forcing, conduction, source)
     temperature = np.empty(forcing.shape, np.float32)
     for chosen in _chunks(*forcing.shape):
@@ -258,7 +287,7 @@ def _solve_chunk(
         temperature,
         melt,
         residual,
-        (loss + melt).mean(axis=1) + conduction.steady_conductance * temperature.mean(axis=1) - source.mean(axis=1),
+        (loss + melt).mean(axis=1) + conduction.mean_flux(temperature) - source.mean(axis=1),
         bound_excess(balance, temperature, loss, back_flux, cap),
         methods,
         iterations,

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from skyshine.mat.surface.back_boundary import at_hours
+from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
-from skyshine.mat.surface.solver import STEPS, Method, Solution, solve_columns
+from skyshine.mat.surface.solver import STEPS, Method, Solution
 from skyshine.mat.surface.sun_path import SunPath
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats, Integers, Singles
@@ -104,7 +104,7 @@ def temperature_table(
     slopes, azimuths = _checked_axes(materials, slopes_deg, azimuths_deg, altitudes_m, times_h)
     planes, plane_of = _planes(slopes, azimuths)
     scene = Scene(sun, weather, sky, np.asarray(altitudes_m, float), planes[:, 0], planes[:, 1])
-    forcing_at = lru_cache(maxsize=None)(scene.forcing)
+    days = scene.days
     shape = (len(materials), len(altitudes_m), len(azimuths), len(slopes))
     hours = np.asarray(times_h, float)
     table = SurfaceTemperatures(
@@ -118,7 +118,7 @@ def temperature_table(
             for name in ("temperature", *_DIAGNOSTICS):
                 getattr(table, name)[number] = getattr(table, name)[twin]
         else:
-            for columns, solution in solve_columns(material, forcing_at, steps=steps):
+            for columns, solution in solve_days(material, days, steps=steps):
                 _fill(table, number, columns, solution, plane_of, len(planes), hours)
         if progress is not None:
             progress(1)

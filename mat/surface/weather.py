@@ -44,6 +44,8 @@ class NearSurfaceAir:
         None takes sunlight and sky longwave of the atmospheric state.
     wind_height, air_height : float
         At which wind, and temperature and humidity, are given [m].
+    before : tuple of (SunPath, NearSurfaceAir)
+        The days before this one that its ground remembers, oldest first; empty: the day repeats.
     """
 
     altitude: float
@@ -55,6 +57,7 @@ class NearSurfaceAir:
     radiation: MeasuredRadiation | None = None
     wind_height: float = WIND_HEIGHT
     air_height: float = AIR_HEIGHT
+    before: tuple[tuple[SunPath, NearSurfaceAir], ...] = ()
 
     def at(self, altitude: Floats, pressure: Floats) -> tuple[Floats, Floats, Floats]:
         """Air temperature [K], vapour pressure and pressure [Pa] over surfaces at other altitudes.
@@ -122,14 +125,15 @@ def from_hours(
     pressure: npt.ArrayLike | None = None,
     radiation: MeasuredRadiation | None = None,
 ) -> NearSurfaceAir:
-    """The air of a table by local clock hours, linear between them and periodic.
+    """The air of a table by local clock hours, linear between them.
 
     Parameters
     ----------
     altitude : float
         At which the air is described [m].
     hours : (n,) ndarray
-        Of the local clock, increasing.
+        Of the local clock, increasing; without hours before 0 and from 24 on, of the days before and after, the day
+        repeats.
     air_temperature, relative_humidity, wind_speed, cloud_fraction : float or (n,) array_like
         [K], [percent], [m/s], [1]
     pressure : float or (n,) array_like, optional
@@ -138,9 +142,10 @@ def from_hours(
     """
     air_temperature = np.asarray(air_temperature, float)
     vapour = np.asarray(relative_humidity) / 100.0 * saturation_pressure(air_temperature)
+    period = None if hours[0] < 0 and hours[-1] >= 24 else 24.0
 
     def through_the_day(values: npt.ArrayLike) -> Floats:
-        series: Floats = np.interp(sun_hours(), hours, np.broadcast_to(values, np.shape(hours)), period=24.0)
+        series: Floats = np.interp(sun_hours(), hours, np.broadcast_to(values, np.shape(hours)), period=period)
         return series
 
     temperature = through_the_day(air_temperature)

@@ -4,9 +4,9 @@ from datetime import date
 
 import pytest
 
+from skyshine.mat.job.site import Site
 from skyshine.mat.job.surface import Weather
 from skyshine.mat.job.weather_files import read_weather
-from skyshine.mat.job.site import Site
 from skyshine.mat.scene.weather import mean_wind, near_surface_air, sun_path
 from skyshine.schemas.errors import InputError
 

@@ -218,7 +218,7 @@ def test_csv_by_time_of_day(tmp_path):
         ([f"{hour:02d}:00,20,5,0" for hour in (0, 3, 6, 12, 15, 18, 21, 23)], r"day.csv:5:1: found a gap of 6.0 h"),
         ([f"{hour:02d}:00,20,5,0" for hour in range(4, 24, 2)], r"day.csv:2:1: found a gap of 6.0 h"),
         ([f"{hour:02d}:00,20,5,{40 * hour}" for hour in range(9)], r"day.csv:5:12: cloud_fraction: found '120'"),
-        (["2026-06-21T00:00,20,5,0"] * 8, r"day.csv:2:1: time: found '2026-06-21T00:00'; allowed: a time of day"),
+        (["06/21/2026 00:00,20,5,0"] * 8, r"day.csv:2:1: time: found '06/21/2026 00:00'; allowed: a time of day"),
     ],
 )
 def test_wrong_csv_files_are_placed(tmp_path, rows, message):
@@ -346,3 +346,125 @@ def test_a_table_by_time_of_day_has_no_place(tmp_path, load_weather):
     csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(0, 24, 3)])
     load_weather("{file: day.csv}")
     assert load_job(tmp_path / "job.yaml").warnings == ()
+
+
+def three_days(folder):
+    """An EPW file of 21 to 23 June whose temperature is the tenth of the hours since it began."""
+    rows = []
+    for day in range(3):
+        for hour in range(1, 25):
+            cells = [
+                "1999",
+                "6",
+                str(21 + day),
+                str(hour),
+                "0",
+                "?",
+                str(0.1 * (24 * day + hour)),
+                "1.0",
+                "40",
+                "82000",
+            ]
+            rows.append(cells + ["0"] * 11 + ["2.0", "5", "4", *["0"] * 11])
+    file = folder / "test.epw"
+    file.write_text("\n".join([EPW_STATION, *["HEADER"] * 7, *(",".join(row) for row in rows)]) + "\n")
+    return file
+
+
+def test_days_before_of_a_typical_year_begin_at_the_end_of_the_day_before(tmp_path):
+    file = three_days(tmp_path)
+    found = read_weather(file, date(2026, 6, 23), -7, days_before=1)
+    for day, table in enumerate([*found.before, found.hourly], 1):
+        assert table.time == list(range(24))
+        assert table.air_temperature_c == pytest.approx(0.1 * (24 * day + np.arange(24)))
+    alone = read_weather(file, date(2026, 6, 23), -7).hourly
+    assert alone.air_temperature_c[0] == pytest.approx(7.2) and alone.air_temperature_c[1:] == pytest.approx(
+        found.hourly.air_temperature_c[1:]
+    )
+
+
+@pytest.mark.parametrize("ahead", [-1.0, 0.5, 1.0])
+def test_days_of_another_clock_take_readings_of_the_days_beside_them(tmp_path, ahead):
+    found = read_weather(three_days(tmp_path), date(2026, 6, 22), -7 + ahead, days_before=0)
+    assert len(found.hourly.time) == 24
+    hours = read_weather(epw_of_june(tmp_path), date(2026, 6, 23), -7 + ahead, days_before=2)
+    for day, table in enumerate([*hours.before, hours.hourly], 20):
+        since = 24.0 * day + np.array(table.time) - ahead
+        assert table.air_temperature_c == pytest.approx(0.01 * since)
+
+
+def epw_of_june(folder):
+    """Thirty days whose temperature is the hundredth of the hours of local standard time since the month began."""
+    rows = []
+    for day in range(30):
+        for hour in range(1, 25):
+            kelvin = f"{0.01 * (24 * day + hour):.2f}"
+            cells = ["1999", "6", str(1 + day), str(hour), "0", "?", kelvin, "1.0", "40", "82000"]
+            rows.append(cells + ["0"] * 11 + ["2.0", "5", "4", *["0"] * 11])
+    file = folder / "june.epw"
+    file.write_text("\n".join([EPW_STATION, *["HEADER"] * 7, *(",".join(row) for row in rows)]) + "\n")
+    return file
+
+
+DATED = [f"2026-06-{20 + day}T{hour:02d}:00,{10 * day + hour},36,50" for day in range(3) for hour in range(0, 24, 2)]
+
+
+def test_a_csv_file_with_dates_holds_days(tmp_path):
+    file = csv(tmp_path, DATED)
+    found = read_weather(file, date(2026, 6, 22), 0, days_before=2)
+    tables = [*found.before, found.hourly]
+    assert [table.air_temperature_c[0] for table in tables] == pytest.approx([0, 10, 20])
+    assert tables[1].time == list(range(0, 24, 2))
+    assert read_weather(file, date(2026, 6, 21), 0).hourly == tables[1]
+    zoned = csv(tmp_path, [row.replace(":00,", ":00Z,") for row in DATED])
+    assert read_weather(zoned, date(2026, 6, 21), 2).hourly.air_temperature_c[:2] == pytest.approx([22, 10])
+
+
+@pytest.mark.parametrize(
+    "rows, days, message",
+    [
+        (DATED, 3, "day.csv: found no reading of 2026-06-19; allowed: days of the file, 2026-06-20 to 2026-06-22"),
+        ([row.split("T")[1] for row in DATED[:12]], 1, "day.csv:2:1: found a time of day; allowed: dates too where"),
+        ([DATED[0].split("T")[1], *DATED[1:]], 0, "day.csv:2:1: found a time of day; allowed: dates too"),
+        (
+            [*DATED[:5], *DATED[8:]],
+            2,
+            "day.csv:7:1: found a gap of 8.0 h before this reading; allowed: 3 h",
+        ),
+        (["2026-06-31T00:00,1,2,3", *DATED], 0, "day.csv:2:1: time: found '2026-06-31T00:00'; allowed: a time such as"),
+    ],
+)
+def test_days_that_a_csv_file_lacks_are_placed(tmp_path, rows, days, message):
+    with pytest.raises(InputError, match=message):
+        read_weather(csv(tmp_path, rows), date(2026, 6, 22), 0, days_before=days)
+
+
+def test_air_of_days_is_linear_over_midnight(tmp_path, load_weather):
+    """The hundredth of the hours grows on through every midnight; its days have their own Sun."""
+    epw_of_june(tmp_path)
+    job = load_weather("{file: june.epw, history_days: 3}")
+    sun, air, _ = scene_inputs(job, 1)
+    day = job.site.date.day - 1
+    assert len(air.before) == 3 and job.states[0].weather.history_days == 3
+    for number, (_, before) in enumerate(air.before):
+        begin = 24.0 * (day - 3 + number)
+        assert before.air_temperature - 273.15 == pytest.approx(0.01 * (begin + sun_hours()), abs=1e-9)
+    inner = sun_hours() <= 23
+    assert air.air_temperature[inner] - 273.15 == pytest.approx(0.01 * (24.0 * day + sun_hours()[inner]), abs=1e-9)
+    noon = [path.solar_elevation.max() for path, _ in air.before] + [sun.solar_elevation.max()]
+    assert len(set(noon)) == 4
+
+
+@pytest.mark.parametrize(
+    "weather, message",
+    [
+        ("{air_temperature_c: 20, history_days: 2}", "found history_days: 2 without a file; allowed: with a file"),
+        ("{air_temperature_c: 20, days_before: [{time: [], air_temperature_c: []}]}", "time"),
+        ("{file: june.epw, history_days: 31}", "history_days: found 31; input should be less"),
+        ("{file: june.epw, history_days: 30}", "june.epw: found 0 hours of"),
+    ],
+)
+def test_history_that_cannot_be_is_refused(tmp_path, load_weather, weather, message):
+    epw_of_june(tmp_path)
+    with pytest.raises(InputError, match=message):
+        load_weather(weather)

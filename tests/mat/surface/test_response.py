@@ -43,7 +43,7 @@ def steady(pressure=101325.0, longwave=330.0):
 @pytest.mark.parametrize("capacity", [2e4, 2e5])
 def test_a_lump_forgets_heat_exponentially(capacity):
     """C dT/dt = q - s T: a cell of lag from a to b holds (exp(-s a / C) - exp(-s b / C)) / s."""
-    response = surface_response(lump(capacity), steady())
+    response = surface_response(lump(capacity), [steady()])
     slope = response.loss_slope[0, 0]
     seconds = 3600 * np.append(LAG_STARTS, LAG_STARTS[0] + 24)
     left = np.exp(-np.maximum(seconds, 0) * slope / capacity)
@@ -54,7 +54,7 @@ def test_a_lump_forgets_heat_exponentially(capacity):
 
 
 def test_a_foil_follows_at_once():
-    response = surface_response(lump(50.0), steady())
+    response = surface_response(lump(50.0), [steady()])
     np.testing.assert_allclose(response.kernel[0, :, 0] * response.loss_slope[0], 1.0, atol=0.12)
     np.testing.assert_allclose(response.kernel[0].sum(axis=1) * response.loss_slope[0], 1.0, rtol=1e-9)
 
@@ -63,7 +63,7 @@ def test_a_foil_follows_at_once():
 def test_little_heat_moves_the_whole_solution_by_the_response(pressure):
     """With air and in vacuum: 1 W m^-2 all day."""
     material = lump(1e5)
-    response = surface_response(material, steady(pressure))
+    response = surface_response(material, [steady(pressure)])
     ((_, cold),), ((_, warm),) = (
         solve_columns(material, steady(pressure, longwave), steps=288) for longwave in (330.0, 330.0 + 1 / 0.9)
     )
@@ -74,7 +74,7 @@ def test_little_heat_moves_the_whole_solution_by_the_response(pressure):
 
 def test_the_excess_of_the_loss_is_none_at_the_temperature_itself_and_bends_as_radiation():
     """In vacuum f = e s T^4, whose excess over its tangent is e s (6 T^2 x^2 + 4 T x^3 + x^4)."""
-    response = surface_response(lump(1e5), steady(0.0))
+    response = surface_response(lump(1e5), [steady(0.0)])
     temperature = response.temperature[0, :, None]
     bend = 0.9 * 5.670374419e-8 * (6 * temperature**2 * OFFSETS**2 + 4 * temperature * OFFSETS**3 + OFFSETS**4)
     np.testing.assert_allclose(response.loss_excess[0], bend, rtol=1e-9, atol=1e-8)

@@ -61,8 +61,8 @@ def test_slopes_follow_the_sun(table):
 
 def test_twins_are_solved_once(sun_path, weather, sky, monkeypatch):
     solved = []
-    original = module.solve_columns
-    monkeypatch.setattr(module, "solve_columns", lambda *a, **k: solved.append(1) or original(*a, **k))
+    original = module.solve_days
+    monkeypatch.setattr(module, "solve_days", lambda *a, **k: solved.append(1) or original(*a, **k))
     ticks = []
     temperature_table([soil(), soil("b")], sun_path, weather, sky, [0.0], [0.0], [0.0], [12.0], progress=ticks.append)
     assert len(solved) == 1 and ticks == [1, 1]

@@ -209,7 +209,7 @@ def test_a_body_in_vacuum_cools_as_the_whole_solution(day):
     def airless(face):
         return lambda steps: replace(face.forcing(steps), pressure=np.zeros((1, 1)))
 
-    response = surface_response(material, airless(sunlit))
+    response = surface_response(material, [airless(sunlit)])
     column = ColumnResponse(
         LAG_STARTS,
         OFFSETS,

@@ -1,0 +1,148 @@
+"""The last of consecutive days: what the ground keeps of the days before comes back as a flux to its surface.
+
+Y(s) T(s) of `conduction`, sampled in steps, is a sum over the steps before, however long ago. Steps of the day itself
+make a triangular matrix; those of each day before make a matrix of their own, whose product with that day's known
+temperatures is a source. So each day is solved as a periodic one is, and nothing inside the stack is stored. Before the
+first day lies that day, over and over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
+
+import numpy as np
+
+from skyshine.mat.surface.back_boundary import BackFlux
+from skyshine.mat.surface.balance import Forcing
+from skyshine.mat.surface.conduction import Conduction, delayed_response
+from skyshine.mat.surface.forcing import Scene
+from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.mat.surface.solver import (
+    BOUND_TOLERANCE,
+    DAY,
+    STEPS,
+    Method,
+    Solution,
+    clock,
+    settles_slowly,
+    solve_by,
+    solve_columns,
+)
+from skyshine.schemas.arrays import Floats, Integers, Reals
+
+
+@dataclass(frozen=True, eq=False)
+class OneDay(Conduction):
+    """Conduction of a day that does not repeat: flux = C T of its own temperatures alone, C lower triangular."""
+
+    @cached_property
+    def matrix(self) -> Floats:
+        return _block(delayed_response(self.stack, self.period / self.steps, self.steps, self.scheme), self.steps, 0)
+
+    def flux(self, temperature: Reals) -> Floats:
+        return temperature @ self.matrix.T
+
+    def mean_flux(self, temperature: Floats) -> Floats:
+        mean: Floats = temperature @ self.matrix.mean(axis=0)
+        return mean
+
+
+def _block(response: Floats, steps: int, days: int) -> Floats:
+    """The matrix (N, N) from the temperatures of a day to the flux so many days later."""
+    lag = np.arange(steps)[:, None] - np.arange(steps) + days * steps
+    block: Floats = np.where(lag >= 0, response[np.maximum(lag, 0)], 0.0)
+    return block
+
+
+def solve_days(
+    material: SurfaceMaterial,
+    days: Sequence[Callable[[int], Forcing]],
+    *,
+    steps: int = STEPS,
+    fine_steps: int | None = STEPS,
+) -> list[tuple[Integers, Solution]]:
+    """Solve all columns of a material through consecutive days.
+
+    Parameters
+    ----------
+    material : SurfaceMaterial
+        A back whose temperature is the mean of the air has that of all days.
+    days : sequence of D callables
+        Each as `solve_columns` takes it, oldest first, all with the same columns. One day repeats.
+    steps, fine_steps
+        As `solve_columns` takes them.
+
+    Returns
+    -------
+    list of (index, Solution)
+        Of the last day; the `energy_closure` is that of its balance.
+
+    Raises
+    ------
+    InputError
+        The forcing holds values that no balance can have.
+    ConvergenceError
+        No method solves a column of one of the days.
+
+    Examples
+    --------
+    >>> solve_days(soil, [yesterday.forcing, today.forcing])  # doctest: +SKIP
+    """
+    if len(days) == 1:
+        return solve_columns(material, days[0], steps=steps, fine_steps=fine_steps)
+    forcings = [day(steps) for day in days]
+    for forcing in forcings:
+        forcing.check()
+    method, fine = Method.BDF2, max(fine_steps or steps, steps)
+    if fine > steps and not settles_slowly(material, forcings[-1], Conduction(material.thermal, steps, DAY)):
+        method, forcings = Method.BDF2_FINE, [day(fine) for day in days]
+    columns = np.arange(forcings[-1].shape[0])
+    first = _last_day(material, forcings, method, columns)
+    broken = np.flatnonzero(first.bound_excess > BOUND_TOLERANCE)
+    if not broken.size:
+        return [(columns, first)]
+    second = _last_day(material, [day(fine).columns(broken) for day in days], Method.EULER, broken)
+    kept = np.setdiff1d(columns, broken)
+    return [(kept, first.columns(kept)), (broken, second)] if kept.size else [(broken, second)]
+
+
+def joined_days(scenes: Sequence[Scene]) -> list[Callable[[int], Forcing]]:
+    """`Scene.days` of several scenes with the same days before, the columns of all one after the other."""
+    return [lru_cache(maxsize=None)(partial(_joined, parts)) for parts in zip(*(s.days for s in scenes), strict=True)]
+
+
+def _joined(parts: Sequence[Callable[[int], Forcing]], steps: int) -> Forcing:
+    return Forcing.stacked([part(steps) for part in parts])
+
+
+def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Method, names: Integers) -> Solution:
+    """The last day by one scheme; all steps are those of the forcings."""
+    steps = forcings[0].shape[1]
+    periodic = Conduction(material.thermal, steps, DAY, "euler" if method == Method.EULER else "bdf2")
+    hours, air = clock(periodic), _mean_air(forcings)
+    response = delayed_response(material.thermal, DAY / steps, len(forcings) * steps, periodic.scheme)
+    later = [_block(response, steps, day) for day in range(len(forcings))]
+    one_day = OneDay(material.thermal, steps, DAY, periodic.scheme)
+    solution: Solution | None = None
+    before: list[Floats] = []
+    for forcing in forcings:
+        back_flux = BackFlux.of(material, forcing, periodic, hours, air)
+        if before:
+            # The first day stands for all before it: the whole of the periodic matrix less what has its own day.
+            blocks = [*later[1 : len(before)], periodic.matrix - np.sum(later[: len(before)], axis=0)]
+            kept = np.sum([day @ block.T for day, block in zip(reversed(before), blocks, strict=True)], axis=0)
+            ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in before])
+            back_flux = back_flux.after(-kept, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
+        solution = solve_by(material, forcing, one_day if before else periodic, back_flux, method, names)
+        before.append(solution.temperature)
+    assert solution is not None
+    return solution
+
+
+def _mean_air(forcings: Sequence[Forcing]) -> Floats:
+    """Mean air temperature (rows, 1) of all days [K]."""
+    means = [np.atleast_2d(forcing.air_temperature).mean(axis=1, keepdims=True) for forcing in forcings]
+    mean: Floats = np.mean(means, axis=0)
+    return mean

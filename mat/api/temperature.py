@@ -93,13 +93,14 @@ def temperature(
     state : int
         Of the job, counted from 1.
     altitude : float, optional
-        Of the surface [km], with `job`; by default the site's.
+        Of the surface [km], by default the site's; with `forcing` for a record without pressure, by default 0.
     forcing : path
-        CSV of measured radiation and weather, taken as periodic over its length; or `job`.
+        CSV of measured radiation and weather, taken as periodic over its length; or `job`. `notes` of the result say
+        what stands for what it lacks.
     slope, azimuth : float
         Of the surface [degree]; slope 0 faces up, azimuth counts from north eastward.
     latitude, longitude : float, optional
-        [degree]; place the Sun for a slope, shade or a wall under `forcing`.
+        [degree]; place the Sun for a slope, shade, a wall, or direct and diffuse light under `forcing`.
     ground_albedo : float
         With `forcing`.
     depth : float, optional
@@ -151,11 +152,11 @@ def temperature(
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
         assert forcing is not None
-        if altitude is not None:
-            raise InputError("found an altitude with forcing; allowed: with job only; a record holds its own pressure")
         surface = _material(material, {}, optical)
-        sun = _sun_at(latitude, longitude) if slope or surroundings is not None else None
-        column = from_record(surface, read_record(forcing), slope, azimuth, sun, ground_albedo, depth, surroundings)
+        record = read_record(forcing, 1e3 * (altitude or 0.0))
+        placed = slope or surroundings is not None or "sw_down" not in record.values
+        sun = _sun_at(latitude, longitude) if placed else None
+        column = from_record(surface, record, slope, azimuth, sun, ground_albedo, depth, surroundings)
     return SurfaceTemperature(**{field.name: getattr(column, field.name) for field in fields(column)})
 
 
@@ -192,7 +193,9 @@ def _sun_at(
 ) -> Callable[[npt.NDArray[np.datetime64]], tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]]:
     """Elevation and azimuth of the Sun [degree] at UTC times of a place."""
     if latitude is None or longitude is None:
-        raise InputError("a slope, shade or a wall under a measured record needs the Sun; give latitude and longitude")
+        raise InputError(
+            "a slope, shade, a wall, or direct and diffuse light of a record needs the Sun; give latitude and longitude"
+        )
 
     def sun(times: npt.NDArray[np.datetime64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         place = position("sun", times.astype("datetime64[s]"), latitude, longitude, 0.0)

@@ -64,10 +64,11 @@ def command(
     """Temperature and every flux of one surface through the day.
 
     Absorbed fluxes count inwards, all others outwards; absorbed = emitted + convection + evaporation + conduction +
-    melt. The CSV has the columns time (ISO 8601), sw_down, lw_down, air_temperature, relative_humidity, wind_speed,
-    pressure in SI and percent; air_temperature[C] names another unit; wind_height and air_height [m] where wind and
-    air were not measured at 10 and 2 m. A back by hour is in UTC under a CSV, and so are
-    the hours of --shade; with --job they are local clock hours.
+    melt. The CSV has the columns time (ISO 8601), air_temperature, relative_humidity, wind_speed in SI and percent, and
+    sw_down, or direct_normal and diffuse; air_temperature[C] names another unit; by choice lw_down or cloud_fraction,
+    pressure, and wind_height and air_height [m] where wind and air were not measured at 10 and 2 m. Notes say what
+    stands for what is missing. A weather file of a job may have the same columns. A back by hour is in UTC under a CSV,
+    and so are the hours of --shade; with --job they are local clock hours.
 
     With --job the surface stands between the ground and the walls that the state names. Shade ends the direct light and
     what comes from around the Sun. Where --sky-view is below 1, the rest of the sky that is open there is a wall of the
@@ -110,6 +111,7 @@ def _emit_json(result: ColumnResult) -> None:
         output["temperature_at_depth"] = quantity(result.depth_temperature, "K")
     output |= {name: quantity(values, "W m^-2") for name, values in result.fluxes.items()}
     output |= {
+        "notes": list(result.notes),
         "residual": quantity(result.residual, "W m^-2"),
         "energy_closure": quantity(result.energy_closure, "W m^-2"),
         "bound_excess": quantity(result.bound_excess, "K"),
@@ -123,6 +125,8 @@ def _print(result: ColumnResult) -> None:
     temperatures = {"temperature": result.temperature}
     if result.depth_temperature is not None:
         temperatures["at_depth   "] = result.depth_temperature
+    for note in result.notes:
+        click.echo(f"note: {note}", err=True)
     click.echo(f"time [{result.time_units}], temperature [C], fluxes [W/m2]")
     click.echo("  ".join(["time".ljust(20), *temperatures, *result.fluxes]))
     step = max(1, len(result.time) // 48)

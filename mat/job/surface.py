@@ -40,6 +40,7 @@ HOURLY_QUANTITIES = ("relative_humidity_percent", "wind_speed_m_s", "cloud_fract
 # Measured light on the ground; direct and diffuse go together.
 SUNLIGHT = ("direct_normal_w_m2", "diffuse_w_m2")
 RADIATION = (*SUNLIGHT, "longwave_down_w_m2")
+TOTAL = "global_horizontal_w_m2"  # in the place of both
 
 Percent = Annotated[float, Field(ge=0, le=100)]
 Irradiance = Annotated[float, Field(ge=0, le=1500)]
@@ -70,6 +71,12 @@ class HourlyWeather(StrictModel):
         ),
     )
     diffuse_w_m2: list[Irradiance] | None = Field(None, description="Sky sunlight on a level surface, likewise.")
+    global_horizontal_w_m2: list[Irradiance] | None = Field(
+        None,
+        description=(
+            "Sunlight on a level surface, likewise; in place of direct_normal and diffuse, into which it is parted."
+        ),
+    )
     longwave_down_w_m2: list[Longwave] | None = Field(
         None, description="Thermal radiation of the sky on a level surface, likewise; by default that of the state."
     )
@@ -83,7 +90,9 @@ class HourlyWeather(StrictModel):
     def _complete(self) -> Self:
         if (self.direct_normal_w_m2 is None) != (self.diffuse_w_m2 is None):
             raise ValueError(f"found one of {' and '.join(SUNLIGHT)}; allowed: both or neither; give the other too")
-        for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION):
+        if self.direct_normal_w_m2 is not None and self.global_horizontal_w_m2 is not None:
+            raise ValueError(f"found {SUNLIGHT[0]} and {TOTAL}; allowed: one of them; remove the total")
+        for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION, TOTAL):
             values = getattr(self, name)
             if values is not None and len(values) != len(self.time):
                 raise ValueError(
@@ -127,7 +136,7 @@ class Weather(StrictModel):
         le=LONGEST_HISTORY,
         description=(
             "Days of the file before the date whose weather the ground remembers; 0: the day repeats. A CSV file needs"
-            " dates then (ISO 8601 on the local clock)."
+            " dates then (ISO 8601 with a zone)."
         ),
     )
     days_before: list[HourlyWeather] = Field(
@@ -147,8 +156,8 @@ class Weather(StrictModel):
         "computed",
         description=(
             "Sunlight and sky longwave on the ground: computed from the state, or measured, as the file or the table by"
-            " hour has them (EPW and TMY3 do; in CSV direct_normal, diffuse, lw_down). Measured light is of the"
-            " weather, not of the state's air."
+            " hour has them (EPW and TMY3 do; in CSV direct_normal and diffuse, or sw_down, and lw_down). Measured"
+            " light is of the weather, not of the state's air."
         ),
     )
 
@@ -164,7 +173,7 @@ class Weather(StrictModel):
                 "found days_before without hourly; allowed: with hourly; give it, or history_days of a file"
             )
         for number, day in enumerate(self.days_before, 1):
-            for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION, "altitude_km"):
+            for name in ("air_temperature_c", *HOURLY_QUANTITIES, "pressure_hpa", *RADIATION, TOTAL, "altitude_km"):
                 if (getattr(day, name) is None) != (getattr(self.hourly, name) is None):
                     raise ValueError(
                         f"found {name} in one of hourly and day {number} of days_before; allowed: the same quantities"
@@ -174,16 +183,16 @@ class Weather(StrictModel):
 
     @pydantic.model_validator(mode="after")
     def _measured_or_not(self) -> Self:
-        has = self.hourly is not None and [name for name in RADIATION if getattr(self.hourly, name) is not None]
+        has = [name for name in (*RADIATION, TOTAL) if getattr(self.hourly, name, None) is not None]
         if has and self.radiation == "computed":
             raise ValueError(
                 f"found {has[0]} by hour and radiation: computed; allowed: radiation: measured; give it, or remove"
                 f" {has[0]}"
             )
-        if self.radiation == "measured" and self.file is None and (not has or SUNLIGHT[0] not in has):
+        if self.radiation == "measured" and self.file is None and not {SUNLIGHT[0], TOTAL} & {*has}:
             raise ValueError(
-                f"found radiation: measured without {' and '.join(SUNLIGHT)}; allowed: with a file or a table by hour"
-                " that has them; give one, or remove radiation"
+                f"found radiation: measured without {' and '.join(SUNLIGHT)}, or {TOTAL}; allowed: with a file or a"
+                " table by hour that has them; give one, or remove radiation"
             )
         return self
 

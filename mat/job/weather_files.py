@@ -13,27 +13,14 @@ import pydantic
 from scipy import constants
 
 from skyshine.mat.job.fields import clock_text, hours_of
-from skyshine.mat.job.surface import HOURLY_QUANTITIES, LONGEST_GAP_H, RADIATION, HourlyWeather
+from skyshine.mat.job.surface import HOURLY_QUANTITIES, LONGEST_GAP_H, RADIATION, SUNLIGHT, TOTAL, HourlyWeather
 from skyshine.mat.job.typical_years import Station, YearFile, is_tmy3, read_year
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.surface.vapour import saturation_pressure
-from skyshine.mat.surface.weather_readings import AIR_COLUMNS, HEIGHT_COLUMNS, Column, Readings, read_readings
+from skyshine.mat.surface.weather_readings import HEIGHT_COLUMNS, WEATHER_COLUMNS, Readings, read_readings
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 from skyshine.schemas.regular_files import refuse_special_file
-
-_WATTS = {"W/m2": (1.0, 0.0)}
-COLUMNS = (
-    AIR_COLUMNS
-    | HEIGHT_COLUMNS
-    | {
-        "cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0),
-        "direct_normal": Column(_WATTS, 0.0, 1500.0),
-        "diffuse": Column(_WATTS, 0.0, 1500.0),
-        "lw_down": Column(_WATTS, 20.0, 800.0),
-    }
-)
-
 
 # What stands in the place of a quantity that a typical year lacks for longer than linear interpolation may bridge.
 _INSTEAD = {
@@ -81,10 +68,9 @@ def read_weather(
     Parameters
     ----------
     file : path
-        ``.epw``; TMY3 in ``.csv``; or another ``.csv`` with columns time (such as 08:30 or 2026-06-21T08:30, local
-        clock unless it names a zone),
-        air_temperature and any of relative_humidity, wind_speed, pressure, cloud_fraction in SI and percent,
-        wind_height and air_height, and of direct_normal, diffuse and lw_down, means over the time since the row before.
+        ``.epw``; TMY3 in ``.csv``; or another ``.csv`` with columns time (08:30 of the local clock, or
+        2026-06-21T08:30Z, with a zone), air_temperature and any others of `WEATHER_COLUMNS` in SI and percent;
+        sunlight and longwave are means over the time since the row before.
     day : date
         Month and day are taken from a typical year.
     utc_offset_h : float
@@ -115,14 +101,18 @@ def read_weather(
 
 def _day_tables(file: Path, days: Sequence[date], utc_offset_h: float, radiation: bool) -> list[HourlyWeather]:
     """The rows of each day; a table by time of day, without dates, is one day."""
-    needed = ["air_temperature", *(("direct_normal", "diffuse") if radiation else ())]
-    table = read_readings(file, COLUMNS, needed, lambda cell: _local_seconds(cell, utc_offset_h))
+    table = read_readings(file, WEATHER_COLUMNS, ["air_temperature"], lambda cell: _local_seconds(cell, utc_offset_h))
+    if radiation and "sw_down" not in table.values and not {"direct_normal", "diffuse"} <= {*table.values}:
+        raise InputError(
+            "the columns 'direct_normal' and 'diffuse' are missing; add them, or sw_down, or take computed radiation",
+            file=file,
+        )
     number = np.floor_divide(table.time, 86400.0).astype(int)
     if number[0] == 0:
         if len(days) > 1 or number[-1] > 0:
             raise InputError(
                 "found a time of day; allowed: dates too where days before are wanted, on all lines; write such as"
-                f" {days[-1]}T08:30",
+                f" {days[-1]}T08:30Z",
                 file=file,
                 line=table.lines[0],
                 column=1,
@@ -149,9 +139,14 @@ def _local_seconds(cell: str, utc_offset_h: float) -> float:
     try:
         moment = datetime.fromisoformat(cell)
     except ValueError:
-        raise ValueError(f"found '{cell}'; allowed: a time such as 08:30, or 2026-06-21T08:30") from None
-    if moment.tzinfo is not None:
-        moment = moment.astimezone(timezone(timedelta(hours=utc_offset_h)))
+        raise ValueError(f"found '{cell}'; allowed: a time such as 08:30, or 2026-06-21T08:30-07:00") from None
+    zone = timezone(timedelta(hours=utc_offset_h))
+    if moment.tzinfo is None:
+        local = moment.replace(tzinfo=zone).isoformat()
+        raise ValueError(
+            f"found '{cell}', which names no zone; allowed: with one; write {local}, or Z after it for UTC"
+        )
+    moment = moment.astimezone(zone)
     of_day = moment - datetime.combine(moment.date(), datetime.min.time(), moment.tzinfo)
     return 86400.0 * moment.toordinal() + of_day.total_seconds()
 
@@ -174,11 +169,12 @@ def _day_table(table: Readings, rows: slice, radiation: bool) -> HourlyWeather:
         if name in values:
             found[f"{name}_m"] = _constant(part, name)
     if radiation:
-        found |= {
-            "direct_normal_w_m2": values["direct_normal"],
-            "diffuse_w_m2": values["diffuse"],
-            "longwave_down_w_m2": values.get("lw_down"),
-        }
+        found["longwave_down_w_m2"] = values.get("lw_down")
+        # A thermopile's zero at night is a few watts off.
+        if {"direct_normal", "diffuse"} <= {*values}:
+            found |= {key: np.maximum(values[key.removesuffix("_w_m2")], 0.0) for key in SUNLIGHT}
+        else:
+            found[TOTAL] = np.maximum(values["sw_down"], 0.0)
     return _hourly(table.file, found)
 
 

@@ -25,11 +25,11 @@ from skyshine.mat.scene.sources import source_tracks
 from skyshine.mat.scene.summary import state_attributes
 from skyshine.mat.scene.surface import scene_inputs, surface_materials, surroundings_identity
 from skyshine.mat.surface.enclosure import Enclosure
-from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky
+from skyshine.mat.surface.forcing import Scene, Sky
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.response import response_table
 from skyshine.mat.surface.solver import FINE_STEPS, STEPS
-from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.table import SurfaceTemperatures, temperature_table
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.mat.tables.axes import EXACT, LINEAR, PERIODIC, AxisRule

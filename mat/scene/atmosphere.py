@@ -19,7 +19,7 @@ from skyshine.mat.atmosphere.state.state import AtmosphericState
 from skyshine.mat.job.atmosphere import State
 from skyshine.mat.job.fields import clock_text
 from skyshine.mat.job.site import Site
-from skyshine.mat.job.surface import RADIATION
+from skyshine.mat.job.surface import RADIATION, TOTAL
 from skyshine.mat.radiometry.constants import ZERO_CELSIUS
 from skyshine.mat.scene.aerosol_layers import aerosol_layers
 from skyshine.mat.scene.weather import ground_air, mean_wind
@@ -117,7 +117,9 @@ def air_key(state: State) -> tuple[str, float | None, str]:
         date = None if state.air_time is None else state.date  # the hour of the highest temperature is the Sun's
         weather, table = state.weather, state.weather.hourly
         humidity = weather.relative_humidity_percent
-        readings = None if table is None else table.model_dump(exclude={"wind_speed_m_s", "cloud_fraction", *RADIATION})
+        readings = (
+            None if table is None else table.model_dump(exclude={"wind_speed_m_s", "cloud_fraction", *RADIATION, TOTAL})
+        )
         followed = repr((weather.air_temperature_c, humidity, readings, date))
     return state.model_dump_json(exclude={"date", "series", "weather", "ground_material"}), wind, followed
 

@@ -154,7 +154,7 @@ def check_measured_light(job: Job, state_index: int) -> None:
     if weather.radiation == "measured" and weather.hourly is not None:
         suns = [*earlier_suns(place, weather), sun_path(place)]
         for table, sun in zip([*weather.days_before, weather.hourly], suns, strict=True):
-            measured_radiation(table).refuse_light_at_night(sun)
+            measured_radiation(table, sun).refuse_light_at_night(sun)
 
 
 def band_model_sky(air: AtmosphericState, highest: float, ground_albedo: float, sun_distance: float) -> Sky:

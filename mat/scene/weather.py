@@ -78,7 +78,7 @@ def _air_of_day(sun: SunPath, given: Weather, tables: Sequence[HourlyWeather], d
         series("wind_speed_m_s", given.wind_speed_m_s),
         series("cloud_fraction", given.cloud_fraction),
         None if any(each.pressure_hpa is None for each in tables) else 100.0 * series("pressure_hpa"),
-        measured_radiation(table) if measured else None,
+        measured_radiation(table, sun) if measured else None,
     )
     return _measured_at(given, air)
 
@@ -89,15 +89,13 @@ def _measured_at(given: Weather, air: NearSurfaceAir) -> NearSurfaceAir:
     return replace(air, wind_height=wind_height, air_height=air_height)
 
 
-def measured_radiation(table: HourlyWeather) -> MeasuredRadiation:
+def measured_radiation(table: HourlyWeather, sun: SunPath) -> MeasuredRadiation:
     """Measured light of a table that has it."""
-    longwave = table.longwave_down_w_m2
-    return MeasuredRadiation(
-        np.array(table.time),
-        np.array(table.direct_normal_w_m2),
-        np.array(table.diffuse_w_m2),
-        None if longwave is None else np.array(longwave),
-    )
+    hours, longwave = np.array(table.time), table.longwave_down_w_m2
+    sky = None if longwave is None else np.array(longwave)
+    if table.global_horizontal_w_m2 is not None:
+        return MeasuredRadiation.of_total(hours, np.array(table.global_horizontal_w_m2), sun, sky)
+    return MeasuredRadiation(hours, np.array(table.direct_normal_w_m2), np.array(table.diffuse_w_m2), sky)
 
 
 def ground_air(site: Site, state: State) -> GroundAir:

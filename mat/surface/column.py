@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -13,11 +13,11 @@ from skyshine.mat.surface.back_boundary import back_drive
 from skyshine.mat.surface.balance import Balance, Forcing
 from skyshine.mat.surface.conduction import depth_response, frequencies
 from skyshine.mat.surface.days import solve_days
-from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene, Sky, plane_irradiance
+from skyshine.mat.surface.forcing import Scene, Sky, plane_irradiance
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.record import Record, record_forcing
 from skyshine.mat.surface.solver import DAY, STEPS, Method, Solution, solve_columns
-from skyshine.mat.surface.sun_path import SunPath
+from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SunPath
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
@@ -48,6 +48,8 @@ class ColumnResult:
     iterations : int
     depth_temperature : ndarray or None
         At the depth that was asked for [K].
+    notes : tuple of str
+        What stands for what a record does not hold.
     """
 
     time: list[float] | list[str]
@@ -60,6 +62,7 @@ class ColumnResult:
     method: str
     iterations: int
     depth_temperature: Floats | None
+    notes: tuple[str, ...] = ()
 
 
 def from_scene(
@@ -103,7 +106,8 @@ def from_record(
     slope, azimuth : float
         [degree]
     sun : callable or None
-        Solar elevation and azimuth [degree] at UTC times; needed where the slope is not 0, and with `surroundings`.
+        Solar elevation and azimuth [degree] at UTC times; needed where the slope is not 0, with
+        `surroundings`, and for a record of direct and diffuse light.
     ground_albedo : float
     depth : float, optional
         Below the skin [m], at which the temperature is wanted too.
@@ -124,7 +128,8 @@ def from_record(
         start_hour=start_hour,
     )
     times = [f"{time}Z" for time in np.datetime_as_string(record.times, unit="s")]
-    return _result(material, forcing, solution, (times, "ISO 8601"), refined.period, depth, factor, start_hour)
+    result = _result(material, forcing, solution, (times, "ISO 8601"), refined.period, depth, factor, start_hour)
+    return replace(result, notes=record.notes)
 
 
 def _shortwave(
@@ -142,15 +147,20 @@ def _shortwave(
     ----------
     Direct and diffuse parts of the measured sum: Erbs, Klein and Duffie (1982), Solar Energy 28, 293-302, as in pvlib.
     """
-    total = record.values["sw_down"]
+    total = record.values.get("sw_down")
     if sun is None:
+        if total is None:
+            raise InputError("direct_normal and diffuse need the Sun; give latitude and longitude, or a column sw_down")
         return np.zeros_like(total), total, np.zeros_like(total)
     import pvlib
 
     elevation, sun_azimuth = sun(record.times)
     times = record.times.astype("datetime64[D]")
     day = (times - times.astype("datetime64[Y]")).astype(int) + 1
-    parts = pvlib.irradiance.erbs(total, 90.0 - elevation, day)
+    if "direct_normal" in record.values and "diffuse" in record.values:
+        parts = {"dni": record.values["direct_normal"], "dhi": record.values["diffuse"]}
+    else:
+        parts = pvlib.irradiance.erbs(total, 90.0 - elevation, day)
     normal = np.asarray(pvlib.irradiance.get_extra_radiation(day, solar_constant=SOLAR_CONSTANT))
     direct, diffuse, reflected = plane_irradiance(
         slope, azimuth, elevation, sun_azimuth, parts["dni"], parts["dhi"], ground_albedo, normal

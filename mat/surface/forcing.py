@@ -19,13 +19,12 @@ from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.enclosure import AZIMUTHS, SLOPES, Emitter, Enclosure, SurroundingRadiation
 from skyshine.mat.surface.horizon import ViewFactors
 from skyshine.mat.surface.step_means import step_means
-from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SUN_STEPS, SunPath, sun_hours
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.weather import NearSurfaceAir
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
 
-SOLAR_CONSTANT = 1361.1  # W m^-2, Gueymard (2018), Solar Energy 168, 2-9
 _LARGEST_ALTITUDE_RATIO = 3.0  # times that measured light may be stronger on a mountain: the Sun rises earlier there
 _CIRCUMSOLAR_ELEVATION = 1.0  # degree: bounds the circumsolar part of the diffuse light at the horizon, as pvlib does
 _FAINTEST_LIGHT = 1e-30  # W m^-2: below, under clouds of optical depth 100 and more, cubic slopes leave the numbers

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skyshine.mat.surface.sun_path import SUN_STEPS, SunPath, sun_hours
+from skyshine.mat.surface.sun_path import SOLAR_CONSTANT, SUN_STEPS, SunPath, sun_hours
 from skyshine.schemas.arrays import Floats, Integers
 from skyshine.schemas.errors import InputError
 
@@ -14,6 +14,7 @@ from skyshine.schemas.errors import InputError
 # times the clear one's mean: at sunrise, where a little light has no shape worth following.
 _LARGEST_CLEAR_RATIO = 10.0
 _NIGHT = -1.0  # degree: elevation of the Sun's centre below which an interval counts as night
+_DAY = 100  # of a year: any
 _STRAY = 20.0  # W m^-2 that instruments may show then
 
 
@@ -35,6 +36,41 @@ class MeasuredRadiation:
     direct: Floats
     diffuse: Floats
     longwave: Floats | None = None
+
+    @classmethod
+    def of_total(cls, hours: Floats, total: Floats, sun: SunPath, longwave: Floats | None = None) -> MeasuredRadiation:
+        """Direct and diffuse light from means of the total on level ground.
+
+        Parameters
+        ----------
+        hours, total, longwave : (n,) ndarray
+            As the attributes, `total` global horizontal irradiance [W m^-2].
+        sun : SunPath
+
+        Notes
+        -----
+        The parts are those of the mean height of the Sun while it is up in an interval. The standard error of the
+        diffuse share of an hour is about 0.1.
+
+        References
+        ----------
+        Erbs, Klein and Duffie (1982), Solar Energy 28, 293-302, as in pvlib.
+        """
+        import pvlib
+
+        # pvlib knows the light above the air by the day of the year, we by the Sun's distance: parts scale with it.
+        scale = float(pvlib.irradiance.get_extra_radiation(_DAY)) * sun.sun_distance**2 / SOLAR_CONSTANT
+        sine, direct, diffuse = np.sin(np.radians(sun.solar_elevation)), np.zeros(hours.size), total.astype(float)
+        measured = cls(hours, direct, diffuse, longwave)
+        interval = measured._intervals()
+        for number in range(hours.size):
+            inside = interval == number
+            lit = sine[inside & (sine > 0)]
+            if lit.size:
+                share, zenith = lit.size / np.count_nonzero(inside), np.degrees(np.arccos(lit.mean()))
+                parts = pvlib.irradiance.erbs(total[number] / share * scale, zenith, _DAY)
+                direct[number], diffuse[number] = (share * parts[name] / scale for name in ("dni", "dhi"))
+        return measured
 
     def refuse_light_at_night(self, sun: SunPath) -> None:
         """Raise InputError where light was measured in an interval in which the Sun is down."""

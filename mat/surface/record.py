@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 from scipy.constants import Stefan_Boltzmann
 
 from skyshine.mat.surface.balance import Forcing
-from skyshine.mat.surface.convection import AIR_HEIGHT, WIND_HEIGHT
+from skyshine.mat.surface.convection import AIR_HEIGHT, STANDARD_PRESSURE, WIND_HEIGHT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.vapour import saturation_pressure
 from skyshine.schemas.arrays import Floats
@@ -27,27 +27,53 @@ class Record:
     step : float
         [s]; the record repeats after N steps.
     values : dict of str to ndarray
-        "sw_down" and "lw_down" [W m^-2], "air_temperature" [K], "relative_humidity" [percent], "wind_speed" [m/s],
-        "pressure" [Pa], "wind_height" and "air_height" [m]. Negative pyranometer readings are 0, humidity is at most
-        100.
+        "lw_down", and "sw_down" or "direct_normal" and "diffuse" or all three [W m^-2], "air_temperature" [K],
+        "relative_humidity" [percent], "wind_speed" [m/s], "pressure" [Pa], "wind_height" and "air_height" [m]. Negative
+        readings of sunlight are 0, humidity is at most 100.
+    notes : tuple of str
+        What stands for what was not measured.
     """
 
     start: np.datetime64
     step: float
     values: dict[str, Floats]
+    notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, seconds: Floats, values: Mapping[str, Floats]) -> Record:
-        """The record of readings (n,) at increasing times since 1970 [s], linear between them, at their median step;
-        heights that are not given are those of WMO-No. 8.
+    def of(cls, seconds: Floats, values: Mapping[str, Floats], altitude: float = 0.0) -> Record:
+        """The record of readings at their median step, linear between them.
+
+        Parameters
+        ----------
+        seconds : (n,) ndarray
+            Increasing, since 1970.
+        values : mapping of str to (n,) ndarray
+            As `Record.values`, those that were measured, and "cloud_fraction". Heights are by default those of
+            WMO-No. 8, pressure that of ISO 2533, longwave that of `sky_longwave`.
+        altitude : float
+            Of the place [m].
         """
         step, steps = equal_steps(seconds)
         grid = seconds[0] + step * np.arange(steps)
         series = {name: np.interp(grid, seconds, readings) for name, readings in values.items()}
         series = {"wind_height": np.full(steps, WIND_HEIGHT), "air_height": np.full(steps, AIR_HEIGHT)} | series
-        series["sw_down"] = np.maximum(series["sw_down"], 0.0)
+        for name in ("sw_down", "direct_normal", "diffuse"):
+            if name in series:
+                series[name] = np.maximum(series[name], 0.0)
         series["relative_humidity"] = np.minimum(series["relative_humidity"], 100.0)
-        return cls(np.datetime64(round(1e3 * seconds[0]), "ms"), step, series)
+        notes = []
+        if "pressure" not in series:
+            pressure = STANDARD_PRESSURE * (1 - 0.0065 * altitude / 288.15) ** 5.25588
+            series["pressure"] = np.full(steps, pressure)
+            notes.append(f"no pressure: {pressure / 100:.0f} hPa stands for it, that of ISO 2533 at {altitude:g} m")
+        cloud = series.pop("cloud_fraction", None)
+        if "lw_down" not in series:
+            temperature = series["air_temperature"]
+            vapour = series["relative_humidity"] / 100.0 * saturation_pressure(temperature)
+            series["lw_down"] = sky_longwave(temperature, vapour, np.zeros(steps) if cloud is None else cloud)
+            sky = "a clear sky" if cloud is None else "its cloud_fraction"
+            notes.append(f"no lw_down: that of the air near the ground under {sky} stands for it (Prata 1996)")
+        return cls(np.datetime64(round(1e3 * seconds[0]), "ms"), step, series, tuple(notes))
 
     @property
     def times(self) -> npt.NDArray[np.datetime64]:
@@ -60,7 +86,7 @@ class Record:
     @property
     def steps(self) -> int:
         """N."""
-        return len(self.values["sw_down"])
+        return len(self.values["air_temperature"])
 
     @property
     def period(self) -> float:
@@ -72,7 +98,32 @@ class Record:
         grid = np.arange(self.steps * factor) / factor
         at = np.arange(self.steps + 1)
         values = {name: np.interp(grid, at, np.append(series, series[0])) for name, series in self.values.items()}
-        return Record(self.start, self.step / factor, values)
+        return replace(self, step=self.step / factor, values=values)
+
+
+def sky_longwave(air_temperature: Floats, vapour_pressure: Floats, cloud_fraction: Floats) -> Floats:
+    """Longwave irradiance of the sky on level ground, from the air near the ground.
+
+    Parameters
+    ----------
+    air_temperature, vapour_pressure, cloud_fraction : (N,) ndarray
+        [K], [Pa], [1]
+
+    Returns
+    -------
+    (N,) ndarray
+        [W m^-2]; within some 20 of measurements.
+
+    References
+    ----------
+    Clear sky: Prata (1996), Q. J. R. Meteorol. Soc. 122, 1127-1151. Cloud as `skyshine.mat.surface.forcing.Sky` has it:
+    Unsworth and Monteith (1975), ibid. 101, 13-24.
+    """
+    water = 0.465 * vapour_pressure / air_temperature  # precipitable water [g cm^-2]: 46.5 e / T with e in hPa
+    emissivity = 1 - (1 + water) * np.exp(-np.sqrt(1.2 + 3.0 * water))
+    emissivity = (1 - 0.84 * cloud_fraction) * emissivity + 0.84 * cloud_fraction
+    longwave: Floats = emissivity * Stefan_Boltzmann * air_temperature**4
+    return longwave
 
 
 def equal_steps(seconds: Floats) -> tuple[float, int]:

@@ -63,12 +63,20 @@ AIR_COLUMNS = {
 HEIGHT_COLUMNS = {name: Column({"m": (1.0, 0.0)}, LEAST_HEIGHT, 200.0) for name in ("wind_height", "air_height")}
 
 # Thermopile pyranometers read a few W m^-2 below zero at night (thermal offset, BSRN: McArthur 2005, WMO/TD-No. 1274).
-_NEEDED_COLUMNS = {
-    "sw_down": Column({"W/m2": (1.0, 0.0)}, -25.0, 2000.0),
-    "lw_down": Column({"W/m2": (1.0, 0.0)}, 20.0, 800.0),
-    **AIR_COLUMNS,
+_WATTS = {"W/m2": (1.0, 0.0)}
+RADIATION_COLUMNS = {
+    "sw_down": Column(_WATTS, -25.0, 2000.0),
+    "direct_normal": Column(_WATTS, -25.0, 1500.0),
+    "diffuse": Column(_WATTS, -25.0, 1500.0),
+    "lw_down": Column(_WATTS, 20.0, 800.0),
 }
-RECORD_COLUMNS = _NEEDED_COLUMNS | HEIGHT_COLUMNS
+# Of every weather table, in jobs and as the forcing of one surface.
+WEATHER_COLUMNS = (
+    AIR_COLUMNS
+    | HEIGHT_COLUMNS
+    | RADIATION_COLUMNS
+    | {"cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0)}
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,15 +200,18 @@ def _row(
     return seconds, values
 
 
-def read_record(file: str | os.PathLike[str]) -> Record:
-    """Read a forcing CSV and bring it to equal steps.
+def read_record(file: str | os.PathLike[str], altitude: float = 0.0) -> Record:
+    """Read a weather table and bring it to equal steps.
 
     Parameters
     ----------
     file : path
-        Columns time (ISO 8601; UTC where it names no zone) and all of `RECORD_COLUMNS` but the heights, which are 10
-        and 2 m by default, in any order; ``name[unit]`` in the header names another unit. Empty lines and lines that
+        Columns time (ISO 8601; UTC where it names no zone), air_temperature, relative_humidity, wind_speed, and sw_down
+        or both direct_normal and diffuse, which count where all three are there; by choice the others of
+        `WEATHER_COLUMNS`; in any order. ``name[unit]`` in the header names another unit. Empty lines and lines that
         begin with # are skipped.
+    altitude : float
+        Of the place [m], for a pressure that the file does not give.
 
     Returns
     -------
@@ -212,12 +223,15 @@ def read_record(file: str | os.PathLike[str]) -> Record:
     InputError
         With file:line:column of what does not fit.
     """
-    readings = read_readings(file, RECORD_COLUMNS, _NEEDED_COLUMNS, _moment)
+    readings = read_readings(file, WEATHER_COLUMNS, ["air_temperature", "relative_humidity", "wind_speed"], _moment)
+    measured = [name for name in ("direct_normal", "diffuse") if name in readings.values]
+    if "sw_down" not in readings.values and len(measured) < 2:
+        raise InputError("the column 'sw_down' is missing; add it, or direct_normal and diffuse", file=readings.file)
     readings.refuse_gaps(np.diff(readings.time), MAXIMUM_GAP)
     _, steps = equal_steps(readings.time)
     if steps > MAXIMUM_STEPS:
         raise InputError(f"found {steps} steps; allowed: {MAXIMUM_STEPS}; average the record or cut it", file=file)
-    return Record.of(readings.time, readings.values)
+    return Record.of(readings.time, readings.values, altitude)
 
 
 def _moment(cell: str) -> float:

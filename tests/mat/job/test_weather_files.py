@@ -406,7 +406,7 @@ def epw_of_june(folder):
     return file
 
 
-DATED = [f"2026-06-{20 + day}T{hour:02d}:00,{10 * day + hour},36,50" for day in range(3) for hour in range(0, 24, 2)]
+DATED = [f"2026-06-{20 + day}T{hour:02d}:00Z,{10 * day + hour},36,50" for day in range(3) for hour in range(0, 24, 2)]
 
 
 def test_a_csv_file_with_dates_holds_days(tmp_path):
@@ -416,20 +416,33 @@ def test_a_csv_file_with_dates_holds_days(tmp_path):
     assert [table.air_temperature_c[0] for table in tables] == pytest.approx([0, 10, 20])
     assert tables[1].time == list(range(0, 24, 2))
     assert read_weather(file, date(2026, 6, 21), 0).hourly == tables[1]
-    zoned = csv(tmp_path, [row.replace(":00,", ":00Z,") for row in DATED])
-    assert read_weather(zoned, date(2026, 6, 21), 2).hourly.air_temperature_c[:2] == pytest.approx([22, 10])
+    assert read_weather(file, date(2026, 6, 21), 2).hourly.air_temperature_c[:2] == pytest.approx([22, 10])
 
 
 @pytest.mark.parametrize(
     "rows, days, message",
     [
         (DATED, 3, "day.csv: found no reading of 2026-06-19; allowed: days of the file, 2026-06-20 to 2026-06-22"),
-        ([row.split("T")[1] for row in DATED[:12]], 1, "day.csv:2:1: found a time of day; allowed: dates too where"),
-        ([DATED[0].split("T")[1], *DATED[1:]], 0, "day.csv:2:1: found a time of day; allowed: dates too"),
+        (
+            [row.split("T")[1].replace("Z", "") for row in DATED[:12]],
+            1,
+            "day.csv:2:1: found a time of day; allowed: dates too where",
+        ),
+        (
+            [DATED[0].split("T")[1].replace("Z", ""), *DATED[1:]],
+            0,
+            "day.csv:2:1: found a time of day; allowed: dates too",
+        ),
         (
             [*DATED[:5], *DATED[8:]],
             2,
             "day.csv:7:1: found a gap of 8.0 h before this reading; allowed: 3 h",
+        ),
+        (
+            [row.replace("Z", "") for row in DATED],
+            0,
+            "day.csv:2:1: time: found '2026-06-20T00:00', which names no zone; allowed: with one; write"
+            r" 2026-06-20T00:00:00\+00:00, or Z",
         ),
         (["2026-06-31T00:00,1,2,3", *DATED], 0, "day.csv:2:1: time: found '2026-06-31T00:00'; allowed: a time such as"),
     ],

@@ -45,10 +45,10 @@ def hourly(days=1, row="{sun:.1f},300,20,40,2.0,950"):
         yield f"2026-06-{21 + hour // 24:02d}T{hour % 24:02d}:00:00Z," + row.format(sun=sun)
 
 
-def run(tmp_path, *extra, rows=None):
+def run(tmp_path, *extra, rows=None, header=HEADER):
     material = tmp_path / "solid.yaml"
     material.write_text(MATERIAL)
-    file = write(tmp_path, *(rows or hourly()))
+    file = write(tmp_path, *(rows or hourly()), header=header)
     optical = ["--solar-absorptance", "1", "--thermal-emissivity", "1"]
     return CliRunner().invoke(command, ["--material", str(material), *optical, "--forcing", str(file), *extra])
 
@@ -226,3 +226,25 @@ def test_temperature_at_depth_lies_on_the_line_to_a_steady_back(tmp_path):
     output = json.loads(result.output)
     assert output["temperature"]["values"] == pytest.approx(1440 * [280 + 150 * 5.1], abs=1e-2)
     assert output["temperature_at_depth"]["values"] == pytest.approx(1440 * [280 + 150 * 5.0], abs=1e-2)
+
+
+def test_direct_and_diffuse_light_of_a_record_need_the_sun_and_are_taken_as_they_are(tmp_path):
+    """Level ground under a total that is all diffuse is as under that total."""
+    plain = json.loads(run(tmp_path, "--json").output)
+    rows = [f"{row},0" for row in hourly()]
+    header = HEADER.replace("sw_down", "diffuse") + ",direct_normal"
+    refused = run(tmp_path, rows=rows, header=header)
+    assert isinstance(refused.exception, InputError) and "give latitude and longitude" in str(refused.exception)
+    parts = json.loads(run(tmp_path, "--latitude", "47", "--longitude", "8", "--json", rows=rows, header=header).output)
+    assert parts["temperature"]["values"] == pytest.approx(plain["temperature"]["values"], abs=1e-6)
+    without = run(tmp_path, rows=rows, header=HEADER.replace("sw_down", "diffuse") + ",cloud_fraction")
+    assert "the column 'sw_down' is missing; add it, or direct_normal and diffuse" in str(without.exception)
+
+
+def test_what_a_record_lacks_is_noted(tmp_path):
+    rows = [",".join(row.split(",")[:2] + row.split(",")[3:6]) for row in hourly()]
+    header = "time,sw_down,air_temperature[C],relative_humidity,wind_speed"
+    result = run(tmp_path, "--altitude", "2", rows=rows, header=header)
+    assert "note: no pressure: 795 hPa stands for it" in result.output and "note: no lw_down" in result.output
+    notes = json.loads(run(tmp_path, "--json", rows=rows, header=header).output)["notes"]
+    assert len(notes) == 2 and "1013 hPa" in notes[0]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.record import Record, record_forcing
+from skyshine.mat.surface.record import Record, record_forcing, sky_longwave
 
 SIGMA = 5.670374419e-8
 
@@ -56,3 +56,31 @@ def test_a_refined_record_keeps_its_readings_and_its_period():
     assert fine.values["sw_down"][::4] == pytest.approx(given.values["sw_down"])
     assert fine.values["sw_down"][[2, 6, 14]] == pytest.approx([50.0, 200.0, 50.0])
     assert np.all(np.diff(fine.times) == np.timedelta64(900_000, "ms"))
+
+
+@pytest.mark.parametrize(
+    "kelvin, vapour, emissivity", [(293.15, 1400.0, 0.80492), (273.15, 300.0, 0.71071), (303.15, 3000.0, 0.88358)]
+)
+def test_longwave_of_a_clear_sky_is_prata_s(kelvin, vapour, emissivity):
+    """1 - (1 + w) exp(-sqrt(1.2 + 3 w)) with w = 46.5 e / T, e in hPa, by hand; under full cloud .84 + .16 of it."""
+    air, pressure = np.array([kelvin]), np.array([vapour])
+    black = SIGMA * kelvin**4
+    assert sky_longwave(air, pressure, np.zeros(1)) == pytest.approx(emissivity * black, rel=5e-4)
+    assert sky_longwave(air, pressure, np.ones(1)) == pytest.approx((0.84 + 0.16 * emissivity) * black, rel=5e-4)
+
+
+def test_what_was_not_measured_is_said():
+    """ISO 2533: 794.95 hPa at 2000 m."""
+    values = record().values
+    bare = {name: values[name] for name in ("sw_down", "air_temperature", "relative_humidity", "wind_speed")}
+    found = Record.of(3600.0 * np.arange(4), bare, 2000.0)
+    assert found.values["pressure"] == pytest.approx(79495.0, rel=1e-4)
+    assert np.all(found.values["lw_down"] > 200)
+    assert found.notes == (
+        "no pressure: 795 hPa stands for it, that of ISO 2533 at 2000 m",
+        "no lw_down: that of the air near the ground under a clear sky stands for it (Prata 1996)",
+    )
+    cloudy = Record.of(3600.0 * np.arange(4), bare | {"cloud_fraction": np.full(4, 0.5)})
+    assert np.all(cloudy.values["lw_down"] > found.values["lw_down"]) and "cloud_fraction" not in cloudy.values
+    assert "under its cloud_fraction" in cloudy.notes[1]
+    assert record().notes == () and found.refined(2).notes == found.notes

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.weather_readings import RECORD_COLUMNS, read_record
+from skyshine.mat.surface.weather_readings import WEATHER_COLUMNS, read_record
 from skyshine.schemas.errors import InputError
 
 HEADER = "time,sw_down,lw_down,air_temperature[C],relative_humidity,wind_speed,pressure[hPa]"
@@ -38,6 +38,9 @@ def test_units_and_zones(tmp_path):
 CELLS = {
     "sw_down": {"W/m2": ("800", 800.0)},
     "lw_down": {"W/m2": ("300", 300.0)},
+    "direct_normal": {"W/m2": ("900", 900.0)},
+    "diffuse": {"W/m2": ("100", 100.0)},
+    "cloud_fraction": {"1": ("0.5", 0.5), "%": ("50", 0.5)},
     "air_temperature": {"K": ("300", 300.0), "C": ("25", 298.15), "F": ("32", 273.15)},
     "relative_humidity": {"%": ("40", 40.0), "percent": ("40", 40.0), "1": ("0.5", 50.0)},
     "wind_speed": {"m/s": ("5", 5.0), "km/h": ("18", 5.0), "kt": ("1", 0.514444)},
@@ -48,11 +51,11 @@ CELLS = {
 
 
 @pytest.mark.parametrize(
-    ("name", "unit"), [(name, unit) for name, column in RECORD_COLUMNS.items() for unit in column.units]
+    ("name", "unit"), [(name, unit) for name, column in WEATHER_COLUMNS.items() for unit in column.units]
 )
 def test_each_unit_is_converted(name, unit):
     cell, value = CELLS[name][unit]
-    assert RECORD_COLUMNS[name].to_si(cell, unit) == pytest.approx(value, rel=1e-6)
+    assert WEATHER_COLUMNS[name].to_si(cell, unit) == pytest.approx(value, rel=1e-6)
 
 
 def test_missing_hours_are_bridged(tmp_path):

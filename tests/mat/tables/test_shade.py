@@ -8,9 +8,10 @@ import pytest
 from skyshine.mat import open as open_file
 from skyshine.mat.scene.surface import surface_inputs, surface_materials
 from skyshine.mat.surface.balance import Balance
-from skyshine.mat.surface.forcing import SOLAR_CONSTANT, Scene
+from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.response import LAG_STARTS, OFFSETS, response_table, surface_response
 from skyshine.mat.surface.solver import solve_columns
+from skyshine.mat.surface.sun_path import SOLAR_CONSTANT
 from skyshine.mat.surface.surroundings import Surroundings
 from skyshine.mat.surface.table import temperature_table
 from skyshine.mat.tables.files import HTT

@@ -34,6 +34,7 @@ KelvinByHour = Annotated[list[Kelvin], Field(min_length=24, max_length=24)]
 HeatFlux = Annotated[float, Field(ge=-1e4, le=1e4)]
 HeatFluxByHour = Annotated[list[HeatFlux], Field(min_length=24, max_length=24)]
 Coefficient = Annotated[float, Field(gt=0.0, le=1e5)]
+AirCapacity = Annotated[float, Field(ge=0.0, le=1e7)]  # up to two metres of water behind a square metre
 Roughness = Annotated[float, Field(ge=1e-7, le=10.0)]
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 Resistance = Annotated[float, Field(ge=0.0, le=1e5)]
@@ -80,23 +81,29 @@ BACK_VALUES = {
     "adiabatic": (),
     "fixed": ("temperature",),
     "convective": ("temperature", "coefficient"),
+    "open": ("coefficient",),
+    "cavity": ("coefficient", "exchange", "capacity"),
     "heated": ("heat_flux",),
 }
+# What it may say too.
+BACK_CHOICES = {"cavity": ("heat_flux",)}
+BackKind = Literal["adiabatic", "fixed", "convective", "open", "cavity", "heated"]
 
 
 class BackFile(StrictModel):
-    """The back boundary; K, W m^-2 K^-1 and W m^-2. Values by hour are those of the local clock hours 0 to 23."""
+    """The back boundary; K, W m^-2 K^-1, J m^-2 K^-1, W m^-2. Values by hour are those of the clock hours 0 to 23."""
 
-    kind: Sourced[Literal["adiabatic", "fixed", "convective", "heated"]]
+    kind: Sourced[BackKind]
     temperature: Sourced[Kelvin | KelvinByHour | Literal["daily_mean_air"]] | None = None
     coefficient: Sourced[Coefficient] | None = None
     heat_flux: Sourced[HeatFlux | HeatFluxByHour] | None = None
+    exchange: Sourced[Coefficient] | None = None
+    capacity: Sourced[AirCapacity] | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        refuse_incomplete_back(
-            self, self.kind.value, {name: name for name in ("temperature", "coefficient", "heat_flux")}
-        )
+        names = ("temperature", "coefficient", "heat_flux", "exchange", "capacity")
+        refuse_incomplete_back(self, self.kind.value, {name: name for name in names})
         return self
 
     def back(self) -> Back:
@@ -106,6 +113,8 @@ class BackFile(StrictModel):
             temperature=None if kelvin == "daily_mean_air" else kelvin,
             coefficient=self.coefficient.value if self.coefficient else None,
             heat_flux=by_hour(self.heat_flux.value) if self.heat_flux else None,
+            exchange=self.exchange.value if self.exchange else None,
+            capacity=self.capacity.value if self.capacity else None,
         )
 
 
@@ -124,7 +133,7 @@ def refuse_incomplete_back(model: StrictModel, kind: str, keys: dict[str, str]) 
     """
     for name, key in keys.items():
         given = getattr(model, key) is not None
-        if given != (name in BACK_VALUES[kind]):
+        if given != (name in BACK_VALUES[kind]) and name not in BACK_CHOICES.get(kind, ()):
             raise ValueError(
                 f"a back of kind '{kind}' {'takes no' if given else 'needs a'} '{key}'; "
                 f"{'remove' if given else 'add'} it or change the kind"

@@ -36,21 +36,30 @@ class Back:
     Attributes
     ----------
     kind : str
-        "adiabatic" (no flux), "fixed" (a temperature), "convective" (a coefficient to an air temperature) or "heated"
-        (a heat flux from inside).
+        "adiabatic" (no flux), "fixed" (a temperature), "convective" (a coefficient to an air temperature), "open" (a
+        coefficient to the outdoor air of the hour), "cavity" (a coefficient to enclosed air that floats) or "heated" (a
+        heat flux from inside).
     temperature : float, tuple of 24 floats or None
         [K], of the day or at local clock hours 0 to 23, linear between them; None stands for the day's mean air
         temperature. Only fixed and convective.
     coefficient : float or None
-        [W m^-2 K^-1], convective only.
+        [W m^-2 K^-1]; convective, open and cavity.
     heat_flux : float, tuple of 24 floats or None
-        Into the stack from behind [W m^-2], by hour as the temperature; heated only.
+        Into the stack from behind, or into the cavity [W m^-2], by hour as the temperature; heated, and cavity by
+        choice.
+    exchange : float or None
+        Of the enclosed air with the outdoor air, by ventilation and through the other faces [W m^-2 K^-1] of this face;
+        cavity only.
+    capacity : float or None
+        Of the enclosed air and what stands in it [J m^-2 K^-1]; cavity only.
     """
 
     kind: str
     temperature: float | tuple[float, ...] | None = None
     coefficient: float | None = None
     heat_flux: float | tuple[float, ...] | None = None
+    exchange: float | None = None
+    capacity: float | None = None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Surface temperatures by marching in time through finite differences, as commonly done: peers for the bench.
 
 A skin and some cells a layer, stepped day after day of the same forcing until the start is forgotten, explicitly or by
-a theta scheme with one Newton step of the surface balance. Vectorised over columns; the backs of the stacks are steady.
+a theta scheme with one Newton step of the surface balance. Vectorised over columns.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Grid:
 
     @classmethod
     def of(cls, material: SurfaceMaterial, cells: int) -> Grid:
-        """A skin node and `cells` cells in each layer; the back boundary must be a temperature or adiabatic."""
+        """A skin node and `cells` cells in each layer, and a cavity's; no heat may come from the back."""
         thermal = material.thermal
         widths = np.repeat([layer.thickness / cells for layer in thermal.layers], cells)
         conductivity = np.repeat([layer.conductivity for layer in thermal.layers], cells)
@@ -45,6 +45,9 @@ class Grid:
             conductance[-1] = 0.0
         skin = thermal.skin
         capacity = np.concatenate([[skin.thickness * skin.density * skin.heat_capacity], volumetric * widths])
+        if thermal.back.capacity is not None and thermal.back.exchange is not None:
+            capacity = np.append(capacity, thermal.back.capacity)
+            conductance = np.append(conductance, thermal.back.exchange)
         return cls(capacity, conductance)
 
     @property
@@ -88,7 +91,8 @@ def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, ce
     grid = Grid.of(material, cells)
     balances = _at_times(forcing, material, steps)
     storage = grid.capacity * (steps / DAY)
-    drive = back_drive(material, forcing, np.zeros(1))
+    drive = back_drive(material, forcing, 24.0 * np.arange(steps) / steps)
+    drive = drive[:, np.arange(steps) * drive.shape[1] // steps]
     temperature = np.repeat(
         np.mean(np.atleast_2d(forcing.air_temperature), axis=1, keepdims=True), len(storage), axis=1
     )
@@ -103,7 +107,7 @@ def march(material: SurfaceMaterial, forcing: Forcing, steps: int, days: int, ce
             series[:, step] = temperature[:, 0]
             after = balances[(step + 1) % steps]
             gain = -(temperature @ exchange.T)
-            gain[:, -1:] += grid.conductance[-1] * drive
+            gain[:, -1] += grid.conductance[-1] * drive[:, (step + 1) % steps]
             if theta == 0:
                 gain[:, :1] -= balances[step].loss(temperature[:, :1])
                 temperature += gain / storage

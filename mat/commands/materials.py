@@ -119,16 +119,22 @@ def _numbers(material: Material) -> Iterator[tuple[str, object, str]]:
             yield "back.temperature", "daily mean air", ""
         else:
             yield "back.temperature", back.temperature, "K"
-    if back.kind == "convective":
-        yield "back.coefficient", back.coefficient, "W m^-2 K^-1"
-    if back.kind == "heated":
-        yield "back.heat_flux", back.heat_flux, "W m^-2"
+    given = {
+        "coefficient": "W m^-2 K^-1",
+        "exchange": "W m^-2 K^-1",
+        "capacity": "J m^-2 K^-1",
+        "heat_flux": "W m^-2",
+    }
+    for field, unit in given.items():
+        if getattr(back, field) is not None:
+            yield f"back.{field}", getattr(back, field), unit
     surface = material.surface
     yield "surface.roughness_length", surface.roughness_length, "m"
     yield "surface.wetness", surface.wetness, "1"
     yield "surface.surface_resistance", surface.surface_resistance, "s m^-1"
     yield "surface.canopy", surface.canopy, ""
     yield "surface.snow", surface.snow, ""
+    yield "surface.exposure", surface.exposure, ""
     yield "specular_fraction", material.specular_fraction, "1"
     yield "lobe_fwhm", material.lobe_fwhm, "degree"
 

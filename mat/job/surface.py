@@ -243,8 +243,11 @@ OperatedHeat = Annotated[float, Field(ge=-1e4, le=1e4)]
 class Operation(StrictModel):
     """Back boundary of a material in operation, in place of the library's."""
 
-    kind: Literal["fixed", "convective", "heated"] = Field(
-        description="A temperature, air of a temperature with a transfer coefficient, or a heat flux outwards."
+    kind: Literal["fixed", "convective", "open", "cavity", "heated"] = Field(
+        description=(
+            "A temperature, air of a temperature with a transfer coefficient, the outdoor air, enclosed air that"
+            " floats, or a heat flux outwards."
+        )
     )
     temperature_c: Annotated[float | list[float], by_hour(OperatedCelsius)] | None = Field(
         None,
@@ -253,13 +256,29 @@ class Operation(StrictModel):
     coefficient_w_m2_k: float | None = Field(
         None, gt=0, le=1e5, description="Of the transfer between the back and the air behind."
     )
+    exchange_w_m2_k: float | None = Field(
+        None,
+        gt=0,
+        le=1e5,
+        description="Of a cavity's air with the outdoor air, by ventilation and other faces, for each m2 of this face.",
+    )
+    capacity_j_m2_k: float | None = Field(
+        None, ge=0, le=1e7, description="Of a cavity's air and of what stands in it, for each m2 of this face."
+    )
     heat_flux_w_m2: Annotated[float | list[float], by_hour(OperatedHeat)] | None = Field(
-        None, description="From the back into the material; one for the day or one for each hour."
+        None,
+        description="From the back into the material, or into a cavity; one for the day or one for each hour.",
     )
 
     @pydantic.model_validator(mode="after")
     def _complete(self) -> Self:
-        keys = {"temperature": "temperature_c", "coefficient": "coefficient_w_m2_k", "heat_flux": "heat_flux_w_m2"}
+        keys = {
+            "temperature": "temperature_c",
+            "coefficient": "coefficient_w_m2_k",
+            "heat_flux": "heat_flux_w_m2",
+            "exchange": "exchange_w_m2_k",
+            "capacity": "capacity_j_m2_k",
+        }
         refuse_incomplete_back(self, self.kind, keys)
         return self
 
@@ -268,7 +287,14 @@ class Operation(StrictModel):
         """The back boundary in SI units."""
         celsius = self.temperature_c
         kelvin = None if celsius is None else at_kelvin(celsius)
-        return Back(self.kind, kelvin, self.coefficient_w_m2_k, values_by_hour(self.heat_flux_w_m2))
+        return Back(
+            self.kind,
+            kelvin,
+            self.coefficient_w_m2_k,
+            values_by_hour(self.heat_flux_w_m2),
+            self.exchange_w_m2_k,
+            self.capacity_j_m2_k,
+        )
 
 
 def at_kelvin(celsius: float | list[float]) -> float | tuple[float, ...]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import Conduction
 from skyshine.mat.surface.material import SurfaceMaterial
+from skyshine.materials.records import Back
 from skyshine.schemas.arrays import Floats, Integers
 
 SEASON = 30 * 24.0  # h: longest record with one deep temperature; chosen: a month, as climates and EPW give the ground
@@ -44,12 +45,22 @@ def back_drive(material: SurfaceMaterial, forcing: Forcing, hours: Floats, air: 
         [K], or [W m^-2] of a heated back.
     """
     boundary = material.thermal.back
+    if boundary.kind in ("open", "cavity"):
+        return _outdoor(boundary, forcing, hours)
     given = boundary.heat_flux if boundary.kind == "heated" else boundary.temperature
     if given is None:
         mean = _of_season(np.atleast_2d(forcing.air_temperature), hours) if air is None else air
         return np.repeat(mean, forcing.shape[0] // len(mean), axis=0)
     series = at_hours(given, hours if np.ndim(given) else np.zeros(1))
     return np.repeat(series[None, :], forcing.shape[0], axis=0)
+
+
+def _outdoor(boundary: Back, forcing: Forcing, hours: Floats) -> Floats:
+    """Air temperature of the hour (columns, N) [K], warmer by what the heat in a cavity is worth."""
+    air = np.atleast_2d(forcing.air_temperature)
+    if boundary.heat_flux is not None and boundary.exchange is not None:
+        air = air + at_hours(boundary.heat_flux, hours) / boundary.exchange
+    return np.repeat(air, forcing.shape[0] // len(air), axis=0)
 
 
 def _of_season(air: Floats, hours: Floats) -> Floats:
@@ -103,11 +114,9 @@ class BackFlux:
         unbounded = np.full_like(lowest, np.inf)
         return cls(source, unbounded, -unbounded, (float(lowest.min()), float(highest.max())))
 
-    def after(self, flux: Floats, lowest: Floats, highest: Floats) -> BackFlux:
-        """That of columns which days before, between these temperatures (columns, 1) [K], bring a flux (columns, N)."""
-        return BackFlux(
-            self.source + flux, np.minimum(self.lowest, lowest), np.maximum(self.highest, highest), self.heat
-        )
+    def after(self, source: Floats, lowest: Floats, highest: Floats) -> BackFlux:
+        """That of columns to which days before, between these temperatures (columns, 1) [K], leave another source."""
+        return BackFlux(source, np.minimum(self.lowest, lowest), np.maximum(self.highest, highest), self.heat)
 
     def columns(self, chosen: slice | Integers) -> BackFlux:
         """The flux of a slice or index array of columns."""

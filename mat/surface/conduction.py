@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from skyshine.materials.records import Layer, ThermalStack
+from skyshine.materials.records import Back, Layer, ThermalStack
 from skyshine.schemas.arrays import Floats, Reals
 from skyshine.schemas.errors import InputError
 
@@ -99,11 +99,21 @@ def _back_boundary(stack: ThermalStack, s: Complexes) -> _Norton:
     one, boundary = np.ones_like(s), stack.back
     if boundary.kind == "fixed":
         return _Norton(None, one)
-    if boundary.kind == "convective":
-        if boundary.coefficient is None:
-            raise InputError("found a convective back without a coefficient; allowed: one of more than 0 W m^-2 K^-1")
-        return _Norton(boundary.coefficient * one, boundary.coefficient * one)
+    if boundary.kind in ("convective", "open"):
+        coefficient = _given(boundary, "coefficient")
+        return _Norton(coefficient * one, coefficient * one)
+    if boundary.kind == "cavity":
+        coefficient, exchange = _given(boundary, "coefficient"), _given(boundary, "exchange")
+        beyond = exchange + s * _given(boundary, "capacity")
+        return _Norton(coefficient * beyond / (coefficient + beyond), coefficient * exchange / (coefficient + beyond))
     return _Norton(0 * one, one if boundary.kind == "heated" else 0 * one)
+
+
+def _given(boundary: Back, name: str) -> float:
+    value = getattr(boundary, name)
+    if value is None:
+        raise InputError(f"found a {boundary.kind} back without {name}; allowed: with one; give it")
+    return float(value)
 
 
 def _surface(stack: ThermalStack, s: Complexes) -> tuple[Complexes, Complexes]:
@@ -230,8 +240,8 @@ def _of_delay(delay: Complexes, scheme: str) -> Complexes:
     return delta
 
 
-def delayed_response(stack: ThermalStack, step: float, lags: int, scheme: str) -> Floats:
-    """Heat flux into the surface at 0, 1, 2 ... steps after it had 1 K for one step.
+def delayed_responses(stack: ThermalStack, step: float, lags: int, scheme: str) -> tuple[Floats, Floats]:
+    """Heat flux into the surface, and out of the back, at 0, 1, 2 ... steps after their cause lasted for one step.
 
     Parameters
     ----------
@@ -244,8 +254,11 @@ def delayed_response(stack: ThermalStack, step: float, lags: int, scheme: str) -
 
     Returns
     -------
-    (lags,) ndarray
-        [W m^-2 K^-1]; of the circulant matrix of a period of N steps, summed over lags that differ by N.
+    surface : (lags,) ndarray
+        Into a surface that had 1 K [W m^-2]; of the circulant matrix of a period of N steps, summed over lags that
+        differ by N.
+    back : (lags,) ndarray
+        To a surface at 0 K from a back that had a unit of its drive [W m^-2].
 
     References
     ----------
@@ -256,9 +269,11 @@ def delayed_response(stack: ThermalStack, step: float, lags: int, scheme: str) -
     # What comes around the circle loses five digits, and rounding grows by five.
     radius = 10.0 ** (-5.0 / length)
     delay = radius * np.exp(-2j * np.pi * np.arange(length // 2 + 1) / length)
-    around = np.fft.irfft(surface_admittance(stack, _of_delay(delay, scheme) / step), length)
-    response: Floats = around[:lags] / radius ** np.arange(lags)
-    return response
+    growth = radius ** np.arange(lags)
+    surface, back = (
+        np.fft.irfft(response, length)[:lags] / growth for response in _surface(stack, _of_delay(delay, scheme) / step)
+    )
+    return surface, back
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,6 +311,11 @@ class Conduction:
         return np.fft.irfft(np.fft.rfft(drive) * self._response[1], self.steps)
 
     @cached_property
+    def back_matrix(self) -> Floats:
+        """The circulant (N, N) matrix of `from_back`."""
+        return self._circulant(self._response[1])
+
+    @cached_property
     def steady_conductance(self) -> float:
         """Y(0) [W m^-2 K^-1]: 0 where the mean flux is zero (adiabatic, semi-infinite)."""
         return float(self.admittance[0].real)
@@ -323,7 +343,10 @@ class Conduction:
     @cached_property
     def matrix(self) -> Floats:
         """The circulant (N, N) matrix C of `flux`: flux = C T."""
-        column = np.fft.irfft(self.admittance, self.steps)
+        return self._circulant(self.admittance)
+
+    def _circulant(self, response: Complexes) -> Floats:
+        column = np.fft.irfft(response, self.steps)
         index = np.arange(self.steps)
         matrix: Floats = column[(index[:, None] - index[None, :]) % self.steps]
         return matrix

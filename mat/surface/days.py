@@ -14,9 +14,9 @@ from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
-from skyshine.mat.surface.back_boundary import BackFlux
+from skyshine.mat.surface.back_boundary import BackFlux, back_drive
 from skyshine.mat.surface.balance import Forcing
-from skyshine.mat.surface.conduction import Conduction, delayed_response
+from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.solver import (
@@ -39,7 +39,8 @@ class OneDay(Conduction):
 
     @cached_property
     def matrix(self) -> Floats:
-        return _block(delayed_response(self.stack, self.period / self.steps, self.steps, self.scheme), self.steps, 0)
+        response, _ = delayed_responses(self.stack, self.period / self.steps, self.steps, self.scheme)
+        return _block(response, self.steps, 0)
 
     def flux(self, temperature: Reals) -> Floats:
         return temperature @ self.matrix.T
@@ -122,23 +123,37 @@ def _last_day(material: SurfaceMaterial, forcings: Sequence[Forcing], method: Me
     steps = forcings[0].shape[1]
     periodic = Conduction(material.thermal, steps, DAY, "euler" if method == Method.EULER else "bdf2")
     hours, air = clock(periodic), _mean_air(forcings)
-    response = delayed_response(material.thermal, DAY / steps, len(forcings) * steps, periodic.scheme)
-    later = [_block(response, steps, day) for day in range(len(forcings))]
+    responses = delayed_responses(material.thermal, DAY / steps, len(forcings) * steps, periodic.scheme)
+    surface, back = ([_block(response, steps, day) for day in range(len(forcings))] for response in responses)
     one_day = OneDay(material.thermal, steps, DAY, periodic.scheme)
     solution: Solution | None = None
     before: list[Floats] = []
+    drives: list[Floats] = []
     for forcing in forcings:
         back_flux = BackFlux.of(material, forcing, periodic, hours, air)
+        drives.append(back_drive(material, forcing, hours, air))
         if before:
-            # The first day stands for all before it: the whole of the periodic matrix less what has its own day.
-            blocks = [*later[1 : len(before)], periodic.matrix - np.sum(later[: len(before)], axis=0)]
-            kept = np.sum([day @ block.T for day, block in zip(reversed(before), blocks, strict=True)], axis=0)
-            ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in before])
-            back_flux = back_flux.after(-kept, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
+            source = back_flux.source
+            if drives[-1].shape[1] > 1:
+                source = drives[-1] @ back[0].T + _kept(drives[:-1], back, periodic.back_matrix)
+            source = source - _kept(before, surface, periodic.matrix)
+            ends = np.array([(day.min(axis=1), day.max(axis=1)) for day in (*before, *drives[:-1])])
+            back_flux = back_flux.after(source, ends[:, 0].min(axis=0)[:, None], ends[:, 1].max(axis=0)[:, None])
         solution = solve_by(material, forcing, one_day if before else periodic, back_flux, method, names)
         before.append(solution.temperature)
     assert solution is not None
     return solution
+
+
+def _kept(before: Sequence[Floats], blocks: Sequence[Floats], periodic: Floats) -> Floats:
+    """What all days before, oldest first, leave: `blocks` by days since, of which the periodic matrix is the sum.
+
+    The first day stands for all before it: the whole of the periodic matrix less what has its own day.
+    """
+    first = periodic - np.sum(blocks[: len(before)], axis=0)
+    matrices = [*blocks[1 : len(before)], first]
+    kept: Floats = np.sum([day @ block.T for day, block in zip(reversed(before), matrices, strict=True)], axis=0)
+    return kept
 
 
 def _mean_air(forcings: Sequence[Forcing]) -> Floats:

@@ -132,6 +132,8 @@ def _into_back(material: SurfaceMaterial, drive: Any, temperature: Any, resistan
     boundary = material.thermal.back
     if boundary.kind == "adiabatic" or np.isinf(material.thermal.layers[-1].thickness):
         return 0.0
+    if boundary.kind == "cavity":
+        raise InputError("found a back of kind 'cavity'; allowed here: the others; march in finite volumes")
     if boundary.kind == "heated":
         return -drive
     if boundary.coefficient is not None:

@@ -1,15 +1,17 @@
 """Stacks driven from behind: heat and temperatures from inside, steady and by hour, and temperatures given by hand."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
+from skyshine.mat.bench.marching import march
 from skyshine.mat.job.load import load_job
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface.back_boundary import at_hours, back_drive
 from skyshine.mat.surface.balance import Forcing
 from skyshine.mat.surface.conduction import depth_response
+from skyshine.mat.surface.days import solve_days
 from skyshine.mat.surface.material import SurfaceMaterial
 from skyshine.mat.surface.oracle import solve_oracle
 from skyshine.mat.surface.solver import Method, solve_columns
@@ -91,6 +93,101 @@ def test_hourly_backs_agree_with_the_oracle(kind):
     oracle = solve_oracle(chosen, lambda s: night(len(s), 1e5), intervals=48, cells=10)
     solution = solve(chosen, lambda n: night(n, 1e5), steps=192, fine_steps=None)
     assert np.abs(np.roll(solution.temperature[0], -1)[3::4] - oracle.surface).max() < 0.05
+
+
+CAVITY = Back("cavity", coefficient=8.0, exchange=3.0, capacity=2e4)
+
+
+def windy(steps, wave=6.0):
+    """A clear day in windy air of 285 K and its daily wave."""
+    hours = 24.0 * np.arange(steps) / steps
+    sun = 700 * np.maximum(np.sin(np.pi * (hours - 6) / 12), 0.0)
+    air = 285.0 + wave * np.sin(2 * np.pi * (hours - 9) / 24)
+    level = np.full((1, steps), 1.0)
+    return Forcing(
+        *(sun * level, 50 * level, 0 * level, 300 * level, 0 * level, air * level, 900 * level, 1e5 * level),
+        *(3 * level, np.array([[1.0]])),
+    )
+
+
+def test_a_cavity_at_rest_is_two_conductances_in_line():
+    """h and G in line with the layers lead to the air: with heat Q inside it is as if that were Q / G warmer."""
+    for heat in (None, 90.0):
+        solution = solve(material(replace(CAVITY, heat_flux=heat)))
+        surface = solution.temperature[0, 0]
+        through = (280.0 + (heat or 0.0) / 3.0 - surface) / (1 / 8.0 + 1 / 3.0 + RESISTANCE)
+        assert 0.9 * SIGMA * surface**4 - 180.0 == pytest.approx(through, abs=2e-3)
+
+
+@pytest.mark.parametrize("back", [CAVITY, replace(CAVITY, capacity=3e5), Back("open", coefficient=8.0)])
+def test_cavities_agree_with_a_march_in_finite_volumes(back):
+    chosen = material(back)
+    marched = march(chosen, windy(1152), 1152, 30, 10, 1.0)[:, ::6]
+    assert solve(chosen, windy, steps=192, fine_steps=None).temperature == pytest.approx(marched, abs=0.12)
+
+
+def test_a_closed_cavity_comes_between_no_back_and_the_outdoor_air():
+    """Nothing behind, a cavity that hardly breathes, one that breathes more, the outdoor air: colder and colder by
+    day."""
+    backs = [
+        Back("adiabatic"),
+        replace(CAVITY, exchange=1e-3, capacity=0.0),
+        replace(CAVITY, capacity=0.0),
+        replace(CAVITY, exchange=1e5, capacity=0.0),
+        Back("open", coefficient=8.0),
+    ]
+    noon = [solve(material(back), windy).temperature.max() for back in backs]
+    assert noon[0] == pytest.approx(noon[1], abs=0.02) and noon[3] == pytest.approx(noon[4], abs=0.02)
+    assert noon[1] > noon[2] + 1.0 > noon[3] + 2.0
+
+
+def test_the_back_wave_of_a_cavity_at_depth():
+    """Its bottom, at rest, lies on the line from the surface to the air behind."""
+    surface, behind = depth_response(material(CAVITY).thermal, [0.0], 0.023)
+    beyond = 1 / (1 / 8.0 + 1 / 3.0)
+    assert surface[0] == pytest.approx(1 / (1 + beyond * RESISTANCE))
+    assert behind[0] == pytest.approx(beyond * RESISTANCE / (1 + beyond * RESISTANCE))
+
+
+def test_days_before_reach_a_cavity():
+    """Yesterday's cold air is in the walls of a heavy cavity."""
+    chosen = material(replace(CAVITY, capacity=5e5))
+
+    def colder(steps):
+        return replace(windy(steps), air_temperature=windy(steps).air_temperature - 12.0)
+
+    ((_, after),) = solve_days(chosen, [colder, colder, windy])
+    ((_, same),) = solve_days(chosen, [windy, windy, windy])
+    ((_, alone),) = solve_columns(chosen, windy)
+    assert same.temperature == pytest.approx(alone.temperature[:, :: alone.temperature.shape[1] // 192], abs=2e-3)
+    assert (alone.temperature - after.temperature).mean() > 0.3
+    marched = _march_of_days(chosen, [colder] * 20 + [windy])
+    assert np.quantile(np.abs(after.temperature - marched), 0.95) < 0.06
+
+
+def _march_of_days(chosen, days, steps=576):
+    """The march's one day is all of them, of capacities so much less."""
+    parts = [day(steps) for day in days]
+    whole = Forcing(
+        *(
+            np.concatenate([np.broadcast_to(getattr(part, item.name), (1, steps)) for part in parts], axis=1)
+            for item in fields(Forcing)
+        )
+    )
+    share = 1 / len(days)
+    thermal = chosen.thermal
+    layers = tuple(replace(layer, heat_capacity=layer.heat_capacity * share) for layer in thermal.layers)
+    skin = replace(thermal.skin, heat_capacity=thermal.skin.heat_capacity * share)
+    back = replace(thermal.back, capacity=thermal.back.capacity * share)
+    slower = replace(chosen, thermal=replace(thermal, skin=skin, layers=layers, back=back))
+    return march(slower, whole, steps * len(days), 1, 10, 1.0)[:, -steps::3]
+
+
+def test_what_a_cavity_lacks_is_said():
+    with pytest.raises(InputError, match="found a cavity back without exchange"):
+        solve(material(Back("cavity", coefficient=8.0, capacity=0.0)))
+    with pytest.raises(InputError, match="found a back of kind 'cavity'; allowed here: the others"):
+        solve_oracle(material(CAVITY), lambda s: windy(len(s)), intervals=48, cells=10)
 
 
 def test_a_period_may_begin_at_any_hour():

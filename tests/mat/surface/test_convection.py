@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from skyshine.mat.surface.convection import Wind, air_density, forced_coefficient, natural_coefficients
+from skyshine.mat.surface.convection import (
+    TREE_ROUGHNESS,
+    Wind,
+    air_density,
+    forced_coefficient,
+    natural_coefficients,
+)
+from skyshine.materials.library import load_library
 from skyshine.materials.records import SurfaceProperties
 
 
@@ -56,13 +63,20 @@ def test_wall_between_windward_and_lee():
 
 
 @pytest.mark.parametrize("exposure", ["roof", "wall"])
-def test_brick_has_walton_s_multiplier(exposure):
-    """1.67 rough over 1.00 very smooth; neither goes beyond stucco's 2.17."""
-    glass, brick, boulders = (
-        forced_coefficient(Wind(5.0), 101325.0, 293.15, surface(exposure, length)) for length in (1e-5, 2e-3, 1.0)
-    )
-    assert brick / glass == pytest.approx(1.67)
-    assert boulders / glass == pytest.approx(2.17)
+@pytest.mark.parametrize("length, multiplier", [(1e-4, 1.11), (1e-3, 1.52), (2e-3, 1.67), (1e-2, 2.17), (1.0, 2.17)])
+def test_rough_building_surfaces_have_walton_s_multipliers(exposure, length, multiplier):
+    """Smooth plaster 1.11, concrete 1.52, brick 1.67, stucco 2.17 over glass; nothing goes beyond stucco's."""
+    glass, rough = (forced_coefficient(Wind(5.0), 101325.0, 293.15, surface(exposure, z)) for z in (1e-5, length))
+    assert rough / glass == pytest.approx(multiplier)
+
+
+def test_three_metres_make_a_tree():
+    """Oke (1987): a tenth of the height; crops and shrubs below it have the stability of the surface layer."""
+    library = load_library()
+    trees = {name for name in library.names if library[name].surface.canopy} & {
+        name for name in library.names if library[name].surface.roughness_length > TREE_ROUGHNESS
+    }
+    assert trees == {"conifer", "deciduous"} and abs(TREE_ROUGHNESS - 0.1 * 3.0) < 1e-12
 
 
 def test_roof_by_the_textbook_s_turbulent_plate():

@@ -9,7 +9,7 @@ from skyshine.mat.bench.marching import march
 from skyshine.mat.scene.surface import surface_materials
 from skyshine.mat.surface import days as module
 from skyshine.mat.surface.balance import Forcing
-from skyshine.mat.surface.conduction import Conduction, delayed_response
+from skyshine.mat.surface.conduction import Conduction, delayed_responses
 from skyshine.mat.surface.days import OneDay, solve_days
 from skyshine.mat.surface.solver import DAY, Method, solve_columns
 from skyshine.materials.library import load_library
@@ -115,8 +115,9 @@ def test_delayed_responses_add_up_to_the_periodic_matrix():
     material = library("concrete")
     for scheme in ("bdf2", "euler"):
         periodic = Conduction(material.thermal, 96, DAY, scheme)
-        response = delayed_response(material.thermal, DAY / 96, 96 * 60, scheme).reshape(60, 96)
-        assert response.sum(axis=0) == pytest.approx(periodic.matrix[:, 0], abs=1e-6)
+        responses = delayed_responses(material.thermal, DAY / 96, 96 * 60, scheme)
+        for response, matrix in zip(responses, (periodic.matrix, periodic.back_matrix), strict=True):
+            assert response.reshape(60, 96).sum(axis=0) == pytest.approx(matrix[:, 0], abs=1e-6)
     one = OneDay(material.thermal, 96, DAY)
     assert np.array_equal(np.triu(one.matrix, 1), np.zeros((96, 96)))
     step = np.where(np.arange(96) >= 40, 1.0, 0.0)[None]

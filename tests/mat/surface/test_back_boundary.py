@@ -183,6 +183,19 @@ def _march_of_days(chosen, days, steps=576):
     return march(slower, whole, steps * len(days), 1, 10, 1.0)[:, -steps::3]
 
 
+def test_interiors_of_the_library_are_rooms_or_float():
+    """No material rests on the day's mean air but the ground, whose deep temperature it is."""
+    library = load_library()
+    backs = {name: library[name].thermal.back for name in library.names}
+    assert {back.kind for back in backs.values() if back.temperature is None} == {"fixed", "open", "cavity"}
+    assert all(back.temperature == 293.15 for back in backs.values() if back.kind == "convective")
+    assert {name for name, back in backs.items() if back.kind == "open"} == {
+        "camouflage_net_green",
+        "concrete_bridge",
+        "pv_module",
+    }
+
+
 def test_what_a_cavity_lacks_is_said():
     with pytest.raises(InputError, match="found a cavity back without exchange"):
         solve(material(Back("cavity", coefficient=8.0, capacity=0.0)))

@@ -244,6 +244,17 @@ def test_a_job_operates_a_material(tmp_path):
     assert concrete.thermal.back == Back("heated", heat_flux=120.0) and road.thermal == library["asphalt_road"].thermal
 
 
+def test_a_job_encloses_air_behind_a_material(tmp_path):
+    cavity = "{kind: cavity, coefficient_w_m2_k: 7.7, exchange_w_m2_k: 12, capacity_j_m2_k: 1e4, heat_flux_w_m2: 200}"
+    (tmp_path / "job.yaml").write_text(JOB.replace("{kind: heated, heat_flux_w_m2: 120}", cavity), encoding="utf-8")
+    back = load_job(tmp_path / "job.yaml").trimmed.operated["concrete"].back
+    assert back == Back("cavity", None, 7.7, 200.0, 12.0, 1e4)
+    wrong = cavity.replace("exchange_w_m2_k: 12, ", "")
+    (tmp_path / "job.yaml").write_text(JOB.replace("{kind: heated, heat_flux_w_m2: 120}", wrong), encoding="utf-8")
+    with pytest.raises(InputError, match=r"job.yaml:8:.*a back of kind 'cavity' needs a 'exchange_w_m2_k'; add it"):
+        load_job(tmp_path / "job.yaml")
+
+
 def test_a_material_file_carries_its_back_by_hour(tmp_path):
     from skyshine.materials import files
 

@@ -101,6 +101,17 @@ def test_a_hanging_face_sees_the_ground_alone(plain):
     assert np.all(walled.longwave_sky[last] == 0) and np.all(walled.shortwave_diffuse[last] == 0)
 
 
+def test_leaves_open_to_the_light_that_the_horizon_leaves(plain):
+    """Behind a horizon of 90 degrees only the light of the sky is left of that on open level ground."""
+    open_plain = within(plain, Enclosure(black(300.0, 1), Emitter(1.0, 0.0))).forcing(96)
+    pit = within(plain, Enclosure(black(300.0, 1), black(300.0, 8), Horizon((0.0,), (90.0,)))).forcing(96)
+    level = open_plain.shortwave_direct[0] + open_plain.shortwave_diffuse[0]
+    np.testing.assert_allclose(open_plain.open_light[0], level, rtol=0.02, atol=2.0)
+    noon = int(np.argmax(level))
+    assert pit.open_light[0, noon] == pytest.approx(level[noon] - open_plain.shortwave_direct[0, noon], rel=0.02)
+    assert 0.02 < pit.open_light[0, noon] / level[noon] < 0.5
+
+
 def test_grey_ground_reflects_the_sky_above_it(plain):
     """A wall over foil at 300 K on an open plain: half of 0.05 sigma T^4 + 0.95 of the sky."""
     ground = within(plain, Enclosure(black(300.0, 1, emissivity=0.05), Emitter(1.0, 0.0))).forcing(96)

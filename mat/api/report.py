@@ -167,6 +167,7 @@ def budget_count(job: str | os.PathLike[str] | Mapping[str, Any], band: int | No
 
 
 def _sets(loaded: LoadedJob, band: int | None) -> Sequence[tuple[int, int]]:
+    loaded.refuse_without_bands()
     bands = loaded.trimmed.needed_bands
     if band is not None and band not in bands:
         raise InputError(f"found the band {band}; allowed: {', '.join(map(str, bands))}, the bands that the job builds")

@@ -69,6 +69,7 @@ def front(
     from skyshine.mat.job.load import load_job
 
     loaded = load_job(job or example())
+    loaded.refuse_without_bands()
     options = Options(
         settings or (QUICK_KELVINS if quick else KELVINS),
         repeats or (1 if quick else 3),

@@ -26,6 +26,7 @@ def leaving_out(job: str, seed: int, as_json: bool) -> None:
     from skyshine.mat.job.load import load_job
 
     loaded = load_job(job)
+    loaded.refuse_without_bands()
     os.environ["SKYSHINE_CACHE"] = ""  # without a cache, or the second build would use the bands of the first
     with tempfile.TemporaryDirectory() as folder:
         comparison = compare(loaded, Path(folder), seed)

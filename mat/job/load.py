@@ -70,6 +70,11 @@ class LoadedJob:
             trimmed=self.trimmed.on_date_of_state(index),
         )
 
+    def refuse_without_bands(self) -> None:
+        """Raise InputError where the job has no band, of whose pixels something is to be said."""
+        if not self.trimmed.bands:
+            raise InputError("found no band; allowed here: one or more; add one to bands", file=self.file)
+
     @property
     def output_folder(self) -> Path:
         """Where the job's files go.

@@ -91,9 +91,8 @@ class Job(StrictModel):
         description="Of the atmosphere with its weather; each has databases of its own.",
     )
     bands: list[Band] = Field(
-        min_length=1,
         max_length=99,
-        description="Of wavelength, even or with a response; each has databases of its own.",
+        description="Of wavelength, even or with a response; each has databases of its own. [] for temperatures alone.",
     )
     sources: list[Literal["sun", "moon"]] = Field(
         ["sun", "moon"], min_length=1, max_length=2, description="Whose light tables are built."

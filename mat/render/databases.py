@@ -83,6 +83,8 @@ class SceneTables:
         of_state = [entry for entry in entries if entry.state in (None, state)]
         numbers = {str(entry.band_name): entry.band for entry in of_state if entry.filetype == "band"}
         names = list(numbers) if bands is None else bands
+        if not names:
+            raise refuse(("bands",), f"{folder} holds no band; build a job that has one")
         opened = []
         for place, name in enumerate(names):
             if name not in numbers:

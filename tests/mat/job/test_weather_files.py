@@ -481,3 +481,11 @@ def test_history_that_cannot_be_is_refused(tmp_path, load_weather, weather, mess
     epw_of_june(tmp_path)
     with pytest.raises(InputError, match=message):
         load_weather(weather)
+
+
+def test_a_day_that_repeats_is_linear_over_its_own_midnight(tmp_path, load_weather):
+    """Readings at 1 to 22 h: midnight lies half-way between the last and the first of the day itself."""
+    csv(tmp_path, [f"{hour:02d}:00,{hour},36,50" for hour in range(1, 23)])
+    _, air, _ = scene_inputs(load_weather("{file: day.csv}"), 1)
+    expected = np.interp(sun_hours(), [-2, 1, 22, 25], [22, 1, 22, 1])
+    assert air.air_temperature - 273.15 == pytest.approx(expected, abs=1e-9)

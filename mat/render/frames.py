@@ -112,7 +112,8 @@ class Renderer:
         check_hours(scene, self.tables.surface)
         self._materials = SurfaceMaterials(scene, self.surface)
         try:
-            self._codes: Integers = self.tables.codes(self._materials.places, scene.error)
+            # In sunlight and, once more, in the shade of the photograph.
+            self._codes: Integers = np.tile(self.tables.codes(self._materials.places, scene.error), 2)
         except BaseException:
             self.close()
             raise

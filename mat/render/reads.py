@@ -102,11 +102,11 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
                     spans[name].append((float(values.min()), float(values.max())))
             for hour in clock if still else clock[number : number + 1]:
                 arcs.setdefault(float(hour), []).append(_arc(rays))
-            np.add.at(shares, seen.materials.number.ravel(), seen.materials.share.ravel())
+            np.add.at(shares, seen.materials.number.ravel() % shares.size, seen.materials.share.ravel())
             for face, count in _faces(seen).items():
                 faces[face] = faces.get(face, 0.0) + count
             advance(1)
-        named = tuple(materials.names)
+        named, in_shade = tuple(materials.names), materials.in_shade
     hours = np.array(sorted(arcs))
     seen_materials = {name: float(share) / met for name, share in zip(named, shares, strict=True) if share > 0}
     observer, elevation, reach, altitude = (_widest(spans[name]) for name in spans)
@@ -121,8 +121,7 @@ def scene_reads(scene: LoadedScene, progress: Progress = silent) -> SceneReads:
         1 - met / pixels,
         _largest_first({face: count / met for face, count in faces.items()}),
         _largest_first(seen_materials),
-        not scene.model.surface.shaded_materials
-        and bool(np.all(np.isin(np.round(surface.slope, DECIMALS), (0.0, 180.0)))),
+        not in_shade and bool(np.all(np.isin(np.round(surface.slope, DECIMALS), (0.0, 180.0)))),
         named,
     )
 

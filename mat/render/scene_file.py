@@ -111,6 +111,14 @@ class SurfaceModel(StrictModel):
         " of its sky.",
     )
 
+    shaded_sky: float = Field(
+        0.5,
+        ge=0,
+        le=1,
+        description="Open share of the sky above ground that a texture's layer of shade shows in the shade; no direct"
+        " light falls there all day.",
+    )
+
     @pydantic.model_validator(mode="after")
     def _one_surface(self) -> Self:
         if (self.plan is None) == (self.mesh is None):

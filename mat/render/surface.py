@@ -33,16 +33,16 @@ def surface_of_scene(scene: LoadedScene) -> SurfaceMesh:
 
 @dataclass(frozen=True, eq=False)
 class Mixtures:
-    """Materials of n points, each a mixture of up to `PARTS`.
+    """Materials of n points, each a mixture of some.
 
     Attributes
     ----------
     names : tuple of str
         K materials.
-    number : (n, PARTS) int array
-        Index into `names`; 0 where unused.
-    share : (n, PARTS) array
-        They sum to 1 for each point.
+    number : (n, M) int array
+        Index into `names`, K more for the same in the shade of the photograph; 0 where unused.
+    share : (n, M) array
+        They sum to 1 for each point. M is `PARTS`, twice as many where a texture has shade.
     """
 
     names: tuple[str, ...]
@@ -59,8 +59,9 @@ class SurfaceMaterials:
         All materials that they name or hold, each once.
     places : dict of str to tuple
         Key of the scene file that each comes from.
-    shaded_sky : (K,) array
-        Open share of the sky above materials that are in the shade all day; not a number for others.
+    shaded_sky : (2 K,) array
+        Open share of the sky above materials that are in the shade all day, not a number for others; then the same
+        where the photograph shows them in the shade.
     """
 
     def __init__(self, scene: LoadedScene, surface: SurfaceMesh) -> None:
@@ -81,7 +82,14 @@ class SurfaceMaterials:
                 if share > 0:
                     places.setdefault(self._shown(name), covering.place)
         self.names, self.places = tuple(places), places
-        self.shaded_sky = self._shaded_sky()
+        given = self._shaded_sky()
+        self.shaded_sky = np.concatenate([given, np.fmin(given, scene.model.surface.shaded_sky)])
+
+    @property
+    def in_shade(self) -> bool:
+        """Whether anything may be in the shade all day, by its material or by the photograph."""
+        by_photograph = any(texture.has_shade for texture in self._textures.values())
+        return by_photograph or bool(self._scene.model.surface.shaded_materials)
 
     def _shaded_sky(self) -> Floats:
         open_sky = np.full(len(self.names), np.nan)
@@ -132,6 +140,7 @@ class SurfaceMaterials:
         number = np.zeros((len(face), PARTS), int)
         share = np.zeros((len(face), PARTS))
         share[:, 0] = 1.0
+        shade = np.zeros(len(face))
         covering = self._surface.covering[face]
         for index, kind in enumerate(self._surface.coverings):
             own = np.flatnonzero(covering == index)
@@ -142,20 +151,27 @@ class SurfaceMaterials:
                 continue
             uv = self._surface.texture_coordinates(face[own], weights[own])
             size = self.texel_size(index)[face[own]]
-            number[own], share[own] = self._of_texture(index, uv, footprint[own] / size)
+            number[own], share[own], shade[own] = self._of_texture(index, uv, footprint[own] / size)
+        if shade.any():
+            lit = 1.0 - shade[:, None]
+            number = np.concatenate([number, number + len(self.names)], axis=1)
+            share = np.concatenate([share * lit, share * (1.0 - lit)], axis=1)
         return Mixtures(self.names, number, share)
 
-    def _of_texture(self, index: int, uv: Floats, texels: Floats) -> tuple[Integers, Floats]:
-        """Numbers and shares (n, PARTS) at texture coordinates (n, 2) of pixels so many texels wide (n,)."""
+    def _of_texture(self, index: int, uv: Floats, texels: Floats) -> tuple[Integers, Floats, Floats]:
+        """Numbers and shares (n, PARTS), and share in the shade (n,), at texture coordinates (n, 2) of pixels so many
+        texels wide (n,).
+        """
         texture = self._textures[index]
         # A texture repeats beyond its borders, as glTF does by default; the last border belongs to the last texel.
         place = np.where((uv < -1e-6) | (uv > 1 + 1e-6), uv - np.floor(uv), np.clip(uv, 0.0, 1.0))
         level = np.clip(np.floor(np.log2(np.maximum(texels, 1.0)) + 0.5), 0, texture.levels - 1).astype(int)
-        codes, shares = np.zeros((len(uv), PARTS), int), np.zeros((len(uv), PARTS))
+        codes, shares, shade = np.zeros((len(uv), PARTS), int), np.zeros((len(uv), PARTS)), np.zeros(len(uv))
         for number in np.unique(level):
             own = level == number
             x, y = (place[own] * [texture.width, texture.height]).T
             codes[own], shares[own] = texture.mixture(x, y, int(number))
+            shade[own] = texture.shade(x, y, int(number))
         numbers = np.zeros(1 + max(texture.materials), int)
         for code, name in texture.materials.items():
             shown = self._shown(name)
@@ -171,7 +187,7 @@ class SurfaceMaterials:
                 )
             shares[~known, 0] = 1.0
         # The first name is that of texels without material.
-        return np.where(known[:, None], numbers[codes], 0), shares / shares.sum(axis=-1, keepdims=True)
+        return np.where(known[:, None], numbers[codes], 0), shares / shares.sum(axis=-1, keepdims=True), shade
 
     def close(self) -> None:
         for texture in self._textures.values():

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.option(
     "--to",
     "form",
-    type=click.Choice(["png", "masks", "splat", "geotiff", "gltf", "dirsig", "cdb"]),
+    type=click.Choice(["png", "masks", "splat", "geotiff", "relit", "gltf", "dirsig", "cdb"]),
     required=True,
     help="Format to write.",
 )
@@ -53,7 +53,8 @@ def command(
     """Write the materials of FILE in another format.
 
     png: indexed PNG with a legend. masks: a grey PNG for each material (Unreal, Blender). splat: RGBA PNG of four
-    materials each (Unity). geotiff: codes and confidence on the map. gltf: a quad with a feature ID texture and a
+    materials each (Unity). geotiff: codes, confidence and shade on the map. relit: the photograph without its cast
+    shade. gltf: a quad with a feature ID texture and a
     property table. dirsig: material map and mixture map. cdb: raster materials with their composite material table, of
     a tile (005, 006) or of a model (504, 505).
     """

@@ -19,6 +19,7 @@ TESTED = ("tested_texels", "seed_texels")
 MEASURED = ("overall_accuracy", "mean_iou", "calibration_error", "folds")  # where seeds were held out
 PLANES = {"code": np.uint16, "mix_code": np.uint16, "mix_weight": np.uint16}
 FINEST = {"confidence": np.float32, "typicality": np.float32}
+SHADE = {"shade": np.uint8}  # on all levels or on none
 
 
 def check_parts(file: h5py.File, path: str | os.PathLike[str]) -> None:
@@ -42,8 +43,9 @@ def check_parts(file: h5py.File, path: str | os.PathLike[str]) -> None:
     sizes = level_sizes(height, width)
     if sorted(file["levels"]) != sorted(str(k) for k in range(len(sizes))):
         raise _damaged(path, f"it does not have the levels 0 to {len(sizes) - 1}")
+    shade = SHADE if "levels/0/shade" in file else {}
     for k, size in enumerate(sizes):
-        for name, kind in (PLANES | (FINEST if k == 0 else {})).items():
+        for name, kind in (PLANES | (FINEST if k == 0 else {}) | shade).items():
             plane = file[f"levels/{k}/{name}"]
             shape = (*size, COMPONENTS) if name.startswith("mix") else size
             if plane.shape != shape or plane.dtype != kind:

@@ -1,7 +1,8 @@
 """What a ``.tmm.h5`` database holds.
 
 ``/materials`` (codes, names), ``/usage``, ``/quality``, ``/composites``, ``/provenance`` and, for each mip level,
-``/levels/k`` with ``code``, ``mix_code`` and ``mix_weight``; level 0 also has ``confidence`` and ``typicality``.
+``/levels/k`` with ``code``, ``mix_code`` and ``mix_weight``, where shade was found also ``shade``; level 0 also has
+``confidence`` and ``typicality``.
 """
 
 from __future__ import annotations
@@ -17,11 +18,12 @@ from skyshine.tmm.database.levels import PERCENT, WEIGHT_TOTAL
 from skyshine.tmm.job.model import TextureJob
 
 FILETYPE = "tmm"
-FORMAT_VERSION = "1.2.0"
+FORMAT_VERSION = "1.3.0"
 CHUNK = 256
 # Steps of what is stored. A byte for each would keep 256 steps, whose noise no filter compresses: 7 and 14 MB of a
 # photograph of 4096 x 4096 texels. With these steps, which floats hold with all but their first bits 0, 4 and 2 MB.
 CONFIDENCE_STEPS = 64
+SHADE_TOTAL = 255  # of a texel that lies in the shade as a whole
 TYPICALITY_RATIO, LEAST_TYPICALITY = 4, 4.0**-4
 
 
@@ -50,8 +52,8 @@ def composite_layout(components: npt.NDArray[Any], weights: npt.NDArray[Any]) ->
     )
 
 
-def level_layout(k: int, size: tuple[int, int], height: int, width: int) -> Group:
-    """The layout of a level; its arrays are written as they come."""
+def level_layout(k: int, size: tuple[int, int], height: int, width: int, *, shade: bool = False) -> Group:
+    """The layout of a level, with or without a layer of shade; its arrays are written as they come."""
     axes = {
         "y": Axis(_centres(height, size[0]), "1", "row of the texel's centre, in texels of level 0"),
         "x": Axis(_centres(width, size[1]), "1", "column of the texel's centre, in texels of level 0"),
@@ -67,6 +69,15 @@ def level_layout(k: int, size: tuple[int, int], height: int, width: int) -> Grou
             mixed, parts, "1", "shares of the mixture; they sum to `total`", weights, chunks=(*chunk, 3)
         ),
     }
+    if shade:
+        variables["shade"] = Variable(
+            plane,
+            Streamed(size, np.uint8),
+            "1",
+            "share of the texel in cast shade, in parts of `total`",
+            {"total": SHADE_TOTAL},
+            chunks=chunk,
+        )
     if k == 0:
         values = Streamed(size, np.float32)
         name = "probability that the material is right: its posterior, averaged over the box and calibrated"

@@ -16,7 +16,7 @@ from skyshine.schemas.errors import InputError
 from skyshine.schemas.hdf5 import open_database, sound
 from skyshine.schemas.hdf5_gate import refuse_large
 from skyshine.tmm.database.checks import check_parts, check_values
-from skyshine.tmm.database.layout import CHUNK, FILETYPE, FORMAT_VERSION
+from skyshine.tmm.database.layout import CHUNK, FILETYPE, FORMAT_VERSION, SHADE_TOTAL
 from skyshine.tmm.database.levels import WEIGHT_TOTAL
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.job.model import TextureJob, stored_job
@@ -145,6 +145,19 @@ class TmmFile:
     ) -> npt.NDArray[Any]:
         """Confidence at points of level 0; parameters as for `code`."""
         return self._at("confidence", x, y, 0, outside)
+
+    @property
+    def has_shade(self) -> bool:
+        """Whether the photograph's cast shade is a layer of the file."""
+        return self.has("levels/0/shade")
+
+    def shade(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, level: int = 0, outside: Literal["error", "clamp"] = "error"
+    ) -> npt.NDArray[Any]:
+        """Share (...) float64 in cast shade at points; parameters as for `code`. 0 where the file has no such layer."""
+        if not self.has_shade:
+            return 0.0 * self._at("code", x, y, level, outside)
+        return self._at("shade", x, y, level, outside) / SHADE_TOTAL
 
     def _at(self, name: str, x: npt.ArrayLike, y: npt.ArrayLike, level: int, outside: str) -> npt.NDArray[Any]:
         if not 0 <= level < self.levels:

@@ -15,7 +15,7 @@ from skyshine.tmm.database.reader import open_tmm
 from skyshine.tmm.exchange.cdb_materials import CdbMaterials, load_map
 from skyshine.tmm.exchange.image import MaterialImage, read_levels
 
-Form = Literal["png", "masks", "splat", "geotiff", "gltf", "dirsig", "cdb"]
+Form = Literal["png", "masks", "splat", "geotiff", "relit", "gltf", "dirsig", "cdb"]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def export(
     ----------
     path : path
         A ``.tmm.h5``.
-    form : {"png", "masks", "splat", "geotiff", "gltf", "dirsig", "cdb"}
+    form : {"png", "masks", "splat", "geotiff", "relit", "gltf", "dirsig", "cdb"}
     out : path
         Folder; of a CDB, its root.
     library : MaterialLibrary
@@ -68,6 +68,12 @@ def export(
     """
     if form == "cdb":
         return _export_cdb(path, Path(out), library, level, target)
+    if form == "relit":
+        from skyshine.tmm.exchange.relit import write_relit
+
+        if level:
+            raise InputError("--level does not go with relit, which is the photograph; leave it out")
+        return write_relit(out, path)
     from skyshine.tmm.exchange.dirsig import write_dirsig
     from skyshine.tmm.exchange.geotiff import write_geotiff
     from skyshine.tmm.exchange.gltf import write_gltf

@@ -32,7 +32,8 @@ def write_geotiff(
     folder: str | os.PathLike[str], image: MaterialImage, path: str | os.PathLike[str], level: int
 ) -> list[Path]:
     """Write ``NAME.code.tif`` (uint16, 0 no data) with ``NAME.code.json``, and of the first level
-    ``NAME.confidence.tif`` (float32, 0 to 1, NaN where there is no material).
+    ``NAME.confidence.tif`` (float32, 0 to 1, NaN where there is no material); where the database has it,
+    ``NAME.shade.tif`` (uint8, 255 in the shade).
 
     Parameters
     ----------
@@ -49,6 +50,7 @@ def write_geotiff(
     with open_tmm(path) as file:
         attributes, size = file.attributes, (file.height, file.width)
         confidence = file.array("levels/0/confidence") if level == 0 and file.has("levels/0/confidence") else None
+        shade = file.array(f"levels/{level}/shade") if file.has_shade else None
     if "geo_affine" not in attributes:
         raise InputError(
             "has no place on a map; classify an image with GeoTIFF tags or a world file, or use --to png", file=path
@@ -67,6 +69,9 @@ def write_geotiff(
         known = np.where(image.level.code > 0, confidence, np.nan).astype(np.float32)
         paths.append(Path(folder) / f"{image.name}.confidence.tif")
         _write(paths[-1], known, [*tags, _text(_NO_DATA, "nan")])
+    if shade is not None:
+        paths.append(Path(folder) / f"{image.name}.shade.tif")
+        _write(paths[-1], shade, tags)
     return paths
 
 

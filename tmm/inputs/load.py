@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours
+from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.images.no_data import SIDECAR
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.answers import read_answers
-from skyshine.tmm.inputs.polygons import seed_names
+from skyshine.tmm.inputs.polygons import check_vertices, polygon_mask, seed_names
 from skyshine.tmm.inputs.seeds import SeedTexels, seed_files, seed_texels
 from skyshine.tmm.job.model import Seeds, TextureJob
 
 
 def open_texture(job: TextureJob, base_folder: Path) -> TextureFile:
-    """The image of a job, read as the job says; see `TextureFile` for what it raises."""
-    return TextureFile(Path(base_folder) / job.image, job.colour_space, job.alpha, job.near_infrared)
+    """The image of a job, read as the job says, without its shade where it says so; see `TextureFile` and
+    `RelitTexture` for what they raise.
+    """
+    arguments = Path(base_folder) / job.image, job.colour_space, job.alpha, job.near_infrared
+    if job.shade is None:
+        return TextureFile(*arguments)
+    texture = RelitTexture(*arguments)
+    for fraction, polygons in ((1.0, job.shade.shaded), (0.0, job.shade.sunlit)):
+        for polygon in polygons:
+            check_vertices("shade", (polygon,), texture, texture.path)
+            texture.draw(fraction, partial(polygon_mask, (polygon,), texture))
+    return texture
 
 
 def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:

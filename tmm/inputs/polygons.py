@@ -114,7 +114,7 @@ def seed_polygons(
         else:
             polygons += read
     for name, rings in polygons:
-        _check_vertices(name, rings, texture, image)
+        check_vertices(name, rings, texture, image)
     return polygons + mapped
 
 
@@ -193,7 +193,7 @@ def _read_features(folder: Path, name: str) -> _FeatureCollection:
         ) from None
 
 
-def _check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: Path) -> None:
+def check_vertices(name: str, rings: tuple[Ring, ...], texture: Windowed, path: Path) -> None:
     """Refuse a polygon that reaches beyond the texture."""
     for x, y, *_ in (position for ring in rings for position in ring):
         if not (0 <= x <= texture.width and 0 <= y <= texture.height):

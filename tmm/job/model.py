@@ -131,6 +131,17 @@ class Classifier(StrictModel):
     )
 
 
+class Shade(StrictModel):
+    """Cast shade, found where the photograph is darker and bluer; polygons correct it."""
+
+    shaded: tuple[Polygon, ...] = Field(
+        default=(), description="Polygons of [x, y] pixel coordinates that lie in the shade, whatever is found there."
+    )
+    sunlit: tuple[Polygon, ...] = Field(
+        default=(), description="Polygons that lie in sunlight, such as dark or blue things; they come after shaded."
+    )
+
+
 class Palette(StrictModel):
     """Materials by the colours of the texture itself."""
 
@@ -250,6 +261,11 @@ class TextureJob(StrictModel):
         default=None,
         min_length=1,
         description="Name or number, from 1, of the channel of near infrared, if there is one.",
+    )
+    shade: Shade | None = Field(
+        None,
+        description="Find the cast shade of a photograph, take it away before materials are found, and store it as a "
+        "layer; {} does, polygons correct it.",
     )
     classifier: Classifier = Field(
         Classifier(), description="How texels are classified from seeds, clusters or a model."

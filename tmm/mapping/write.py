@@ -15,8 +15,17 @@ import numpy.typing as npt
 from skyshine.schemas import hdf5
 from skyshine.schemas.abandoned_parts import remove_abandoned
 from skyshine.schemas.hdf5 import Axis, Group, Variable, write_file
-from skyshine.tmm.database.layout import CHUNK, composite_layout, in_ratios, in_steps, level_layout, texture_header
+from skyshine.tmm.database.layout import (
+    CHUNK,
+    SHADE_TOTAL,
+    composite_layout,
+    in_ratios,
+    in_steps,
+    level_layout,
+    texture_header,
+)
 from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelStream, level_sizes, pure_level
+from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.inputs.load import mask_files
@@ -70,7 +79,10 @@ def write_texture(mapped: TextureMap, path: str | os.PathLike[str]) -> Written:
         return Group(groups={"usage": _usage(mapped, written), "composites": composite_layout(*mixtures)})
 
     height, width = mapped.texture.height, mapped.texture.width
-    levels = {str(k): level_layout(k, size, height, width) for k, size in enumerate(level_sizes(height, width))}
+    shaded = isinstance(mapped.texture, RelitTexture)
+    levels = {
+        str(k): level_layout(k, size, height, width, shade=shaded) for k, size in enumerate(level_sizes(height, width))
+    }
     root = Group(
         groups={
             "materials": _materials(mapped),
@@ -97,6 +109,9 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
             texels += np.bincount(code.ravel(), minlength=1 << 16)
             total += float(classified.confidence.sum(dtype=np.float64))
             doubt = {"confidence": in_steps(classified.confidence), "typicality": in_ratios(classified.typicality)}
+            if isinstance(mapped.texture, RelitTexture):
+                shade = mapped.texture.shade(band, columns)
+                doubt["shade"] = np.rint(shade * SHADE_TOTAL).astype(np.uint8)
             for name, values in (vars(pure_level(code)) | doubt).items():
                 level0[name][band, columns] = values
         step = max(LEVEL_TEXELS // rows.shape[1], 1)
@@ -104,9 +119,28 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
             for level, _, part in stream.add(rows[top : top + step]):
                 writers[level - 1].add(part)
                 mixtures.add(part)
+    if "shade" in level0:
+        _fill_shade(file)
     mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
     with_data = mapped.colours.valid_texels
     return Written(texels[mapped.codes], with_data, total / with_data), mixtures.mixtures()
+
+
+def _fill_shade(file: h5py.File) -> None:
+    """Write the shade of all levels but the first, each the mean over what it covers of the one before."""
+    for k in range(1, len(file["levels"])):
+        finer, coarser = (file[f"levels/{level}/shade"] for level in (k - 1, k))
+        height, width = coarser.shape
+        # The last row and column of a level may cover three of the one before.
+        down, across = (np.arange(0, 2 * count, 2) for count in (height, width))
+        for top in range(0, height, CHUNK):
+            bottom = min(top + CHUNK, height)
+            rows = finer[2 * top : 2 * bottom if bottom < height else finer.shape[0]].astype(np.float32)
+            sums = np.add.reduceat(np.add.reduceat(rows, down[: bottom - top], axis=0), across, axis=1)
+            counts = np.add.reduceat(np.ones(len(rows)), down[: bottom - top])[:, np.newaxis] * np.add.reduceat(
+                np.ones(rows.shape[1]), across
+            )
+            coarser[top:bottom] = np.rint(sums / counts).astype(np.uint8)
 
 
 class _RowWriter:

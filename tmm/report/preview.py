@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.layout import SHADE_TOTAL
 from skyshine.tmm.database.reader import TmmFile, find_image, open_tmm
 from skyshine.tmm.features.shadow import luminance, shadow_limits
 from skyshine.tmm.images.texture import TextureFile
@@ -62,7 +63,11 @@ def draw(
         shown = axes[2].imshow(file.thinned("confidence", step), vmin=0, vmax=1, cmap="viridis")
         axes[2].set_title("confidence")
         figure.colorbar(shown, ax=axes[2], shrink=0.8)
-        _draw_shadows(file, axes[3], code, light)
+        if file.has_shade:
+            axes[3].imshow(1 - file.thinned("shade", step) / SHADE_TOTAL, vmin=0, vmax=1, cmap="gray")
+            axes[3].set_title("shade")
+        else:
+            _draw_shadows(file, axes[3], code, light)
         for axis in axes:
             axis.set_axis_off()
         figure.legend(handles=legend, loc="outside right upper", frameon=False)

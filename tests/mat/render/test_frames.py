@@ -15,6 +15,7 @@ from skyshine.mat.runtime.pixel import Faces, View, pixel_radiance
 from skyshine.mat.tables.loader import open_table
 from skyshine.mat.tables.response import forcing_hours
 from skyshine.schemas.errors import InputError
+from skyshine.tmm.database.reader import TmmFile
 
 GROUND, ROOF_HEIGHT, ROOF_HALF = 40.0, 3.0, 2.0  # m
 
@@ -420,3 +421,24 @@ def test_shaded_materials_that_the_surface_lacks_are_refused(roofed):
     surface = roofed().model.surface.model_dump(exclude_unset=True, mode="json")
     with pytest.raises(InputError, match="found 'concrete'; allowed: the materials of the surface: asphalt_road"):
         frames_of(roofed(surface=surface | {"shaded_materials": {"concrete": 0.5}}))
+
+
+def test_the_shade_of_a_photograph_is_in_the_shade_all_day(plan, small_build, monkeypatch):
+    """Right of the middle all of a texel is in the shade, left of it half of one: the mean of both."""
+    lit = frames_of(plan())[0]
+    monkeypatch.setattr(TmmFile, "has_shade", property(lambda file: True))
+    monkeypatch.setattr(TmmFile, "shade", lambda file, x, y, level=0: np.where(np.asarray(x) > 4, 1.0, 0.5))
+    surface = plan().model.surface.model_dump(exclude_unset=True, mode="json")
+    shaded = frames_of(plan(surface=surface | {"shaded_sky": 0.4}))[0]
+    table, _, _ = tables_of(small_build)
+    change = table.absorbed_change(material="asphalt_road", altitude=0.1, shade=[(0.0, 24.0)], sky_view=0.4)
+    dark = float(table.temperature(material="asphalt_road", altitude=0.1, time=10.0, absorbed_change=change))
+    sunny = float(lit.surface_temperature[0, 0])
+    assert shaded.surface_temperature[:, 4:] == pytest.approx(dark, abs=1e-6)
+    assert shaded.surface_temperature[:, :4] == pytest.approx(0.5 * (sunny + dark), abs=1.0)
+    dark_half, half_dark = shaded.radiance[:, 4:], shaded.radiance[:, :4]
+    assert np.all(dark_half < half_dark) and np.all(half_dark < lit.radiance[:, :4])
+    with Renderer(plan(surface=surface | {"shaded_sky": 0.4})) as renderer:
+        assert renderer._materials.in_shade
+        seen = renderer._see(0, np.array([10.0]))
+        assert seen.lit_share.reshape(4, 8)[:, 4:] == pytest.approx(0.0) and seen.lit_share[0] == pytest.approx(0.5)

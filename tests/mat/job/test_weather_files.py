@@ -9,9 +9,12 @@ import pytest
 
 from skyshine.mat.job.load import load_job
 from skyshine.mat.job.weather_files import read_weather
-from skyshine.mat.scene.surface import scene_inputs
+from skyshine.mat.plan.cost import COLUMN, estimate
+from skyshine.mat.plan.plan import make_plan
+from skyshine.mat.scene.surface import check_measured_light, scene_inputs
 from skyshine.mat.surface.forcing import Scene
 from skyshine.mat.surface.sun_path import SUN_STEPS, sun_hours
+from skyshine.materials.library import load_library
 from skyshine.schemas.errors import InputError
 
 HOURS = np.arange(1.0, 25.0)
@@ -489,3 +492,46 @@ def test_a_day_that_repeats_is_linear_over_its_own_midnight(tmp_path, load_weath
     _, air, _ = scene_inputs(load_weather("{file: day.csv}"), 1)
     expected = np.interp(sun_hours(), [-2, 1, 22, 25], [22, 1, 22, 1])
     assert air.air_temperature - 273.15 == pytest.approx(expected, abs=1e-9)
+
+
+def test_layers_of_cloud_take_the_place_of_a_fraction_on_the_days_before_too(tmp_path, load_weather):
+    epw_of_june(tmp_path)  # 5 tenths of cloud on all days
+    broken = load_weather("{file: june.epw, history_days: 2}")
+    text = (tmp_path / "job.yaml").read_text()
+    clouds = "    clouds: [{type: stratus, height_km: [2.4, 2.8]}]\n"
+    (tmp_path / "job.yaml").write_text(text.replace("    weather:", f"{clouds}    weather:"))
+    for job, fraction in ((broken, 0.5), (load_job(tmp_path / "job.yaml").trimmed, 0.0)):
+        _, air, _ = scene_inputs(job, 1)
+        for day in (*(before for _, before in air.before), air):
+            assert np.all(day.cloud_fraction == fraction)
+
+
+def test_light_at_night_on_a_day_before_is_refused_by_the_check(tmp_path, load_weather):
+    """The file's clock is three hours off on the day before alone."""
+    hours = np.arange(24)
+
+    def rows(day, noon):
+        sun = 800 * np.maximum(np.sin(np.pi * (hours - noon + 6) / 12), 0.0)
+        return [f"2026-06-{day}T{hour:02d}:00-07:00,20,{sun[hour]:.0f},{0.1 * sun[hour]:.0f}" for hour in hours]
+
+    header = "time,air_temperature[C],direct_normal,diffuse"
+    weather = "{file: day.csv, history_days: 1, radiation: measured}"
+    csv(tmp_path, [*rows(21, 13), *rows(22, 13)], header)
+    check_measured_light(load_weather(weather), 1)
+    csv(tmp_path, [*rows(21, 19), *rows(22, 13)], header)
+    with pytest.raises(InputError, match="of direct light in the time to .* h, when the Sun is down"):
+        check_measured_light(load_weather(weather), 1)
+
+
+def test_days_before_cost_as_many_columns(tmp_path, load_weather):
+    epw_of_june(tmp_path)
+    seconds = []
+    for days in (0, 3):
+        load_weather(f"{{file: june.epw, history_days: {days}}}")
+        loaded = load_job(tmp_path / "job.yaml")
+        seconds.append(estimate(loaded, make_plan(loaded, load_library())))
+    columns = seconds[1]["temperature"] - seconds[0]["temperature"]
+    job = loaded.trimmed
+    planes = 2 + (len(job.surface_grid.slope_deg) - 2) * len(job.surface_grid.azimuth_deg)
+    assert columns == pytest.approx(3 * COLUMN * planes * len(job.surface_altitudes_km))
+    assert seconds[1]["shade"] > seconds[0]["shade"] and seconds[1]["atmosphere"] == seconds[0]["atmosphere"]

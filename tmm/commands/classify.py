@@ -76,6 +76,7 @@ def _report(mapped: TextureMap, written: Written, path: Path) -> dict[str, Any]:
         "usage": {name: quantity(share, "1") for name, share in usage.items()},
         "unknown": quantity(max(1 - sum(usage.values()), 0.0), "1"),
         "mean_confidence": quantity(written.confidence, "1"),
+        "in_shade": None if written.shade is None else quantity(written.shade, "1"),
         "held_out_texels": quality.whole.tested,
         "overall_accuracy": quantity(quality.whole.overall_accuracy, "1"),
         "mean_iou": quantity(quality.whole.mean_iou, "1"),
@@ -96,6 +97,8 @@ def _print(report: dict[str, Any]) -> None:
     for name, share in report["usage"].items():
         click.echo(f"  {100 * share['value']:5.1f} %  {name}")
     click.echo(f"  {100 * report['unknown']['value']:5.1f} %  unknown")
+    if report["in_shade"] is not None:
+        click.echo(f"  {100 * report['in_shade']['value']:5.1f} %  in the shade of the photograph")
     if report["held_out_texels"]:
         click.echo(
             "  held-out seeds (where seeds were drawn, often the clear places; elsewhere it may be less): "

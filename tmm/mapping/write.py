@@ -47,6 +47,8 @@ class Written:
         Texels with data; those beyond the sum of `texels` are unknown.
     confidence : float
         Mean over the texels with data.
+    shade : float or None
+        Share of the texels with data in cast shade; None where none was looked for.
     digest : str
         Hash of the content.
     """
@@ -54,6 +56,7 @@ class Written:
     texels: npt.NDArray[np.int64]
     with_data: int
     confidence: float
+    shade: float | None = None
     digest: str = ""
 
     @property
@@ -101,7 +104,7 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
     mixtures = Composites()
     writers = [_RowWriter(file[f"levels/{k}"], mapped.codes) for k in range(1, len(file["levels"]))]
     level0 = file["levels/0"]
-    texels, total = np.zeros(1 << 16, np.int64), 0.0
+    texels, total, shaded = np.zeros(1 << 16, np.int64), 0.0, 0.0
     for band, windows in itertools.groupby(mapped.windows(), key=lambda window: window[0]):
         rows = np.empty((band.stop - band.start, mapped.texture.width), np.uint16)
         for _, columns, code, classified in windows:
@@ -111,6 +114,7 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
             doubt = {"confidence": in_steps(classified.confidence), "typicality": in_ratios(classified.typicality)}
             if isinstance(mapped.texture, RelitTexture):
                 shade = mapped.texture.shade(band, columns)
+                shaded += float(shade.sum(dtype=np.float64))
                 doubt["shade"] = np.rint(shade * SHADE_TOTAL).astype(np.uint8)
             for name, values in (vars(pure_level(code)) | doubt).items():
                 level0[name][band, columns] = values
@@ -123,7 +127,8 @@ def _fill_levels(mapped: TextureMap, file: h5py.File) -> tuple[Written, tuple[np
         _fill_shade(file)
     mixtures.add(pure_level(np.flatnonzero(texels)[np.newaxis].astype(np.uint16)))
     with_data = mapped.colours.valid_texels
-    return Written(texels[mapped.codes], with_data, total / with_data), mixtures.mixtures()
+    in_shade = shaded / with_data if "shade" in level0 else None
+    return Written(texels[mapped.codes], with_data, total / with_data, in_shade), mixtures.mixtures()
 
 
 def _fill_shade(file: h5py.File) -> None:

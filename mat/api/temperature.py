@@ -146,14 +146,14 @@ def temperature(
     surroundings = _surroundings(shade, sky_view, facing, facing_emissivity)
     if job is not None:
         model, (sun_path, weather, sky) = surface_inputs(job, state)
-        surface = _material(material, model.operated, optical)
+        surface = surface_material(material, model.operated, optical)
         metres = sun_path.altitude if altitude is None else 1e3 * altitude
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
         assert forcing is not None
         if altitude is not None:
             raise InputError("found an altitude with forcing; allowed: with job only; a record holds its own pressure")
-        surface = _material(material, {}, optical)
+        surface = surface_material(material, {}, optical)
         sun = _sun_at(latitude, longitude) if slope or surroundings is not None else None
         column = from_record(surface, read_record(forcing), slope, azimuth, sun, ground_albedo, depth, surroundings)
     return SurfaceTemperature(**{field.name: getattr(column, field.name) for field in fields(column)})
@@ -171,7 +171,7 @@ def _surroundings(
     return around if hours or sky_view < 1 else None
 
 
-def _material(
+def surface_material(
     name: str | os.PathLike[str], operated: Mapping[str, Operation], given: Mapping[str, float | None]
 ) -> SurfaceMaterial:
     """A material of the library, in operation or not, or of a file; given optical values replace the library's."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -63,12 +63,17 @@ AIR_COLUMNS = {
 HEIGHT_COLUMNS = {name: Column({"m": (1.0, 0.0)}, LEAST_HEIGHT, 200.0) for name in ("wind_height", "air_height")}
 
 # Thermopile pyranometers read a few W m^-2 below zero at night (thermal offset, BSRN: McArthur 2005, WMO/TD-No. 1274).
-_NEEDED_COLUMNS = {
+NEEDED_COLUMNS = {
     "sw_down": Column({"W/m2": (1.0, 0.0)}, -25.0, 2000.0),
     "lw_down": Column({"W/m2": (1.0, 0.0)}, 20.0, 800.0),
     **AIR_COLUMNS,
 }
-RECORD_COLUMNS = _NEEDED_COLUMNS | HEIGHT_COLUMNS
+# Of a surface beneath the instruments, where it was measured: its temperature, or the longwave that leaves it.
+SKIN_COLUMNS = {
+    "surface_temperature": Column(AIR_COLUMNS["air_temperature"].units, 100.0, 500.0),
+    "lw_up": Column({"W/m2": (1.0, 0.0)}, 10.0, 3600.0),
+}
+RECORD_COLUMNS = NEEDED_COLUMNS | HEIGHT_COLUMNS
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,8 +111,9 @@ class Readings:
 def read_readings(
     file: str | os.PathLike[str],
     columns: Mapping[str, Column],
-    required: Iterable[str],
+    required: Iterable[str | tuple[str, ...]],
     read_time: Callable[[str], float],
+    blank: Collection[str] = (),
 ) -> Readings:
     """Read a CSV file with a column time and some of `columns`, in any order.
 
@@ -117,10 +123,12 @@ def read_readings(
         ``name[unit]`` in the header names another unit. Empty lines and lines that begin with # are skipped.
     columns : mapping
         Columns that it may have.
-    required : iterable of str
-        Those that it must have.
+    required : iterable of str or tuple of str
+        Those that it must have; of a tuple one.
     read_time : callable
         A cell to seconds; ValueError says what was found and what is allowed.
+    blank : collection of str
+        Columns whose cells may be empty; NaN stands for them.
 
     Raises
     ------
@@ -135,7 +143,7 @@ def read_readings(
     heads = _header(file, *lines[0], columns, ["time", *required])
     delimiter = delimiter_of(lines[0][1])
     rows = [
-        _row(file, number, row_cells(file, number, line, len(heads), delimiter), heads, columns, read_time)
+        _row(file, number, row_cells(file, number, line, len(heads), delimiter), heads, columns, read_time, blank)
         for number, line in lines[1:]
     ]
     numbers = [number for number, _ in lines[1:]]
@@ -151,7 +159,9 @@ def read_readings(
     return Readings(file, numbers, time, {name: np.array([values[name] for _, values in rows]) for name in names})
 
 
-def _header(file: Path, number: int, line: str, columns: Mapping[str, Column], required: list[str]) -> list[Head]:
+def _header(
+    file: Path, number: int, line: str, columns: Mapping[str, Column], required: list[str | tuple[str, ...]]
+) -> list[Head]:
     """Columns of the file; each is known, has a known unit, and none is missing."""
     heads = column_heads(file, number, line)
     for head in heads:
@@ -165,9 +175,11 @@ def _header(file: Path, number: int, line: str, columns: Mapping[str, Column], r
             message = f"found the unit '{head.unit}' of {head.name}; {nearest(head.unit, units)}"
             raise InputError(message, file=file, line=number, column=head.column)
     names = [head.name for head in heads]
-    missing = [name for name in required if name not in names]
+    choices = [(name,) if isinstance(name, str) else name for name in required]
+    missing = [choice for choice in choices if not set(choice) & set(names)]
     if missing:
-        raise InputError(f"the column '{missing[0]}' is missing; add it", file=file, line=number, column=1)
+        wanted = " or ".join(f"'{name}'" for name in missing[0])
+        raise InputError(f"the column {wanted} is missing; add it", file=file, line=number, column=1)
     return heads
 
 
@@ -178,6 +190,7 @@ def _row(
     heads: list[Head],
     columns: Mapping[str, Column],
     read_time: Callable[[str], float],
+    blank: Collection[str],
 ) -> tuple[float, dict[str, float]]:
     """Seconds and the values in SI of a line."""
     seconds, values = np.nan, {}
@@ -185,6 +198,8 @@ def _row(
         try:
             if head.name == "time":
                 seconds = read_time(cell)
+            elif not cell and head.name in blank:
+                values[head.name] = np.nan
             else:
                 values[head.name] = columns[head.name].to_si(cell, head.unit)
         except ValueError as error:
@@ -199,8 +214,8 @@ def read_record(file: str | os.PathLike[str]) -> Record:
     ----------
     file : path
         Columns time (ISO 8601; UTC where it names no zone) and all of `RECORD_COLUMNS` but the heights, which are 10
-        and 2 m by default, in any order; ``name[unit]`` in the header names another unit. Empty lines and lines that
-        begin with # are skipped.
+        and 2 m by default, in any order; ``name[unit]`` in the header names another unit. Those of `SKIN_COLUMNS` may
+        be there too. Empty lines and lines that begin with # are skipped.
 
     Returns
     -------
@@ -212,12 +227,23 @@ def read_record(file: str | os.PathLike[str]) -> Record:
     InputError
         With file:line:column of what does not fit.
     """
-    readings = read_readings(file, RECORD_COLUMNS, _NEEDED_COLUMNS, _moment)
+    return forcing_of(record_readings(file, NEEDED_COLUMNS))
+
+
+def record_readings(file: str | os.PathLike[str], required: Iterable[str | tuple[str, ...]]) -> Readings:
+    """Readings of a forcing CSV without long gaps, time in seconds since 1970; see `read_record`."""
+    readings = read_readings(file, RECORD_COLUMNS | SKIN_COLUMNS, required, _moment, blank=SKIN_COLUMNS)
     readings.refuse_gaps(np.diff(readings.time), MAXIMUM_GAP)
     _, steps = equal_steps(readings.time)
     if steps > MAXIMUM_STEPS:
         raise InputError(f"found {steps} steps; allowed: {MAXIMUM_STEPS}; average the record or cut it", file=file)
-    return Record.of(readings.time, readings.values)
+    return readings
+
+
+def forcing_of(readings: Readings) -> Record:
+    """The weather of readings at equal steps, without what was measured of the skin."""
+    weather = {name: values for name, values in readings.values.items() if name not in SKIN_COLUMNS}
+    return Record.of(readings.time, weather)
 
 
 def _moment(cell: str) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ class FittedParameter:
     ----------
     name, units : str
     start : float
-        Of the material as it was.
+        At which the search began: the material's own, or a moist one's where it is dry.
     value : float
     standard_error : float
         In units of the value; of a parameter that is searched by its logarithm, times the value's own slope there.
@@ -151,6 +151,7 @@ def fit_material(
     thermal_emissivity: float | None = None,
     output: str | None = None,
     folder: str | os.PathLike[str] | None = None,
+    advance: Callable[[int], object] | None = None,
 ) -> MaterialFit:
     """Find parameters of a material from a measured record of its skin temperature, by least squares.
 
@@ -176,6 +177,8 @@ def fit_material(
         Name of an own material to write, like `material` but for the fitted values.
     folder : path, optional
         Of one's own library; by default MATERIALS_DATABASE.
+    advance : callable, optional
+        Called with 1 after each search, of which there are at most 60.
 
     Returns
     -------
@@ -219,10 +222,7 @@ def fit_material(
             raise InputError("found a material file and --output; allowed: a material of the library, for its spectrum")
         refuse_taken(output, os.fspath(material), target)
     measured = read_measured(record)
-    try:
-        fit = fit_record(surface, measured, free, held_out=held_out, spin_up=spin_up)
-    except InputError as error:
-        raise InputError(error.message, file=record) from None
+    fit = fit_record(surface, measured, free, held_out=held_out, spin_up=spin_up, advance=advance)
     times = measured.averaged().record.times
     own = None if output is None else _written(output, surface, fit, record, times, optical, target)
     return MaterialFit(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from skyshine.schemas.commands import echo_table, emit_json, json_option
+from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
 from skyshine.schemas.errors import InputError
 
 if TYPE_CHECKING:
@@ -59,18 +59,21 @@ def fit(
     probability; what the record cannot tell is said.
     """
     from skyshine.mat.api.fit_material import fit_material
+    from skyshine.mat.surface.fit import SEARCHES
 
-    found = fit_material(
-        record,
-        material,
-        [name.strip() for name in free.split(",") if name.strip()],
-        held_out=_share(held_out),
-        spin_up=spin_up,
-        solar_absorptance=solar_absorptance,
-        thermal_emissivity=thermal_emissivity,
-        output=output,
-        folder=folder,
-    )
+    with progress(SEARCHES, "searching") as advance:
+        found = fit_material(
+            record,
+            material,
+            [name.strip() for name in free.split(",") if name.strip()],
+            held_out=_share(held_out),
+            spin_up=spin_up,
+            solar_absorptance=solar_absorptance,
+            thermal_emissivity=thermal_emissivity,
+            output=output,
+            folder=folder,
+            advance=advance,
+        )
     emit_json(found.to_dict()) if as_json else _print(found)
 
 

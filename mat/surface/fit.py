@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,10 +21,10 @@ from skyshine.schemas.errors import CheckFailed, InputError
 LEAST_DAYS = 2.0
 LEAST_READINGS = 10  # a free parameter: chosen
 ALTERNATE = "alternate"  # every second day is held out
-# K by which a parameter must move some temperature between its bounds, by its slope at the start: chosen, an order
-# below what any radiometer tells.
-_LEAST_EFFECT = 0.01
-_SEARCHES = 60  # of the model at most
+# K by which a parameter must move some temperature between its bounds, by its slope at the start: chosen, what good
+# radiometers just tell.
+_LEAST_EFFECT = 0.1
+SEARCHES = 60  # of the parameters at most: chosen, three times what takes longest in the tests
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +70,7 @@ def fit_record(
     *,
     held_out: float | str = 0.25,
     spin_up: float = 1.0,
+    advance: Callable[[int], object] | None = None,
 ) -> Fit:
     """Fit parameters of a material to a measured record.
 
@@ -84,6 +85,8 @@ def fit_record(
         Share of the days, the last ones, that the fit does not see, or "alternate" for every second day.
     spin_up : float
         Days at the beginning that do not count, because the record repeats and they follow its end.
+    advance : callable, optional
+        Called with 1 after each search of at most `SEARCHES`.
 
     Raises
     ------
@@ -98,20 +101,20 @@ def fit_record(
     record = measured.record
     fitted, aside = _parts(measured, held_out, spin_up)
     parameters = free_parameters(material, free, float(record.values["air_temperature"].mean()))
-    _refuse_few(fitted, len(parameters), held_out, aside)
-    search = _Search(SkinModel(material, record, parameters), measured, fitted)
-    start = np.clip(start_shares(parameters), 0.0, 1.0)
-    before = search.temperatures(start)
+    _refuse_few(measured, fitted, aside, len(parameters), held_out)
+    search = _Search(SkinModel(material, record, parameters), measured, fitted, advance or (lambda _: None))
+    before = _Search(SkinModel(material, record, ()), measured, fitted).temperatures(np.zeros(0))
+    start = start_shares(parameters)
     _refuse_without_effect(material, parameters, search.slopes(start))
     result = least_squares(
         search.residuals,
         np.clip(start, 1e-3, 1 - 1e-3),
         search.jacobian,
         bounds=(0.0, 1.0),
-        xtol=1e-7,
-        ftol=1e-9,
-        gtol=1e-10,
-        max_nfev=_SEARCHES,
+        xtol=1e-6,
+        ftol=1e-7,
+        gtol=1e-8,
+        max_nfev=SEARCHES,
     )
     shares: Floats = result.x
     predicted, truth = search.temperatures(shares), search.truth(shares)[0]
@@ -136,10 +139,11 @@ def _parts(
     if record.period < LEAST_DAYS * DAY:
         raise InputError(
             f"found a record of {record.period / DAY:.2g} days; allowed: at least {LEAST_DAYS:g}; the first counts as"
-            " spin-up"
+            " spin-up",
+            file=measured.file,
         )
     if spin_up < 0 or spin_up * DAY >= record.period:
-        raise InputError(f"found a spin-up of {spin_up:g} days; allowed: 0 to less than the record")
+        raise InputError(f"found a spin-up of {spin_up:g} days; allowed: 0 to less than the record", file=measured.file)
     elapsed = np.arange(record.steps) * record.step
     day = np.floor(elapsed / DAY + 1e-6).astype(int)
     known = np.isfinite(measured.skin) & (elapsed >= spin_up * DAY - 1.0)
@@ -149,20 +153,29 @@ def _parts(
     elif isinstance(held_out, str) or not 0 <= held_out < 1:
         raise InputError(f"found held_out {held_out}; allowed: 0 to less than 1, or '{ALTERNATE}'")
     else:
-        aside = days[len(days) - round(held_out * len(days)) :]
+        many = min(max(round(held_out * len(days)), int(held_out > 0)), len(days) - 1)
+        aside = days[len(days) - many :]
     chosen = np.isin(day, aside)
     return known & ~chosen, known & chosen
 
 
-def _refuse_few(fitted: npt.NDArray[np.bool_], free: int, held_out: float | str, aside: npt.NDArray[np.bool_]) -> None:
+def _refuse_few(
+    measured: MeasuredRecord,
+    fitted: npt.NDArray[np.bool_],
+    aside: npt.NDArray[np.bool_],
+    free: int,
+    held_out: float | str,
+) -> None:
     if fitted.sum() < LEAST_READINGS * free:
         raise InputError(
             f"found {fitted.sum()} measured skin temperatures in the days of the fit; allowed: at least"
-            f" {LEAST_READINGS * free}, {LEAST_READINGS} a free parameter; use a longer record or free fewer"
+            f" {LEAST_READINGS * free}, {LEAST_READINGS} a free parameter; use a longer record or free fewer",
+            file=measured.file,
         )
     if held_out and not aside.any():
         raise InputError(
-            "found no measured skin temperature in the days that are held out; use a longer record, or hold out 0"
+            "found no measured skin temperature in the days that are held out; use a longer record, or hold out 0",
+            file=measured.file,
         )
 
 
@@ -175,8 +188,14 @@ def _refuse_without_effect(material: SurfaceMaterial, parameters: tuple[FreePara
 class _Search:
     """The residuals of a fit, which keep the last solution as the guess of the next."""
 
-    def __init__(self, model: SkinModel, measured: MeasuredRecord, fitted: npt.NDArray[np.bool_]) -> None:
-        self.model, self.measured, self.fitted = model, measured, fitted
+    def __init__(
+        self,
+        model: SkinModel,
+        measured: MeasuredRecord,
+        fitted: npt.NDArray[np.bool_],
+        advance: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        self.model, self.measured, self.fitted, self.advance = model, measured, fitted, advance
         self.last: tuple[bytes, Floats, Floats] | None = None
 
     def temperatures(self, shares: Floats) -> Floats:
@@ -198,7 +217,9 @@ class _Search:
 
     def residuals(self, shares: Floats) -> Floats:
         """Predicted less measured temperatures of the fitted readings."""
-        return (self.temperatures(shares) - self.truth(shares)[0])[self.fitted]
+        error: Floats = (self.temperatures(shares) - self.truth(shares)[0])[self.fitted]
+        self.advance(1)
+        return error
 
     def jacobian(self, shares: Floats) -> Floats:
         """Of the residuals."""

@@ -13,6 +13,7 @@ from skyshine.schemas.arrays import Floats
 
 CONFIDENCE = 0.99  # that all intervals of a fit hold at once
 _APART = 3 * 3600.0  # s: chosen, longer than what instruments add and shorter than the day
+_SIGNIFICANT = 2.0  # standard errors of a correlation, 1 / sqrt n of white noise, below which it counts as none
 _SLOWEST = 0.9995  # correlation of neighbours at most: chosen, of half-hours 40 days
 _HALVINGS = 40
 _FLOOR = 1e-8  # of singular values over the largest: below, a direction has no effect on the temperatures
@@ -68,10 +69,11 @@ def uncertainty(residual: Floats, derivatives: Floats, step: float) -> Uncertain
     Errors are taken as a first-order autoregression: their correlation falls by one factor from step to step. What is
     left of them after the fit hangs together less; the factor is that which explains, after a fit, the correlation that
     is found: the slower of those a step and three hours apart, because instruments add noise of their own to what the
-    weather leaves. The covariance is (J'J)^-1 J'RJ (J'J)^-1 times the variance, both with that factor. `effective` is
-    the number n of independent residuals whose covariance has the same trace; intervals are by Student's quantile for
-    n - p degrees of freedom and Bonferroni's inequality for all p of them at once. An error of the model that repeats
-    day by day is no random one: it shifts parameters and does not widen their intervals.
+    weather leaves. A correlation that white noise might show counts as none. The covariance is (J'J)^-1 J'RJ (J'J)^-1
+    times the variance, both with that factor. `effective` is the number n of independent residuals whose covariance has
+    the same trace; intervals are by Student's quantile for n - p degrees of freedom and Bonferroni's inequality for all
+    p of them at once. An error of the model that repeats day by day is no random one: it shifts parameters and does not
+    widen their intervals.
 
     References
     ----------
@@ -111,6 +113,8 @@ def _smeared(values: Floats, decay: float) -> Floats:
 def _decay(error: Floats, known: npt.NDArray[np.bool_], basis: Floats, lag: int) -> float:
     """Correlation of neighbours whose fit leaves the correlation that is found `lag` steps apart, by bisection."""
     found = float(error[lag:] @ error[:-lag]) / max(float(error @ error), np.finfo(float).tiny)
+    if found * np.sqrt(np.sum(known)) < _SIGNIFICANT:
+        return 0.0
     low, high = 0.0, _SLOWEST
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

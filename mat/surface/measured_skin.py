@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from scipy.constants import Stefan_Boltzmann
@@ -29,11 +30,14 @@ class MeasuredRecord:
         Surface temperature [K] or upwelling longwave [W m^-2]; NaN where there is none.
     radiometric : bool
         Whether `skin` is longwave.
+    file : Path or None
+        Where it was read, for messages.
     """
 
     record: Record
     skin: Floats
     radiometric: bool
+    file: Path | None = None
 
     def temperature(self, emissivity: float) -> tuple[Floats, Floats]:
         """Skin temperature [K] of a surface of this emissivity and its derivative by it, each (N,).
@@ -66,7 +70,7 @@ class MeasuredRecord:
         middle = np.timedelta64(round(0.5e3 * (many - 1) * self.record.step), "ms")
         values = {name: parts(series).mean(axis=1) for name, series in self.record.values.items()}
         record = replace(self.record, start=self.record.start + middle, step=many * self.record.step, values=values)
-        return MeasuredRecord(record, skin, self.radiometric)
+        return replace(self, record=record, skin=skin)
 
 
 def read_measured(file: str | os.PathLike[str]) -> MeasuredRecord:
@@ -90,7 +94,7 @@ def read_measured(file: str | os.PathLike[str]) -> MeasuredRecord:
     record = forcing_of(readings)
     skin = np.full(record.steps, np.nan)
     skin[np.round((readings.time - readings.time[0]) / record.step).astype(int)] = readings.values[given[0]]
-    return MeasuredRecord(record, skin, given == ["lw_up"])
+    return MeasuredRecord(record, skin, given == ["lw_up"], readings.file)
 
 
 def _refuse_unequal(readings: Readings) -> None:

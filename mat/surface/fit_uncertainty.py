@@ -69,15 +69,16 @@ def uncertainty(residual: Floats, derivatives: Floats, step: float) -> Uncertain
     Errors are taken as a first-order autoregression: their correlation falls by one factor from step to step. What is
     left of them after the fit hangs together less; the factor is that which explains, after a fit, the correlation that
     is found: the slower of those a step and three hours apart, because instruments add noise of their own to what the
-    weather leaves. A correlation that white noise might show counts as none. The covariance is (J'J)^-1 J'RJ (J'J)^-1
-    times the variance, both with that factor. `effective` is the number n of independent residuals whose covariance has
-    the same trace; intervals are by Student's quantile for n - p degrees of freedom and Bonferroni's inequality for all
-    p of them at once. An error of the model that repeats day by day is no random one: it shifts parameters and does not
-    widen their intervals.
+    weather leaves. A correlation that white noise might show counts as none; to any other its standard error is added,
+    sqrt((1 - a^2) / n) by Bartlett (1946). The covariance is (J'J)^-1 J'RJ (J'J)^-1 times the variance, both with that
+    factor. `effective` is the number n of independent residuals whose covariance has the same trace; intervals are by
+    Student's quantile for n - p degrees of freedom and Bonferroni's inequality for all p of them at once. An error of
+    the model that repeats day by day is no random one: it shifts parameters and does not widen their intervals.
 
     References
     ----------
     Bayley and Hammersley (1946), J. R. Stat. Soc. Suppl. 8, 184-197: the effective number of independent observations.
+    Bartlett (1946), J. R. Stat. Soc. Suppl. 8, 27-41: standard errors of autocorrelations.
     Durbin and Watson (1950), Biometrika 37, 409-428: the autocorrelation that a fit leaves.
     """
     from scipy.stats import t as student
@@ -89,6 +90,7 @@ def uncertainty(residual: Floats, derivatives: Floats, step: float) -> Uncertain
     singular = np.maximum(singular, _FLOOR * max(float(singular[0]), np.finfo(float).tiny))
     lags = {1, max(round(_APART / step), 1)}
     decay = max(_decay(error, known, basis, lag) for lag in lags)
+    decay = min(decay + float(np.sqrt((1.0 - decay**2) / count)), _SLOWEST) if decay > 0 else 0.0
     between = basis.T @ _smeared(basis, decay)
     towards = directions.T / singular
     ratio = float(np.trace(between)) / free  # of variances, to those of independent residuals
@@ -140,7 +142,7 @@ def not_identified(parameters: Sequence[FreeParameter], shares: Floats, found: U
         if min(share, 1.0 - share) < _AT_BOUND:
             notes.append(
                 f"{each.name} ended at its bound {each.value(round(float(share))):.4g} {each.units}".removesuffix(" 1")
-                + ": the record asks for more than it may be; something else is wrong"
+                + "; hold it, or ask what else is wrong"
             )
         if high - low > SPAN:
             notes.append(

@@ -75,7 +75,7 @@ def test_the_command_says_what_was_found(record):
     albedo = shown["parameters"]["albedo"]
     low, high = albedo["interval"]["values"]
     assert low < albedo["value"]["value"] < high and albedo["bounds"]["values"] == [0.01, 0.95]
-    assert shown["confidence"] == 0.99 and shown["correlation"]["values"] == [[1.0]]
+    assert shown["confidence"] == 0.99 and shown["correlation"]["values"][0] == pytest.approx([1.0])
     assert shown["measured"]["values"][9] is None and len(shown["time"]["values"]) == 120
     rms = {(each["part"], each["prediction"], each["hours"]): each["rms"]["value"] for each in shown["errors"]}
     assert rms["held out", "fit", "all"] < rms["held out", "day before", "all"]

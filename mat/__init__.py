@@ -2,8 +2,9 @@
 
 `build` and `check` take a job as `mat build` and `mat check` do; `open` reads a database, `open_catalog` finds one by
 date, band or source; `spectrum`, `temperature` and `band` compute one thing without a job's tables; `report` measures
-how wrong built tables are; `Scene` draws pictures from built tables, and `contrast` compares two materials through the
-day; `example` names a packaged job. Results are small objects; most of them have `to_xarray`.
+how wrong built tables are; `fit_material` finds a material's parameters from a measured record; `Scene` draws pictures
+from built tables, and `contrast` compares two materials through the day; `example` names a packaged job. Results are
+small objects; most of them have `to_xarray`.
 
 Examples
 --------
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from skyshine.mat.api.check import check
     from skyshine.mat.api.contrast import contrast
     from skyshine.mat.api.examples import example
+    from skyshine.mat.api.fit_material import fit_material
     from skyshine.mat.api.report import report
     from skyshine.mat.api.scene import Scene
     from skyshine.mat.api.spectrum import spectrum
@@ -40,6 +42,7 @@ _HOMES = {
     "check": ("api.check", "check"),
     "contrast": ("api.contrast", "contrast"),
     "example": ("api.examples", "example"),
+    "fit_material": ("api.fit_material", "fit_material"),
     "open": ("tables.loader", "open_table"),
     "open_catalog": ("tables.catalog", "open_catalog"),
     "report": ("api.report", "report"),
@@ -54,6 +57,7 @@ __all__ = [
     "check",
     "contrast",
     "example",
+    "fit_material",
     "open",
     "open_catalog",
     "report",

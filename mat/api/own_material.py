@@ -14,7 +14,7 @@ import numpy as np
 from skyshine.mat.atmosphere.sources.solar import ground_sunlight
 from skyshine.mat.radiometry.levels import blackbody_weight, odds_factor, with_odds
 from skyshine.materials.files import USER
-from skyshine.materials.library import ENVIRONMENT, Material, load_library
+from skyshine.materials.library import ENVIRONMENT, Material, MaterialLibrary, load_library
 from skyshine.materials.spectrum_files import FileSpectrum
 from skyshine.schemas.arrays import Floats
 from skyshine.schemas.errors import InputError
@@ -58,7 +58,8 @@ def new_material(
     absorptance: float | None = None,
     emissivity: float | None = None,
     spectrum: FileSpectrum | None = None,
-    thermal: Mapping[str, float] | None = None,
+    values: Mapping[str, float] | None = None,
+    source: str = USER,
     description: str | None = None,
     code: int | None = None,
 ) -> OwnMaterial:
@@ -77,8 +78,10 @@ def new_material(
         scaled to them.
     spectrum : FileSpectrum, optional
         Where it holds values; elsewhere the spectrum of `like` stands.
-    thermal : mapping of str to float, optional
-        `conductivity`, `density`, `heat_capacity` of skin and first layer, `thickness` of the first layer; SI.
+    values : mapping of str to float, optional
+        Numbers of ``ht/NAME.yaml`` by dotted field name, layers counted from 1: "layers.1.thickness"; SI.
+    source : str
+        Of everything that is given here but the spectrum.
     description : str, optional
     code : int, optional
         By default the first free one from 1001.
@@ -88,24 +91,18 @@ def new_material(
     InputError
         A name or code that is taken, a material that lets light pass, or numbers that no scaling reaches.
     """
-    if not re.fullmatch(NAME, name):
-        raise InputError(f"found '{name[:60]}'; allowed: lower-case letters, digits and underscores, a letter first")
     target = Path(folder)
-    library = load_library(target if (target / "mat.yaml").is_file() else None)
+    library = refuse_taken(name, like, target)
     pattern = library[like]
-    if name in library:
-        raise InputError(f"there is a material '{name}'; choose another name, or edit its files")
-    if pattern.transmits:
-        raise InputError(f"'{like}' lets light pass, so its spectrum has two columns; choose a material that does not")
     codes = {material.code for material in library}
     number = next(free for free in range(FIRST_CODE, 65536) if free not in codes) if code is None else code
     if number in codes:
         raise InputError(f"code {number} is that of '{library.by_code(number).name}'; leave --code out for a free one")
     wavelength, reflectance, borrowed = _joined(pattern, spectrum)
-    reflectance, levels = _levelled(wavelength, reflectance, absorptance, emissivity)
+    reflectance, levels = _levelled(wavelength, reflectance, absorptance, emissivity, source)
     text = " ".join(description.split()) if description else f"Like {like}, with values of the user"
     contents = {
-        target / "ht" / f"{name}.yaml": _thermal_text(pattern, thermal or {}, text),
+        target / "ht" / f"{name}.yaml": _thermal_text(pattern, values or {}, source, text),
         target / "ref" / f"{name}.csv": _spectrum_text(
             name, pattern, wavelength, reflectance, spectrum, borrowed, levels
         ),
@@ -120,6 +117,24 @@ def new_material(
     write_whole(index, f"{before}\n{entry}\n")
     load_library(target)[name]  # what is written is read at once, so that a fault shows here
     return OwnMaterial(name, number, target, (index, *contents), borrowed)
+
+
+def refuse_taken(name: str, like: str, folder: Path) -> MaterialLibrary:
+    """The library with a folder of one's own; InputError where a material `name` like another cannot be added to it."""
+    if not re.fullmatch(NAME, name):
+        raise InputError(f"found '{name[:60]}'; allowed: lower-case letters, digits and underscores, a letter first")
+    library = load_library(folder if (folder / "mat.yaml").is_file() else None)
+    if name in library:
+        raise InputError(f"there is a material '{name}'; choose another name, or edit its files")
+    if library[like].transmits:
+        raise InputError(f"'{like}' lets light pass, so its spectrum has two columns; choose a material that does not")
+    return library
+
+
+def of_first_layer(thermal: Mapping[str, float]) -> dict[str, float]:
+    """`values` of a material whose skin and first layer have the numbers of `THERMAL`; the skin keeps its thickness."""
+    numbers = {f"layers.1.{name}": value for name, value in thermal.items()}
+    return numbers | {f"skin.{name}": value for name, value in thermal.items() if name != "thickness"}
 
 
 def default_folder() -> Path:
@@ -159,7 +174,7 @@ def _stretches(wavelength: Floats, chosen: np.ndarray) -> tuple[tuple[float, flo
 
 
 def _levelled(
-    wavelength: Floats, reflectance: Floats, absorptance: float | None, emissivity: float | None
+    wavelength: Floats, reflectance: Floats, absorptance: float | None, emissivity: float | None, source: str
 ) -> tuple[Floats, list[str]]:
     """The spectrum (W,) with these means, and what was done to it."""
     fine = np.geomspace(wavelength[0], 100.0, 8000)
@@ -179,9 +194,9 @@ def _levelled(
     scaled = np.where(wavelength < BORDER, with_odds(reflectance, factors[0]), with_odds(reflectance, factors[1]))
     words = []
     if absorptance is not None:
-        words.append(f"below {BORDER:g} um scaled to a solar absorptance of {absorptance:g} ({USER})")
+        words.append(f"below {BORDER:g} um scaled to a solar absorptance of {absorptance:g} ({source})")
     if emissivity is not None:
-        words.append(f"beyond {BORDER:g} um scaled to a thermal emissivity of {emissivity:g} ({USER})")
+        words.append(f"beyond {BORDER:g} um scaled to a thermal emissivity of {emissivity:g} ({source})")
     return scaled, words
 
 
@@ -220,35 +235,32 @@ def _is_citation(line: str) -> bool:
     return not line.startswith(("material:", "sample:", "quantity:", "method:", "range:", "file:"))
 
 
-def _thermal_text(pattern: Material, own: Mapping[str, float], description: str) -> str:
-    """`ht/NAME.yaml`: the numbers of the pattern with their sources, those of the user as plain numbers."""
+def _thermal_text(pattern: Material, own: Mapping[str, float], source: str, description: str) -> str:
+    """`ht/NAME.yaml`: the numbers of the pattern with their sources, and own ones."""
+
+    def shown(key: str, value: object) -> str:
+        if key not in own:
+            return _sourced(pattern, key, value)
+        return f"{own[key]:g}" if source == USER else f"{{value: {own[key]:g}, source: {json.dumps(source)}}}"
+
     lines = [f"# {description}. m, W m^-1 K^-1, kg m^-3, J kg^-1 K^-1, K, W m^-2 K^-1; plain numbers are the user's."]
-    for part, layer in (("skin", pattern.thermal.skin), *(("layers", each) for each in pattern.thermal.layers)):
-        first = part == "skin" or layer is pattern.thermal.layers[0]
-        key = part if part == "skin" else f"layers.{1 if layer is pattern.thermal.layers[0] else 2}"
-        if part == "skin" or first:
-            lines.append(f"{part}:")
+    stack = pattern.thermal
+    for key, layer in (("skin", stack.skin), *((f"layers.{n}", layer) for n, layer in enumerate(stack.layers, 1))):
+        if key != "layers.2":
+            lines.append(f"{key.partition('.')[0]}:")
         for position, field in enumerate(fields(layer)):
-            lead = "  " if part == "skin" else "  - " if position == 0 else "    "
-            changed = first and field.name in own and not (part == "skin" and field.name == "thickness")
-            value = (
-                f"{own[field.name]:g}"
-                if changed
-                else _sourced(pattern, f"{key}.{field.name}", getattr(layer, field.name))
-            )
-            lines.append(f"{lead}{field.name}: {value}")
-    back = pattern.thermal.back
+            lead = "  " if key == "skin" else "  - " if position == 0 else "    "
+            lines.append(f"{lead}{field.name}: {shown(f'{key}.{field.name}', getattr(layer, field.name))}")
     lines.append("back:")
-    for field in fields(back):
-        value_of = getattr(back, field.name)
-        if field.name == "temperature" and value_of is None and back.kind in ("fixed", "convective"):
-            value_of = "daily_mean_air"
-        if value_of is not None:
-            lines.append(f"  {field.name}: {_sourced(pattern, f'back.{field.name}', value_of)}")
+    for field in fields(stack.back):
+        value = getattr(stack.back, field.name)
+        if field.name == "temperature" and value is None and stack.back.kind in ("fixed", "convective"):
+            value = "daily_mean_air"
+        if value is not None:
+            lines.append(f"  {field.name}: {shown(f'back.{field.name}', value)}")
     lines.append("surface:")
     for field in fields(pattern.surface):
-        value_of = getattr(pattern.surface, field.name)
-        lines.append(f"  {field.name}: {_sourced(pattern, f'surface.{field.name}', value_of)}")
+        lines.append(f"  {field.name}: {shown(f'surface.{field.name}', getattr(pattern.surface, field.name))}")
     return "\n".join(lines) + "\n"
 
 

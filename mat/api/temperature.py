@@ -147,12 +147,12 @@ def temperature(
     surroundings = _surroundings(shade, sky_view, facing, facing_emissivity)
     if job is not None:
         model, (sun_path, weather, sky) = surface_inputs(job, state)
-        surface = _material(material, model.operated, optical)
+        surface = surface_material(material, model.operated, optical)
         metres = sun_path.altitude if altitude is None else 1e3 * altitude
         column = from_scene(surface, sun_path, weather, sky, metres, slope, azimuth, depth, surroundings)
     else:
         assert forcing is not None
-        surface = _material(material, {}, optical)
+        surface = surface_material(material, {}, optical)
         record = read_record(forcing, 1e3 * (altitude or 0.0))
         placed = slope or surroundings is not None or "sw_down" not in record.values
         sun = _sun_at(latitude, longitude) if placed else None
@@ -172,7 +172,7 @@ def _surroundings(
     return around if hours or sky_view < 1 else None
 
 
-def _material(
+def surface_material(
     name: str | os.PathLike[str], operated: Mapping[str, Operation], given: Mapping[str, float | None]
 ) -> SurfaceMaterial:
     """A material of the library, in operation or not, or of a file; given optical values replace the library's."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from skyshine.mat.commands.fit_material import fit
 from skyshine.mat.commands.handbooks import handbooks
 from skyshine.mat.commands.new_material import new
 from skyshine.schemas.commands import emit_json, json_option
@@ -37,13 +38,13 @@ class _ByName(click.Group):
     epilog="Example: mat materials concrete --plot concrete.png",
 )
 def command() -> None:
-    """The material library: list it, show one material, compare it with handbooks, write your own.
+    """The material library: list it, show one material, compare it with handbooks, write your own, fit one to a record.
 
     With the NAME or code of a material, or without any, `show`.
     """
 
 
-for part in (handbooks, new):
+for part in (fit, handbooks, new):
     command.add_command(part)
 
 

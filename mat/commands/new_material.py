@@ -52,7 +52,7 @@ def new(
     Numbers are taken as they are; their source is "user". A spectrum stands where it holds values, that of --like
     elsewhere; --absorptance and --emissivity scale it below and beyond 2.5 um.
     """
-    from skyshine.mat.api.own_material import THERMAL, default_folder, new_material
+    from skyshine.mat.api.own_material import THERMAL, default_folder, new_material, of_first_layer
     from skyshine.mat.scene.material_summary import material_summary
     from skyshine.materials.library import load_library
     from skyshine.materials.spectrum_files import Said, read_spectrum
@@ -71,7 +71,7 @@ def new(
         absorptance=absorptance,
         emissivity=emissivity,
         spectrum=read,
-        thermal=thermal,
+        values=of_first_layer(thermal),
         description=description,
         code=code,
     )

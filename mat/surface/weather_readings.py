@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -77,6 +77,12 @@ WEATHER_COLUMNS = (
     | RADIATION_COLUMNS
     | {"cloud_fraction": Column({"1": (1.0, 0.0), "%": (0.01, 0.0)}, 0.0, 1.0)}
 )
+NEEDED_COLUMNS = ("air_temperature", "relative_humidity", "wind_speed")  # of the forcing of one surface
+# Of a surface beneath the instruments, where it was measured: its temperature, or the longwave that leaves it.
+SKIN_COLUMNS = {
+    "surface_temperature": Column(AIR_COLUMNS["air_temperature"].units, 100.0, 500.0),
+    "lw_up": Column(_WATTS, 10.0, 3600.0),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +120,9 @@ class Readings:
 def read_readings(
     file: str | os.PathLike[str],
     columns: Mapping[str, Column],
-    required: Iterable[str],
+    required: Iterable[str | tuple[str, ...]],
     read_time: Callable[[str], float],
+    blank: Collection[str] = (),
 ) -> Readings:
     """Read a CSV file with a column time and some of `columns`, in any order.
 
@@ -125,10 +132,12 @@ def read_readings(
         ``name[unit]`` in the header names another unit. Empty lines and lines that begin with # are skipped.
     columns : mapping
         Columns that it may have.
-    required : iterable of str
-        Those that it must have.
+    required : iterable of str or tuple of str
+        Those that it must have; of a tuple one.
     read_time : callable
         A cell to seconds; ValueError says what was found and what is allowed.
+    blank : collection of str
+        Columns whose cells may be empty; NaN stands for them.
 
     Raises
     ------
@@ -143,7 +152,7 @@ def read_readings(
     heads = _header(file, *lines[0], columns, ["time", *required])
     delimiter = delimiter_of(lines[0][1])
     rows = [
-        _row(file, number, row_cells(file, number, line, len(heads), delimiter), heads, columns, read_time)
+        _row(file, number, row_cells(file, number, line, len(heads), delimiter), heads, columns, read_time, blank)
         for number, line in lines[1:]
     ]
     numbers = [number for number, _ in lines[1:]]
@@ -159,7 +168,9 @@ def read_readings(
     return Readings(file, numbers, time, {name: np.array([values[name] for _, values in rows]) for name in names})
 
 
-def _header(file: Path, number: int, line: str, columns: Mapping[str, Column], required: list[str]) -> list[Head]:
+def _header(
+    file: Path, number: int, line: str, columns: Mapping[str, Column], required: list[str | tuple[str, ...]]
+) -> list[Head]:
     """Columns of the file; each is known, has a known unit, and none is missing."""
     heads = column_heads(file, number, line)
     for head in heads:
@@ -173,9 +184,11 @@ def _header(file: Path, number: int, line: str, columns: Mapping[str, Column], r
             message = f"found the unit '{head.unit}' of {head.name}; {nearest(head.unit, units)}"
             raise InputError(message, file=file, line=number, column=head.column)
     names = [head.name for head in heads]
-    missing = [name for name in required if name not in names]
+    choices = [(name,) if isinstance(name, str) else name for name in required]
+    missing = [choice for choice in choices if not set(choice) & set(names)]
     if missing:
-        raise InputError(f"the column '{missing[0]}' is missing; add it", file=file, line=number, column=1)
+        wanted = " or ".join(f"'{name}'" for name in missing[0])
+        raise InputError(f"the column {wanted} is missing; add it", file=file, line=number, column=1)
     return heads
 
 
@@ -186,6 +199,7 @@ def _row(
     heads: list[Head],
     columns: Mapping[str, Column],
     read_time: Callable[[str], float],
+    blank: Collection[str],
 ) -> tuple[float, dict[str, float]]:
     """Seconds and the values in SI of a line."""
     seconds, values = np.nan, {}
@@ -193,6 +207,8 @@ def _row(
         try:
             if head.name == "time":
                 seconds = read_time(cell)
+            elif not cell and head.name in blank:
+                values[head.name] = np.nan
             else:
                 values[head.name] = columns[head.name].to_si(cell, head.unit)
         except ValueError as error:
@@ -208,8 +224,8 @@ def read_record(file: str | os.PathLike[str], altitude: float = 0.0) -> Record:
     file : path
         Columns time (ISO 8601; UTC where it names no zone), air_temperature, relative_humidity, wind_speed, and sw_down
         or both direct_normal and diffuse, which count where all three are there; by choice the others of
-        `WEATHER_COLUMNS`; in any order. ``name[unit]`` in the header names another unit. Empty lines and lines that
-        begin with # are skipped.
+        `WEATHER_COLUMNS`; in any order. ``name[unit]`` in the header names another unit. Those of `SKIN_COLUMNS` may be
+        there too. Empty lines and lines that begin with # are skipped.
     altitude : float
         Of the place [m], for a pressure that the file does not give.
 
@@ -223,15 +239,26 @@ def read_record(file: str | os.PathLike[str], altitude: float = 0.0) -> Record:
     InputError
         With file:line:column of what does not fit.
     """
-    readings = read_readings(file, WEATHER_COLUMNS, ["air_temperature", "relative_humidity", "wind_speed"], _moment)
-    measured = [name for name in ("direct_normal", "diffuse") if name in readings.values]
-    if "sw_down" not in readings.values and len(measured) < 2:
+    readings = record_readings(file, NEEDED_COLUMNS)
+    if "sw_down" not in readings.values and not {"direct_normal", "diffuse"} <= {*readings.values}:
         raise InputError("the column 'sw_down' is missing; add it, or direct_normal and diffuse", file=readings.file)
+    return forcing_of(readings, altitude)
+
+
+def record_readings(file: str | os.PathLike[str], required: Iterable[str | tuple[str, ...]]) -> Readings:
+    """Readings of a forcing CSV without long gaps, time in seconds since 1970; see `read_record`."""
+    readings = read_readings(file, WEATHER_COLUMNS | SKIN_COLUMNS, required, _moment, blank=SKIN_COLUMNS)
     readings.refuse_gaps(np.diff(readings.time), MAXIMUM_GAP)
     _, steps = equal_steps(readings.time)
     if steps > MAXIMUM_STEPS:
         raise InputError(f"found {steps} steps; allowed: {MAXIMUM_STEPS}; average the record or cut it", file=file)
-    return Record.of(readings.time, readings.values, altitude)
+    return readings
+
+
+def forcing_of(readings: Readings, altitude: float = 0.0) -> Record:
+    """The weather of readings at equal steps, without what was measured of the skin; altitude [m] as `read_record`."""
+    weather = {name: values for name, values in readings.values.items() if name not in SKIN_COLUMNS}
+    return Record.of(readings.time, weather, altitude)
 
 
 def _moment(cell: str) -> float:

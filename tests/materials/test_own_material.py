@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 import skyshine.mat
-from skyshine.mat.api.own_material import new_material
+from skyshine.mat.api.own_material import new_material, of_first_layer
 from skyshine.mat.cli import main
 from skyshine.mat.scene.material_summary import material_summary
 from skyshine.materials.library import load_library
@@ -34,7 +34,9 @@ def test_numbers_asked_for_are_those_of_the_material(tmp_path, like, absorptance
 
 
 def test_what_is_not_given_stays(tmp_path):
-    new_material("mine", like="concrete", folder=tmp_path, thermal={"conductivity": 1.1, "thickness": 0.3})
+    new_material(
+        "mine", like="concrete", folder=tmp_path, values=of_first_layer({"conductivity": 1.1, "thickness": 0.3})
+    )
     mine, pattern = load_library(tmp_path)["mine"], load_library()["concrete"]
     assert mine.reflectance == pytest.approx(pattern.reflectance, abs=1e-5)
     assert [mine.thermal.skin.conductivity, mine.thermal.layers[0].conductivity] == [1.1, 1.1]

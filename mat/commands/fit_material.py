@@ -1,0 +1,114 @@
+"""`mat materials fit`: parameters of a material from a measured record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from skyshine.schemas.commands import echo_table, emit_json, json_option, progress
+from skyshine.schemas.errors import InputError
+
+if TYPE_CHECKING:
+    from skyshine.mat.api.fit_material import MaterialFit
+
+
+@click.command(
+    "fit",
+    epilog="Example: mat materials fit --record roof.csv --material roof_membrane_black --free albedo,conductivity",
+)
+@click.option(
+    "--record", required=True, type=click.Path(), metavar="CSV", help="Weather and measured skin temperature."
+)
+@click.option("--material", required=True, metavar="NAME|FILE", help="The start, and all that is not free.")
+@click.option("--free", required=True, metavar="NAME,NAME...", help="Parameters to find; see below.")
+@click.option(
+    "--held-out",
+    default="0.25",
+    show_default=True,
+    metavar="SHARE|alternate",
+    help="Of the days, the last ones, that the fit does not see; or every second day.",
+)
+@click.option("--spin-up", type=click.FloatRange(0), default=1.0, show_default=True, help="First days not counted.")
+@click.option("--output", metavar="NAME", help="Write an own material with the fitted values.")
+@click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="By default MATERIALS_DATABASE.")
+@click.option("--solar-absorptance", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
+@click.option("--thermal-emissivity", type=click.FloatRange(0, 1), help="Needed with a material FILE.")
+@json_option
+def fit(
+    record: str,
+    material: str,
+    free: str,
+    held_out: str,
+    spin_up: float,
+    output: str | None,
+    folder: Path | None,
+    solar_absorptance: float | None,
+    thermal_emissivity: float | None,
+    as_json: bool,
+) -> None:
+    """Find parameters of a material from a measured record of its skin temperature.
+
+    The record is a CSV as `mat temperature --forcing` takes it, of a level surface at equal steps over two days or
+    more, with a column surface_temperature (K, or [C]), or lw_up (W/m2) from which it follows with the emissivity.
+    Empty cells there do not count. Days are counted from the first reading.
+
+    Parameters: albedo, emissivity, conductivity, heat_capacity, thickness (of the first layer), roughness_length,
+    wetness, surface_resistance, back_temperature. Each has bounds. The intervals hold all at once with 99 %
+    probability; what the record cannot tell is said.
+    """
+    from skyshine.mat.api.fit_material import fit_material
+    from skyshine.mat.surface.fit import SEARCHES
+
+    with progress(SEARCHES, "searching") as advance:
+        found = fit_material(
+            record,
+            material,
+            [name.strip() for name in free.split(",") if name.strip()],
+            held_out=_share(held_out),
+            spin_up=spin_up,
+            solar_absorptance=solar_absorptance,
+            thermal_emissivity=thermal_emissivity,
+            output=output,
+            folder=folder,
+            advance=advance,
+        )
+    emit_json(found.to_dict()) if as_json else _print(found)
+
+
+def _share(text: str) -> float | str:
+    from skyshine.mat.surface.fit import ALTERNATE
+
+    try:
+        return text if text == ALTERNATE else float(text)
+    except ValueError:
+        raise InputError(f"--held-out: found '{text}'; allowed: 0 to less than 1, or '{ALTERNATE}'") from None
+
+
+def _print(found: MaterialFit) -> None:
+    click.echo(
+        f"{found.material}: {int(found.fitted.sum())} readings, worth {found.effective_readings:.0f} independent ones"
+    )
+    rows = []
+    for each in found.parameters:
+        units = "" if each.units == "1" else each.units
+        numbers = (each.start, each.value, each.standard_error, each.low, each.high, *each.bounds)
+        rows.append([each.name, *(f"{number:.4g}" for number in numbers), units])
+    echo_table(["parameter", "start", "fit", "std error", "99 % from", "to", "bound", "bound", "units"], rows)
+    if len(found.parameters) > 1:
+        names = [each.name for each in found.parameters]
+        pairs = zip(names, found.correlation, strict=True)
+        echo_table(["correlation", *names], [[name, *(f"{value:+.2f}" for value in row)] for name, row in pairs])
+    rows = [
+        [each.part, each.prediction, each.hours, f"{each.bias:+.2f}", f"{each.rms:.2f}", str(each.count)]
+        for each in found.errors
+    ]
+    echo_table(["days", "prediction", "hours", "bias K", "rms K", "readings"], rows)
+    for note in found.notes:
+        click.echo(note)
+    if found.written:
+        click.echo(f"{found.written.code}  {found.written.name}")
+        for file in found.written.files:
+            click.echo(f"  {file}")
+        click.echo(f"use it with MATERIALS_DATABASE={found.written.folder.resolve()}")

@@ -44,6 +44,10 @@ def test_the_fitted_material_is_one_of_the_library(record, tmp_path, monkeypatch
     for each in found.parameters:
         assert each.low < TRUE[each.name] < each.high
         assert each.low < each.value - each.standard_error and each.bounds[0] <= each.low
+    albedo, conductivity = found.parameters
+    widths = albedo.high - albedo.low, conductivity.value * np.log(conductivity.high / conductivity.low)
+    errors = albedo.standard_error, conductivity.standard_error
+    assert widths[0] / errors[0] == pytest.approx(widths[1] / errors[1])
     assert found.error("held out").rms < 0.3 < found.error("held out", "material as it was").rms
     assert repr(found).startswith("<MaterialFit of concrete to 43 readings: albedo 0.")
     slab = load_library(tmp_path)["slab"]

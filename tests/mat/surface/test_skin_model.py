@@ -21,6 +21,7 @@ RECORD = planted_skin.weather(3, step=1800.0)
         ("concrete", {"thickness": 0.08, "wetness": 0.4}),
         ("roof_gravel", {"roughness_length": 0.004}),
         ("paint_olive_on_aluminium", {"albedo": 0.5}),
+        ("conifer", {"roughness_length": 0.6, "surface_resistance": 60.0}),
     ],
 )
 def test_temperatures_are_the_solvers(name, values):

@@ -66,7 +66,7 @@ class MaterialFit:
     effective_readings : float
         Independent readings that are worth as much as those of the fit.
     notes : tuple of str
-        What the record cannot tell.
+        What stands for what the record lacks, and what it cannot tell.
     errors : tuple of SkinError
         Of the fit, the material as it was, air temperature and the day before, in fitted and held-out days.
     time : ndarray of datetime64
@@ -230,7 +230,7 @@ def fit_material(
         parameters=_parameters(fit),
         correlation=fit.uncertainty.correlation,
         effective_readings=fit.uncertainty.effective,
-        notes=fit.notes,
+        notes=(*measured.record.notes, *fit.notes),
         errors=fit.errors,
         time=times,
         measured=fit.measured,

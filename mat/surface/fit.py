@@ -232,7 +232,7 @@ class _Search:
                 self.last = shares.tobytes(), *self.model.temperatures(shares, guess)
             except RuntimeError as error:
                 values = parameter_values(self.model.parameters, shares)
-                shown = ", ".join(f"{name} {value:.4g}" for name, value in values.items())
+                shown = ", ".join(f"{name} {value:.4g}" for name, value in values.items()) or "its own values"
                 raise CheckFailed(
                     f"material '{self.model.material.name}': {error} at {shown}; check the weather, or free fewer"
                     " parameters"

@@ -19,7 +19,7 @@ from skyshine.schemas.arrays import Floats, Integers
 _GROWTH = 1.12  # of cells inwards
 _SEMI_INFINITE_DEPTHS = 12.0  # damping depths of the period that stand for infinity: exp(-12) = 6e-6
 _LARGEST_STEP = 40.0  # K a Newton step may change any temperature: chosen, a day's range of the driest ground
-_ROUNDS = 40
+_ROUNDS = 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,12 +200,15 @@ class Collocation:
         """
         from scipy.sparse.linalg import spsolve
 
-        values, change = guess, np.inf
+        values, change, before = guess, np.inf, np.inf
         for _ in range(_ROUNDS):
             rate, band, _ = self._evaluated(values, free)
             step = spsolve(self._matrix(band), -self._defect(values, rate).ravel()).reshape(values.shape)
             change = float(np.abs(step).max())
-            values = values + step * min(1.0, _LARGEST_STEP / change) if change > 0 else values
+            # Across a bend of the balance whole steps may go to and fro; a half one ends between.
+            share = 0.5 if change > 0.5 * before else 1.0
+            before = change
+            values = values + step * min(share, _LARGEST_STEP / change) if change > 0 else values
             if change < tolerance:
                 return values
         raise RuntimeError(f"the collocation's Newton iteration did not converge: last step {change:.3g} K")

@@ -10,10 +10,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from click.testing import CliRunner
-
-from skyshine.mat.cli import main as mat
-from skyshine.schemas.errors import CheckFailed
+from skyshine.mat.api.build import build
+from skyshine.mat.api.examples import starter_files
+from skyshine.mat.api.scene import Scene
 
 SHOWN = (
     "built/pictures/yellowstone_road.tmm.png",
@@ -25,20 +24,15 @@ SHOWN = (
 
 
 def draw(folder: Path) -> None:
-    """Put the pictures into a folder, under their names.
-
-    Raises
-    ------
-    CheckFailed
-        A command fails, with what it says.
-    """
-    with tempfile.TemporaryDirectory() as work:
-        for arguments in (("init", work), ("build", f"{work}/job.yaml"), ("render", f"{work}/scene.yaml")):
-            result = CliRunner().invoke(mat, list(arguments))
-            if result.exit_code:
-                raise CheckFailed(f"mat {' '.join(arguments)}: {result.output}")
+    """Put the pictures into a folder, under their names; all of them or, where something fails, none."""
+    with tempfile.TemporaryDirectory() as name:
+        work = Path(name)
+        for file in starter_files():
+            shutil.copyfile(file, work / file.name)
+        build(work / "job.yaml")
+        Scene(work / "scene.yaml").render()
         for picture in SHOWN:
-            shutil.copyfile(Path(work) / picture, folder / Path(picture).name)
+            shutil.copyfile(work / picture, folder / Path(picture).name)
 
 
 if __name__ == "__main__":

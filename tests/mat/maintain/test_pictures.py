@@ -13,11 +13,11 @@ def test_each_picture_of_the_readme_is_drawn_by_the_command(pytestconfig):
     assert sorted(shown) == sorted(name.rsplit("/", 1)[-1] for name in pictures.SHOWN)
 
 
-def test_a_command_that_fails_leaves_the_pictures_alone(tmp_path, monkeypatch):
-    def fail(folder, text=None):
+def test_a_build_that_fails_leaves_the_pictures_alone(tmp_path, monkeypatch):
+    def fail(job):
         raise CheckFailed("no tables here")
 
-    monkeypatch.setattr("skyshine.mat.api.examples.starter_files", fail)
-    with pytest.raises(CheckFailed, match="mat init"):
+    monkeypatch.setattr(pictures, "build", fail)
+    with pytest.raises(CheckFailed, match="no tables here"):
         pictures.draw(tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -6,13 +6,10 @@ Run ``python -m skyshine.mat.maintain.pictures FOLDER``; FOLDER is ``examples/pi
 from __future__ import annotations
 
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
-
-from skyshine.mat.api.build import build
-from skyshine.mat.api.examples import starter_files
-from skyshine.mat.api.scene import Scene
 
 SHOWN = (
     "built/pictures/yellowstone_road.tmm.png",
@@ -23,17 +20,27 @@ SHOWN = (
 )
 
 
-def draw(folder: Path) -> None:
-    """Put the pictures into a folder, under their names; all of them or, where something fails, none."""
+def draw(folder: Path, mat: Path) -> None:
+    """Put the pictures into a folder, under their names; all of them or, where something fails, none.
+
+    Parameters
+    ----------
+    folder : Path
+    mat : Path
+        The command.
+
+    Raises
+    ------
+    subprocess.CalledProcessError
+        The command fails.
+    """
     with tempfile.TemporaryDirectory() as name:
         work = Path(name)
-        for file in starter_files():
-            shutil.copyfile(file, work / file.name)
-        build(work / "job.yaml")
-        Scene(work / "scene.yaml").render()
+        for arguments in (("init", work), ("build", work / "job.yaml"), ("render", work / "scene.yaml")):
+            subprocess.run([mat, *arguments], check=True)
         for picture in SHOWN:
             shutil.copyfile(work / picture, folder / Path(picture).name)
 
 
 if __name__ == "__main__":
-    draw(Path(sys.argv[1]))
+    draw(Path(sys.argv[1]), Path(sys.executable).with_name("mat"))

@@ -156,8 +156,8 @@ def test_shade_all_day_is_one_call(day):
 @pytest.mark.parametrize("name", NAMES[:-1])
 @pytest.mark.parametrize("shade", SHADES)
 def test_shaded_temperatures_keep_within_the_bounds_of_the_balance(day, name, shade):
-    """Between the coldest and the warmest temperature at which some time's fluxes are in balance without conduction, and
-    of the air behind: its mean, or all of its day where the back floats.
+    """Between the coldest and the warmest temperature at which some time's fluxes are in balance without conduction,
+    and those of the air behind: its mean, or all of its day where the back floats.
     """
     for slope, azimuth in ((0.0, 0.0), (90.0, 180.0)):
         _, balance = day.whole(name, slope, azimuth, around(shade))

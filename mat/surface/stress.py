@@ -42,7 +42,9 @@ def random_material(generator: np.random.Generator) -> SurfaceMaterial:
         Back("fixed", float(generator.uniform(250, 310))),
         Back("fixed"),
         Back("convective", float(generator.uniform(250, 310)), _log(generator, 1, 30)),
-    ][generator.integers(4)]
+        Back("open", coefficient=_log(generator, 1, 30)),
+        Back("cavity", None, _log(generator, 1, 30), None, _log(generator, 0.01, 100), _log(generator, 1, 1e6)),
+    ][generator.integers(6)]
     last = np.inf if generator.random() < 0.2 else _log(generator, 1e-4, 2.0)
     stack = ThermalStack(
         Layer(_log(generator, 1e-6, 5e-3), *first),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -88,7 +88,7 @@ def temperature_table(
     given : mapping, optional
         Temperatures [K] by name of material, which replace its heat balance: one, or 24 at the hours 0 to 23.
     progress : callable, optional
-        Called with 1 after each material.
+        Called with 1 after each material, or with parts of 1 where they are solved in parts.
 
     Returns
     -------
@@ -104,25 +104,35 @@ def temperature_table(
     slopes, azimuths = _checked_axes(materials, slopes_deg, azimuths_deg, altitudes_m, times_h)
     planes, plane_of = _planes(slopes, azimuths)
     scene = Scene(sun, weather, sky, np.asarray(altitudes_m, float), planes[:, 0], planes[:, 1])
-    days = scene.days
     shape = (len(materials), len(altitudes_m), len(azimuths), len(slopes))
     hours = np.asarray(times_h, float)
     table = SurfaceTemperatures(
         np.empty((*shape, len(hours)), np.float32), *(np.empty(shape, kind) for kind in _DIAGNOSTICS.values())
     )
-    solved: dict[Hashable, int] = {}
-    for number, material in enumerate(materials):
-        if given and material.name in given:
-            _fill_given(table, number, at_hours(given[material.name], hours))
-        elif (twin := solved.setdefault(material.physics, number)) != number:
-            for name in ("temperature", *_DIAGNOSTICS):
-                getattr(table, name)[number] = getattr(table, name)[twin]
-        else:
-            for columns, solution in solve_days(material, days, steps=steps):
-                _fill(table, number, columns, solution, plane_of, len(planes), hours)
-        if progress is not None:
-            progress(1)
+    parts = _parts(scene)
+    for part, first in parts:
+        days, solved = part.days, dict[Hashable, int]()
+        for number, material in enumerate(materials):
+            if given and material.name in given:
+                _fill_given(table, number, at_hours(given[material.name], hours))
+            elif (twin := solved.setdefault(material.physics, number)) != number:
+                for name in ("temperature", *_DIAGNOSTICS):
+                    getattr(table, name)[number] = getattr(table, name)[twin]
+            else:
+                for columns, solution in solve_days(material, days, steps=steps):
+                    _fill(table, number, columns + first * len(planes), solution, plane_of, len(planes), hours)
+            if progress is not None:
+                progress(1 / len(parts))
     return table
+
+
+def _parts(scene: Scene) -> list[tuple[Scene, int]]:
+    """Scenes whose forcing is held at once, with the number of the first altitude of each: where days before come with
+    it, one altitude each, or a month of them would take gigabytes.
+    """
+    if not scene.weather.before:
+        return [(scene, 0)]
+    return [(replace(scene, altitude=scene.altitude[n : n + 1]), n) for n in range(len(scene.altitude))]
 
 
 def _checked_axes(

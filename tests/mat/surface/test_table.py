@@ -146,3 +146,22 @@ def test_a_table_reaches_below_sea_level(sun_path, sky):
     assert np.all(temperatures.residual <= TOLERANCE) and np.all(temperatures.bound_excess <= 0.1)
     night = temperatures.temperature[0, :, 0, 0, 1]
     assert 1.0 < night[0] - night[1] < 6.0
+
+
+def test_altitudes_with_days_before_are_those_of_each_alone(sun_path, weather, sky):
+    """They are solved one after the other; twins and given temperatures stand at all of them."""
+    colder = replace(weather, air_temperature=weather.air_temperature - 8.0, wind_speed=weather.wind_speed + 4.0)
+    after = replace(weather, before=((sun_path, colder), (sun_path, colder)))
+    materials, ticks = [soil(), soil("twin"), soil("given")], []
+    place = ([0.0, 90.0], [0.0, 60.0], HOURS)
+    table = temperature_table(
+        materials, sun_path, after, sky, [0.0, 800.0], *place, given={"given": 300.0}, progress=ticks.append
+    )
+    for number, altitude in enumerate((0.0, 800.0)):
+        alone = temperature_table([soil()], sun_path, after, sky, [altitude], *place)
+        for name in ("temperature", "residual", "method"):
+            assert np.array_equal(getattr(table, name)[0, number], getattr(alone, name)[0, 0])
+    assert np.array_equal(table.temperature[0], table.temperature[1]) and np.all(table.temperature[2] == 300.0)
+    without = temperature_table([soil()], sun_path, weather, sky, [0.0, 800.0], *place)
+    assert (without.temperature[0] - table.temperature[0])[..., 0].min() > 0.5
+    assert sum(ticks) == pytest.approx(len(materials))

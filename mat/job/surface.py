@@ -25,8 +25,9 @@ from skyshine.materials.files import refuse_incomplete_back
 from skyshine.materials.records import Back
 from skyshine.schemas.documents import StrictModel
 
-# Default nodes of the temperature table, and the number of its times: with them 99 % of reads err by .2 to .9 K over
-# all library materials and dates from winter to the tropics, sheet metal alone by 1.4 K.
+# Default nodes of the temperature table, and the number of its times: with them 99 % of reads of all library materials
+# in the Atacama in November err by .53 K or less, those of a single material by .5 K in the middle and 1.15 K at most,
+# of a black roof membrane.
 SURFACE_HEIGHTS_KM = (0, 0.75, 1.5, 2.25, 3)
 _AZIMUTHS, _SLOPES, _TIMES = 30, 21, 40
 

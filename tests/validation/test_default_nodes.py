@@ -66,9 +66,8 @@ def test_99_percent_of_reads_are_within_a_kelvin(air, band, allowed, tmp_path):
     loaded = load_job(tmp_path / "job.yaml")
     written, response = loaded.trimmed.states[0], response_of(loaded.trimmed.bands[0])
     whole = over_ground(atmospheric_state(loaded.trimmed.site, written), written, response)
-    compiled, _ = compiled_band(
-        loaded, whole, band_points(absorption_table().points(*response.wavenumber_range), response)
-    )
+    everything = band_points(absorption_table().points(*response.wavenumber_range), response)
+    compiled, _ = compiled_band(loaded, written, response, whole, everything)
     sun = source_irradiance(loaded.trimmed, "sun", compiled.band.wavenumber, compiled.band.width)
     air_of_band = BandAtmosphere.of(whole, compiled.band)
     scale = Scale.of_unit("K", response, float(compiled.band.radiance_weight @ sun))

@@ -21,7 +21,12 @@ if TYPE_CHECKING:
 @click.option("--azimuth", type=click.FloatRange(-360, 360), default=180.0, show_default=True, help="It faces, degree.")
 @click.option("--job", type=click.Path(), help="Sun, sky, weather and surroundings of a state.")
 @click.option("--state", type=int, default=1, show_default=True, help="State of the job, counted from 1.")
-@click.option("--altitude", type=float, metavar="KM", help="Of the surface, with --job; by default the site's.")
+@click.option(
+    "--altitude",
+    type=float,
+    metavar="KM",
+    help="Of the surface, by default the site's; for --forcing without pressure, by default 0.",
+)
 @click.option("--forcing", type=click.Path(), metavar="CSV", help="Measured radiation and weather, taken as periodic.")
 @click.option("--latitude", type=click.FloatRange(-90, 90), help="With --forcing and a slope: places the Sun.")
 @click.option("--longitude", type=click.FloatRange(-180, 180), help="East is positive.")

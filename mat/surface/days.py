@@ -86,10 +86,6 @@ def solve_days(
         The forcing holds values that no balance can have.
     ConvergenceError
         No method solves a column of one of the days.
-
-    Examples
-    --------
-    >>> solve_days(soil, [yesterday.forcing, today.forcing])  # doctest: +SKIP
     """
     if len(days) == 1:
         return solve_columns(material, days[0], steps=steps, fine_steps=fine_steps)

@@ -91,7 +91,7 @@ def find_superpixels(
     label = slic(
         np.ascontiguousarray(lab.transpose(1, 2, 0)),
         n_segments=min(number, max(lab[0].size // LEAST_TEXELS, 1)),
-        compactness=COMPACTNESS,
+        compactness=COMPACTNESS / max(float(np.ptp(lab)), 1.0),  # SLIC takes values over their range
         max_num_iter=ROUNDS,
         convert2lab=False,
         start_label=0,

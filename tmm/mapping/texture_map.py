@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from skyshine.materials.library import MaterialLibrary
 from skyshine.tmm.classify.combined import CombinedMapper, library_classes, survey
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
 from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
@@ -159,23 +160,47 @@ def _combined(
     """Seeds and a library model together, and their quality on seeds held out."""
     if job.model is None:
         raise ValueError(f"'{job.name}' names no model")
+    mapper_of = combined_mappers(job, texture, colours, seeds, read_model(base_folder / job.model), library)
+    return mapper_of(None), measure(job, texture.encoding, seeds, mapper_of)
+
+
+def combined_mappers(
+    job: TextureJob,
+    texture: TextureFile,
+    colours: DistinctColours,
+    seeds: SeedTexels,
+    general: TrainedModel | None,
+    library: MaterialLibrary,
+) -> Callable[[npt.NDArray[np.bool_] | None], Mapper]:
+    """Make mappers of seeds and a library model together, of all seeds (None) or of those chosen (N,).
+
+    Parameters
+    ----------
+    general : TrainedModel or None
+        The library model; without one the seeds and the graph of superpixels say all.
+
+    Raises
+    ------
+    InputError
+        The model was trained with near infrared and the texture has none, or the reverse.
+    """
     settings, random_seed = job.classifier, job.held_out.random_seed
-    general = read_model(base_folder / job.model)
-    general.require_channels(texture)
+    if general is not None:
+        general.require_channels(texture)
     surveyed = survey(texture, general)
     known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
-    groups = {name: library[name].group for name in (*general.names, *seeds.names) if name in library}
+    general_names = () if general is None else general.names
+    groups = {name: library[name].group for name in (*general_names, *seeds.names) if name in library}
 
     def mapper_of(chosen: npt.NDArray[np.bool_] | None) -> Mapper:
         keep = np.ones(len(seeds.rows), bool) if chosen is None else chosen
         model = train_on_seeds(texture, seeds, settings, known, random_seed, chosen)
         number = np.array([model.names.index(name) if name in model.names else -1 for name in seeds.names])
         drawn = seeds.rows[keep], seeds.columns[keep], number[seeds.material[keep]]
-        classes = library_classes(general.names, model.names, groups)
+        classes = library_classes(general_names, model.names, groups)
         return CombinedMapper(texture, colours, surveyed, model, classes, drawn, tabulate=chosen is None)
 
-    quality = measure(job, texture.encoding, seeds, mapper_of)
-    return mapper_of(None), quality
+    return mapper_of
 
 
 def _untrained(

@@ -15,13 +15,15 @@ from pydantic import Field
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
+from skyshine.tmm.classify.mapper import Mapper
+from skyshine.tmm.classify.model_file import read_model
 from skyshine.tmm.features.colour import DistinctColours, to_lab
 from skyshine.tmm.images.labels import Labels
 from skyshine.tmm.images.texture import TextureFile
 from skyshine.tmm.inputs.load import load_texture
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import Classifier, LabelImage, TextureJob, TmmJob
-from skyshine.tmm.mapping.texture_map import BAND, STRIP
+from skyshine.tmm.mapping.texture_map import BAND, STRIP, combined_mappers
 from skyshine.tmm.quality.counts import Quality, Tally
 from skyshine.tmm.training.examples import examples
 from skyshine.tmm.training.train import train_on_seeds
@@ -32,6 +34,7 @@ OURS = {
     for method in METHODS
     for radius in (0, 4, 8, 12)
 }
+COMBINED = "seeds, graph and library"
 PEERS = ("scikit-learn QDA", "scikit-learn random forest")
 # So many trees that more change little.
 FOREST = {"n_estimators": 50, "min_samples_leaf": 5, "random_state": 0, "n_jobs": 1}
@@ -82,7 +85,7 @@ def bench(
     Parameters
     ----------
     job : TmmJob
-        Of textures with seeds.
+        Of textures with seeds; a `model` that one names is combined with its seeds in one of the rows.
     folder : Path
         To which the job's paths are relative.
     truth : Path
@@ -104,7 +107,7 @@ def bench(
     """
     labels = load_model(truth, Truth, context={"materials": library.names}).truth
     names = tuple(sorted({name for entry in labels.values() for name in entry.palette.values()}))
-    rows = [Row(name, Tally(len(names))) for name in (*OURS, *PEERS)]
+    rows = [Row(name, Tally(len(names))) for name in (*OURS, COMBINED, *PEERS)]
     for entry in job.textures:
         if entry.seeds is None or entry.name not in labels:
             missing = "seeds" if entry.seeds is None else "truth"
@@ -117,7 +120,7 @@ def bench(
         known = Labels(labels[entry.name], truth.parent, names).fits(texture.height, texture.width)
         for row in rows:
             started = time.process_time()
-            classify, materials = _trained(row.name, entry, texture, colours, seeds)
+            classify, materials = _trained(row.name, entry, folder, texture, colours, seeds, library)
             row.training += time.process_time() - started
             _run(
                 row,
@@ -131,21 +134,24 @@ def bench(
 
 
 def _trained(
-    name: str, job: TextureJob, texture: TextureFile, colours: DistinctColours, seeds: SeedTexels
+    name: str,
+    job: TextureJob,
+    folder: Path,
+    texture: TextureFile,
+    colours: DistinctColours,
+    seeds: SeedTexels,
+    library: MaterialLibrary,
 ) -> tuple[Classify, tuple[str, ...]]:
     """A classifier of windows, which gives material and confidence, and the names of its materials."""
     random_seed = job.held_out.random_seed
+    if name == COMBINED:
+        general = None if job.model is None else read_model(folder / job.model)
+        return _windows(combined_mappers(job, texture, colours, seeds, general, library)(None))
     if name in OURS:
         settings = OURS[name].model_copy(update={"prior": job.classifier.prior})
         known = examples(texture, seeds, random_seed) if settings.method == "textured" else None
         model = train_on_seeds(texture, seeds, settings, known, random_seed, None)
-        mapper = model.mapper(texture, colours, settings.radius)
-
-        def ours(rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-            classified = mapper.window(rows.start, rows.stop, columns.start, columns.stop)
-            return classified.material, classified.confidence
-
-        return ours, mapper.names
+        return _windows(model.mapper(texture, colours, settings.radius))
     from sklearn.discriminant_analysis import QuadraticDiscriminantAnalysis
     from sklearn.ensemble import RandomForestClassifier
 
@@ -159,6 +165,14 @@ def _trained(
         return np.where(valid, material, -1), posterior.max(axis=1).reshape(valid.shape)
 
     return peer, seeds.names
+
+
+def _windows(mapper: Mapper) -> tuple[Classify, tuple[str, ...]]:
+    def classify(rows: slice, columns: slice) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+        classified = mapper.window(rows.start, rows.stop, columns.start, columns.stop)
+        return classified.material, classified.confidence
+
+    return classify, mapper.names
 
 
 def _run(
@@ -188,7 +202,7 @@ def plot(rows: list[Row], path: Path) -> None:
     axis = figure.subplots()
     for row in rows:
         seconds = 1e6 / row.rate
-        axis.plot(seconds, 1 - row.quality.mean_iou, "o" if row.name in OURS else "s")
+        axis.plot(seconds, 1 - row.quality.mean_iou, "s" if row.name in PEERS else "o")
         axis.annotate(
             row.name, (seconds, 1 - row.quality.mean_iou), xytext=(4, 3), textcoords="offset points", fontsize=8
         )

@@ -7,6 +7,7 @@ with one seed texel a material, or with a flat texture, still has an answer.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,10 +43,13 @@ class GaussianModel:
     covariances: npt.NDArray[np.float64]
     log_prior: npt.NDArray[np.float64]
 
-    def only(self, k: int) -> GaussianModel:
-        """The model of one of its materials alone."""
-        part = slice(k, k + 1)
-        return GaussianModel(self.names[part], self.means[part], self.covariances[part], self.log_prior[part])
+    def only(self, kept: Sequence[int]) -> GaussianModel:
+        """The model of some of its materials alone, whose prior probabilities sum to 1."""
+        from scipy.special import logsumexp
+
+        part = list(kept)
+        prior = self.log_prior[part] - logsumexp(self.log_prior[part])
+        return GaussianModel(tuple(self.names[k] for k in part), self.means[part], self.covariances[part], prior)
 
     def squared_distance(self, lab: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
         """Squared Mahalanobis distance of colours (N, D) to each material, (K, N)."""

@@ -21,9 +21,15 @@ from skyshine.tmm.classify.trained import Network, TrainedModel
 from skyshine.tmm.features.textured import names
 
 FILETYPE = "tmm-model"
+PACKAGED = "library"  # a job's name for the classifier that comes with the package
 FORMAT_VERSION = "1.1.0"
 COLOUR_DIMENSIONS = (3, 4)  # L*a*b*, and with near infrared its normalised difference
 PRIOR_ROUNDING = 1e-3  # by which stored probabilities, rounded to float32, may miss 1
+
+
+def model_path(name: str, folder: str | os.PathLike[str]) -> Path:
+    """Path of the classifier that a job in `folder` names; `PACKAGED` is the one beside this module."""
+    return Path(__file__).with_name("library.tmm-model.h5") if name == PACKAGED else Path(folder, name)
 
 
 def write_model(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -72,6 +73,17 @@ class TrainedModel:
     colour: GaussianModel
     network: Network | None
     calibration: Calibration = IDENTITY
+
+    def only(self, kept: Sequence[int]) -> TrainedModel:
+        """The classifier among some of its materials alone: the others have no posterior."""
+        network = self.network
+        if network is not None:
+            part = list(kept)
+            network = replace(
+                network, outer_weight=network.outer_weight[:, part], outer_offset=network.outer_offset[part]
+            )
+        colour = self.colour.only(kept)
+        return TrainedModel(colour.names, colour, network, self.calibration)
 
     def posterior(self, stack: npt.NDArray[np.float32], coordinates: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
         """Posterior (K, N) float32 of texels with the features `stack` (F, N) and the colours `coordinates` (N, D)."""
@@ -162,6 +174,6 @@ class TexturedMapper:
         typicality = np.empty(material.shape, np.float32)
         for k in range(len(self.names)):
             mine = material == k
-            distance = self._colour.only(k).squared_distance(coordinates[:, mine].T.astype(np.float64))
+            distance = self._colour.only([k]).squared_distance(coordinates[:, mine].T.astype(np.float64))
             typicality[mine] = chdtrc(len(coordinates), distance[0])
         return typicality

@@ -24,8 +24,9 @@ def command(job: str, truth: str, picture: str | None, as_json: bool) -> None:
     """Error against run time of all classifiers and settings on the textures of JOB, against the labels of TRUTH.
 
     TRUTH is a YAML file with the key `truth`: names of textures, each with `image` and `palette` of a label image.
-    Each classifier stands alone, then seeds and the graph of superpixels together with the `model` that a texture names,
-    and two classifiers of scikit-learn. Confidence is as the classifiers give it, before calibration. Needs scikit-learn, the extra 'train'.
+    Each classifier stands alone, then seeds and the graph of superpixels together with the `model` that a texture
+    names, and two classifiers of scikit-learn. Confidence is as the classifiers give it, before calibration. Needs
+    scikit-learn, the extra 'train'.
     """
     import shutil
     from pathlib import Path

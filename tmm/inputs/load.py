@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError, nearest
-from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.classify.combined import library_classes
+from skyshine.tmm.classify.model_file import model_path, read_model
+from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.images.no_data import SIDECAR
@@ -47,16 +53,38 @@ def job_materials(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
     for seeds in (job.seeds, job.overrides):
         if seeds is not None:
             names |= seed_names(seeds, Path(base_folder))
-    if job.model is not None and job.seeds is None:
-        names |= set(read_model(Path(base_folder) / job.model).names)
+    if job.model is not None and job.seeds is None and not job.scene_materials:
+        names |= set(read_model(model_path(job.model, base_folder)).names)
     return tuple(sorted(names))
 
 
-def job_files(job: TextureJob) -> tuple[str, ...]:
-    """Files besides the image that a map depends on, relative to the job's folder."""
+def narrowed(
+    job: TextureJob, model: TrainedModel, library: MaterialLibrary, names: tuple[str, ...]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """The classes (C,) of a model that stand for what the scene holds, and which (C,) of `names` each stands for.
+
+    Raises
+    ------
+    InputError
+        None does.
+    """
+    groups = {name: library[name].group for name in (*model.names, *names) if name in library}
+    shares = library_classes(model.names, names, groups)
+    kept = np.flatnonzero(shares.any(axis=1))
+    if not len(kept):
+        raise InputError(
+            f"'{job.name}' has scene_materials {', '.join(names)}, of which its model knows none; allowed: its classes "
+            f"({', '.join(model.names)}) and materials of their groups"
+        )
+    return kept, shares[kept].argmax(axis=1)
+
+
+def job_files(job: TextureJob, base_folder: Path) -> dict[str, Path]:
+    """Files besides the image that a map depends on, by their names in the job."""
     layers = tuple(job.rules.layers.values()) if job.rules else ()
-    model = (job.model,) if job.model else ()
-    return tuple(dict.fromkeys((*seed_files(job.seeds), *layers, *model, *seed_files(job.overrides))))
+    named = (*seed_files(job.seeds), *layers, *seed_files(job.overrides), *mask_files(job, base_folder))
+    files = {name: base_folder / name for name in named}
+    return files if job.model is None else {**files, job.model: model_path(job.model, base_folder)}
 
 
 def mask_files(job: TextureJob, base_folder: Path) -> tuple[str, ...]:
@@ -96,6 +124,11 @@ def load_texture(
         if name not in library:
             raise InputError(f"unknown material '{name}' in '{job.name}'; {nearest(name, library.names)}")
     names = tuple(sorted(names, key=lambda name: library[name].code))
+    if job.model is not None:
+        model = read_model(model_path(job.model, base_folder))
+        model.require_channels(texture)
+        if job.scene_materials:
+            narrowed(job, model, library, names)
     return texture, colours, names, None if job.seeds is None else _seeds(job, job.seeds, names, texture, base_folder)
 
 

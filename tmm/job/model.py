@@ -277,8 +277,14 @@ class TextureJob(StrictModel):
     seeds: Seeds | None = Field(None, description="Texels whose material is known, from which the others follow.")
     model: JobPath | None = Field(
         default=None,
-        description="File of a classifier trained by 'tmm train', relative to the job file; beside seeds, both "
-        "together find the materials that the seeds name.",
+        description="File of a classifier trained by 'tmm train', relative to the job file, or 'library' for the one "
+        "that comes with the package; beside seeds, both together find the materials that the seeds name.",
+    )
+    scene_materials: tuple[MaterialName, ...] = Field(
+        default=(),
+        description="Materials that the scene holds, for a model without seeds: each class of the model stands for the "
+        "material of its name, else for one of its group, and classes that stand for none are left out. By default "
+        "the classes themselves.",
     )
     clusters: Clusters | None = Field(
         None, description="Clusters of colours, found without seeds and named afterwards."
@@ -302,6 +308,11 @@ class TextureJob(StrictModel):
             raise ValueError(
                 f"found {ways} of the ways to assign materials; allowed: one of {', '.join(WAYS)}, or seeds and model"
             )
+        if self.scene_materials and given != ["model"]:
+            raise ValueError(
+                f"found scene_materials beside {' and '.join(given)}; allowed: beside a model alone; leave it out, for"
+                " seeds and the other ways name the materials themselves"
+            )
         return self
 
     @property
@@ -312,7 +323,7 @@ class TextureJob(StrictModel):
     @property
     def materials(self) -> tuple[str, ...]:
         """Names of the materials that the job itself names; those of a GeoJSON or model file are in that file."""
-        names = {self.material} if self.material else set()
+        names = {*self.scene_materials, *([self.material] if self.material else [])}
         names |= set(self.palette.colours.values()) if self.palette else set()
         names |= {rule.material for rule in self.rules.rules} if self.rules else set()
         names |= set(self.clusters.names.values()) if self.clusters else set()

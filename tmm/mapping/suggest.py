@@ -12,7 +12,7 @@ import numpy.typing as npt
 from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.errors import InputError
 from skyshine.tmm.classify.combined import Survey, library_classes, seed_shares, survey
-from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.questions import choose, clearness, doubt, middles, reach, strangeness
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.images.texture import TextureFile
@@ -131,7 +131,7 @@ def suggest(job: TextureJob, folder: Path, library: MaterialLibrary, count: int)
     listed = read_answers(path, materials=library.names) if path.exists() else []
     kept = tuple(answer for answer in listed if answer.material is not None)
     texture, _, _, seeds = load_texture(_with_seeds(job, kept), folder, library)
-    model = None if job.model is None else read_model(folder / job.model)
+    model = None if job.model is None else read_model(model_path(job.model, folder))
     if model is not None:
         model.require_channels(texture)
     surveyed = survey(texture, model)

@@ -13,13 +13,13 @@ import numpy.typing as npt
 from skyshine.materials.library import MaterialLibrary
 from skyshine.tmm.classify.combined import CombinedMapper, library_classes, survey
 from skyshine.tmm.classify.mapper import Classified, ColourMapper, Mapper
-from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.classify.trained import TrainedModel
 from skyshine.tmm.features.colour import DistinctColours
 from skyshine.tmm.images.georeference import GeoReference, read_georeference
 from skyshine.tmm.images.raster import file_sha256
 from skyshine.tmm.images.texture import TextureFile
-from skyshine.tmm.inputs.load import job_files, load_texture, mask_files
+from skyshine.tmm.inputs.load import job_files, load_texture, narrowed
 from skyshine.tmm.inputs.seeds import SeedTexels
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.ways import (
@@ -116,7 +116,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
     elif seeds is not None:
         mapper, quality = _trained(job, texture, colours, seeds)
     else:
-        mapper, quality = _untrained(job, texture, colours, names, base_folder)
+        mapper, quality = _untrained(job, texture, colours, names, base_folder, library)
     if job.overrides is not None:
         mapper = Overrides(mapper, texture, job.overrides, base_folder, texture.path)
     return TextureMap(
@@ -129,7 +129,7 @@ def map_texture(job: TextureJob, base_folder: Path, library: MaterialLibrary) ->
         seeds=seeds,
         quality=quality,
         place=read_georeference(texture.path),
-        files={name: file_sha256(base_folder / name) for name in (*job_files(job), *mask_files(job, base_folder))},
+        files={name: file_sha256(path) for name, path in job_files(job, base_folder).items()},
         mapper=mapper,
     )
 
@@ -160,7 +160,8 @@ def _combined(
     """Seeds and a library model together, and their quality on seeds held out."""
     if job.model is None:
         raise ValueError(f"'{job.name}' names no model")
-    mapper_of = combined_mappers(job, texture, colours, seeds, read_model(base_folder / job.model), library)
+    general = read_model(model_path(job.model, base_folder))
+    mapper_of = combined_mappers(job, texture, colours, seeds, general, library)
     return mapper_of(None), measure(job, texture.encoding, seeds, mapper_of)
 
 
@@ -204,7 +205,12 @@ def combined_mappers(
 
 
 def _untrained(
-    job: TextureJob, texture: TextureFile, colours: DistinctColours, names: tuple[str, ...], base_folder: Path
+    job: TextureJob,
+    texture: TextureFile,
+    colours: DistinctColours,
+    names: tuple[str, ...],
+    base_folder: Path,
+    library: MaterialLibrary,
 ) -> tuple[Mapper, HeldOut]:
     quality = untested(len(names))
     if job.material is not None:
@@ -223,5 +229,9 @@ def _untrained(
         return Renamed(ColourMapper(texture, colours, model, job.classifier.radius), names, material), quality
     if job.model is None:
         raise ValueError(f"'{job.name}' assigns no materials")
-    trained = read_model(base_folder / job.model)
-    return trained.mapper(texture, colours, job.classifier.radius), replace(quality, calibration=trained.calibration)
+    trained = read_model(model_path(job.model, base_folder))
+    quality = replace(quality, calibration=trained.calibration)
+    if not job.scene_materials:
+        return trained.mapper(texture, colours, job.classifier.radius), quality
+    kept, material = narrowed(job, trained, library, names)
+    return Renamed(trained.only(kept.tolist()).mapper(texture, colours, job.classifier.radius), names, material), quality

@@ -28,7 +28,7 @@ from skyshine.tmm.database.levels import WEIGHT_TOTAL, Composites, Level, LevelS
 from skyshine.tmm.features.shade import RelitTexture
 from skyshine.tmm.images.georeference import read_georeference
 from skyshine.tmm.images.raster import file_sha256
-from skyshine.tmm.inputs.load import mask_files
+from skyshine.tmm.inputs.load import job_files
 from skyshine.tmm.job.model import TextureJob
 from skyshine.tmm.mapping.texture_map import STRIP, TextureMap
 
@@ -208,9 +208,8 @@ def is_current(
         place = read_georeference(Path(base_folder) / job.image)
         if tuple(made.get("geo_affine", ())) != (() if place is None else place.affine):
             return False
-        if not digests.keys() >= {*mask_files(job, Path(base_folder))}:
-            return False
-        return all(file_sha256(Path(base_folder) / name) == digest for name, digest in digests.items())
+        files = job_files(job, Path(base_folder)) | {job.image: Path(base_folder, job.image)}
+        return digests == {name: file_sha256(path) for name, path in files.items()}
 
     return hdf5.is_current(path, texture_header(job, library_version), same_sources)
 

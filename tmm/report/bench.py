@@ -16,7 +16,7 @@ from skyshine.materials.library import MaterialLibrary
 from skyshine.schemas.documents import StrictModel, load_model
 from skyshine.schemas.errors import InputError, nearest
 from skyshine.tmm.classify.mapper import Mapper
-from skyshine.tmm.classify.model_file import read_model
+from skyshine.tmm.classify.model_file import model_path, read_model
 from skyshine.tmm.features.colour import DistinctColours, to_lab
 from skyshine.tmm.images.labels import Labels
 from skyshine.tmm.images.texture import TextureFile
@@ -145,7 +145,7 @@ def _trained(
     """A classifier of windows, which gives material and confidence, and the names of its materials."""
     random_seed = job.held_out.random_seed
     if name == COMBINED:
-        general = None if job.model is None else read_model(folder / job.model)
+        general = None if job.model is None else read_model(model_path(job.model, folder))
         return _windows(combined_mappers(job, texture, colours, seeds, general, library)(None))
     if name in OURS:
         settings = OURS[name].model_copy(update={"prior": job.classifier.prior})

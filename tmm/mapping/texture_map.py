@@ -234,4 +234,5 @@ def _untrained(
     if not job.scene_materials:
         return trained.mapper(texture, colours, job.classifier.radius), quality
     kept, material = narrowed(job, trained, library, names)
-    return Renamed(trained.only(kept.tolist()).mapper(texture, colours, job.classifier.radius), names, material), quality
+    among = trained.only(kept.tolist()).mapper(texture, colours, job.classifier.radius)
+    return Renamed(among, names, material), quality

@@ -115,8 +115,8 @@ def library_classes(
 ) -> npt.NDArray[np.float64]:
     """What share (L, K) of each class of a library model stands for each of the materials of seeds.
 
-    A class stands for the material of its name; without one, for the materials of its group that no class is named
-    by, alike; else for none.
+    A class stands for the material of its name; without one, for the materials of its group, alike: those that no class
+    is named by, where there are any; else for none.
 
     Parameters
     ----------
@@ -128,7 +128,8 @@ def library_classes(
         if name in materials:
             shares[i, materials.index(name)] = 1
             continue
-        alike = [k for k, other in enumerate(materials) if other not in classes and groups[other] == groups.get(name)]
+        group = [k for k, other in enumerate(materials) if groups[other] == groups.get(name)]
+        alike = [k for k in group if materials[k] not in classes] or group
         shares[i, alike] = 1 / max(len(alike), 1)
     return shares
 

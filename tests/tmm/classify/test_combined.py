@@ -56,6 +56,9 @@ def test_classes_by_name_then_by_group():
     shares = library_classes(("oak", "fir", "ice"), ("oak", "elm", "mud"), groups)
     # Fir is no seed: it stands for the tree that the library does not name. Ice stands for nothing.
     assert shares.tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 0]]
+    # Where the library names all trees of the seeds, other trees stand for these: they are trees, and no mud.
+    shares = library_classes(("oak", "fir", "elm", "ice"), ("oak", "elm", "mud"), groups)
+    assert shares.tolist() == [[1, 0, 0], [0.5, 0.5, 0], [0, 1, 0], [0, 0, 0]]
 
 
 def test_what_a_library_does_not_know_keeps_its_share():
